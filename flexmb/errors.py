@@ -1,0 +1,76 @@
+"""The one exception tree of flexmb, and the form of its messages.
+
+A message has four parts: which part of the model, what was found, what was expected, what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+__all__ = [
+    "CompileError",
+    "DataFileError",
+    "FlexmbError",
+    "IntegrationError",
+    "MeshError",
+    "ModelError",
+    "ReductionError",
+    "did_you_mean",
+]
+
+
+class FlexmbError(Exception):
+    """Something is wrong with the input or the computation; the message says what to do.
+
+    Parameters
+    ----------
+    part : str
+        The thing concerned, with its kind and name: ``"Joint 'strut_2'"``.
+    found : str
+        What was found, with number, unit and shape.
+    expected : str
+        What was expected instead.
+    remedy : str
+        What the user can do now.
+    """
+
+    def __init__(self, part: str, *, found: str, expected: str = "", remedy: str = ""):
+        self.part, self.found, self.expected, self.remedy = part, found, expected, remedy
+        sentences = (text.strip().rstrip(".") for text in (found, expected, remedy))
+        body = " ".join(text + ("" if text.endswith("?") else ".") for text in sentences if text)
+        super().__init__(f"{part}: {body}")
+
+
+class MeshError(FlexmbError):
+    """A mesh or an FE model cannot be used."""
+
+
+class ReductionError(FlexmbError):
+    """An FE model cannot be reduced as asked."""
+
+
+class DataFileError(FlexmbError):
+    """A data file (modal neutral data, solution) is damaged, foreign or of another schema version."""
+
+
+class ModelError(FlexmbError):
+    """A part of the multibody model is described wrongly."""
+
+
+class CompileError(FlexmbError):
+    """The parts are right one by one, but do not fit together: assembly, mobility, drives."""
+
+
+class IntegrationError(FlexmbError):
+    """The integration stopped early; ``solution`` holds what had been computed, or None."""
+
+    def __init__(self, part: str, *, found: str, expected: str = "", remedy: str = "", solution=None):
+        super().__init__(part, found=found, expected=expected, remedy=remedy)
+        self.solution = solution
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return "Did you mean 'x'?" for the known name nearest to `name`, or "" if none is near."""
+    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f"Did you mean '{near[0]}'?" if near else ""

@@ -1,0 +1,113 @@
+"""`FEModel`: what every way of making a finite element model ends in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import MeshError, did_you_mean
+
+__all__ = ["ElementBlock", "FEModel"]
+
+
+class ElementBlock(Protocol):
+    """Elements of one kind: what reduction, recovery and drawing need of them beyond K and M.
+
+    Nodal fields have the shape (n, 6, k): three translations, three rotations (zero where a node has none),
+    k columns (modes or load cases).
+    """
+
+    cell_type: str
+    """Cell name in meshio's spelling ("tetra10", "hexahedron", "line", "triangle")."""
+    connectivity: np.ndarray
+    """(ne, nodes per cell), int, node numbers of the FE model in meshio's order."""
+
+    def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
+        """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
+
+    def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """``modes^T K_g(displacements[..., l]) modes`` for each load case l: (k_loads, m, m), no matrix assembled."""
+
+    def nodal_stress(self, displacements: np.ndarray) -> np.ndarray:
+        """Stress xx, yy, zz, xy, yz, zx averaged to nodes, (n, 6, k), Pa; NaN at nodes of other blocks."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FEModel:
+    """Stiffness, mass and everything that must be known of the mesh.
+
+    Parameters
+    ----------
+    nodes : (n, 3), m
+        Node positions in body axes.
+    dofs : (ndof, 2), int
+        Node number and direction (0..2 translation x y z, 3..5 rotation x y z) of every row of K and M.
+    K, M : (ndof, ndof) csr, N/m and kg
+        Symmetric stiffness and mass matrices (consistent or lumped).
+    node_sets : mapping of name to node numbers
+        Named groups of nodes (from the mesh's physical groups, Nastran SETs, Abaqus NSETs).
+    facet_sets : mapping of name to (nf, nodes per facet)
+        Named groups of surface facets, as node numbers, corner nodes first, outward normal by the right-hand rule.
+    blocks : tuple of ElementBlock
+        The elements, for stress, geometric stiffness and drawing; empty for foreign matrices.
+    name : str
+        Used in messages and reports.
+    """
+
+    nodes: np.ndarray
+    dofs: np.ndarray
+    K: sparse.csr_matrix
+    M: sparse.csr_matrix
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    facet_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    blocks: tuple[ElementBlock, ...] = ()
+    name: str = "part"
+
+    def __post_init__(self):
+        part, size = f"FE model '{self.name}'", len(self.dofs)
+        for symbol, matrix in (("K", self.K), ("M", self.M)):
+            if matrix.shape != (size, size):
+                raise MeshError(part, found=f"{symbol} has the shape {matrix.shape}",
+                                expected=f"({size}, {size}), one row per freedom in dofs",
+                                remedy="Give one (node, direction) pair per matrix row")
+        if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
+            raise MeshError(part, found=f"nodes have the shape {self.nodes.shape}", expected="(n, 3)",
+                            remedy="Give one row x, y, z per node; planar meshes need z = 0")
+
+    def node_set(self, name: str) -> np.ndarray:
+        """Return the node numbers of a named set; raise MeshError with the known names."""
+        if name not in self.node_sets:
+            known = ", ".join(sorted(self.node_sets)) or "none"
+            raise MeshError(f"FE model '{self.name}'", found=f"the node set '{name}' does not exist",
+                            expected=f"One of: {known}", remedy=did_you_mean(name, self.node_sets))
+        return self.node_sets[name]
+
+    @property
+    def ndof(self) -> int:
+        """Number of freedoms."""
+        return len(self.dofs)
+
+    def field(self, vectors: np.ndarray) -> np.ndarray:
+        """Return freedom vectors (ndof, k) as a nodal field (n, 6, k); absent freedoms are zero."""
+        vectors = np.asarray(vectors, float).reshape(self.ndof, -1)
+        out = np.zeros((len(self.nodes), 6, vectors.shape[1]))
+        out[self.dofs[:, 0], self.dofs[:, 1]] = vectors
+        return out
+
+    def vectors(self, field: np.ndarray) -> np.ndarray:
+        """Return a nodal field (n, 6, k) as freedom vectors (ndof, k); the inverse of `field`."""
+        return np.asarray(field, float)[self.dofs[:, 0], self.dofs[:, 1]]
+
+    def rigid_motions(self) -> np.ndarray:
+        """Return the six unit rigid motions about the origin: (ndof, 6), translations then rotations."""
+        motions = np.zeros((len(self.nodes), 6, 6))
+        for k in range(3):
+            axis = np.eye(3)[k]
+            motions[:, k, k] = 1.0
+            motions[:, :3, 3 + k] = np.cross(axis, self.nodes)
+            motions[:, 3 + k, 3 + k] = 1.0
+        return self.vectors(motions)

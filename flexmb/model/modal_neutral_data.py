@@ -1,0 +1,199 @@
+"""`ModalNeutralData`: a reduced elastic body, complete, independent of how it was reduced.
+
+Notation: m flexible coordinates eta (m), body axes B = axes of the mesh, origin = origin of the mesh.
+The velocity of a body is u = (v, w, eta'), in body axes; its kinetic energy is T = 1/2 u^T M_b(eta) u.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+
+__all__ = ["GeometricStiffness", "InertiaInvariants", "ModalNeutralData"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InertiaInvariants:
+    """Coefficients of the body mass matrix, a quadratic polynomial in eta (theory, "floating frame", M_b).
+
+    With the fixed vectors E_k (unit translation), P_k X (rigid rotation), P_k Phi_j (rotated modes) and Phi_j,
+    all scalar products under the FE mass matrix M::
+
+        M_vv                = E^T M E                    vv  (3, 3)     kg
+        M_vw = vw0 + sum_j eta_j vw1[j]                  vw0 (3, 3)     kg m     vw1 (m, 3, 3)     kg
+        M_vn                = E^T M Phi                  vn  (3, m)     kg
+        M_ww = ww0 + sum_j eta_j ww1[j] + sum_jk eta_j eta_k ww2[j, k]
+                                                         ww0 (3, 3)     kg m2    ww1 (m, 3, 3)     kg m
+                                                         ww2 (m, m, 3, 3)  kg
+        M_wn = wn0 + sum_j eta_j wn1[j]                  wn0 (3, m)     kg m     wn1 (m, 3, m)     kg
+        M_nn                = Phi^T M Phi                nn  (m, m)     kg
+    """
+
+    vv: np.ndarray
+    vw0: np.ndarray
+    vw1: np.ndarray
+    vn: np.ndarray
+    ww0: np.ndarray
+    ww1: np.ndarray
+    ww2: np.ndarray
+    wn0: np.ndarray
+    wn1: np.ndarray
+    nn: np.ndarray
+
+    def selected(self, modes: np.ndarray) -> InertiaInvariants:
+        """Return the invariants of a subset of the modes (int indices)."""
+        j = np.asarray(modes, int)
+        return InertiaInvariants(
+            vv=self.vv, vw0=self.vw0, vw1=self.vw1[j], vn=self.vn[:, j], ww0=self.ww0, ww1=self.ww1[j],
+            ww2=self.ww2[np.ix_(j, j)], wn0=self.wn0[:, j], wn1=self.wn1[j][:, :, j], nn=self.nn[np.ix_(j, j)])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GeometricStiffness:
+    """Modal geometric stiffness matrices of unit loads, N/m each per unit of the load (Banerjee 1993).
+
+    ``inertia`` (12, m, m): index k = 0..2 for the nodal forces -M E_k, scaled by A_k (m/s2); index 3 + 3 k + l for
+    -M [x_l e_k], scaled by B_kl (1/s2), of the acceleration field a(x) = A + B x, gravity included in A.
+    ``interface`` (ni, 6, m, m): unit force (N) and moment (N m) along the body axes at each interface.
+    ``loads`` (nl, m, m): one per load shape. ``preload`` (m, m): constant.
+    """
+
+    inertia: np.ndarray
+    interface: np.ndarray
+    loads: np.ndarray
+    preload: np.ndarray
+
+    def selected(self, modes: np.ndarray) -> GeometricStiffness:
+        """Return the matrices of a subset of the modes (int indices)."""
+        j = np.asarray(modes, int)
+        return GeometricStiffness(**{f.name: getattr(self, f.name)[..., j, :][..., j] for f in fields(self)})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModalNeutralData:
+    """A reduced elastic body.
+
+    Parameters
+    ----------
+    name : str
+        Name of the part.
+    nodes : (n, 3), m
+        Node positions in body axes.
+    cells : tuple of (meshio cell type, (ne, nn) int)
+        Elements for drawing and recovery, node numbers into `nodes`.
+    shapes : (n, 3, m)
+        Translation of every node by each mode.
+    rotation_shapes : (n, 3, m) or None
+        Rotation of every node by each mode, 1/m, where the FE nodes have rotations (frames, shells).
+    marker_names : tuple of str
+        Interfaces first (they may carry loads with geometric stiffness), then stations (observed points).
+    n_interfaces : int
+        How many of the markers are interfaces.
+    marker_positions : (k, 3), m
+    marker_translations, marker_rotations : (k, 3, m)
+        Mode shapes at the markers: translation (-), rotation (1/m).
+    stiffness : (m, m), N/m
+    damping_ratios : (m,)
+        Fraction of critical damping of each mode, as proposed at reduction (zero if none was).
+    frequencies : (m,), Hz
+        Frequencies of the retained modes (free-free for the Buckens frame).
+    invariants : InertiaInvariants
+    geometric : GeometricStiffness or None
+    load_names : tuple of str
+    load_shapes : (nl, 6 + m), N, N m, N
+        Generalised force (force, moment about the origin, modal force, all in body axes) of each unit load shape.
+    stress_modes : (n, 6, m) or None, Pa/m
+        Nodal stress xx, yy, zz, xy, yz, zx of each mode.
+    frame : str
+        "buckens", or the name of the interface at which the body frame is clamped.
+    quality : dict
+        The quality report: numbers and text that JSON can hold.
+    """
+
+    name: str
+    nodes: np.ndarray
+    cells: tuple[tuple[str, np.ndarray], ...]
+    shapes: np.ndarray
+    rotation_shapes: np.ndarray | None = None
+    marker_names: tuple[str, ...]
+    n_interfaces: int
+    marker_positions: np.ndarray
+    marker_translations: np.ndarray
+    marker_rotations: np.ndarray
+    stiffness: np.ndarray
+    damping_ratios: np.ndarray
+    frequencies: np.ndarray
+    invariants: InertiaInvariants
+    geometric: GeometricStiffness | None = None
+    load_names: tuple[str, ...] = ()
+    load_shapes: np.ndarray
+    stress_modes: np.ndarray | None = None
+    frame: str = "buckens"
+    quality: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        m, k = self.stiffness.shape[0], len(self.marker_names)
+        shapes = {"shapes": (len(self.nodes), 3, m), "marker_translations": (k, 3, m), "marker_rotations": (k, 3, m),
+                  "stiffness": (m, m), "frequencies": (m,), "damping_ratios": (m,),
+                  "load_shapes": (len(self.load_names), 6 + m)}
+        for name, expected in shapes.items():
+            found = getattr(self, name).shape
+            if found != expected:
+                raise ModelError(f"Modal neutral data '{self.name}'", found=f"{name} has the shape {found}",
+                                 expected=f"{expected}", remedy="Make the data with reduction.reduce, or see its fields")
+
+    @property
+    def n_modes(self) -> int:
+        """Number m of flexible coordinates."""
+        return self.stiffness.shape[0]
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return float(np.trace(self.invariants.vv)) / 3.0
+
+    @property
+    def center_of_mass(self) -> np.ndarray:
+        """Centre of mass of the undeformed body, (3,), m, in body axes."""
+        s = self.invariants.vw0 / self.mass  # M_vw = -m c~
+        return np.array([s[1, 2], s[2, 0], s[0, 1]])
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Inertia of the undeformed body about its centre of mass, (3, 3), kg m2, in body axes."""
+        c = self.center_of_mass
+        return self.invariants.ww0 - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+    def selected(self, modes) -> ModalNeutralData:
+        """Return the body with a subset of its modes: a count (the first so many) or int indices."""
+        j = np.arange(modes) if np.isscalar(modes) else np.asarray(modes, int)
+        if len(j) and (j.min() < 0 or j.max() >= self.n_modes):
+            raise ModelError(f"Modal neutral data '{self.name}'", found=f"mode selection {modes!r}",
+                             expected=f"indices below {self.n_modes}", remedy="Select among the modes of data.frequencies")
+        return replace(
+            self, shapes=self.shapes[..., j],
+            rotation_shapes=None if self.rotation_shapes is None else self.rotation_shapes[..., j],
+            marker_translations=self.marker_translations[..., j], marker_rotations=self.marker_rotations[..., j],
+            stiffness=self.stiffness[np.ix_(j, j)], damping_ratios=self.damping_ratios[j],
+            frequencies=self.frequencies[j], invariants=self.invariants.selected(j),
+            geometric=None if self.geometric is None else self.geometric.selected(j),
+            load_shapes=np.hstack([self.load_shapes[:, :6], self.load_shapes[:, 6:][:, j]]),
+            stress_modes=None if self.stress_modes is None else self.stress_modes[..., j])
+
+    def save(self, path: str | Path) -> Path:
+        """Write the data to an HDF5 file (schema-versioned) and return its path."""
+        from flexmb.model.modal_neutral_file import save
+
+        return save(self, path)
+
+    @staticmethod
+    def load(path: str | Path) -> ModalNeutralData:
+        """Read data written by `save`; DataFileError if the file is damaged or of another schema version."""
+        from flexmb.model.modal_neutral_file import load
+
+        return load(path)
