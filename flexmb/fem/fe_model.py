@@ -30,7 +30,7 @@ class ElementBlock(Protocol):
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
 
     def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
-        """``modes^T K_g(displacements[..., l]) modes`` for each load case l: (k_loads, m, m), no matrix assembled."""
+        """``modes^T K_g(displacements[..., l]) modes`` per load case l: (loads, m, m), nothing assembled."""
 
     def nodal_stress(self, displacements: np.ndarray) -> np.ndarray:
         """Stress xx, yy, zz, xy, yz, zx averaged to nodes, (n, 6, k), Pa; NaN at nodes of other blocks."""
@@ -51,7 +51,8 @@ class FEModel:
     node_sets : mapping of name to node numbers
         Named groups of nodes (from the mesh's physical groups, Nastran SETs, Abaqus NSETs).
     facet_sets : mapping of name to (nf, nodes per facet)
-        Named groups of surface facets, as node numbers, corner nodes first, outward normal by the right-hand rule.
+        Named groups of surface facets, as node numbers, corner nodes first, outward normal by the
+        right-hand rule.
     blocks : tuple of ElementBlock
         The elements, for stress, geometric stiffness and drawing; empty for foreign matrices.
     name : str

@@ -21,8 +21,8 @@ __all__ = ["GeometricStiffness", "InertiaInvariants", "ModalNeutralData"]
 class InertiaInvariants:
     """Coefficients of the body mass matrix, a quadratic polynomial in eta (theory, "floating frame", M_b).
 
-    With the fixed vectors E_k (unit translation), P_k X (rigid rotation), P_k Phi_j (rotated modes) and Phi_j,
-    all scalar products under the FE mass matrix M::
+    With the fixed vectors E_k (unit translation), P_k X (rigid rotation), P_k Phi_j (rotated modes) and
+    Phi_j, all scalar products under the FE mass matrix M::
 
         M_vv                = E^T M E                    vv  (3, 3)     kg
         M_vw = vw0 + sum_j eta_j vw1[j]                  vw0 (3, 3)     kg m     vw1 (m, 3, 3)     kg
@@ -50,15 +50,16 @@ class InertiaInvariants:
         j = np.asarray(modes, int)
         return InertiaInvariants(
             vv=self.vv, vw0=self.vw0, vw1=self.vw1[j], vn=self.vn[:, j], ww0=self.ww0, ww1=self.ww1[j],
-            ww2=self.ww2[np.ix_(j, j)], wn0=self.wn0[:, j], wn1=self.wn1[j][:, :, j], nn=self.nn[np.ix_(j, j)])
+            ww2=self.ww2[np.ix_(j, j)], wn0=self.wn0[:, j], wn1=self.wn1[j][:, :, j],
+            nn=self.nn[np.ix_(j, j)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GeometricStiffness:
     """Modal geometric stiffness matrices of unit loads, N/m each per unit of the load (Banerjee 1993).
 
-    ``inertia`` (12, m, m): index k = 0..2 for the nodal forces -M E_k, scaled by A_k (m/s2); index 3 + 3 k + l for
-    -M [x_l e_k], scaled by B_kl (1/s2), of the acceleration field a(x) = A + B x, gravity included in A.
+    ``inertia`` (12, m, m): index k = 0..2 for the nodal forces -M E_k, scaled by A_k (m/s2); index 3 + 3 k + l
+    for -M [x_l e_k], scaled by B_kl (1/s2), of the acceleration field a(x) = A + B x, gravity included in A.
     ``interface`` (ni, 6, m, m): unit force (N) and moment (N m) along the body axes at each interface.
     ``loads`` (nl, m, m): one per load shape. ``preload`` (m, m): constant.
     """
@@ -106,7 +107,8 @@ class ModalNeutralData:
     geometric : GeometricStiffness or None
     load_names : tuple of str
     load_shapes : (nl, 6 + m), N, N m, N
-        Generalised force (force, moment about the origin, modal force, all in body axes) of each unit load shape.
+        Generalised force (force, moment about the origin, modal force, all in body axes) of each unit
+        load shape.
     stress_modes : (n, 6, m) or None, Pa/m
         Nodal stress xx, yy, zz, xy, yz, zx of each mode.
     frame : str
@@ -138,14 +140,16 @@ class ModalNeutralData:
 
     def __post_init__(self):
         m, k = self.stiffness.shape[0], len(self.marker_names)
-        shapes = {"shapes": (len(self.nodes), 3, m), "marker_translations": (k, 3, m), "marker_rotations": (k, 3, m),
+        shapes = {"shapes": (len(self.nodes), 3, m), "marker_translations": (k, 3, m),
+                  "marker_rotations": (k, 3, m),
                   "stiffness": (m, m), "frequencies": (m,), "damping_ratios": (m,),
                   "load_shapes": (len(self.load_names), 6 + m)}
         for name, expected in shapes.items():
             found = getattr(self, name).shape
             if found != expected:
                 raise ModelError(f"Modal neutral data '{self.name}'", found=f"{name} has the shape {found}",
-                                 expected=f"{expected}", remedy="Make the data with reduction.reduce, or see its fields")
+                                 expected=f"{expected}",
+                                 remedy="Make the data with reduction.reduce, or see its fields")
 
     @property
     def n_modes(self) -> int:
@@ -171,14 +175,16 @@ class ModalNeutralData:
 
     def selected(self, modes) -> ModalNeutralData:
         """Return the body with a subset of its modes: a count (the first so many) or int indices."""
-        j = np.arange(modes) if np.isscalar(modes) else np.asarray(modes, int)
+        j = np.arange(modes) if np.ndim(modes) == 0 else np.asarray(modes, int)
         if len(j) and (j.min() < 0 or j.max() >= self.n_modes):
             raise ModelError(f"Modal neutral data '{self.name}'", found=f"mode selection {modes!r}",
-                             expected=f"indices below {self.n_modes}", remedy="Select among the modes of data.frequencies")
+                             expected=f"indices below {self.n_modes}",
+                             remedy="Select among the modes of data.frequencies")
         return replace(
             self, shapes=self.shapes[..., j],
             rotation_shapes=None if self.rotation_shapes is None else self.rotation_shapes[..., j],
-            marker_translations=self.marker_translations[..., j], marker_rotations=self.marker_rotations[..., j],
+            marker_translations=self.marker_translations[..., j],
+            marker_rotations=self.marker_rotations[..., j],
             stiffness=self.stiffness[np.ix_(j, j)], damping_ratios=self.damping_ratios[j],
             frequencies=self.frequencies[j], invariants=self.invariants.selected(j),
             geometric=None if self.geometric is None else self.geometric.selected(j),
