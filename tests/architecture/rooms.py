@@ -1,0 +1,71 @@
+"""The rooms of flexmb: what each may import, and which room is the door to which third-party package.
+
+The order is that of docs/architecture.md. Imports point upwards in it, never sideways between kinds.
+"""
+
+# room: the rooms (or single modules of them) that it may know. `errors` is open to all.
+MAY_KNOW = {
+    "errors": (),
+    "hdf5": (),
+    "math": (),
+    "model": ("hdf5", "math"),
+    "fem": ("math", "model.material"),
+    "reduction": ("math", "model", "fem.fe_model"),
+    "constraints": ("math", "model"),
+    "bodies": ("math", "model"),
+    "joints": ("math", "model", "constraints"),
+    "forces": ("math", "model"),
+    "sensors": ("math", "model"),
+    "events": ("math", "model"),
+    "system": ("math", "model", "constraints"),
+    "tree": ("math", "model", "constraints", "system"),
+    "integrate": ("math", "model", "constraints", "system", "tree"),
+    "results": ("hdf5", "math", "model", "system"),
+    "io": ("hdf5", "math", "model", "fem", "reduction", "constraints", "bodies", "joints", "forces",
+           "sensors", "events", "system", "results"),
+    "view": ("math", "model", "bodies", "results", "io"),
+    "study": ("model", "results", "io"),
+    "cli": (),
+}
+
+# room: the rooms of which it may know the door (the package) but no module behind it.
+MAY_CALL = {
+    "io": ("integrate",),
+    "study": ("integrate",),
+    "cli": tuple(MAY_KNOW),
+}
+
+# room: exceptions inside what it may know.
+MUST_NOT_KNOW = {
+    "model": ("math.kernel",),
+    "joints": ("math.kernel",),
+    "reduction": ("model.model",),
+}
+
+# Only the public face of the package may be imported here.
+MAY_USE_THE_FACE = ("cli", "study")
+
+# third-party package (or standard parser): files below flexmb/ that may import it.
+DOORS = {
+    "numba": ("math/",),
+    "threadpoolctl": ("math/",),
+    "pypardiso": ("math/",),
+    "sksparse": ("math/",),
+    "h5py": ("hdf5.py",),
+    "skfem": ("fem/",),
+    "meshio": ("fem/",),
+    "sksundae": ("integrate/",),
+    "tomllib": ("io/",),
+    "vtk": ("io/", "view/"),
+    "vtkmodules": ("io/", "view/"),
+    "pyvista": ("io/", "view/"),
+    "matplotlib": ("view/",),
+    "imageio": ("view/",),
+    "dask": ("study/",),
+    "distributed": ("study/",),
+    "numpy": ("",),
+    "scipy": ("",),
+}
+
+HEAVY = ("pyvista", "vtk", "vtkmodules", "meshio", "skfem", "matplotlib", "sksundae", "h5py", "gmsh", "dask")
+"""Packages that `import flexmb` must not load: they are imported where they are used."""

@@ -1,0 +1,51 @@
+"""Files and functions stay readable, names say what a thing is, nothing is left half done."""
+
+import ast
+import re
+
+import pytest
+from architecture.sources import FILES, name, tree
+
+FILE_LINES = 400
+FUNCTION_LINES = 70
+EMPTY_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "misc", "core", "common", "tools"}
+UNFINISHED = re.compile(r"NotImplementedError|\b(?:TO" r"DO|FIX" r"ME|X" r"XX|HA" r"CK)\b")
+
+
+@pytest.mark.parametrize("path", FILES, ids=name)
+def test_a_file_is_one_thing(path):
+    lines = len(path.read_text(encoding="utf-8").splitlines())
+    assert lines <= FILE_LINES, f"{name(path)} has {lines} lines: it is probably two things"
+
+
+@pytest.mark.parametrize("path", FILES, ids=name)
+def test_a_function_fits_on_a_screen(path):
+    long = [
+        f"{name(path)}:{node.lineno} {node.name} has {node.end_lineno - node.lineno + 1} lines"
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 > FUNCTION_LINES
+    ]
+    assert not long, "\n".join(long)
+
+
+@pytest.mark.parametrize("path", FILES, ids=name)
+def test_nothing_is_left_half_done(path):
+    text = path.read_text(encoding="utf-8")
+    found = [
+        f"{name(path)}:{number} {line.strip()}"
+        for number, line in enumerate(text.splitlines(), 1)
+        if UNFINISHED.search(line)
+    ]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("path", FILES, ids=name)
+def test_names_say_what_a_thing_is(path):
+    words = set(path.stem.strip("_").split("_"))
+    assert not words & EMPTY_NAMES, f"{name(path)}: what is it about?"
+
+
+@pytest.mark.parametrize("path", FILES, ids=name)
+def test_a_module_says_what_it_is(path):
+    docstring = ast.get_docstring(tree(path)) or ""
+    assert len(docstring.split()) >= 3, f"{name(path)} has no docstring that says what it holds"

@@ -1,0 +1,65 @@
+"""What every test may use: seeded random numbers, reference cases, outside programs."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import zlib
+from functools import cache
+from pathlib import Path
+
+# One BLAS thread: two threads on small matrices cost more than they bring. Set before numpy is loaded.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np
+import pytest
+
+VALIDATION = Path(__file__).parent / "data" / "validation"
+
+DRAW_ONE_SPHERE = """
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(40, 40))
+plotter.add_mesh(pyvista.Sphere())
+assert plotter.screenshot(None, return_img=True).std() > 0
+"""
+
+
+@pytest.fixture
+def rng(request) -> np.random.Generator:
+    """Random numbers seeded by the test's name: reproducible one by one and in any order."""
+    return np.random.default_rng(zlib.crc32(request.node.nodeid.encode()))
+
+
+@pytest.fixture(scope="session")
+def reference():
+    """``reference("RB01")`` is the reference case of that id: its JSON file as a dict."""
+
+    def load(case_id: str) -> dict:
+        return json.loads((VALIDATION / f"{case_id}.json").read_text())
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def ccx() -> str:
+    """Path of CalculiX, the outside FE program; the test is skipped where it is not installed."""
+    path = shutil.which("ccx")
+    if path is None:
+        pytest.skip("CalculiX (ccx) is not installed; on Debian: apt-get install calculix-ccx")
+    return path
+
+
+@cache
+def can_render() -> bool:
+    """Draw in a child process: without an OpenGL library VTK does not raise, it crashes."""
+    child = subprocess.run([sys.executable, "-c", DRAW_ONE_SPHERE], capture_output=True, check=False)
+    return child.returncode == 0
+
+
+def pytest_runtest_setup(item):
+    if item.get_closest_marker("render") and not can_render():
+        pytest.skip("no off-screen OpenGL library; on Debian: apt-get install libegl1 libgl1")
