@@ -1,0 +1,83 @@
+"""HDF5 file of `ModalNeutralData`: one dataset per array, names and report as JSON attributes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from flexmb import hdf5
+from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+
+__all__ = ["SCHEMA", "VERSION", "load", "save"]
+
+SCHEMA = "flexmb.modal_neutral_data"
+VERSION = 1
+
+_GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
+_OWN = {"cells", *_GROUPS}  # written in their own way
+
+
+def save(data: ModalNeutralData, path: str | Path) -> Path:
+    """Write `data` to `path` and return the path; an existing file is replaced only by a complete one."""
+    path = Path(path)
+    with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
+        for field in fields(data):
+            value = getattr(data, field.name)
+            if field.name in _OWN or value is None:
+                continue
+            if isinstance(value, np.ndarray):
+                _write_array(file, field.name, value)
+            else:
+                file.attrs[field.name] = json.dumps(value, default=_plain)
+        for name in _GROUPS:
+            record = getattr(data, name)
+            if record is not None:
+                group = file.create_group(name)
+                for field in fields(record):
+                    _write_array(group, field.name, getattr(record, field.name))
+        cells = file.create_group("cells")
+        for number, (cell_type, connectivity) in enumerate(data.cells):
+            block = _write_array(cells, str(number), np.asarray(connectivity))
+            block.attrs["type"] = cell_type
+    return path
+
+
+def load(path: str | Path) -> ModalNeutralData:
+    """Read what `save` wrote; DataFileError if the file is missing, foreign, damaged or of another version."""
+    with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
+        values = {}
+        for field in fields(ModalNeutralData):
+            name = field.name
+            if name in _OWN:
+                continue
+            if name in file:
+                values[name] = file[name][()]
+            elif name in file.attrs:
+                value = json.loads(file.attrs[name])
+                values[name] = tuple(value) if isinstance(value, list) else value
+            elif name not in ("rotation_shapes", "stress_modes"):
+                raise KeyError(f"'{name}' is missing")
+        for name, record in _GROUPS.items():
+            if name in file:
+                values[name] = record(**{f.name: file[name][f.name][()] for f in fields(record)})
+        blocks = file["cells"]
+        values["cells"] = tuple(
+            (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks)))
+        if "invariants" not in values:
+            raise KeyError("'invariants' is missing")
+    return ModalNeutralData(**values)
+
+
+def _write_array(group, name: str, array: np.ndarray):
+    """Compress what is large: shapes and stresses of fine meshes are most of a file."""
+    large = array.nbytes > 1_000_000
+    return group.create_dataset(name, data=array, **({"compression": "gzip", "compression_opts": 1,
+                                                       "shuffle": True} if large else {}))
+
+
+def _plain(value):
+    """Turn numpy numbers and arrays into what JSON can hold."""
+    return value.tolist()

@@ -1,0 +1,138 @@
+"""The data file: nothing is lost on the way, and a wrong file says what is wrong with it."""
+
+import dataclasses
+
+import h5py
+import numpy as np
+import pytest
+
+from flexmb import hdf5
+from flexmb.errors import DataFileError
+from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_neutral_file import SCHEMA, VERSION
+
+
+def arbitrary_data(rotations: bool = True) -> ModalNeutralData:
+    rng = np.random.default_rng(7)
+    n, m, k = 5, 3, 2
+    invariants = InertiaInvariants(
+        vv=np.eye(3), vw0=rng.random((3, 3)), vw1=rng.random((m, 3, 3)), vn=rng.random((3, m)),
+        ww0=rng.random((3, 3)), ww1=rng.random((m, 3, 3)), ww2=rng.random((m, m, 3, 3)), wn0=rng.random((3, m)),
+        wn1=rng.random((m, 3, m)), nn=np.eye(m))
+    geometric = GeometricStiffness(inertia=rng.random((12, m, m)), interface=rng.random((1, 6, m, m)),
+                                   loads=rng.random((1, m, m)), preload=rng.random((m, m)))
+    return ModalNeutralData(
+        name="rod", nodes=rng.random((n, 3)), cells=(("tetra", np.array([[0, 1, 2, 3]])), ("line", np.array([[3, 4]]))),
+        shapes=rng.random((n, 3, m)), rotation_shapes=rng.random((n, 3, m)) if rotations else None,
+        marker_names=("a", "tip"), n_interfaces=1, marker_positions=rng.random((k, 3)),
+        marker_translations=rng.random((k, 3, m)), marker_rotations=rng.random((k, 3, m)),
+        stiffness=np.eye(m), damping_ratios=np.full(m, 0.01), frequencies=np.arange(1.0, 4.0), invariants=invariants,
+        geometric=geometric if rotations else None, load_names=("air",), load_shapes=rng.random((1, 6 + m)),
+        stress_modes=rng.random((n, 6, m)) if rotations else None, frame="a",
+        quality={"modes": [1, 2], "text": "fine", "number": np.float64(0.5)})
+
+
+def assert_same(a, b):
+    if dataclasses.is_dataclass(a):
+        for field in dataclasses.fields(a):
+            assert_same(getattr(a, field.name), getattr(b, field.name))
+    elif isinstance(a, tuple):
+        assert len(a) == len(b)
+        for x, y in zip(a, b, strict=True):
+            assert_same(x, y)
+    elif isinstance(a, np.ndarray):
+        assert a.shape == b.shape
+        assert a.dtype == b.dtype
+        np.testing.assert_array_equal(a, b)
+    else:
+        assert a == b
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_every_field_survives_the_file(tmp_path, full):
+    data = arbitrary_data(full)
+    assert data.save(tmp_path / "rod.h5") == tmp_path / "rod.h5"
+    assert_same(data, ModalNeutralData.load(tmp_path / "rod.h5"))
+
+
+def test_missing_file_names_the_neighbours(tmp_path):
+    arbitrary_data().save(tmp_path / "conrod.h5")
+    with pytest.raises(DataFileError, match=r"does not exist.*kind 'flexmb.modal_neutral_data'.*conrod\.h5"):
+        ModalNeutralData.load(tmp_path / "conrood.h5")
+
+
+def test_missing_folder(tmp_path):
+    with pytest.raises(DataFileError, match=r"folder '.*runs' does not exist"):
+        arbitrary_data().save(tmp_path / "runs" / "x.h5")
+    with pytest.raises(DataFileError, match=r"does not exist"):
+        ModalNeutralData.load(tmp_path / "runs" / "x.h5")
+
+
+def test_not_hdf5(tmp_path):
+    path = tmp_path / "x.h5"
+    path.write_text("$MeshFormat")
+    with pytest.raises(DataFileError, match=r"not an HDF5 file.*MeshFo"):
+        ModalNeutralData.load(path)
+
+
+def test_truncated(tmp_path):
+    path = arbitrary_data().save(tmp_path / "x.h5")
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    with pytest.raises(DataFileError, match=r"truncated or damaged.*Write or copy it again"):
+        ModalNeutralData.load(path)
+
+
+def test_missing_dataset_counts_as_damage(tmp_path):
+    path = arbitrary_data().save(tmp_path / "x.h5")
+    with h5py.File(path, "a") as file:
+        del file["shapes"]
+    with pytest.raises(DataFileError, match=r"damaged.*shapes"):
+        ModalNeutralData.load(path)
+
+
+def test_foreign_schema(tmp_path):
+    with hdf5.writing(tmp_path / "x.h5", schema="flexmb.solution", version=1):
+        pass
+    with pytest.raises(DataFileError, match=r"schema 'flexmb.solution'.*schema 'flexmb.modal_neutral_data'"):
+        ModalNeutralData.load(tmp_path / "x.h5")
+    with hdf5.writing(tmp_path / "y.h5"):
+        pass
+    with pytest.raises(DataFileError, match="no schema attribute"):
+        ModalNeutralData.load(tmp_path / "y.h5")
+
+
+@pytest.mark.parametrize(("version", "remedy"), [(VERSION + 1, "Update flexmb"), (VERSION - 1, "Make the file again")])
+def test_other_version(tmp_path, version, remedy):
+    with hdf5.writing(tmp_path / "x.h5", schema=SCHEMA, version=version):
+        pass
+    with pytest.raises(DataFileError, match=rf"schema version {version} .*version {VERSION}.*{remedy}"):
+        ModalNeutralData.load(tmp_path / "x.h5")
+
+
+def write_half_a_file(path):
+    with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
+        file["nodes"] = np.zeros(3)
+        raise KeyboardInterrupt
+
+
+def test_interrupted_writing_keeps_the_old_file(tmp_path):
+    path = arbitrary_data().save(tmp_path / "x.h5")
+    before = path.read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        write_half_a_file(path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
+
+
+def test_streamed_file_is_readable_after_a_flush(tmp_path):
+    file = hdf5.streaming(tmp_path / "s.h5", schema="flexmb.solution", version=1)
+    file.create_dataset("t", shape=(0,), maxshape=(None,), dtype=float)
+    file["t"].resize((2,))
+    file["t"][:] = [0.0, 1.0]
+    file.flush()
+    copy = tmp_path / "copy.h5"
+    copy.write_bytes((tmp_path / "s.h5").read_bytes())
+    file.close()
+    with hdf5.reading(copy, schema="flexmb.solution", version=1) as kept:
+        np.testing.assert_array_equal(kept["t"][()], [0.0, 1.0])
