@@ -1,0 +1,156 @@
+"""The arrays that kernels work on: record types, the state, the workspace, and the signatures of kernel families.
+
+Every kernel of a kind is compiled for one signature, ``(rows, data, state, work)``, so that the compiled loop over
+kinds calls it through a pointer and a new kind needs no change elsewhere:
+
+- ``rows``: the record table of the kind as bytes; the kernel begins with ``rows = raw.view(dtype)``;
+- ``data``: the bulk numbers of the kind (modal matrices, curve coefficients), one flat array that rows index;
+- ``state``: time, coordinates and sampled signals, read only;
+- ``work``: everything an evaluation writes.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections import namedtuple
+from functools import cached_property
+
+import numpy as np
+from numba import cfunc, from_dtype, types
+from numba.core.errors import NumbaExperimentalFeatureWarning
+
+__all__ = ["EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "RowKernel", "State", "Work", "no_operation", "row_kernel"]
+
+# A first-class function type is the documented way to call through a pointer; its warning says only that it is young.
+warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
+
+MARKER = np.dtype(
+    [
+        ("r", float, 3),  # m, position in W
+        ("R", float, (3, 3)),  # marker axes in W
+        ("v", float, 3),  # m/s, in W
+        ("w", float, 3),  # rad/s, in W
+        ("bias", float, 6),  # acceleration (m/s2, rad/s2, in W) at zero generalised acceleration
+        ("wrench", float, 6),  # N, N m, in W, acting on the body at the marker
+        ("body", np.int64),  # number of the body
+        ("iu", np.int64),  # first velocity of the body
+        ("nu", np.int64),  # number of velocities of the body (0: ground)
+        ("iJ", np.int64),  # first number of the Jacobian (6, nu) in work.J: twist in W = J u
+        ("iH", np.int64),  # first number of d(modal force)/d(wrench in W) (6, nu) in work.H, or -1
+    ],
+    align=True,
+)
+"""Marker kinematics: the only thing a joint, force or sensor sees of a body."""
+
+EQUATION = np.dtype(
+    [
+        ("g", float),  # residual of the constraint (m or rad)
+        ("rate", float),  # partial derivative of g with respect to time
+        ("drift", float),  # g'' = G u' + drift
+        ("force", float),  # multiplier lam as evaluated: G^T lam acts on the bodies
+        ("leg", np.int64),  # first leg
+        ("legs", np.int64),  # number of legs
+        ("diagonal", np.int64),  # position of the diagonal entry in work.S
+    ],
+    align=True,
+)
+"""One scalar constraint equation g(q, t) = 0."""
+
+LEG = np.dtype(
+    [
+        ("gradient", float, 6),  # derivative of g with respect to the marker's twist in W
+        ("marker", np.int64),
+        ("equation", np.int64),
+        ("iS", np.int64),  # position in work.S of G[equation, first velocity of the body]
+        ("iT", np.int64),  # first entry in work.transposed of the positions of G^T
+    ],
+    align=True,
+)
+"""One marker's part in one equation."""
+
+PAIR = np.dtype(
+    [
+        ("K", float, (12, 12)),  # -d(wrench on a, wrench on b)/d(displacement of a, of b), in W
+        ("D", float, (12, 12)),  # -d(wrenches)/d(twists), in W
+        ("a", np.int64),
+        ("b", np.int64),
+        ("iS", np.int64),  # first entry in work.pair_rows of the row positions of blocks aa, ab, ba, bb
+        ("active", np.int64),  # 1 if any kernel writes K or D of this pair
+    ],
+    align=True,
+)
+"""Two markers between which wrenches depend on relative position or velocity."""
+
+State = namedtuple("State", "t q u a lam signals")
+"""Time (s), configuration (nq,), velocity (nu,), acceleration (nu,), multipliers (ng,), signals (ns, 3)."""
+
+Work = namedtuple(
+    "Work",
+    "markers J H equations legs pairs residual S rows transposed pair_rows diagonal coefficients energy loads",
+)
+"""What an evaluation writes.
+
+markers, equations, legs, pairs : record tables
+J, H : flat Jacobians of the markers
+residual : (nu,) M a - forces - G^T lam
+S : values of the iteration matrix in the pattern of its factors
+rows : (nu,) position in S of the first entry of the body's own block in each row
+transposed, pair_rows : positions in S (see LEG and PAIR)
+diagonal : (nu + ng,) positions of the diagonal in S
+coefficients : (4,) weights of mass, damping and stiffness in S, and 1.0 if S is wanted
+energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
+loads : (nl,) amount of each load shape
+"""
+
+
+def _array(dtype, ndim=1):
+    return types.Array(dtype, ndim, "C")
+
+
+_f8, _i8 = types.float64, types.int64
+STATE = types.NamedTuple((_f8, _array(_f8), _array(_f8), _array(_f8), _array(_f8), _array(_f8, 2)), State)
+WORK = types.NamedTuple(
+    (
+        _array(from_dtype(MARKER)),
+        _array(_f8),
+        _array(_f8),
+        _array(from_dtype(EQUATION)),
+        _array(from_dtype(LEG)),
+        _array(from_dtype(PAIR)),
+        _array(_f8),
+        _array(_f8),
+        _array(_i8),
+        _array(_i8),
+        _array(_i8),
+        _array(_i8),
+        _array(_f8),
+        _array(_f8),
+        _array(_f8),
+    ),
+    Work,
+)
+ROW_KERNEL = types.void(_array(types.uint8), _array(_f8), STATE, WORK)
+"""The signature of every row kernel."""
+
+
+class RowKernel:
+    """A kernel ``(raw, data, state, work) -> None`` of the common signature, compiled when a system first needs it."""
+
+    def __init__(self, function):
+        self.function = function
+        self.__doc__ = function.__doc__
+
+    @cached_property
+    def compiled(self):
+        """The machine code, from the cache on disk if it is there."""
+        return cfunc(ROW_KERNEL, cache=True, error_model="numpy")(self.function)
+
+
+def row_kernel(function) -> RowKernel:
+    """Declare a row kernel."""
+    return RowKernel(function)
+
+
+@row_kernel
+def no_operation(raw, data, state, work):
+    """Do nothing: fills the unused places of a kernel table."""

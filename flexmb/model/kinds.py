@@ -1,0 +1,223 @@
+"""The families of parts and what a kind must provide. Descriptions are frozen; kernels live beside their kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, fields, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.pose import Pose
+
+__all__ = ["Body", "Compiler", "Equation", "Force", "Freedom", "Joint", "Part", "Sensor", "Table"]
+
+
+@dataclass(frozen=True)
+class Table:
+    """How the rows of a kind are stored and which kernels run over them.
+
+    Parameters
+    ----------
+    name : str
+        Unique name of the kind.
+    row : numpy dtype
+        Record type of a row.
+    kernels : mapping of stage name to RowKernel
+        Bodies: "place", "inertia", "energy". Equations: "evaluate". Forces: "apply", "energy" (optional).
+    """
+
+    name: str
+    row: np.dtype
+    kernels: Mapping[str, Any]
+
+
+class Compiler:
+    """What a part may ask while it writes its row (implemented by the system room).
+
+    ``marker(name) -> int``, ``body(name) -> int``, ``signal(value) -> int``, ``pair(a, b) -> int``,
+    ``load(body, name) -> int``, ``joint(name) -> Joint``.
+    """
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Anything with a name in a model."""
+
+    name: str
+
+    family: ClassVar[str] = "Part"
+
+    @property
+    def title(self) -> str:
+        """Family and name, as messages use them: "Joint 'strut_2'"."""
+        return f"{self.family} '{self.name}'"
+
+    def __post_init__(self):
+        if not isinstance(self.name, str) or not self.name or "." in self.name:
+            raise ModelError(self.family, found=f"name {self.name!r}", expected="a non-empty text without dots",
+                             remedy="Dots separate body and marker: 'crank.A'")
+
+    def require_positive(self, *names: str, zero: bool = False) -> None:
+        """Raise ModelError if a field is not a positive (or, with `zero`, non-negative) finite number."""
+        for name in names:
+            value = getattr(self, name)
+            ok = isinstance(value, int | float | np.number) and np.isfinite(value)
+            if not ok or value < 0.0 or (value == 0.0 and not zero):
+                raise ModelError(self.title, found=f"{name} = {value!r}",
+                                 expected="a number " + (">= 0" if zero else "> 0") + " in SI units",
+                                 remedy=f"Give {name} a value in kg, m, s, N")
+
+    def fields(self) -> dict[str, Any]:
+        """Return the fields by name, as given."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def replaced(self, **values: Any):
+        """Return the part with fields replaced; ModelError for an unknown field."""
+        known = self.fields()
+        for name in values:
+            if name not in known:
+                raise ModelError(self.title, found=f"there is no field '{name}'",
+                                 expected=f"{type(self).__name__} has: {', '.join(known)}",
+                                 remedy=did_you_mean(name, known) or "Correct the field's name")
+        return replace(self, **values)
+
+    def check(self, model) -> None:
+        """Raise ModelError if the part refers to something that `model` does not have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body(Part):
+    """A body promises marker kinematics: position, orientation, twist and Jacobian of its markers.
+
+    Its configuration is an optional frame (r in W, Euler parameters; 7 numbers, 6 velocities in body axes) followed by
+    a plain vector (`n_vector` numbers, as many velocities).
+    """
+
+    _: KW_ONLY
+    markers: Mapping[str, Any] = None  # type: ignore[assignment]
+
+    family: ClassVar[str] = "Body"
+    table: ClassVar[Table | None] = None
+    has_frame: ClassVar[bool] = True
+
+    @property
+    def n_vector(self) -> int:
+        """Number of coordinates beyond the frame."""
+        return 0
+
+    @property
+    def n_velocities(self) -> int:
+        """Number of velocities."""
+        return 6 * self.has_frame + self.n_vector
+
+    def marker_poses(self) -> dict[str, Pose]:
+        """Return the poses of all markers in body axes, undeformed, by name."""
+        raise TypeError(f"{type(self).__name__} does not say what its markers are")
+
+    def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return configuration and velocity at the start."""
+        raise TypeError(f"{type(self).__name__} does not say where it starts")
+
+    def record(self, compiler, place) -> tuple:
+        """Return the body's row. `place` has iq, iu, first_marker and `bulk(array) -> offset`."""
+        raise TypeError(f"{type(self).__name__} does not write a row")
+
+
+@dataclass(frozen=True)
+class Equation:
+    """A primitive constraint: what one record table of equations holds."""
+
+    table: ClassVar[Table]
+    count: ClassVar[int] = 1
+
+    def record(self, compiler, markers: tuple[int, ...]) -> tuple:
+        """Return the primitive's own fields of the row (after equation, leg, a, b, pair)."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """A primitive freedom that a joint permits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Joint(Part):
+    """A joint forbids relative motions of two markers and permits the others."""
+
+    _: KW_ONLY
+    markers: tuple[str, str] = ("", "")
+
+    family: ClassVar[str] = "Joint"
+    forbids: ClassVar[tuple[Equation, ...]] = ()
+    permits: ClassVar[tuple[Freedom, ...]] = ()
+
+    def __post_init__(self):
+        super().__post_init__()
+        markers = self.markers
+        if isinstance(markers, str) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
+            raise ModelError(self.title, found=f"markers = {markers!r}", expected="two names 'body.marker'",
+                             remedy="Write markers=('ground.A', 'crank.A')")
+        object.__setattr__(self, "markers", tuple(markers))
+
+    def check(self, model) -> None:
+        """Raise ModelError if a marker does not exist or both are on one body."""
+        (a, _), (b, _) = (model.marker(m, self.title) for m in self.markers)
+        if a.name == b.name:
+            raise ModelError(self.title, found=f"both markers are on body '{a.name}'", expected="markers of two bodies",
+                             remedy="Joints act between different bodies")
+
+    def equations(self) -> tuple[Equation, ...]:
+        """Return the primitive equations of this joint (of its fields, where they depend on them)."""
+        return self.forbids
+
+    def equation_markers(self, compiler) -> tuple[str, ...]:
+        """Return the names of the markers its equations act on."""
+        return self.markers
+
+
+@dataclass(frozen=True, eq=False)
+class Force(Part):
+    """A force acts on markers or load shapes."""
+
+    family: ClassVar[str] = "Force"
+    table: ClassVar[Table]
+
+    def record(self, compiler) -> tuple:
+        """Return the row of this force."""
+        raise TypeError(f"{type(self).__name__} does not write a row")
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor(Part):
+    """A quantity read from the state."""
+
+    family: ClassVar[str] = "Sensor"
+
+    def markers_read(self, model) -> tuple[str, ...]:
+        """Return the names of the markers whose motion this sensor needs."""
+        return ()
+
+    def values(self, series) -> np.ndarray:
+        """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""
+        raise TypeError(f"{type(self).__name__} has no values")
+
+
+def check_names(parts, family: str) -> None:
+    """Raise ModelError if two parts of a family share a name."""
+    seen: set[str] = set()
+    for part in parts:
+        if part.name in seen:
+            raise ModelError(f"{family} '{part.name}'", found="the name is used twice",
+                             expected=f"one {family.lower()} of each name", remedy="Rename one of them")
+        seen.add(part.name)
+
+
+def find_part(name: str, parts: Mapping[str, Part], asker: str, family: str):
+    """Return the part called `name`; ModelError with the known names and the nearest one otherwise."""
+    if name not in parts:
+        known = ", ".join(sorted(parts)) or "none"
+        raise ModelError(asker, found=f"{family} '{name}' does not exist", expected=f"The model has: {known}",
+                         remedy=did_you_mean(name, parts) or "Correct the name")
+    return parts[name]

@@ -1,0 +1,122 @@
+"""`Model`: the frozen description of a mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.kinds import Part, check_names, find_part
+from flexmb.model.pose import vector3
+
+__all__ = ["Model"]
+
+FAMILIES = ("bodies", "joints", "forces", "sensors", "events")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Model:
+    """A mechanism: bodies, joints, forces, sensors and events, all frozen.
+
+    Parameters
+    ----------
+    bodies, joints, forces, sensors, events : sequences of parts
+        Names are unique within each family. The model should have one `Ground`, named "ground".
+    gravity : (3,), m/s2, in W
+        Acceleration of free fall; none unless given.
+    name : str
+        Used in messages, reports and file names.
+
+    Raises
+    ------
+    ModelError
+        For a name used twice, or a part that refers to something that does not exist.
+    """
+
+    bodies: tuple[Any, ...] = ()
+    joints: tuple[Any, ...] = ()
+    forces: tuple[Any, ...] = ()
+    sensors: tuple[Any, ...] = ()
+    events: tuple[Any, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    name: str = "model"
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self):
+        title = f"Model '{self.name}'"
+        object.__setattr__(self, "gravity", vector3(self.gravity, title, "gravity"))
+        for family in FAMILIES:
+            parts = tuple(getattr(self, family))
+            object.__setattr__(self, family, parts)
+            for part in parts:
+                if not isinstance(part, Part):
+                    raise ModelError(title, found=f"{family} holds {part!r}", expected="parts such as flexmb.RigidBody(...)",
+                                     remedy="Put the parts themselves into the list")
+            check_names(parts, parts[0].family if parts else family)
+        for family in ("joints", "forces", "sensors", "events"):
+            for part in getattr(self, family):
+                part.check(self)
+
+    def __repr__(self):
+        counts = ", ".join(f"{len(getattr(self, family))} {family}" for family in FAMILIES if getattr(self, family))
+        return f"Model('{self.name}': {counts})"
+
+    def body(self, name: str, asker: str = "Model"):
+        """Return the body of this name."""
+        return find_part(name, {b.name: b for b in self.bodies}, asker, "body")
+
+    def joint(self, name: str, asker: str = "Model"):
+        """Return the joint of this name."""
+        return find_part(name, {j.name: j for j in self.joints}, asker, "joint")
+
+    def force(self, name: str, asker: str = "Model"):
+        """Return the force of this name."""
+        return find_part(name, {f.name: f for f in self.forces}, asker, "force")
+
+    def marker(self, name: str, asker: str = "Model"):
+        """Return (body, marker pose) of "body.marker"; ModelError with the known markers of that body otherwise."""
+        body_name, dot, marker = str(name).partition(".")
+        if not dot:
+            raise ModelError(asker, found=f"marker '{name}' names no body", expected="'body.marker'",
+                             remedy=did_you_mean(name, self.marker_names()) or "Write it as 'body.marker'")
+        bodies = {b.name: b for b in self.bodies}
+        if body_name not in bodies:
+            raise ModelError(asker, found=f"marker '{name}': body '{body_name}' does not exist",
+                             expected=f"The model has: {', '.join(sorted(bodies)) or 'no bodies'}",
+                             remedy=did_you_mean(body_name, bodies) or "Correct the name")
+        poses = bodies[body_name].marker_poses()
+        if marker not in poses:
+            near = did_you_mean(marker, poses)
+            remedy = near.replace("'" + near.split("'")[1], f"'{body_name}." + near.split("'")[1], 1) if near else ""
+            raise ModelError(asker, found=f"marker '{name}' does not exist",
+                             expected=f"Body '{body_name}' has: {', '.join(poses) or 'no markers'}",
+                             remedy=remedy or f"Add the marker to body '{body_name}'")
+        return bodies[body_name], poses[marker]
+
+    def marker_names(self) -> list[str]:
+        """Return all marker names as "body.marker"."""
+        return [f"{b.name}.{m}" for b in self.bodies for m in b.marker_poses()]
+
+    def without(self, *names: str) -> Model:
+        """Return the model without the named joints, forces, sensors, events or bodies."""
+        every = {p.name for family in FAMILIES for p in getattr(self, family)}
+        for name in names:
+            if name not in every:
+                raise ModelError(f"Model '{self.name}'", found=f"there is no part '{name}' to leave out",
+                                 expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(name, every))
+        return replace(self, **{f: tuple(p for p in getattr(self, f) if p.name not in names) for f in FAMILIES})
+
+    def with_parts(self, **parts: Iterable[Any]) -> Model:
+        """Return the model with parts added: ``model.with_parts(forces=[...], sensors=[...])``."""
+        return replace(self, **{family: (*getattr(self, family), *added) for family, added in parts.items()})
+
+    def changed(self, part: str, **values: Any) -> Model:
+        """Return the model with fields of one part replaced: ``model.changed("crank", mass=2.0)``."""
+        for family in FAMILIES:
+            old = getattr(self, family)
+            if any(p.name == part for p in old):
+                return replace(self, **{family: tuple(p.replaced(**values) if p.name == part else p for p in old)})
+        every = [p.name for family in FAMILIES for p in getattr(self, family)]
+        raise ModelError(f"Model '{self.name}'", found=f"there is no part '{part}' to change",
+                         expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(part, every))

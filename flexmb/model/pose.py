@@ -1,0 +1,104 @@
+"""`Pose`: a position and an orientation relative to a parent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.math.rotations import rotation_matrix
+
+__all__ = ["Pose", "as_pose", "vector3"]
+
+
+def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
+    """Return `value` as three floats; ModelError naming part and field otherwise."""
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.shape != (3,) or not np.all(np.isfinite(array)):
+        raise ModelError(part, found=f"{field} = {value!r}", expected="three finite numbers (x, y, z)",
+                         remedy=f"Write {field} = (0.0, 0.0, 0.0)")
+    return tuple(float(x) for x in array)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Position and orientation of a marker or body in its parent's axes.
+
+    Parameters
+    ----------
+    at : (3,), m
+        Position in the parent's axes.
+    rotation : (3,) rotation vector in rad, (3, 3) matrix, or scipy Rotation, optional
+        Maps the marker's axes to the parent's axes. The z-axis is the axis of revolute, prismatic, cylindrical and
+        screw joints and the normal of planar ones.
+
+    Examples
+    --------
+    >>> hinge = Pose.axes((0.3, 0.0, 0.0), z=(0.0, 1.0, 0.0))
+    >>> hinge.matrix[:, 2].tolist()
+    [0.0, 1.0, 0.0]
+    """
+
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: Any = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "at", vector3(self.at, "Pose", "at"))
+        R = rotation_matrix(self.rotation)
+        if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-9) or np.linalg.det(R) < 0.0:
+            raise ModelError("Pose", found=f"rotation = {self.rotation!r} is no right-handed orthogonal rotation",
+                             expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
+                             remedy="Use Pose.axes(at, x=..., z=...) to give two directions")
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Rotation matrix (3, 3), marker axes in the parent's axes."""
+        return rotation_matrix(self.rotation)
+
+    @staticmethod
+    def axes(at=(0.0, 0.0, 0.0), *, x=None, y=None, z=None) -> Pose:
+        """Make a pose from one or two directions of its axes in the parent's axes.
+
+        The first given of z, x, y is kept exactly, the other is made perpendicular to it; with one direction only, the
+        others are chosen.
+        """
+        given = [(k, np.array(vector3(d, "Pose", "xyz"[k]))) for k, d in ((2, z), (0, x), (1, y)) if d is not None]
+        if not 1 <= len(given) <= 2:
+            raise ModelError("Pose.axes", found=f"{len(given)} directions", expected="one or two of x=, y=, z=",
+                             remedy="Give the main direction and one to fix the rotation about it")
+        (i, a), *rest = given
+        if rest:
+            j, b = rest[0]
+        else:
+            j, b = (i + 1) % 3, np.eye(3)[int(np.argmin(np.abs(a)))]
+        if np.linalg.norm(a) == 0.0 or np.linalg.norm(np.cross(a, b)) < 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
+            raise ModelError("Pose.axes", found="directions that are zero or parallel", expected="two different directions",
+                             remedy="Give another second direction")
+        a = a / np.linalg.norm(a)
+        b = b - a * (a @ b)
+        R = np.empty((3, 3))
+        R[:, i], R[:, j] = a, b / np.linalg.norm(b)
+        k = 3 - i - j
+        R[:, k] = np.cross(R[:, (k + 1) % 3], R[:, (k + 2) % 3])
+        return Pose(at, R)
+
+
+def as_pose(value: Any, part: str, field: str) -> Pose:
+    """Return a Pose from a Pose, a bare 3-vector, or a mapping of its fields (at, rotation | x, y, z)."""
+    if isinstance(value, Pose):
+        return value
+    if isinstance(value, dict):
+        entries = dict(value)
+        at = vector3(entries.pop("at", (0.0, 0.0, 0.0)), part, f"{field}.at")
+        if set(entries) <= {"x", "y", "z"} and entries:
+            return Pose.axes(at, **entries)
+        if set(entries) <= {"rotation"}:
+            return Pose(at, entries.get("rotation"))
+        raise ModelError(part, found=f"{field} has the entries {', '.join(value)}",
+                         expected="at, and rotation or one or two of x, y, z", remedy="Remove the others")
+    return Pose(vector3(value, part, field))
