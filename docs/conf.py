@@ -1,0 +1,29 @@
+"""Sphinx configuration: ``sphinx-build -W docs docs/_build``."""
+
+from importlib.metadata import version as _version
+
+project = "flexmb"
+author = "flexmb developers"
+copyright = "2026, flexmb developers"
+version = release = _version("flexmb")
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build"]
+
+html_theme = "furo"
+html_title = f"flexmb {release}"
+
+# Theory pages: $...$ and labelled blocks of equations, numbered through each page.
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
+myst_heading_anchors = 3
+math_eqref_format = "({number})"
+
+# Reference pages: signatures as they are written, members in the order of the file.
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+autodoc_default_options = {"members": True}
+autodoc_class_signature = "mixed"
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
