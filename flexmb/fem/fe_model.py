@@ -21,10 +21,13 @@ class ElementBlock(Protocol):
     k columns (modes or load cases).
     """
 
-    cell_type: str
-    """Cell name in meshio's spelling ("tetra10", "hexahedron", "line", "triangle")."""
-    connectivity: np.ndarray
-    """(ne, nodes per cell), int, node numbers of the FE model in meshio's order."""
+    @property
+    def cell_type(self) -> str:
+        """Cell name in meshio's spelling ("tetra10", "hexahedron", "line", "triangle")."""
+
+    @property
+    def connectivity(self) -> np.ndarray:
+        """(ne, nodes per cell), int, node numbers of the FE model in meshio's order."""
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
