@@ -1,0 +1,238 @@
+"""Signals and their first two time derivatives, computed by second-order jets on a stack.
+
+A jet is (x, x', x''), the Taylor coefficients of a function of time. Every operation maps jets to jets by the chain
+rule (Griewank & Walther, Evaluating Derivatives, 2nd ed., section 13.2), so derivatives are exact, without
+differences:
+
+    y = f(x):   y' = f1 x',   y'' = f2 x'^2 + f1 x''
+
+At a kink (abs, min, max, step, the ends of a table) the derivatives are those of the branch on the right.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flexmb.math import operations as op
+from flexmb.math.kernel import kernel
+
+__all__ = ["sample_signals"]
+
+# Global integers are constants to the compiler.
+_CONSTANT, _TIME, _TABLE, _WHERE, _STACK = op.CONSTANT, op.TIME, op.TABLE, op.WHERE, op.STACK
+_UNARY_END, _BINARY_END = op.UNARY.stop, op.BINARY.stop
+_NEGATIVE, _ABS, _SIGN, _STEP, _SMOOTH, _SOFT_RAMP = op.NEGATIVE, op.ABS, op.SIGN, op.STEP, op.SMOOTH, op.SOFT_RAMP
+_SIN, _COS, _TAN, _ASIN, _ACOS, _ATAN = op.SIN, op.COS, op.TAN, op.ASIN, op.ACOS, op.ATAN
+_SINH, _COSH, _TANH, _EXP, _LOG, _SQRT, _NOT = op.SINH, op.COSH, op.TANH, op.EXP, op.LOG, op.SQRT, op.NOT
+_ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER = op.ADD, op.SUBTRACT, op.MULTIPLY, op.DIVIDE, op.POWER
+_ATAN2, _MIN, _MAX, _AND, _OR = op.ATAN2, op.MIN, op.MAX, op.AND, op.OR
+_LESS, _LESS_EQUAL, _GREATER, _GREATER_EQUAL = op.LESS, op.LESS_EQUAL, op.GREATER, op.GREATER_EQUAL
+_EQUAL, _NOT_EQUAL = op.EQUAL, op.NOT_EQUAL
+
+
+@kernel
+def _elementary(code, x):
+    """Return f, f', f'' of an elementary function at x."""
+    if code == _SIN:
+        return math.sin(x), math.cos(x), -math.sin(x)
+    if code == _COS:
+        return math.cos(x), -math.sin(x), -math.cos(x)
+    if code == _TAN:
+        f = math.tan(x)
+        return f, 1.0 + f * f, 2.0 * f * (1.0 + f * f)
+    if code == _ASIN:
+        s = 1.0 / math.sqrt(1.0 - x * x)
+        return math.asin(x), s, x * s**3
+    if code == _ACOS:
+        s = 1.0 / math.sqrt(1.0 - x * x)
+        return math.acos(x), -s, -x * s**3
+    if code == _ATAN:
+        s = 1.0 / (1.0 + x * x)
+        return math.atan(x), s, -2.0 * x * s * s
+    if code == _SINH:
+        return math.sinh(x), math.cosh(x), math.sinh(x)
+    if code == _COSH:
+        return math.cosh(x), math.sinh(x), math.cosh(x)
+    if code == _TANH:
+        f = math.tanh(x)
+        return f, 1.0 - f * f, -2.0 * f * (1.0 - f * f)
+    if code == _EXP:
+        f = math.exp(x)
+        return f, f, f
+    if code == _LOG:
+        return math.log(x), 1.0 / x, -1.0 / (x * x)
+    f = math.sqrt(x)
+    return f, 0.5 / f, -0.25 / (f * x)
+
+
+@kernel
+def _piecewise(code, x):
+    """Return f, f', f'' of a function made of pieces at x.
+
+    smooth: 10 x^3 - 15 x^4 + 6 x^5 on [0, 1], the lowest polynomial with zero rate and second rate at both ends.
+    soft ramp: rate (1 - cos(pi x)) / 2 on [0, 1], then 1.
+    """
+    if code == _NEGATIVE:
+        return -x, -1.0, 0.0
+    if code == _ABS:
+        return abs(x), 1.0 if x >= 0.0 else -1.0, 0.0
+    if code == _SIGN:
+        return (1.0 if x > 0.0 else 0.0) - (1.0 if x < 0.0 else 0.0), 0.0, 0.0
+    if code == _STEP:
+        return 1.0 if x >= 0.0 else 0.0, 0.0, 0.0
+    if code == _NOT:
+        return 1.0 if x == 0.0 else 0.0, 0.0, 0.0
+    if code == _SMOOTH:
+        if x <= 0.0:
+            return 0.0, 0.0, 0.0
+        if x >= 1.0:
+            return 1.0, 0.0, 0.0
+        return (x**3 * (10.0 + x * (6.0 * x - 15.0)), 30.0 * (x * (1.0 - x)) ** 2,
+                60.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
+    if x <= 0.0:
+        return 0.0, 0.0, 0.0
+    if x >= 1.0:
+        return x - 0.5, 1.0, 0.0
+    a = math.pi * x
+    return 0.5 * (x - math.sin(a) / math.pi), 0.5 * (1.0 - math.cos(a)), 0.5 * math.pi * math.sin(a)
+
+
+@kernel
+def _interpolate(x, table):
+    """Return f, f', f'' of a piecewise cubic at x: `table` = n, knots (n,), coefficients (n - 1, 4) from x^3 to x^0.
+
+    Before the first and after the last knot the value is held.
+    """
+    n = int(table[0])
+    knots, coefficients = table[1 : n + 1], table[n + 1 :]
+    if x < knots[0]:
+        return coefficients[3], 0.0, 0.0
+    i = min(int(np.searchsorted(knots, x, side="right")) - 1, n - 2)
+    a, b, c, d = coefficients[4 * i], coefficients[4 * i + 1], coefficients[4 * i + 2], coefficients[4 * i + 3]
+    h = min(x, knots[n - 1]) - knots[i]
+    f = ((a * h + b) * h + c) * h + d
+    if x > knots[n - 1]:
+        return f, 0.0, 0.0
+    return f, (3.0 * a * h + 2.0 * b) * h + c, 6.0 * a * h + 2.0 * b
+
+
+@kernel
+def _power(x, x1, x2, p, p1, p2):
+    """Return the jet of x^p; p may vary in time where x > 0."""
+    f = x**p
+    if p1 == 0.0 and p2 == 0.0:
+        f1 = p * x ** (p - 1.0) if p != 0.0 else 0.0
+        f2 = p * (p - 1.0) * x ** (p - 2.0) if p != 0.0 and p != 1.0 else 0.0
+        if x1 == 0.0 and x2 == 0.0:  # 0 * inf at x = 0
+            return f, 0.0, 0.0
+        return f, f1 * x1, (f2 * x1 * x1 if x1 != 0.0 else 0.0) + f1 * x2
+    # x^p = exp(y), y = p log x
+    log = math.log(x)
+    l1 = x1 / x
+    l2 = x2 / x - l1 * l1
+    y1 = p1 * log + p * l1
+    y2 = p2 * log + 2.0 * p1 * l1 + p * l2
+    return f, f * y1, f * (y1 * y1 + y2)
+
+
+@kernel
+def _compare(code, a, b):
+    """Return 1.0 if the comparison holds, else 0.0."""
+    if code == _LESS:
+        return 1.0 if a < b else 0.0
+    if code == _LESS_EQUAL:
+        return 1.0 if a <= b else 0.0
+    if code == _GREATER:
+        return 1.0 if a > b else 0.0
+    if code == _GREATER_EQUAL:
+        return 1.0 if a >= b else 0.0
+    if code == _EQUAL:
+        return 1.0 if a == b else 0.0
+    if code == _NOT_EQUAL:
+        return 1.0 if a != b else 0.0
+    if code == _AND:
+        return 1.0 if a != 0.0 and b != 0.0 else 0.0
+    return 1.0 if a != 0.0 or b != 0.0 else 0.0
+
+
+@kernel
+def _binary(code, a, a1, a2, b, b1, b2):
+    """Return the jet of an operation on two jets."""
+    if code == _ADD:
+        return a + b, a1 + b1, a2 + b2
+    if code == _SUBTRACT:
+        return a - b, a1 - b1, a2 - b2
+    if code == _MULTIPLY:
+        return a * b, a1 * b + a * b1, a2 * b + 2.0 * a1 * b1 + a * b2
+    if code == _DIVIDE:
+        f = a / b
+        f1 = (a1 - f * b1) / b
+        return f, f1, (a2 - 2.0 * f1 * b1 - f * b2) / b
+    if code == _POWER:
+        return _power(a, a1, a2, b, b1, b2)
+    if code == _ATAN2:
+        n, d = b * a1 - a * b1, a * a + b * b
+        n1, d1 = b * a2 - a * b2, 2.0 * (a * a1 + b * b1)
+        return math.atan2(a, b), n / d, (n1 - n * d1 / d) / d
+    if code == _MIN or code == _MAX:
+        # Where both are equal, the one that will be the least (greatest) next.
+        ahead = a1 > b1 if a == b else a > b
+        if ahead == (code == _MAX):
+            return a, a1, a2
+        return b, b1, b2
+    return _compare(code, a, b), 0.0, 0.0
+
+
+@kernel
+def sample_signals(t, starts, ops, args, tables, table_starts, out):
+    """Write value, first and second time derivative of every signal at time t.
+
+    Parameters
+    ----------
+    t : float, s
+    starts : (ns + 1,) int64
+        First operation of each signal, and the end.
+    ops, args : (n,) int64, (n,) float
+        Programs in postfix order, one after another (see `flexmb.math.operations`).
+    tables : (m,) float
+        Knots and coefficients of all tables.
+    table_starts : (nt + 1,) int64
+        First number of each table, and the end.
+    out : (ns, 3) float
+        Receives value, rate and second rate.
+    """
+    stack = np.empty((_STACK, 3))
+    for s in range(len(starts) - 1):
+        top = -1
+        for k in range(starts[s], starts[s + 1]):
+            code = ops[k]
+            if code <= _TIME:
+                top += 1
+                stack[top, 0] = args[k] if code == _CONSTANT else t
+                stack[top, 1] = 1.0 if code == _TIME else 0.0
+                stack[top, 2] = 0.0
+            elif code < _UNARY_END:
+                x, x1, x2 = stack[top, 0], stack[top, 1], stack[top, 2]
+                if code == _TABLE:
+                    j = int(args[k])
+                    f, f1, f2 = _interpolate(x, tables[table_starts[j] : table_starts[j + 1]])
+                elif code >= _SIN:
+                    f, f1, f2 = _elementary(code, x)
+                else:
+                    f, f1, f2 = _piecewise(code, x)
+                stack[top, 0] = f
+                # A constant stays constant where f' is infinite: sqrt(0).
+                stack[top, 1] = f1 * x1 if x1 != 0.0 else 0.0
+                stack[top, 2] = (f2 * x1 * x1 if x1 != 0.0 else 0.0) + (f1 * x2 if x2 != 0.0 else 0.0)
+            elif code < _BINARY_END:
+                top -= 1
+                f, f1, f2 = _binary(code, stack[top, 0], stack[top, 1], stack[top, 2],
+                                    stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2])
+                stack[top, 0], stack[top, 1], stack[top, 2] = f, f1, f2
+            else:  # where
+                top -= 2
+                chosen = top + 1 if stack[top, 0] != 0.0 else top + 2
+                stack[top] = stack[chosen]
+        out[s] = stack[0]

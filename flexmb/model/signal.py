@@ -1,0 +1,323 @@
+"""Signals: given functions of time, described by frozen records and compiled to programs.
+
+A signal is sampled with its first two time derivatives (`flexmb.math.jets`), because a prescribed motion enters the
+constraint with its value, their rates with its rate, and the accelerations with its second rate. Plain numbers are
+signals too. Signals are added, subtracted, negated, multiplied, and divided by numbers::
+
+    lift = fmb.table([0.0, 0.4, 0.7], [2e3, 5e3, 9e3], of=fmb.ramp(rate=0.7, rise=0.2))
+    gust = lift * 1.3 + fmb.harmonic(amplitude=50.0, frequency=4.0)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.math import operations as op
+from flexmb.model.expression import Program, compile_expression
+
+__all__ = ["Constant", "Expression", "Harmonic", "Packed", "Product", "Ramp", "Signal", "Step", "Sum", "as_signal",
+           "expression", "harmonic", "pack", "ramp", "step"]
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A given function of time."""
+
+    word: ClassVar[str] = ""
+    """Name of the constructor, in Python and in model files."""
+
+    def program(self) -> Program:
+        """Return the operations that compute the signal."""
+        raise TypeError(f"{type(self).__name__} has no program")
+
+    def sample(self, t) -> np.ndarray:
+        """Return value, rate and second rate at the times `t` (nt,): (nt, 3); one time gives (3,)."""
+        from flexmb.math.jets import sample_signals
+
+        packed, out = pack([self.program()]), np.empty((np.size(t), 1, 3))
+        for time, row in zip(np.ravel(np.asarray(t, float)), out):
+            sample_signals(float(time), *packed, row)
+        return out[:, 0].reshape((*np.shape(t), 3))
+
+    def fields(self) -> dict[str, Any]:
+        """Return the fields by name."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def _numbers(self, *names: str) -> None:
+        """Make the named fields floats; ModelError unless they are finite numbers."""
+        for name in names:
+            object.__setattr__(self, name, _number(getattr(self, name), f"Signal {self.word}", name))
+
+    def _require(self, name: str, holds: bool, expected: str) -> None:
+        if not holds:
+            raise ModelError(f"Signal {self.word}", found=f"{name} = {getattr(self, name)!r}", expected=expected,
+                             remedy=f"Correct {name}")
+
+    def __add__(self, other):
+        return Sum((*_terms(self, Sum), *_terms(as_signal(other, "Signal", "sum"), Sum)))
+
+    def __mul__(self, other):
+        return Product((*_terms(self, Product), *_terms(as_signal(other, "Signal", "product"), Product)))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __neg__(self):
+        return self * -1.0
+
+    def __sub__(self, other):
+        return self + as_signal(other, "Signal", "difference") * -1.0
+
+    def __rsub__(self, other):
+        return -self + other
+
+    def __truediv__(self, other):
+        divisor = _number(other, "Signal", "divisor")
+        if divisor == 0.0:
+            raise ModelError("Signal", found="a division by zero", expected="a divisor other than 0",
+                             remedy="Correct the divisor")
+        return self * (1.0 / divisor)
+
+
+def _terms(signal: Signal, kind: type) -> tuple[Signal, ...]:
+    return signal.terms if isinstance(signal, kind) else (signal,)  # type: ignore[attr-defined]
+
+
+def _number(value: Any, part: str, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise ModelError(part, found=f"{name} = {value!r}", expected="a finite number",
+                         remedy="Use SI units and radians; numbers without quotes")
+    return float(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Constant(Signal):
+    """The same value at all times."""
+
+    value: float
+    word: ClassVar[str] = "constant"
+
+    def __post_init__(self):
+        self._numbers("value")
+
+    def program(self) -> Program:
+        return Program.of((op.CONSTANT, self.value))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Ramp(Signal):
+    """A value whose rate grows from 0 to `rate` by a cosine during `rise` and then stays.
+
+    With tau = t - start: x = rate/2 (tau - rise/pi sin(pi tau/rise)) for tau < rise, then x = rate (tau - rise/2).
+
+    Parameters
+    ----------
+    rate : float, unit of the value per second
+    rise : float, s
+        Duration of the growth; 0 starts with the full rate.
+    start : float, s
+    """
+
+    rate: float
+    rise: float = 0.0
+    start: float = 0.0
+    word: ClassVar[str] = "ramp"
+
+    def __post_init__(self):
+        self._numbers("rate", "rise", "start")
+        self._require("rise", self.rise >= 0.0, "a duration >= 0 s")
+
+    def program(self) -> Program:
+        if self.rise == 0.0:
+            return Program.of(*_since(self.start), (op.CONSTANT, self.rate), (op.MULTIPLY, 0.0))
+        return Program.of(*_fraction(self.start, self.rise), (op.SOFT_RAMP, 0.0),
+                          (op.CONSTANT, self.rate * self.rise), (op.MULTIPLY, 0.0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Step(Signal):
+    """A change from `initial` to `value`, sudden or smooth.
+
+    The smooth change is the quintic 10 s^3 - 15 s^4 + 6 s^5 of s = (t - at)/rise: rate and second rate are continuous.
+
+    Parameters
+    ----------
+    value, initial : float
+        Value after and before.
+    at : float, s
+        When the change begins.
+    rise : float, s
+        How long it lasts; 0 is sudden.
+    """
+
+    value: float
+    initial: float = 0.0
+    at: float = 0.0
+    rise: float = 0.0
+    word: ClassVar[str] = "step"
+
+    def __post_init__(self):
+        self._numbers("value", "initial", "at", "rise")
+        self._require("rise", self.rise >= 0.0, "a duration >= 0 s")
+
+    def program(self) -> Program:
+        shape = (*_fraction(self.at, self.rise or 1.0), (op.SMOOTH if self.rise else op.STEP, 0.0))
+        return Program.of(*shape, (op.CONSTANT, self.value - self.initial), (op.MULTIPLY, 0.0),
+                          (op.CONSTANT, self.initial), (op.ADD, 0.0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Harmonic(Signal):
+    """An oscillation offset + amplitude sin(2 pi frequency (t - start) + phase); its first value is held before `start`.
+
+    Parameters
+    ----------
+    amplitude, offset : float
+    frequency : float, Hz
+    phase : float, rad
+    start : float, s
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+    offset: float = 0.0
+    start: float = 0.0
+    word: ClassVar[str] = "harmonic"
+
+    def __post_init__(self):
+        self._numbers("amplitude", "frequency", "phase", "offset", "start")
+
+    def program(self) -> Program:
+        return Program.of(*_since(self.start), (op.CONSTANT, 2.0 * np.pi * self.frequency), (op.MULTIPLY, 0.0),
+                          (op.CONSTANT, self.phase), (op.ADD, 0.0), (op.SIN, 0.0),
+                          (op.CONSTANT, self.amplitude), (op.MULTIPLY, 0.0), (op.CONSTANT, self.offset), (op.ADD, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Expression(Signal):
+    """A formula in ``t`` (s) and named parameters (see `flexmb.model.expression`).
+
+    Parameters
+    ----------
+    text : str
+        ``"lift*sin(omega*t)"``; a leading ``=`` is allowed.
+    parameters : mapping of str to float
+        Values of the names.
+    """
+
+    text: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    word: ClassVar[str] = "expression"
+
+    def __post_init__(self):
+        if not isinstance(self.text, str):
+            raise ModelError("Signal expression", found=f"text = {self.text!r}", expected="a formula between quotes",
+                             remedy="Write expression(\"2*sin(3*t)\")")
+        object.__setattr__(self, "text", self.text.strip().removeprefix("=").strip())
+        object.__setattr__(self, "parameters", dict(self.parameters))
+        self.program()
+
+    def program(self) -> Program:
+        return compile_expression(self.text, self.parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class Sum(Signal):
+    """The sum of signals."""
+
+    terms: tuple[Signal, ...]
+    word: ClassVar[str] = "sum"
+
+    def __post_init__(self):
+        object.__setattr__(self, "terms", _all_signals(self.terms, self.word))
+
+    def program(self) -> Program:
+        return _fold(self.terms, op.ADD)
+
+
+@dataclass(frozen=True, eq=False)
+class Product(Signal):
+    """The product of signals."""
+
+    terms: tuple[Signal, ...]
+    word: ClassVar[str] = "product"
+
+    def __post_init__(self):
+        object.__setattr__(self, "terms", _all_signals(self.terms, self.word))
+
+    def program(self) -> Program:
+        return _fold(self.terms, op.MULTIPLY)
+
+
+def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:
+    if isinstance(terms, str | Mapping) or not isinstance(terms, Sequence) or not terms:
+        raise ModelError(f"Signal {word}", found=f"terms = {terms!r}", expected="a list of signals",
+                         remedy=f"Write {word} = [first, second]")
+    return tuple(as_signal(term, f"Signal {word}", "terms") for term in terms)
+
+
+def _fold(terms: tuple[Signal, ...], code: int) -> Program:
+    first, *others = (term.program() for term in terms)
+    for other in others:
+        first = first.then(other, Program.of((code, 0.0)))
+    return first
+
+
+def _since(start: float) -> tuple[tuple[int, float], ...]:
+    """Operations of max(t - start, 0)."""
+    return (op.TIME, 0.0), (op.CONSTANT, start), (op.SUBTRACT, 0.0), (op.CONSTANT, 0.0), (op.MAX, 0.0)
+
+
+def _fraction(start: float, duration: float) -> tuple[tuple[int, float], ...]:
+    """Operations of (t - start)/duration."""
+    return (op.TIME, 0.0), (op.CONSTANT, start), (op.SUBTRACT, 0.0), (op.CONSTANT, duration), (op.DIVIDE, 0.0)
+
+
+def ramp(*, rate: float, rise: float = 0.0, start: float = 0.0) -> Ramp:
+    """Return a value whose rate grows smoothly from 0 to `rate` (per second) during `rise` (s) and then stays."""
+    return Ramp(rate=rate, rise=rise, start=start)
+
+
+def step(*, value: float, initial: float = 0.0, at: float = 0.0, rise: float = 0.0) -> Step:
+    """Return a change from `initial` to `value` that begins `at` (s) and is smooth if `rise` (s) is positive."""
+    return Step(value=value, initial=initial, at=at, rise=rise)
+
+
+def harmonic(*, amplitude: float, frequency: float, phase: float = 0.0, offset: float = 0.0,
+             start: float = 0.0) -> Harmonic:
+    """Return offset + amplitude sin(2 pi frequency (t - start) + phase); frequency in Hz, phase in rad."""
+    return Harmonic(amplitude=amplitude, frequency=frequency, phase=phase, offset=offset, start=start)
+
+
+def expression(text: str, /, **parameters: float) -> Expression:
+    """Return the signal of a formula in ``t`` and named parameters: ``expression("a*t**2", a=3.0)``."""
+    return Expression(text, parameters)
+
+
+def as_signal(value: Any, part: str, field: str) -> Signal:
+    """Return a signal from a signal, a number, or an ``"= expression"``; ModelError naming part and field otherwise."""
+    if isinstance(value, Signal):
+        return value
+    if isinstance(value, str) and value.lstrip().startswith("="):
+        return Expression(value)
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool) and np.isfinite(value):
+        return Constant(float(value))
+    raise ModelError(part, found=f"{field} = {value!r}", expected="a signal: a number, ramp, step, harmonic, table, expression",
+                     remedy=f"Write {field} = fmb.ramp(rate=1.0), or a finite number")
+
+
+Packed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def pack(programs: Sequence[Program]) -> Packed:
+    """Return (starts, ops, args, tables, table_starts) of `flexmb.math.jets.sample_signals` for all programs."""
+    starts = np.cumsum([0] + [len(p.ops) for p in programs]).astype(np.int64)
+    whole = Program.of().then(*programs)
+    table_starts = np.cumsum([0] + [len(table) for table in whole.tables]).astype(np.int64)
+    tables = np.concatenate([*whole.tables, np.empty(0)])
+    return starts, whole.ops, whole.args, tables, table_starts

@@ -1,0 +1,88 @@
+"""`table`: a signal through given points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.math import operations as op
+from flexmb.model.expression import Program
+from flexmb.model.signal import Constant, Expression, Harmonic, Product, Ramp, Signal, Step, Sum, as_signal
+
+__all__ = ["SIGNALS", "Table", "table"]
+
+
+@dataclass(frozen=True, eq=False)
+class Table(Signal):
+    """A function through points; its first and last values are held outside.
+
+    Parameters
+    ----------
+    x : (n,) increasing
+        Time in s, or values of the signal `of`.
+    y : (n,)
+    of : signal, optional
+        Argument of the function; time unless given. An airload over flap angle is a table of the angle's signal.
+    kind : "cubic" or "linear"
+        Cubic: the spline with two continuous derivatives and not-a-knot ends (de Boor, A Practical Guide to Splines,
+        chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line.
+    """
+
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    of: Any = None
+    kind: str = "cubic"
+    word: ClassVar[str] = "table"
+
+    def __post_init__(self):
+        for name in ("x", "y"):
+            try:
+                points = np.asarray(getattr(self, name), float)
+            except (TypeError, ValueError):
+                points = np.empty(0)
+            found = "no list of numbers" if points.size == 0 else f"the shape {points.shape}"
+            if points.ndim != 1 or points.size < 2 or not np.all(np.isfinite(points)):
+                raise ModelError("Signal table", found=f"{name} has {found}", expected="two or more finite numbers",
+                                 remedy=f"Write {name} = [0.0, 1.0]")
+            object.__setattr__(self, name, tuple(points.tolist()))
+        if len(self.x) != len(self.y):
+            raise ModelError("Signal table", found=f"{len(self.x)} values x and {len(self.y)} values y",
+                             expected="as many x as y", remedy="Give each x its y")
+        steps = np.diff(self.x)
+        if steps.min() <= 0.0:
+            k = int(np.argmin(steps > 0.0))
+            raise ModelError("Signal table", found=f"x goes from {self.x[k]} to {self.x[k + 1]}",
+                             expected="increasing x", remedy="Sort the points by x and remove repeated ones")
+        self._require("kind", self.kind in ("cubic", "linear"), "'cubic' or 'linear'")
+        if self.of is not None:
+            object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
+
+    def program(self) -> Program:
+        argument = Program.of((op.TIME, 0.0)) if self.of is None else self.of.program()
+        numbers = np.concatenate([[len(self.x)], self.x, self._coefficients().ravel()])
+        return argument.then(Program.of((op.TABLE, 0.0), tables=(numbers,)))
+
+    def _coefficients(self) -> np.ndarray:
+        """Coefficients of x^3 ... x^0 of each piece, (n - 1, 4)."""
+        x, y = np.array(self.x), np.array(self.y)
+        if self.kind == "cubic":
+            from scipy.interpolate import CubicSpline
+
+            return CubicSpline(x, y, bc_type="not-a-knot").c.T.copy()
+        zero = np.zeros(len(x) - 1)
+        return np.column_stack([zero, zero, np.diff(y) / np.diff(x), y[:-1]])
+
+
+def table(x, y, of: Any = None, kind: str = "cubic") -> Table:
+    """Return the function through the points (x, y) of time or of another signal."""
+    return Table(x, y, of, kind)
+
+
+
+SIGNALS: dict[str, type[Signal]] = {
+    kind.word: kind for kind in (Constant, Ramp, Step, Harmonic, Table, Expression, Sum, Product)
+}
+"""Kinds of signals by the word that makes them."""
