@@ -11,7 +11,7 @@ import numpy as np
 from flexmb import hdf5
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 
-__all__ = ["SCHEMA", "VERSION", "load", "save"]
+__all__ = ["SCHEMA", "VERSION", "load", "read", "save", "write"]
 
 SCHEMA = "flexmb.modal_neutral_data"
 VERSION = 1
@@ -24,50 +24,60 @@ def save(data: ModalNeutralData, path: str | Path) -> Path:
     """Write `data` to `path` and return the path; an existing file is replaced only by a complete one."""
     path = Path(path)
     with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
-        for field in fields(data):
-            value = getattr(data, field.name)
-            if field.name in _OWN or value is None:
-                continue
-            if isinstance(value, np.ndarray):
-                _write_array(file, field.name, value)
-            else:
-                file.attrs[field.name] = json.dumps(value, default=_plain)
-        for name in _GROUPS:
-            record = getattr(data, name)
-            if record is not None:
-                group = file.create_group(name)
-                for field in fields(record):
-                    _write_array(group, field.name, getattr(record, field.name))
-        cells = file.create_group("cells")
-        for number, (cell_type, connectivity) in enumerate(data.cells):
-            block = _write_array(cells, str(number), np.asarray(connectivity))
-            block.attrs["type"] = cell_type
+        write(data, file)
     return path
 
 
 def load(path: str | Path) -> ModalNeutralData:
     """Read what `save` wrote; DataFileError if the file is missing, foreign, damaged or of another version."""
     with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
-        values = {}
-        for field in fields(ModalNeutralData):
-            name = field.name
-            if name in _OWN:
-                continue
-            if name in file:
-                values[name] = file[name][()]
-            elif name in file.attrs:
-                value = json.loads(file.attrs[name])
-                values[name] = tuple(value) if isinstance(value, list) else value
-            elif name not in ("rotation_shapes", "stress_modes"):
-                raise KeyError(f"'{name}' is missing")
-        for name, record in _GROUPS.items():
-            if name in file:
-                values[name] = record(**{f.name: file[name][f.name][()] for f in fields(record)})
-        blocks = file["cells"]
-        values["cells"] = tuple(
-            (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks)))
-        if "invariants" not in values:
-            raise KeyError("'invariants' is missing")
+        return read(file)
+
+
+def write(data: ModalNeutralData, group) -> None:
+    """Write `data` into an open HDF5 group (a solution file holds its bodies this way)."""
+    for field in fields(data):
+        value = getattr(data, field.name)
+        if field.name in _OWN or value is None:
+            continue
+        if isinstance(value, np.ndarray):
+            _write_array(group, field.name, value)
+        else:
+            group.attrs[field.name] = json.dumps(value, default=_plain)
+    for name in _GROUPS:
+        record = getattr(data, name)
+        if record is not None:
+            matrices = group.create_group(name)
+            for field in fields(record):
+                _write_array(matrices, field.name, getattr(record, field.name))
+    cells = group.create_group("cells")
+    for number, (cell_type, connectivity) in enumerate(data.cells):
+        block = _write_array(cells, str(number), np.asarray(connectivity))
+        block.attrs["type"] = cell_type
+
+
+def read(group) -> ModalNeutralData:
+    """Return what `write` wrote into an open HDF5 group; KeyError if something is missing."""
+    values = {}
+    for field in fields(ModalNeutralData):
+        name = field.name
+        if name in _OWN:
+            continue
+        if name in group:
+            values[name] = group[name][()]
+        elif name in group.attrs:
+            value = json.loads(group.attrs[name])
+            values[name] = tuple(value) if isinstance(value, list) else value
+        elif name not in ("rotation_shapes", "stress_modes"):
+            raise KeyError(f"'{name}' is missing")
+    for name, record in _GROUPS.items():
+        if name in group:
+            values[name] = record(**{f.name: group[name][f.name][()] for f in fields(record)})
+    if "invariants" not in values:
+        raise KeyError("'invariants' is missing")
+    blocks = group["cells"]
+    values["cells"] = tuple(
+        (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks)))
     return ModalNeutralData(**values)
 
 
