@@ -23,7 +23,14 @@ __all__ = ["sample_signals"]
 # Global integers are constants to the compiler.
 _CONSTANT, _TIME, _TABLE, _WHERE, _STACK = op.CONSTANT, op.TIME, op.TABLE, op.WHERE, op.STACK
 _UNARY_END, _BINARY_END = op.UNARY.stop, op.BINARY.stop
-_NEGATIVE, _ABS, _SIGN, _STEP, _SMOOTH, _SOFT_RAMP = op.NEGATIVE, op.ABS, op.SIGN, op.STEP, op.SMOOTH, op.SOFT_RAMP
+_NEGATIVE, _ABS, _SIGN, _STEP, _SMOOTH, _SOFT_RAMP = (
+    op.NEGATIVE,
+    op.ABS,
+    op.SIGN,
+    op.STEP,
+    op.SMOOTH,
+    op.SOFT_RAMP,
+)
 _SIN, _COS, _TAN, _ASIN, _ACOS, _ATAN = op.SIN, op.COS, op.TAN, op.ASIN, op.ACOS, op.ATAN
 _SINH, _COSH, _TANH, _EXP, _LOG, _SQRT, _NOT = op.SINH, op.COSH, op.TANH, op.EXP, op.LOG, op.SQRT, op.NOT
 _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER = op.ADD, op.SUBTRACT, op.MULTIPLY, op.DIVIDE, op.POWER
@@ -89,8 +96,11 @@ def _piecewise(code, x):
             return 0.0, 0.0, 0.0
         if x >= 1.0:
             return 1.0, 0.0, 0.0
-        return (x**3 * (10.0 + x * (6.0 * x - 15.0)), 30.0 * (x * (1.0 - x)) ** 2,
-                60.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
+        return (
+            x**3 * (10.0 + x * (6.0 * x - 15.0)),
+            30.0 * (x * (1.0 - x)) ** 2,
+            60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
+        )
     if x <= 0.0:
         return 0.0, 0.0, 0.0
     if x >= 1.0:
@@ -110,7 +120,12 @@ def _interpolate(x, table):
     if x < knots[0]:
         return coefficients[3], 0.0, 0.0
     i = min(int(np.searchsorted(knots, x, side="right")) - 1, n - 2)
-    a, b, c, d = coefficients[4 * i], coefficients[4 * i + 1], coefficients[4 * i + 2], coefficients[4 * i + 3]
+    a, b, c, d = (
+        coefficients[4 * i],
+        coefficients[4 * i + 1],
+        coefficients[4 * i + 2],
+        coefficients[4 * i + 3],
+    )
     h = min(x, knots[n - 1]) - knots[i]
     f = ((a * h + b) * h + c) * h + d
     if x > knots[n - 1]:
@@ -176,7 +191,7 @@ def _binary(code, a, a1, a2, b, b1, b2):
         n, d = b * a1 - a * b1, a * a + b * b
         n1, d1 = b * a2 - a * b2, 2.0 * (a * a1 + b * b1)
         return math.atan2(a, b), n / d, (n1 - n * d1 / d) / d
-    if code == _MIN or code == _MAX:
+    if code in (_MIN, _MAX):
         # Where both are equal, the one that will be the least (greatest) next.
         ahead = a1 > b1 if a == b else a > b
         if ahead == (code == _MAX):
@@ -228,8 +243,15 @@ def sample_signals(t, starts, ops, args, tables, table_starts, out):
                 stack[top, 2] = (f2 * x1 * x1 if x1 != 0.0 else 0.0) + (f1 * x2 if x2 != 0.0 else 0.0)
             elif code < _BINARY_END:
                 top -= 1
-                f, f1, f2 = _binary(code, stack[top, 0], stack[top, 1], stack[top, 2],
-                                    stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2])
+                f, f1, f2 = _binary(
+                    code,
+                    stack[top, 0],
+                    stack[top, 1],
+                    stack[top, 2],
+                    stack[top + 1, 0],
+                    stack[top + 1, 1],
+                    stack[top + 1, 2],
+                )
                 stack[top, 0], stack[top, 1], stack[top, 2] = f, f1, f2
             else:  # where
                 top -= 2

@@ -1,7 +1,8 @@
 """Arithmetic expressions of model files and signals, read with Python's parser and never executed as Python.
 
-An expression holds numbers, named parameters, ``t`` (time, s; in signals only), ``+ - * / **``, the constants ``pi``, ``e``
-and ``deg`` (pi/180), and the functions sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs min max sign,
+An expression holds numbers, named parameters, ``t`` (time, s; in signals only), ``+ - * / **``, the constants
+``pi``, ``e`` and ``deg`` (pi/180), and the functions sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs
+min max sign,
 
 - ``step(x)``: 0 for x < 0, else 1;
 - ``smooth(x)``: 0 for x < 0, 1 for x > 1, and 10 x^3 - 15 x^4 + 6 x^5 between;
@@ -22,7 +23,13 @@ from flexmb.math import operations as op
 
 __all__ = ["Program", "compile_expression", "evaluate", "names"]
 
-_BINARY = {ast.Add: op.ADD, ast.Sub: op.SUBTRACT, ast.Mult: op.MULTIPLY, ast.Div: op.DIVIDE, ast.Pow: op.POWER}
+_BINARY = {
+    ast.Add: op.ADD,
+    ast.Sub: op.SUBTRACT,
+    ast.Mult: op.MULTIPLY,
+    ast.Div: op.DIVIDE,
+    ast.Pow: op.POWER,
+}
 _LONGEST = 2000  # characters: Python's parser is recursive
 _ALLOWED = "numbers, parameters, t, + - * / **, and functions such as sin, sqrt, smooth, where"
 
@@ -51,8 +58,12 @@ class Program:
             depth += 1 if code <= op.TIME else 0 if code in op.UNARY else -1 if code in op.BINARY else -2
             deepest = max(deepest, depth)
         if deepest > op.STACK:
-            raise ModelError("Signal", found=f"a program that needs {deepest} values at once",
-                             expected=f"at most {op.STACK}", remedy="Nest less deeply, or use a table")
+            raise ModelError(
+                "Signal",
+                found=f"a program that needs {deepest} values at once",
+                expected=f"at most {op.STACK}",
+                remedy="Nest less deeply, or use a table",
+            )
 
     @staticmethod
     def of(*operations: tuple[int, float], tables: tuple[np.ndarray, ...] = ()) -> Program:
@@ -65,8 +76,11 @@ class Program:
         parts = (self, *others)
         shifts = np.cumsum([0] + [len(p.tables) for p in parts])
         args = [np.where(p.ops == op.TABLE, p.args + shift, p.args) for p, shift in zip(parts, shifts)]
-        return Program(np.concatenate([p.ops for p in parts]), np.concatenate(args),
-                       tuple(table for p in parts for table in p.tables))
+        return Program(
+            np.concatenate([p.ops for p in parts]),
+            np.concatenate(args),
+            tuple(table for p in parts for table in p.tables),
+        )
 
 
 def evaluate(text: str, parameters: Mapping[str, float] | None = None) -> float:
@@ -106,8 +120,12 @@ def _parse(text: str) -> ast.expr:
         return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        raise ModelError(part, found=f"an expression that is not arithmetic ({reason})", expected=_ALLOWED,
-                         remedy="Check brackets and operators") from None
+        raise ModelError(
+            part,
+            found=f"an expression that is not arithmetic ({reason})",
+            expected=_ALLOWED,
+            remedy="Check brackets and operators",
+        ) from None
 
 
 class _Reader:
@@ -120,14 +138,20 @@ class _Reader:
         try:
             return self.node(_parse(self.text))
         except RecursionError:
-            raise self.error("an expression that is nested too deeply", "Name intermediate results as parameters") from None
+            raise self.error(
+                "an expression that is nested too deeply", "Name intermediate results as parameters"
+            ) from None
 
     def error(self, found: str, remedy: str, expected: str = _ALLOWED) -> ModelError:
         short = self.text if len(self.text) < 60 else self.text[:57] + "..."
         return ModelError(f"Expression '{short.strip()}'", found=found, expected=expected, remedy=remedy)
 
     def node(self, node: ast.expr) -> list[tuple[int, float]]:
-        if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, int | float)
+            and not isinstance(node.value, bool)
+        ):
             try:
                 return [(op.CONSTANT, self.finite(float(node.value)))]
             except OverflowError:
@@ -148,32 +172,45 @@ class _Reader:
         if name in self.parameters:
             value = self.parameters[name]
             if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-                raise self.error(f"the parameter '{name}' is {value!r}", "Give the parameter a number", "a number")
+                raise self.error(
+                    f"the parameter '{name}' is {value!r}", "Give the parameter a number", "a number"
+                )
             return [(op.CONSTANT, self.finite(float(value)))]
         if name == "t":
             if self.time:
                 return [(op.TIME, 0.0)]
-            raise self.error("'t' in a value that is constant in time", "Only signals depend on t", "parameters and numbers")
+            raise self.error(
+                "'t' in a value that is constant in time",
+                "Only signals depend on t",
+                "parameters and numbers",
+            )
         if name in op.CONSTANTS:
             return [(op.CONSTANT, op.CONSTANTS[name])]
         if name in op.FUNCTIONS:
             raise self.error(f"the function '{name}' without arguments", f"Write {name}(...)")
         known = [*self.parameters, *op.CONSTANTS, *(["t"] if self.time else [])]
-        raise self.error(f"the name '{name}' is unknown", did_you_mean(name, known) or f"Add {name} to the parameters",
-                         f"Known names: {', '.join(known)}")
+        raise self.error(
+            f"the name '{name}' is unknown",
+            did_you_mean(name, known) or f"Add {name} to the parameters",
+            f"Known names: {', '.join(known)}",
+        )
 
     def call(self, node: ast.Call) -> list[tuple[int, float]]:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if name not in op.FUNCTIONS:
-            raise self.error(f"the function '{name}' is unknown" if name else "a call of something that is not a function",
-                             did_you_mean(name, op.FUNCTIONS) or "Use one of these functions",
-                             f"Functions: {', '.join(op.FUNCTIONS)}")
+            raise self.error(
+                f"the function '{name}' is unknown" if name else "a call of something that is not a function",
+                did_you_mean(name, op.FUNCTIONS) or "Use one of these functions",
+                f"Functions: {', '.join(op.FUNCTIONS)}",
+            )
         code, count = op.FUNCTIONS[name]
         variadic = code in (op.MIN, op.MAX)
         if node.keywords or (len(node.args) < 2 if variadic else len(node.args) != count):
-            raise self.error(f"{name} with {len(node.args) + len(node.keywords)} arguments",
-                             f"Write {name}({', '.join('abc'[:count])})",
-                             f"{count}{' or more' if variadic else ''} argument{'s' * (count > 1)}, without names")
+            raise self.error(
+                f"{name} with {len(node.args) + len(node.keywords)} arguments",
+                f"Write {name}({', '.join('abc'[:count])})",
+                f"{count}{' or more' if variadic else ''} argument{'s' * (count > 1)}, without names",
+            )
         if code == op.WHERE:
             condition, a, b = node.args
             return self.apply(code, self.condition(condition), self.node(a), self.node(b))
@@ -199,33 +236,43 @@ class _Reader:
         values = [self.node(value) for value in (node.left, *node.comparators)]
         result = None
         for left, relation, right in zip(values, node.ops, values[1:]):
-            code = op.COMPARISONS.get(type(relation).__name__)
-            if code is None:
+            if type(relation).__name__ not in op.COMPARISONS:
                 raise self.error("a comparison other than < <= > >= == !=", "Compare numbers")
-            holds = self.apply(code, left, right)
+            holds = self.apply(op.COMPARISONS[type(relation).__name__], left, right)
             result = holds if result is None else self.apply(op.AND, result, holds)
         return result or []
 
     def apply(self, code: int, *values: list[tuple[int, float]]) -> list[tuple[int, float]]:
         if all(len(value) == 1 and value[0][0] == op.CONSTANT for value in values):
             try:
-                return [(op.CONSTANT, self.finite(float(op.PYTHON[code](*(value[0][1] for value in values)))))]
+                return [
+                    (op.CONSTANT, self.finite(float(op.PYTHON[code](*(value[0][1] for value in values)))))
+                ]
             except (ValueError, ZeroDivisionError, OverflowError):
                 self.finite(math.nan)
         return [step for value in values for step in value] + [(code, 0.0)]
 
     def finite(self, value: float) -> float:
         if not math.isfinite(value):
-            raise self.error("it has no finite value", "Look for a division by zero, a root or logarithm of a negative number",
-                             "a finite number")
+            raise self.error(
+                "it has no finite value",
+                "Look for a division by zero or the root of a negative number",
+                "a finite number",
+            )
         return value
 
 
 def _kind(node: ast.expr) -> str:
-    names = {ast.Compare: "a comparison outside of where(...)", ast.BoolOp: "'and' or 'or' outside of where(...)",
-             ast.IfExp: "'if' and 'else'", ast.Attribute: "a dot after a name", ast.Subscript: "square brackets",
-             ast.Lambda: "a function definition", ast.Constant: "text or a word that is not a number",
-             ast.Tuple: "a comma outside of a function"}
+    names = {
+        ast.Compare: "a comparison outside of where(...)",
+        ast.BoolOp: "'and' or 'or' outside of where(...)",
+        ast.IfExp: "'if' and 'else'",
+        ast.Attribute: "a dot after a name",
+        ast.Subscript: "square brackets",
+        ast.Lambda: "a function definition",
+        ast.Constant: "text or a word that is not a number",
+        ast.Tuple: "a comma outside of a function",
+    }
     if isinstance(node, ast.BinOp):
         return f"the operator {ast.unparse(node)[len(ast.unparse(node.left)) + 1 :].split(' ')[0]}"
     return names.get(type(node), type(node).__name__)

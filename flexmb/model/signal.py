@@ -20,8 +20,23 @@ from flexmb.errors import ModelError
 from flexmb.math import operations as op
 from flexmb.model.expression import Program, compile_expression
 
-__all__ = ["Constant", "Expression", "Harmonic", "Packed", "Product", "Ramp", "Signal", "Step", "Sum", "as_signal",
-           "expression", "harmonic", "pack", "ramp", "step"]
+__all__ = [
+    "Constant",
+    "Expression",
+    "Harmonic",
+    "Packed",
+    "Product",
+    "Ramp",
+    "Signal",
+    "Step",
+    "Sum",
+    "as_signal",
+    "expression",
+    "harmonic",
+    "pack",
+    "ramp",
+    "step",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +70,12 @@ class Signal:
 
     def _require(self, name: str, holds: bool, expected: str) -> None:
         if not holds:
-            raise ModelError(f"Signal {self.word}", found=f"{name} = {getattr(self, name)!r}", expected=expected,
-                             remedy=f"Correct {name}")
+            raise ModelError(
+                f"Signal {self.word}",
+                found=f"{name} = {getattr(self, name)!r}",
+                expected=expected,
+                remedy=f"Correct {name}",
+            )
 
     def __add__(self, other):
         return Sum((*_terms(self, Sum), *_terms(as_signal(other, "Signal", "sum"), Sum)))
@@ -78,8 +97,12 @@ class Signal:
     def __truediv__(self, other):
         divisor = _number(other, "Signal", "divisor")
         if divisor == 0.0:
-            raise ModelError("Signal", found="a division by zero", expected="a divisor other than 0",
-                             remedy="Correct the divisor")
+            raise ModelError(
+                "Signal",
+                found="a division by zero",
+                expected="a divisor other than 0",
+                remedy="Correct the divisor",
+            )
         return self * (1.0 / divisor)
 
 
@@ -89,8 +112,12 @@ def _terms(signal: Signal, kind: type) -> tuple[Signal, ...]:
 
 def _number(value: Any, part: str, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
-        raise ModelError(part, found=f"{name} = {value!r}", expected="a finite number",
-                         remedy="Use SI units and radians; numbers without quotes")
+        raise ModelError(
+            part,
+            found=f"{name} = {value!r}",
+            expected="a finite number",
+            remedy="Use SI units and radians; numbers without quotes",
+        )
     return float(value)
 
 
@@ -134,8 +161,12 @@ class Ramp(Signal):
     def program(self) -> Program:
         if self.rise == 0.0:
             return Program.of(*_since(self.start), (op.CONSTANT, self.rate), (op.MULTIPLY, 0.0))
-        return Program.of(*_fraction(self.start, self.rise), (op.SOFT_RAMP, 0.0),
-                          (op.CONSTANT, self.rate * self.rise), (op.MULTIPLY, 0.0))
+        return Program.of(
+            *_fraction(self.start, self.rise),
+            (op.SOFT_RAMP, 0.0),
+            (op.CONSTANT, self.rate * self.rise),
+            (op.MULTIPLY, 0.0),
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -166,13 +197,20 @@ class Step(Signal):
 
     def program(self) -> Program:
         shape = (*_fraction(self.at, self.rise or 1.0), (op.SMOOTH if self.rise else op.STEP, 0.0))
-        return Program.of(*shape, (op.CONSTANT, self.value - self.initial), (op.MULTIPLY, 0.0),
-                          (op.CONSTANT, self.initial), (op.ADD, 0.0))
+        return Program.of(
+            *shape,
+            (op.CONSTANT, self.value - self.initial),
+            (op.MULTIPLY, 0.0),
+            (op.CONSTANT, self.initial),
+            (op.ADD, 0.0),
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Harmonic(Signal):
-    """An oscillation offset + amplitude sin(2 pi frequency (t - start) + phase); its first value is held before `start`.
+    """An oscillation offset + amplitude sin(2 pi frequency (t - start) + phase).
+
+    Its first value is held before `start`.
 
     Parameters
     ----------
@@ -193,9 +231,18 @@ class Harmonic(Signal):
         self._numbers("amplitude", "frequency", "phase", "offset", "start")
 
     def program(self) -> Program:
-        return Program.of(*_since(self.start), (op.CONSTANT, 2.0 * np.pi * self.frequency), (op.MULTIPLY, 0.0),
-                          (op.CONSTANT, self.phase), (op.ADD, 0.0), (op.SIN, 0.0),
-                          (op.CONSTANT, self.amplitude), (op.MULTIPLY, 0.0), (op.CONSTANT, self.offset), (op.ADD, 0.0))
+        return Program.of(
+            *_since(self.start),
+            (op.CONSTANT, 2.0 * np.pi * self.frequency),
+            (op.MULTIPLY, 0.0),
+            (op.CONSTANT, self.phase),
+            (op.ADD, 0.0),
+            (op.SIN, 0.0),
+            (op.CONSTANT, self.amplitude),
+            (op.MULTIPLY, 0.0),
+            (op.CONSTANT, self.offset),
+            (op.ADD, 0.0),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,8 +263,12 @@ class Expression(Signal):
 
     def __post_init__(self):
         if not isinstance(self.text, str):
-            raise ModelError("Signal expression", found=f"text = {self.text!r}", expected="a formula between quotes",
-                             remedy="Write expression(\"2*sin(3*t)\")")
+            raise ModelError(
+                "Signal expression",
+                found=f"text = {self.text!r}",
+                expected="a formula between quotes",
+                remedy='Write expression("2*sin(3*t)")',
+            )
         object.__setattr__(self, "text", self.text.strip().removeprefix("=").strip())
         object.__setattr__(self, "parameters", dict(self.parameters))
         self.program()
@@ -256,8 +307,12 @@ class Product(Signal):
 
 def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:
     if isinstance(terms, str | Mapping) or not isinstance(terms, Sequence) or not terms:
-        raise ModelError(f"Signal {word}", found=f"terms = {terms!r}", expected="a list of signals",
-                         remedy=f"Write {word} = [first, second]")
+        raise ModelError(
+            f"Signal {word}",
+            found=f"terms = {terms!r}",
+            expected="a list of signals",
+            remedy=f"Write {word} = [first, second]",
+        )
     return tuple(as_signal(term, f"Signal {word}", "terms") for term in terms)
 
 
@@ -288,8 +343,9 @@ def step(*, value: float, initial: float = 0.0, at: float = 0.0, rise: float = 0
     return Step(value=value, initial=initial, at=at, rise=rise)
 
 
-def harmonic(*, amplitude: float, frequency: float, phase: float = 0.0, offset: float = 0.0,
-             start: float = 0.0) -> Harmonic:
+def harmonic(
+    *, amplitude: float, frequency: float, phase: float = 0.0, offset: float = 0.0, start: float = 0.0
+) -> Harmonic:
     """Return offset + amplitude sin(2 pi frequency (t - start) + phase); frequency in Hz, phase in rad."""
     return Harmonic(amplitude=amplitude, frequency=frequency, phase=phase, offset=offset, start=start)
 
@@ -307,8 +363,12 @@ def as_signal(value: Any, part: str, field: str) -> Signal:
         return Expression(value)
     if isinstance(value, int | float | np.number) and not isinstance(value, bool) and np.isfinite(value):
         return Constant(float(value))
-    raise ModelError(part, found=f"{field} = {value!r}", expected="a signal: a number, ramp, step, harmonic, table, expression",
-                     remedy=f"Write {field} = fmb.ramp(rate=1.0), or a finite number")
+    raise ModelError(
+        part,
+        found=f"{field} = {value!r}",
+        expected="a signal: a number, ramp, step, harmonic, table, expression",
+        remedy=f"Write {field} = fmb.ramp(rate=1.0), or a finite number",
+    )
 
 
 Packed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]

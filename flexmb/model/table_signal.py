@@ -45,17 +45,29 @@ class Table(Signal):
                 points = np.empty(0)
             found = "no list of numbers" if points.size == 0 else f"the shape {points.shape}"
             if points.ndim != 1 or points.size < 2 or not np.all(np.isfinite(points)):
-                raise ModelError("Signal table", found=f"{name} has {found}", expected="two or more finite numbers",
-                                 remedy=f"Write {name} = [0.0, 1.0]")
+                raise ModelError(
+                    "Signal table",
+                    found=f"{name} has {found}",
+                    expected="two or more finite numbers",
+                    remedy=f"Write {name} = [0.0, 1.0]",
+                )
             object.__setattr__(self, name, tuple(points.tolist()))
         if len(self.x) != len(self.y):
-            raise ModelError("Signal table", found=f"{len(self.x)} values x and {len(self.y)} values y",
-                             expected="as many x as y", remedy="Give each x its y")
+            raise ModelError(
+                "Signal table",
+                found=f"{len(self.x)} values x and {len(self.y)} values y",
+                expected="as many x as y",
+                remedy="Give each x its y",
+            )
         steps = np.diff(self.x)
         if steps.min() <= 0.0:
             k = int(np.argmin(steps > 0.0))
-            raise ModelError("Signal table", found=f"x goes from {self.x[k]} to {self.x[k + 1]}",
-                             expected="increasing x", remedy="Sort the points by x and remove repeated ones")
+            raise ModelError(
+                "Signal table",
+                found=f"x goes from {self.x[k]} to {self.x[k + 1]}",
+                expected="increasing x",
+                remedy="Sort the points by x and remove repeated ones",
+            )
         self._require("kind", self.kind in ("cubic", "linear"), "'cubic' or 'linear'")
         if self.of is not None:
             object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
@@ -79,7 +91,6 @@ class Table(Signal):
 def table(x, y, of: Any = None, kind: str = "cubic") -> Table:
     """Return the function through the points (x, y) of time or of another signal."""
     return Table(x, y, of, kind)
-
 
 
 SIGNALS: dict[str, type[Signal]] = {
