@@ -60,6 +60,9 @@ class FEModel:
         The elements, for stress, geometric stiffness and drawing; empty for foreign matrices.
     name : str
         Used in messages and reports.
+    expansion : (6 n, ndof) csr or None
+        Motion of every node (row 6 node + direction) from the freedoms, where rigid or averaging links make some
+        nodes depend on others; None: every node moves by its own freedoms only.
     """
 
     nodes: np.ndarray
@@ -70,6 +73,7 @@ class FEModel:
     facet_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     blocks: tuple[ElementBlock, ...] = ()
     name: str = "part"
+    expansion: sparse.csr_matrix | None = None
 
     def __post_init__(self):
         part, size = f"FE model '{self.name}'", len(self.dofs)
@@ -81,6 +85,10 @@ class FEModel:
         if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
             raise MeshError(part, found=f"nodes have the shape {self.nodes.shape}", expected="(n, 3)",
                             remedy="Give one row x, y, z per node; planar meshes need z = 0")
+        if self.expansion is not None and self.expansion.shape != (6 * len(self.nodes), size):
+            raise MeshError(part, found=f"expansion has the shape {self.expansion.shape}",
+                            expected=f"({6 * len(self.nodes)}, {size}), six rows per node",
+                            remedy="Make links with fem.with_rigid_link or fem.with_averaging_link")
 
     def node_set(self, name: str) -> np.ndarray:
         """Return the node numbers of a named set; raise MeshError with the known names."""
@@ -98,6 +106,8 @@ class FEModel:
     def field(self, vectors: np.ndarray) -> np.ndarray:
         """Return freedom vectors (ndof, k) as a nodal field (n, 6, k); absent freedoms are zero."""
         vectors = np.asarray(vectors, float).reshape(self.ndof, -1)
+        if self.expansion is not None:
+            return (self.expansion @ vectors).reshape(len(self.nodes), 6, -1)
         out = np.zeros((len(self.nodes), 6, vectors.shape[1]))
         out[self.dofs[:, 0], self.dofs[:, 1]] = vectors
         return out
@@ -105,6 +115,13 @@ class FEModel:
     def vectors(self, field: np.ndarray) -> np.ndarray:
         """Return a nodal field (n, 6, k) as freedom vectors (ndof, k); the inverse of `field`."""
         return np.asarray(field, float)[self.dofs[:, 0], self.dofs[:, 1]]
+
+    def forces(self, field: np.ndarray) -> np.ndarray:
+        """Return nodal forces and moments (n, 6, k), N and N m, as freedom vectors (ndof, k): links pass them on."""
+        if self.expansion is None:
+            return self.vectors(field)
+        field = np.asarray(field, float)
+        return self.expansion.T @ field.reshape(6 * len(self.nodes), -1)
 
     def rigid_motions(self) -> np.ndarray:
         """Return the six unit rigid motions about the origin: (ndof, 6), translations then rotations."""

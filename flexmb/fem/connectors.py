@@ -1,0 +1,238 @@
+"""Masses, springs and supports at nodes of an FE model: functions `FEModel` -> `FEModel`.
+
+Links between nodes are in `links`. The theory of all connectors is docs/theory/frames.md, section
+"Connectors".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import MeshError
+from flexmb.fem.fe_model import FEModel
+
+__all__ = ["expansion_of", "node_number", "node_numbers", "with_mass", "with_spring", "with_supports"]
+
+NodeName = int | str | Sequence[float]
+
+DIRECTIONS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
+
+
+def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.0, 0.0, 0.0)) -> FEModel:
+    """Return the model with a rigid mass at a node.
+
+    Parameters
+    ----------
+    node : number, name of a set of one node, or coordinates (3,), m, of a node
+    mass : float, kg
+    inertia : (3,) or (3, 3), kg m2
+        About the centre of the mass, body axes.
+    offset : (3,), m
+        From the node to the centre of the mass, which follows the rotation of the node.
+
+    Raises
+    ------
+    MeshError
+        Negative mass or inertia; a node without freedoms, or without rotations where they are needed.
+    """
+    number = node_number(fe, node)
+    part = f"Mass at node {number} of '{fe.name}'"
+    own = np.zeros((3, 3)) if inertia is None else np.asarray(inertia, float)
+    own = np.diag(own) if own.ndim == 1 else own
+    if (
+        mass < 0.0
+        or own.shape != (3, 3)
+        or not np.allclose(own, own.T)
+        or np.linalg.eigvalsh(own).min() < 0.0
+    ):
+        raise MeshError(
+            part,
+            found=f"mass = {mass!r} kg, inertia = {own.tolist()} kg m2",
+            expected="a mass >= 0 and a symmetric inertia without negative principal values",
+            remedy="Give inertia as (3,) or (3, 3) about the centre of the mass",
+        )
+    x, y, z = (float(value) for value in offset)
+    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3], matrix[:3, 3:], matrix[3:, :3] = mass * np.eye(3), -mass * arm, -mass * arm.T
+    matrix[3:, 3:] = mass * arm.T @ arm + own
+    motion = _motion(fe, number, part, needs=np.flatnonzero(np.abs(matrix).sum(axis=1) > 0.0))
+    return replace(fe, M=_symmetric(fe.M + motion.T @ sparse.csr_matrix(matrix) @ motion))
+
+
+def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = None) -> FEModel:
+    """Return the model with a linear spring from a node to the ground or to another node.
+
+    Parameters
+    ----------
+    stiffness : (6,) or (6, 6), N/m and N m/rad
+        Along and about the body axes.
+    to : node or None
+        The other node; it is seen from `node` through a rigid arm, so rigid motions stay free of force.
+    """
+    number = node_number(fe, node)
+    part = f"Spring at node {number} of '{fe.name}'"
+    matrix = np.asarray(stiffness, float)
+    matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
+    if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or np.linalg.eigvalsh(matrix).min() < 0.0:
+        raise MeshError(
+            part,
+            found=f"a stiffness of shape {np.shape(stiffness)}",
+            expected="(6,) or symmetric (6, 6) without negative principal values, N/m and N m/rad",
+            remedy="Give three translational and three rotational stiffnesses; zero leaves a direction free",
+        )
+    needs = np.flatnonzero(np.abs(matrix).sum(axis=1) > 0.0)
+    motion = _motion(fe, number, part, needs)
+    if to is not None:
+        other = node_number(fe, to)
+        arm = rigid_arm(fe.nodes[other] - fe.nodes[number])
+        seen = _motion(fe, number, part, np.flatnonzero(np.abs(arm[needs]).sum(axis=0) > 0.0))
+        motion = sparse.csr_matrix(arm) @ seen - _motion(fe, other, part, needs)
+    return replace(fe, K=_symmetric(fe.K + motion.T @ sparse.csr_matrix(matrix) @ motion))
+
+
+def with_supports(fe: FEModel, nodes: NodeName | Iterable[int] | None = None,
+                  directions: Iterable[int] = range(6)) -> FEModel:  # fmt: skip
+    """Return the model with directions of some nodes held: their freedoms are gone.
+
+    Parameters
+    ----------
+    nodes : name of a node set, node numbers, coordinates of a node, or None for all nodes
+    directions : int
+        0..2 translation x y z, 3..5 rotation x y z. ``with_supports(fe, directions=(2, 3, 4))`` makes a
+        model planar.
+    """
+    numbers = np.arange(len(fe.nodes)) if nodes is None else node_numbers(fe, nodes)
+    directions = np.array(sorted(set(directions)), int)
+    if len(directions) == 0 or directions[0] < 0 or directions[-1] > 5:
+        raise MeshError(
+            f"Support of '{fe.name}'",
+            found=f"directions {directions.tolist()}",
+            expected="numbers 0..5",
+            remedy="0, 1, 2 are translations along x, y, z; 3, 4, 5 rotations",
+        )
+    if nodes is not None:
+        _check_independent(fe, numbers, directions)
+    held = np.isin(fe.dofs[:, 0], numbers) & np.isin(fe.dofs[:, 1], directions)
+    kept = np.flatnonzero(~held)
+    expansion = None if fe.expansion is None else fe.expansion[:, kept].tocsr()
+    return replace(
+        fe,
+        dofs=fe.dofs[kept],
+        K=fe.K[kept][:, kept].tocsr(),
+        M=fe.M[kept][:, kept].tocsr(),
+        expansion=expansion,
+    )
+
+
+def node_number(fe: FEModel, node: NodeName) -> int:
+    """Return the number of a node given by number, by the name of a set of one node, or by coordinates
+    (3,), m."""
+    is_point = not isinstance(node, str) and np.ndim(node) == 1
+    numbers = _nearest(fe, np.asarray(node, float)) if is_point else node_numbers(fe, node)
+    if len(numbers) != 1:
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"'{node}' has {len(numbers)} nodes",
+            expected="one node",
+            remedy="Give a node number, or link the set to one node with fem.with_rigid_link",
+        )
+    return int(numbers[0])
+
+
+def node_numbers(fe: FEModel, nodes: NodeName | Iterable[int]) -> np.ndarray:
+    """Return node numbers given as the name of a node set, as numbers, or as the coordinates (3,) of one
+    node, m."""
+    if isinstance(nodes, str):
+        return np.asarray(fe.node_set(nodes), int)
+    array = np.atleast_1d(np.asarray(nodes))
+    if array.dtype.kind == "f":
+        return _nearest(fe, array)
+    if array.size and (array.min() < 0 or array.max() >= len(fe.nodes)):
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"node {array.max() if array.max() >= len(fe.nodes) else array.min()} does not exist",
+            expected=f"0..{len(fe.nodes) - 1}",
+            remedy="Node numbers start at 0; named sets are safer",
+        )
+    return array.astype(int)
+
+
+def expansion_of(fe: FEModel) -> sparse.csr_matrix:
+    """Return the motion (6 n, ndof) of all nodes from the freedoms."""
+    if fe.expansion is not None:
+        return fe.expansion
+    rows = 6 * fe.dofs[:, 0] + fe.dofs[:, 1]
+    return sparse.csr_matrix(
+        (np.ones(fe.ndof), (rows, np.arange(fe.ndof))), shape=(6 * len(fe.nodes), fe.ndof)
+    )
+
+
+def rigid_arm(arm: np.ndarray) -> np.ndarray:
+    """Return (6, 6): the motion of a point at `arm` (3,), m, from the motion of a rigid body at its
+    origin."""
+    x, y, z = arm
+    matrix = np.eye(6)
+    matrix[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return matrix
+
+
+def _nearest(fe: FEModel, point: np.ndarray) -> np.ndarray:
+    if point.shape != (3,):
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"coordinates of shape {point.shape}",
+            expected="(3,), m",
+            remedy="Give x, y, z of one node",
+        )
+    distance = np.linalg.norm(fe.nodes - point, axis=1)
+    nearest, size = int(np.argmin(distance)), float(np.ptp(fe.nodes, axis=0).max())
+    if distance[nearest] > 1e-6 * max(size, 1e-300):
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"no node at {point.tolist()} m; the nearest, node {nearest}, is {distance[nearest]:.3g} m away",
+            expected="the coordinates of a node",
+            remedy="Make a node there with fem.with_rigid_link or fem.with_averaging_link",
+        )
+    return np.array([nearest])
+
+
+def _motion(fe: FEModel, node: int, part: str, needs: np.ndarray) -> sparse.csr_matrix:
+    """Return the six rows of the expansion that move a node; the directions in `needs` must be able to
+    move."""
+    motion = expansion_of(fe)[6 * node : 6 * node + 6].tocsr()
+    missing = [DIRECTIONS[d] for d in needs if motion.indptr[d] == motion.indptr[d + 1]]
+    if missing:
+        raise MeshError(
+            part,
+            found=f"the node has no freedom in {', '.join(missing)}",
+            expected="a node that can move there",
+            remedy="A node of a solid has no rotations: put the mass or spring on a new node "
+            "(with_rigid_link(fe, (x, y, z), nodes)); a held direction carries no load",
+        )
+    return motion
+
+
+def _check_independent(fe: FEModel, numbers: np.ndarray, directions: np.ndarray) -> None:
+    """Raise MeshError if a direction to be held is moved by a link: it has no freedom of its own."""
+    if fe.expansion is None:
+        return
+    own = np.zeros((len(fe.nodes), 6), bool)
+    own[fe.dofs[:, 0], fe.dofs[:, 1]] = True
+    moved = np.diff(fe.expansion.indptr).reshape(-1, 6) > 0
+    bad = [n for n in numbers if (moved[n] & ~own[n])[directions].any()]
+    if bad:
+        raise MeshError(
+            f"Support of '{fe.name}'",
+            found=f"node {bad[0]} depends on other nodes through a link",
+            expected="nodes with freedoms of their own",
+            remedy="Hold the reference node of the link instead",
+        )
+
+
+def _symmetric(matrix) -> sparse.csr_matrix:
+    return (0.5 * (matrix + matrix.T)).tocsr()
