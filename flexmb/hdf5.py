@@ -62,7 +62,9 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
 
 
 @contextmanager
-def writing(path: str | Path, *, schema: str | None = None, version: int | None = None) -> Iterator[h5py.File]:
+def writing(
+    path: str | Path, *, schema: str | None = None, version: int | None = None
+) -> Iterator[h5py.File]:
     """Write a file beside its final place and move it there when it is complete.
 
     An exception inside the ``with`` block, or a killed process, leaves the old file as it was. Without `schema`
@@ -78,7 +80,9 @@ def writing(path: str | Path, *, schema: str | None = None, version: int | None 
         with h5py.File(temporary, "w", libver=_LIBVER) as file:
             _stamp(file, schema, version)
             yield file
-        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes private files, a result file is as open as any other
+        os.chmod(
+            temporary, 0o666 & ~_umask()
+        )  # mkstemp makes private files, a result file is as open as any other
         os.replace(temporary, path)
     finally:
         Path(temporary).unlink(missing_ok=True)
@@ -110,37 +114,58 @@ def _umask() -> int:
 
 def _check_folder(path: Path) -> None:
     if not path.parent.is_dir():
-        raise DataFileError(f"Data file '{path}'", found=f"the folder '{path.parent}' does not exist",
-                            expected="an existing folder", remedy="Create the folder or give another path")
+        raise DataFileError(
+            f"Data file '{path}'",
+            found=f"the folder '{path.parent}' does not exist",
+            expected="an existing folder",
+            remedy="Create the folder or give another path",
+        )
 
 
 def _check_signature(path: Path, part: str, schema: str) -> None:
     if not path.is_file():
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}"))[:5] if path.parent.is_dir() else []
         there = f"The folder has: {', '.join(near)}" if near else "Check the path"
-        raise DataFileError(part, found="the file does not exist", expected=f"a file of kind '{schema}'", remedy=there)
+        raise DataFileError(
+            part, found="the file does not exist", expected=f"a file of kind '{schema}'", remedy=there
+        )
     with path.open("rb") as stream:
         head = stream.read(len(_SIGNATURE))
     if head != _SIGNATURE:
-        raise DataFileError(part, found=f"this is not an HDF5 file (it begins with {head!r})",
-                            expected=f"an HDF5 file of kind '{schema}'",
-                            remedy="Give the .h5 file that flexmb wrote; meshes are read with fem.read_mesh")
+        raise DataFileError(
+            part,
+            found=f"this is not an HDF5 file (it begins with {head!r})",
+            expected=f"an HDF5 file of kind '{schema}'",
+            remedy="Give the .h5 file that flexmb wrote; meshes are read with fem.read_mesh",
+        )
 
 
 def _check_schema(file: h5py.File, part: str, schema: str, version: int) -> None:
     found = file.attrs.get("schema")
     if found != schema:
         what = "no schema attribute" if found is None else f"the schema '{found}'"
-        raise DataFileError(part, found=f"{what}", expected=f"the schema '{schema}'",
-                            remedy="The file belongs to another purpose or program: give the right file")
+        raise DataFileError(
+            part,
+            found=f"{what}",
+            expected=f"the schema '{schema}'",
+            remedy="The file belongs to another purpose or program: give the right file",
+        )
     number = int(file.attrs.get("schema_version", -1))
     if number != version:
-        remedy = ("Update flexmb: the file was written by a newer release" if number > version
-                  else "Make the file again with this release: it was written by an older one")
-        raise DataFileError(part, found=f"schema version {number} of '{schema}'", expected=f"version {version}",
-                            remedy=remedy)
+        remedy = (
+            "Update flexmb: the file was written by a newer release"
+            if number > version
+            else "Make the file again with this release: it was written by an older one"
+        )
+        raise DataFileError(
+            part, found=f"schema version {number} of '{schema}'", expected=f"version {version}", remedy=remedy
+        )
 
 
 def _damaged(part: str, reason: str) -> DataFileError:
-    return DataFileError(part, found=f"the file is truncated or damaged ({reason})", expected="a complete file",
-                         remedy="Write or copy it again: it was cut off while it was written or copied")
+    return DataFileError(
+        part,
+        found=f"the file is truncated or damaged ({reason})",
+        expected="a complete file",
+        remedy="Write or copy it again: it was cut off while it was written or copied",
+    )

@@ -158,8 +158,8 @@ class ModalNeutralData:
 
     @property
     def mass(self) -> float:
-        """Mass, kg."""
-        return float(np.trace(self.invariants.vv)) / 3.0
+        """Mass, kg (a planar FE model has mass only in the directions of its freedoms)."""
+        return float(np.diag(self.invariants.vv).max())
 
     @property
     def center_of_mass(self) -> np.ndarray:

@@ -77,15 +77,17 @@ def read(group) -> ModalNeutralData:
         raise KeyError("'invariants' is missing")
     blocks = group["cells"]
     values["cells"] = tuple(
-        (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks)))
+        (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks))
+    )
     return ModalNeutralData(**values)
 
 
 def _write_array(group, name: str, array: np.ndarray):
     """Compress what is large: shapes and stresses of fine meshes are most of a file."""
     large = array.nbytes > 1_000_000
-    return group.create_dataset(name, data=array, **({"compression": "gzip", "compression_opts": 1,
-                                                       "shuffle": True} if large else {}))
+    return group.create_dataset(
+        name, data=array, **({"compression": "gzip", "compression_opts": 1, "shuffle": True} if large else {})
+    )
 
 
 def _plain(value):

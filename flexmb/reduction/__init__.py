@@ -1,1 +1,20 @@
-"""."""
+"""FE model to modal neutral data: Craig-Bampton, inertia invariants, geometric stiffness, load shapes, report."""
+
+from flexmb.reduction.craig_bampton import reduce
+from flexmb.reduction.damping import Bands, Rayleigh
+from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
+from flexmb.reduction.loads import LineLoad, NodalForces, Pressure
+from flexmb.reduction.mode_choice import UpTo
+
+__all__ = [
+    "Averaging",
+    "Bands",
+    "LineLoad",
+    "NodalForces",
+    "Nodes",
+    "Pressure",
+    "Rayleigh",
+    "Rigid",
+    "UpTo",
+    "reduce",
+]

@@ -16,20 +16,45 @@ def arbitrary_data(rotations: bool = True) -> ModalNeutralData:
     rng = np.random.default_rng(7)
     n, m, k = 5, 3, 2
     invariants = InertiaInvariants(
-        vv=np.eye(3), vw0=rng.random((3, 3)), vw1=rng.random((m, 3, 3)), vn=rng.random((3, m)),
-        ww0=rng.random((3, 3)), ww1=rng.random((m, 3, 3)), ww2=rng.random((m, m, 3, 3)), wn0=rng.random((3, m)),
-        wn1=rng.random((m, 3, m)), nn=np.eye(m))
-    geometric = GeometricStiffness(inertia=rng.random((12, m, m)), interface=rng.random((1, 6, m, m)),
-                                   loads=rng.random((1, m, m)), preload=rng.random((m, m)))
+        vv=np.eye(3),
+        vw0=rng.random((3, 3)),
+        vw1=rng.random((m, 3, 3)),
+        vn=rng.random((3, m)),
+        ww0=rng.random((3, 3)),
+        ww1=rng.random((m, 3, 3)),
+        ww2=rng.random((m, m, 3, 3)),
+        wn0=rng.random((3, m)),
+        wn1=rng.random((m, 3, m)),
+        nn=np.eye(m),
+    )
+    geometric = GeometricStiffness(
+        inertia=rng.random((12, m, m)),
+        interface=rng.random((1, 6, m, m)),
+        loads=rng.random((1, m, m)),
+        preload=rng.random((m, m)),
+    )
     return ModalNeutralData(
-        name="rod", nodes=rng.random((n, 3)), cells=(("tetra", np.array([[0, 1, 2, 3]])), ("line", np.array([[3, 4]]))),
-        shapes=rng.random((n, 3, m)), rotation_shapes=rng.random((n, 3, m)) if rotations else None,
-        marker_names=("a", "tip"), n_interfaces=1, marker_positions=rng.random((k, 3)),
-        marker_translations=rng.random((k, 3, m)), marker_rotations=rng.random((k, 3, m)),
-        stiffness=np.eye(m), damping_ratios=np.full(m, 0.01), frequencies=np.arange(1.0, 4.0), invariants=invariants,
-        geometric=geometric if rotations else None, load_names=("air",), load_shapes=rng.random((1, 6 + m)),
-        stress_modes=rng.random((n, 6, m)) if rotations else None, frame="a",
-        quality={"modes": [1, 2], "text": "fine", "number": np.float64(0.5)})
+        name="rod",
+        nodes=rng.random((n, 3)),
+        cells=(("tetra", np.array([[0, 1, 2, 3]])), ("line", np.array([[3, 4]]))),
+        shapes=rng.random((n, 3, m)),
+        rotation_shapes=rng.random((n, 3, m)) if rotations else None,
+        marker_names=("a", "tip"),
+        n_interfaces=1,
+        marker_positions=rng.random((k, 3)),
+        marker_translations=rng.random((k, 3, m)),
+        marker_rotations=rng.random((k, 3, m)),
+        stiffness=np.eye(m),
+        damping_ratios=np.full(m, 0.01),
+        frequencies=np.arange(1.0, 4.0),
+        invariants=invariants,
+        geometric=geometric if rotations else None,
+        load_names=("air",),
+        load_shapes=rng.random((1, 6 + m)),
+        stress_modes=rng.random((n, 6, m)) if rotations else None,
+        frame="a",
+        quality={"modes": [1, 2], "text": "fine", "number": np.float64(0.5)},
+    )
 
 
 def assert_same(a, b):
@@ -102,7 +127,9 @@ def test_foreign_schema(tmp_path):
         ModalNeutralData.load(tmp_path / "y.h5")
 
 
-@pytest.mark.parametrize(("version", "remedy"), [(VERSION + 1, "Update flexmb"), (VERSION - 1, "Make the file again")])
+@pytest.mark.parametrize(
+    ("version", "remedy"), [(VERSION + 1, "Update flexmb"), (VERSION - 1, "Make the file again")]
+)
 def test_other_version(tmp_path, version, remedy):
     with hdf5.writing(tmp_path / "x.h5", schema=SCHEMA, version=version):
         pass

@@ -1,0 +1,139 @@
+"""The door to sparse factorisations of symmetric positive definite matrices.
+
+``factor(K, coordinates)`` returns an object with ``.solve(B)`` for blocks of right-hand sides. Which code factorises is
+an object too (`SuperLU` here, others beside it): all of them are checked by the residual of their first solve.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import ReductionError
+
+__all__ = ["Backend", "Factor", "NotPositiveDefinite", "SuperLU", "factor"]
+
+_RESIDUAL = 1e-8  # a relative residual above this means a wrong factor, not rounding
+
+
+class NotPositiveDefinite(ReductionError):
+    """The matrix is singular or indefinite; `freedom` is the row at which the factorisation broke down."""
+
+    def __init__(self, freedom: int, found: str):
+        super().__init__(
+            "Sparse factorisation",
+            found=found,
+            expected="a symmetric positive definite matrix",
+            remedy="Look for a mechanism or a missing support at this freedom",
+        )
+        self.freedom = freedom
+
+
+class Factor(Protocol):
+    """A factorised matrix."""
+
+    n: int
+    nnz: int
+
+    def solve(self, B: np.ndarray) -> np.ndarray:
+        """Return K^-1 B for B (n,) or (n, k)."""
+
+
+class Backend(Protocol):
+    """A code that factorises: called with K (n, n) csr and coordinates (n, 3) or None, it returns a `Factor`."""
+
+    def __call__(self, K: sparse.csr_matrix, coordinates: np.ndarray | None) -> Factor:
+        """Factorise K."""
+
+
+class SuperLU:
+    """SciPy's SuperLU in symmetric mode with a minimum-degree ordering: for small matrices, and as the reference."""
+
+    def __call__(self, K: sparse.csr_matrix, coordinates: np.ndarray | None = None) -> Factor:
+        """Factorise K."""
+        return _SuperLUFactor(K)
+
+
+class _SuperLUFactor:
+    def __init__(self, K: sparse.csr_matrix):
+        from scipy.sparse.linalg import splu
+
+        self.n = K.shape[0]
+        try:
+            self._lu = splu(
+                K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
+        except RuntimeError as error:
+            raise NotPositiveDefinite(_least_stiff(K), f"exactly singular ({error})") from error
+        self.nnz = self._lu.L.nnz
+        pivots = self._lu.U.diagonal()
+        worst = int(np.argmin(pivots))
+        if not pivots[worst] > 0.0:
+            freedom = int(np.flatnonzero(self._lu.perm_c == worst)[0])
+            raise NotPositiveDefinite(freedom, f"the pivot {pivots[worst]:.3g} at freedom {freedom}")
+
+    def solve(self, B: np.ndarray) -> np.ndarray:
+        return self._lu.solve(np.ascontiguousarray(B, float))
+
+
+class _Checked:
+    """Any factor, with the residual of the first solve checked against the matrix."""
+
+    def __init__(self, K: sparse.csr_matrix, inner: Factor):
+        self.n, self.nnz, self._inner, self._K = inner.n, inner.nnz, inner, K
+
+    def solve(self, B: np.ndarray) -> np.ndarray:
+        """Return K^-1 B for B (n,) or (n, k)."""
+        B = np.asarray(B, float)
+        X = self._inner.solve(B)
+        if self._K is not None and B.size:
+            residual = np.abs(self._K @ X - B).max()
+            scale = (abs(self._K) @ np.abs(X)).max() + np.abs(B).max()
+            if not residual <= _RESIDUAL * scale:
+                raise ReductionError(
+                    "Sparse factorisation",
+                    found=f"relative residual {residual / scale:.1e}",
+                    expected=f"at most {_RESIDUAL:g}",
+                    remedy="The matrix is unsymmetric or nearly singular: check its symmetry and its supports",
+                )
+            self._K = None
+        return X
+
+
+def factor(
+    K: sparse.spmatrix, coordinates: np.ndarray | None = None, *, backend: Backend | None = None
+) -> Factor:
+    """Factorise a symmetric positive definite sparse matrix.
+
+    Parameters
+    ----------
+    K : (n, n) sparse, symmetric positive definite
+    coordinates : (n, 3) or None
+        Position of the node of each freedom, for a geometric ordering; freedoms of one node have equal coordinates.
+    backend : Backend or None
+        Which code factorises; chosen by size if None.
+
+    Raises
+    ------
+    NotPositiveDefinite
+        With the freedom at which the factorisation broke down.
+    """
+    K = sparse.csr_matrix(K, dtype=float)
+    if K.shape[0] == 0:
+        return _Empty()
+    backend = backend or SuperLU()
+    return _Checked(K, backend(K, coordinates))
+
+
+class _Empty:
+    n, nnz = 0, 0
+
+    def solve(self, B: np.ndarray) -> np.ndarray:
+        """Return the empty block."""
+        return np.zeros_like(np.asarray(B, float))
+
+
+def _least_stiff(K: sparse.csr_matrix) -> int:
+    return int(np.argmin(np.abs(K.diagonal())))

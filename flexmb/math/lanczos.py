@@ -1,0 +1,95 @@
+"""Lowest eigenpairs of K x = w2 M x by block Lanczos on block solves.
+
+The operator is X -> K^-1 M X, symmetric in the M scalar product. A single sparse solve is memory bound, a block of
+eight costs little more: blocks are 1.4 to 2 times faster than one vector at a time, and they find multiple eigenvalues.
+(Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272; full reorthogonalisation instead of selective.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import eigh
+
+__all__ = ["lowest_modes"]
+
+Operator = Callable[[np.ndarray], np.ndarray]
+
+
+def lowest_modes(
+    solve: Operator,
+    mass: Operator,
+    n: int,
+    count: int,
+    *,
+    start: np.ndarray | None = None,
+    block: int = 8,
+    tolerance: float = 1e-10,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest eigenvalues and eigenvectors of K x = w2 M x.
+
+    Parameters
+    ----------
+    solve : callable (n, k) -> (n, k)
+        K^-1 on the admissible subspace (constraints are built into it).
+    mass : callable (n, k) -> (n, k)
+        Product with M, symmetric positive semidefinite.
+    n, count : int
+        Size, and how many pairs are asked for.
+    start : (n, k) or None
+        Approximate modes to begin with.
+    block, tolerance
+        Vectors per block solve; relative residual bound of the eigenvalues of K^-1 M.
+
+    Returns
+    -------
+    w2 : (k,), 1/s2, ascending
+    X : (n, k), X^T M X = I
+        k = count, or less where the matrix has fewer modes with mass.
+    """
+    rng = np.random.default_rng(20210)
+    first = rng.standard_normal((n, block))
+    if start is not None:
+        first[:, : min(block, start.shape[1])] += 1e3 * start[:, :block] / np.abs(start[:, :block]).max()
+    V, MV = np.zeros((n, 0)), np.zeros((n, 0))
+    T = np.zeros((0, 0))
+    Q, MQ = _orthonormal(solve(mass(first)), mass, V, MV)
+    while True:
+        k, p = V.shape[1], Q.shape[1]
+        V, MV = np.hstack([V, Q]), np.hstack([MV, MQ])
+        W = solve(MQ)
+        coefficients = MV.T @ W
+        T = np.block([[T, coefficients[:k]], [coefficients[:k].T, coefficients[k:]]])
+        T = 0.5 * (T + T.T)
+        theta, S = eigh(T)
+        W -= V @ coefficients
+        Q, MQ = _orthonormal(W, mass, V, MV, scale=theta[-1])
+        found = min(count, len(theta))
+        wanted = slice(len(theta) - found, None)
+        beta = MQ.T @ W if Q.shape[1] else np.zeros((0, p))
+        error = np.linalg.norm(beta @ S[k:, wanted], axis=0)
+        converged = found == count and np.all(error <= tolerance * theta[wanted])
+        if converged or Q.shape[1] == 0:
+            keep = np.flatnonzero(theta[wanted] > 1e-14 * theta[-1])[::-1]
+            order = keep + (len(theta) - found)
+            return 1.0 / theta[order], V @ S[:, order]
+
+
+def _orthonormal(W, mass: Operator, V, MV, scale: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return an M-orthonormal basis Q of W, orthogonal to V, and M Q; directions without mass are dropped."""
+    for _ in range(2):
+        W = W - V @ (MV.T @ W)
+    for _ in range(2):
+        MW = mass(W)
+        gram = W.T @ MW
+        size, vectors = eigh(0.5 * (gram + gram.T))
+        floor = max(1e-14 * size[-1], (1e-13 * scale) ** 2) if len(size) else 0.0
+        keep = size > floor
+        turn = vectors[:, keep] / np.sqrt(size[keep])
+        W, MW = W @ turn, MW @ turn
+        if not keep.any():
+            return W, MW
+        W = W - V @ (MV.T @ W)
+        scale = 0.0
+    return W, mass(W)

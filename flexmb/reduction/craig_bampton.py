@@ -1,0 +1,225 @@
+"""`reduce`: FE model in, modal neutral data out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ReductionError, did_you_mean
+from flexmb.fem.fe_model import FEModel
+from flexmb.math.factor import Backend
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
+from flexmb.reduction.damping import damping_ratios
+from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
+from flexmb.reduction.interfaces import Coupling, resolve
+from flexmb.reduction.invariants import inertia_invariants
+from flexmb.reduction.loads import load_vectors
+from flexmb.reduction.markers import MarkerMotion, interface_motions, station_motions
+from flexmb.reduction.mode_choice import UpTo, choose_modes, parse_modes
+from flexmb.reduction.quality import quality_numbers
+from flexmb.reduction.statics import HeldBody
+
+__all__ = ["reduce"]
+
+Progress = Callable[[str, float], None]
+
+
+def reduce(
+    fe: FEModel,
+    interfaces: Mapping[str, Any],
+    modes: int | str | UpTo = 12,
+    *,
+    geometric_stiffness: bool = False,
+    stations: Mapping[str, Any] | None = None,
+    loads: Mapping[str, Any] | None = None,
+    frame: str = "buckens",
+    damping: Any = None,
+    stress: bool = True,
+    residual_vectors: Sequence[str] = (),
+    preload: Mapping[str, float] | None = None,
+    compare: int = 6,
+    backend: Backend | None = None,
+    progress: Progress | None = None,
+) -> ModalNeutralData:
+    """Reduce an FE model by Craig-Bampton modes to the data of a flexible body.
+
+    Parameters
+    ----------
+    fe : FEModel
+        A free body; its elements are needed for stress and geometric stiffness only.
+    interfaces : mapping of name to set name, node numbers (list of int), coordinates (tuple), or a coupling object
+        Where joints and forces act. A bare selection is a rigid coupling; see `Rigid`, `Averaging`, `Nodes`.
+    modes : int, text or UpTo
+        Number of fixed-interface modes (0: Guyan), or ``"up to 200 Hz within 1 %"``.
+    geometric_stiffness : bool
+        Compute the stiffness of unit inertia, interface and distributed loads.
+    stations : mapping of name to set name, node numbers or coordinates, m
+        Observed points; they need no node.
+    loads : mapping of name to facet set, `Pressure`, `LineLoad`, `NodalForces` or table
+        Load shapes of unit size; a facet set means unit pressure (1 Pa) along the outward normal.
+    frame : str
+        "buckens", or the name of the interface at which the body frame is clamped.
+    damping : None, float, (m,), `Rayleigh` or `Bands`
+        Proposed fraction of critical damping.
+    stress : bool
+        Compute stress modes where the elements can give them.
+    residual_vectors : names of load shapes
+        Their static response is added to the basis.
+    preload : mapping of load name to factor
+        Constant load whose geometric stiffness is always there.
+    compare : int
+        How many free-free frequencies of the full model are computed for the quality report.
+    backend : Backend or None
+        Sparse factorisation; see flexmb.math.factor.
+    progress : callable (stage, fraction) or None
+
+    Returns
+    -------
+    ModalNeutralData
+        With nq + modes - 6 flexible coordinates, nq = 6 per rigid or averaging interface.
+
+    Raises
+    ------
+    ReductionError
+        The interfaces or the FE model do not allow it; the message names the place.
+    """
+    say = progress or (lambda stage, fraction: None)
+    stations, loads, choice = stations or {}, loads or {}, parse_modes(modes)
+    _check_names(interfaces, stations, loads, frame, residual_vectors, preload)
+    say("interfaces", 0.0)
+    couplings = resolve(fe, interfaces)
+    markers = interface_motions(fe, couplings) + station_motions(fe, stations)
+    forces = load_vectors(fe, loads)
+    say("factorisation and constraint modes", 0.05)
+    body = HeldBody(fe, couplings, backend)
+    say("normal modes", 0.3)
+    normal, exact = choose_modes(body, choice)
+    residual = [list(loads).index(name) for name in residual_vectors]
+    if residual:
+        normal = with_residuals(body, normal, forces[:, residual])
+    clamped = None if frame == "buckens" else _frame_interface(frame, couplings, body)
+    basis = orthonormal_basis(body, normal, clamped)
+    geometric = None
+    if geometric_stiffness:
+        say("geometric stiffness", 0.6)
+        factors = [(preload or {}).get(name, 0.0) for name in loads]
+        geometric = unit_load_stiffness(
+            body,
+            basis.shapes,
+            markers[: len(couplings)],
+            forces,
+            forces @ np.array(factors, float),
+            _support(body, clamped),
+        )
+    say("full model for comparison", 0.7)
+    if exact is None and compare:
+        exact = free_modes(body, compare, start=basis.shapes)
+    say("invariants, stress modes and report", 0.9)
+    quality = quality_numbers(body, normal, basis, exact, clamped)
+    data = _data(fe, couplings, markers, loads, forces, basis, damping, stress, geometric, frame, quality)
+    say("done", 1.0)
+    return data
+
+
+def _data(
+    fe: FEModel,
+    couplings: Sequence[Coupling],
+    markers: Sequence[MarkerMotion],
+    loads: Mapping[str, Any],
+    forces: np.ndarray,
+    basis: Basis,
+    damping: Any,
+    stress: bool,
+    geometric,
+    frame: str,
+    quality: dict,
+) -> ModalNeutralData:
+    m, field = len(basis.w2), fe.field(basis.shapes)
+    motions = (
+        np.stack([marker.matrix @ basis.shapes for marker in markers]) if markers else np.zeros((0, 6, m))
+    )
+    rotations = field[:, 3:].copy() if np.any(fe.dofs[:, 1] >= 3) else None
+    return ModalNeutralData(
+        name=fe.name,
+        nodes=fe.nodes,
+        cells=tuple((b.cell_type, b.connectivity) for b in fe.blocks),
+        shapes=field[:, :3].copy(),
+        rotation_shapes=rotations,
+        marker_names=tuple(marker.name for marker in markers),
+        n_interfaces=len(couplings),
+        marker_positions=np.array([marker.position for marker in markers]).reshape(-1, 3),
+        marker_translations=motions[:, :3],
+        marker_rotations=motions[:, 3:],
+        stiffness=np.diag(basis.w2),
+        damping_ratios=damping_ratios(damping, basis.w2),
+        frequencies=np.sqrt(basis.w2) / (2.0 * np.pi),
+        invariants=inertia_invariants(fe, basis.shapes),
+        geometric=geometric,
+        load_names=tuple(loads),
+        load_shapes=np.vstack([fe.rigid_motions().T @ forces, basis.shapes.T @ forces]).T,
+        stress_modes=_stress_modes(fe, field) if stress and fe.blocks else None,
+        frame=frame,
+        quality=quality,
+    )
+
+
+def _stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
+    """Average the nodal stress of each mode over the blocks that meet at a node; zero where no element is."""
+    total, count = np.zeros(field.shape), np.zeros((len(fe.nodes), 1, 1))
+    for block in fe.blocks:
+        stress = block.nodal_stress(field)
+        there = ~np.isnan(stress).any(axis=(1, 2)) if stress.shape[2] else np.zeros(len(stress), bool)
+        total[there] += stress[there]
+        count[there] += 1.0
+    return total / np.maximum(count, 1.0)
+
+
+def _support(body: HeldBody, clamped: int | None) -> np.ndarray:
+    """Hold the unit loads where the frame is clamped, or at the first interface that holds the body alone."""
+    for number in range(len(body.couplings)) if clamped is None else (clamped,):
+        where = body.slices[number]
+        if where.stop - where.start == body.rigid.shape[1] and body.couplings[number].label != "bare nodes":
+            return np.arange(where.start, where.stop)
+    return body.determinate_support()
+
+
+def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) -> int:
+    names = [c.name for c in couplings]
+    number = names.index(frame)
+    if len(couplings[number].freedoms) != body.rigid.shape[1]:
+        raise ReductionError(
+            f"Frame '{frame}'",
+            found=f"the interface has {len(couplings[number].freedoms)} freedoms",
+            expected=f"{body.rigid.shape[1]}, enough to hold the frame",
+            remedy="Clamp the frame at a rigid or averaging interface, or use frame='buckens'",
+        )
+    return number
+
+
+def _check_names(interfaces, stations, loads, frame, residual_vectors, preload) -> None:
+    common = sorted(set(interfaces) & set(stations))
+    if common:
+        raise ReductionError(
+            f"Station '{common[0]}'",
+            found="an interface has the same name",
+            expected="different marker names",
+            remedy="Rename the station",
+        )
+    if frame != "buckens" and frame not in interfaces:
+        raise ReductionError(
+            f"Frame '{frame}'",
+            found="no interface of that name",
+            expected=f"'buckens' or one of: {', '.join(interfaces) or 'none'}",
+            remedy=did_you_mean(frame, interfaces),
+        )
+    for name in [*residual_vectors, *(preload or {})]:
+        if name not in loads:
+            raise ReductionError(
+                f"Load '{name}'",
+                found="no load shape of that name",
+                expected=f"One of: {', '.join(loads) or 'none'}",
+                remedy=did_you_mean(name, loads),
+            )

@@ -1,0 +1,73 @@
+"""Modal damping proposals: per mode, by frequency bands, or Rayleigh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ReductionError
+
+__all__ = ["Bands", "Rayleigh", "damping_ratios"]
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """D = mass M + stiffness K, so the ratio is mass / (2 w) + stiffness w / 2.
+
+    Parameters
+    ----------
+    mass : float, 1/s
+    stiffness : float, s
+    """
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Constant ratio in frequency bands: pairs (upper frequency in Hz, ratio); the last ratio holds above too."""
+
+    bands: tuple[tuple[float, float], ...]
+
+
+def damping_ratios(damping: Any, w2: np.ndarray) -> np.ndarray:
+    """Return the fraction of critical damping of each mode, (m,), for angular frequencies squared w2 (m,), 1/s2.
+
+    `damping` is None (zero), a number for all modes, one number per mode, `Rayleigh` or `Bands`.
+    """
+    w = np.sqrt(w2)
+    if damping is None:
+        ratios = np.zeros(len(w))
+    elif isinstance(damping, Rayleigh):
+        ratios = damping.mass / (2.0 * w) + damping.stiffness * w / 2.0
+    elif isinstance(damping, Bands):
+        upper, values = (np.array(column, float) for column in zip(*damping.bands, strict=True))
+        if np.any(np.diff(upper) <= 0.0):
+            raise ReductionError(
+                "Damping",
+                found=f"bands up to {list(upper)} Hz",
+                expected="rising upper frequencies",
+                remedy="Order the bands by frequency",
+            )
+        ratios = values[np.minimum(np.searchsorted(upper, w / (2.0 * np.pi)), len(upper) - 1)]
+    else:
+        ratios = np.atleast_1d(np.asarray(damping, float))
+        if ratios.shape not in ((1,), (len(w),)):
+            raise ReductionError(
+                "Damping",
+                found=f"{ratios.size} ratios",
+                expected=f"one, or one per mode ({len(w)})",
+                remedy="Use reduction.Bands or reduction.Rayleigh if the number of modes is not known",
+            )
+        ratios = np.broadcast_to(ratios, w.shape).copy()
+    if np.any(ratios < 0.0) or not np.all(np.isfinite(ratios)):
+        raise ReductionError(
+            "Damping",
+            found=f"a ratio of {ratios.min():.3g}",
+            expected="numbers from 0 upwards",
+            remedy="Give fractions of critical damping: 0.01 is one percent",
+        )
+    return ratios

@@ -1,0 +1,77 @@
+"""Geometric stiffness of unit loads in modal coordinates (Banerjee 1993; docs, theory "geometric-stiffness")."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexmb.errors import ReductionError
+from flexmb.fem.fe_model import FEModel
+from flexmb.model.modal_neutral_data import GeometricStiffness
+from flexmb.reduction.markers import MarkerMotion
+from flexmb.reduction.statics import HeldBody
+
+__all__ = ["geometric_stiffness", "inertia_loads"]
+
+
+def inertia_loads(fe: FEModel) -> np.ndarray:
+    """Return the nodal forces of the unit acceleration fields, (ndof, 12): -M E_k, then -M [x_l e_k] at 3 + 3 k + l.
+
+    Rotational freedoms accelerate with half the curl of the field, so that the antisymmetric fields are exactly the
+    rigid angular accelerations and the loads balance the equations of the body.
+    """
+    field = np.zeros((len(fe.nodes), 6, 12))
+    for k in range(3):
+        field[:, k, k] = 1.0
+        for l in range(3):
+            field[:, k, 3 + 3 * k + l] = fe.nodes[:, l]
+            field[:, 3:, 3 + 3 * k + l] = 0.5 * np.cross(np.eye(3)[l], np.eye(3)[k])
+    return -(fe.M @ fe.vectors(field))
+
+
+def geometric_stiffness(
+    body: HeldBody,
+    shapes: np.ndarray,
+    interfaces: Sequence[MarkerMotion],
+    loads: np.ndarray,
+    preload: np.ndarray,
+    support: np.ndarray | None = None,
+) -> GeometricStiffness:
+    """Return ``Phi^T K_g(sigma) Phi`` for every unit load.
+
+    Parameters
+    ----------
+    body : HeldBody
+    shapes : (ndof, m)
+    interfaces : the motion of each interface; its transpose spreads the unit force or moment over the nodes
+    loads, preload : (ndof, nl) and (ndof,), N
+    support : int indices of interface coordinates, or None
+        Statically determinate support that balances the unit loads; the actual loads are in equilibrium, so its
+        reactions cancel in the sum and any choice gives the same motion.
+    """
+    fe = body.fe
+    if not fe.blocks:
+        raise ReductionError(
+            f"FE model '{fe.name}'",
+            found="geometric stiffness was asked for, but there are no elements",
+            expected="an FE model made from a mesh or a frame",
+            remedy="Use geometric_stiffness=False for foreign matrices",
+        )
+    m = shapes.shape[1]
+    forces = np.hstack(
+        [inertia_loads(fe), *(marker.matrix.T.toarray() for marker in interfaces), loads, preload[:, None]]
+    )
+    displacement = fe.field(body.solve_supported(forces, support))
+    modes = fe.field(shapes)
+    matrices = sum(block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks)
+    matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))
+    inertia, interface, shape, constant = np.split(
+        matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]])
+    )
+    return GeometricStiffness(
+        inertia=inertia,
+        interface=interface.reshape(len(interfaces), 6, m, m),
+        loads=shape,
+        preload=constant[0],
+    )

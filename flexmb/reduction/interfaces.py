@@ -1,0 +1,195 @@
+"""Interfaces: how a joint takes hold of the mesh, rigidly (RBE2), by average (RBE3) or at bare nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ReductionError
+from flexmb.fem.fe_model import FEModel
+from flexmb.reduction.selection import nodes_of
+
+__all__ = ["Averaging", "Coupling", "Nodes", "Rigid", "independent_columns", "resolve", "rigid_block"]
+
+DIRECTIONS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
+_FLAT = 1e-6  # a node set this thin, relative to its radius, has no rotation about its axis
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """The nodes move as a rigid body with the interface (RBE2): a pin in a bore, a bolted flange.
+
+    Parameters
+    ----------
+    where : set name, node numbers or coordinates
+    at : (3,), m, or None
+        Reference point; the mean of the nodes if None.
+    """
+
+    where: Any
+    at: Any = None
+
+
+@dataclass(frozen=True)
+class Averaging:
+    """The interface moves like the weighted mean of the nodes (RBE3) and adds no stiffness: a soft or wide contact.
+
+    Parameters
+    ----------
+    where, at : as `Rigid`
+    weights : (k,) or None
+        Weight of each node in ascending node number; equal if None.
+    """
+
+    where: Any
+    at: Any = None
+    weights: Any = None
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Every freedom of the nodes is kept; each node becomes an interface ``name`` (or ``name_<node>`` if several)."""
+
+    where: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """An interface resolved on an FE model.
+
+    The interface coordinates are q (nf,), motions of the reference point along `freedoms` (0..2 translation, 3..5
+    rotation). Prescribing kinds give the nodes' freedoms ``U[rows] = matrix @ q``, (rows, nf); averaging kinds read
+    ``q = matrix @ U[rows]``, (nf, rows).
+    """
+
+    name: str
+    position: np.ndarray
+    nodes: np.ndarray
+    rows: np.ndarray
+    matrix: np.ndarray
+    freedoms: np.ndarray
+    averaging: bool = False
+    label: str = field(default="rigid")
+
+
+def rigid_block(fe: FEModel, rows: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return the rigid motions about `point` in the freedoms `rows`: (rows, 6), translations then rotations."""
+    node, direction = fe.dofs[rows, 0], fe.dofs[rows, 1]
+    block = np.zeros((len(rows), 6))
+    block[np.arange(len(rows)), direction] = 1.0
+    arm = fe.nodes[node] - point
+    for k in range(3):
+        turned = np.cross(np.eye(3)[k], arm)
+        translation = direction < 3
+        block[translation, 3 + k] = turned[translation, direction[translation]]
+    return block
+
+
+def independent_columns(block: np.ndarray, length: float) -> np.ndarray:
+    """Return the columns of a rigid block that are independent, earlier ones first (rotations scaled by `length`)."""
+    scaled = block / np.array([1.0, 1.0, 1.0, length, length, length])
+    scale = np.linalg.norm(scaled, axis=0).max()
+    chosen, basis = [], np.zeros((len(block), 0))
+    for j in range(block.shape[1]):
+        rest = scaled[:, j] - basis @ (basis.T @ scaled[:, j])
+        rest -= basis @ (basis.T @ rest)
+        size = np.linalg.norm(rest)
+        if size > _FLAT * scale:
+            chosen.append(j)
+            basis = np.column_stack([basis, rest / size])
+    return np.array(chosen, int)
+
+
+def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
+    """Return the couplings of all interfaces in the order given; check that no two share a node."""
+    everything = np.arange(fe.ndof)
+    center = fe.nodes.mean(axis=0)
+    radius = np.linalg.norm(fe.nodes - center, axis=1).max() or 1.0
+    whole = independent_columns(rigid_block(fe, everything, center), radius)
+    couplings = [c for name, where in interfaces.items() for c in _couple(fe, name, where, whole)]
+    for a, b in combinations(couplings, 2):
+        common = np.intersect1d(a.nodes, b.nodes)
+        if len(common):
+            raise ReductionError(
+                f"Interfaces '{a.name}' and '{b.name}'",
+                found=f"{len(common)} common nodes, first node {common[0]}",
+                expected="interfaces without common nodes",
+                remedy="Shrink one of the groups in the mesh, or join both into one interface",
+            )
+    return couplings
+
+
+def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
+    part = f"Interface '{name}'"
+    kind = where if isinstance(where, (Rigid, Averaging, Nodes)) else Rigid(where)
+    nodes = nodes_of(fe, kind.where, part)
+    rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
+    if isinstance(kind, Nodes):
+        return [_bare(fe, name if len(nodes) == 1 else f"{name}_{node}", node) for node in nodes]
+    point = fe.nodes[nodes].mean(axis=0) if kind.at is None else np.asarray(kind.at, float)
+    if isinstance(kind, Averaging):
+        return [_averaging(fe, name, kind, nodes, rows, point, whole)]
+    block = rigid_block(fe, rows, point)
+    freedoms = _full_motion(
+        fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node"
+    )
+    return [Coupling(name, point, nodes, rows, block[:, freedoms], freedoms)]
+
+
+def _bare(fe: FEModel, name: str, node: int) -> Coupling:
+    rows = np.flatnonzero(fe.dofs[:, 0] == node)
+    return Coupling(
+        name,
+        fe.nodes[node].copy(),
+        np.array([node]),
+        rows,
+        np.eye(len(rows)),
+        fe.dofs[rows, 1],
+        label="bare nodes",
+    )
+
+
+def _averaging(fe, name, kind, nodes, rows, point, whole) -> Coupling:
+    """q = (R^T W R)^-1 R^T W U: least-squares rigid motion of the nodes, by translations where they suffice."""
+    part = f"Interface '{name}'"
+    weights = np.ones(len(nodes)) if kind.weights is None else np.asarray(kind.weights, float)
+    if weights.shape != nodes.shape or not np.all(weights > 0.0):
+        raise ReductionError(
+            part,
+            found=f"weights of shape {weights.shape}, smallest {weights.min(initial=np.inf):.3g}",
+            expected=f"{len(nodes)} positive weights",
+            remedy="Give one weight per node of the set",
+        )
+    translations = rows[fe.dofs[rows, 1] < 3]
+    radius = np.linalg.norm(fe.nodes[nodes] - point, axis=1).max() or 1.0
+    if len(independent_columns(rigid_block(fe, translations, point), radius)) == len(whole):
+        rows = translations
+    block = rigid_block(fe, rows, point)
+    freedoms = _full_motion(fe, part, block, nodes, point, whole, "reduction.Rigid(...) on a wider set")
+    weight = weights[np.searchsorted(nodes, fe.dofs[rows, 0])]
+    scale = np.where(freedoms < 3, 1.0, radius)
+    scaled = block[:, freedoms] / scale
+    average = (
+        np.linalg.solve(scaled.T @ (weight[:, None] * scaled), (weight[:, None] * scaled).T) / scale[:, None]
+    )
+    return Coupling(name, point, nodes, rows, average, freedoms, averaging=True, label="averaging")
+
+
+def _full_motion(fe, part, block, nodes, point, whole, instead) -> np.ndarray:
+    """Return the freedoms of the interface; they must be as many as the whole model has rigid motions."""
+    radius = np.linalg.norm(fe.nodes[nodes] - point, axis=1).max() or 1.0
+    freedoms = independent_columns(block, radius)
+    if len(freedoms) < len(whole):
+        missing = [DIRECTIONS[j] for j in whole if j not in freedoms]
+        shape = "a single node" if len(nodes) == 1 else f"{len(nodes)} collinear nodes"
+        raise ReductionError(
+            part,
+            found=f"{shape} without rotational freedoms: no {', '.join(missing)}",
+            expected="nodes that span a surface, or a node with rotations",
+            remedy=f"Add nodes that are off the line, or use {instead}",
+        )
+    return freedoms

@@ -1,0 +1,95 @@
+"""How many fixed-interface modes: a number, or as many as an accuracy up to a frequency needs."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.errors import ReductionError
+from flexmb.reduction.basis import NormalModes, free_modes, normal_modes, orthonormal_basis
+from flexmb.reduction.statics import HeldBody
+
+__all__ = ["UpTo", "choose_modes", "parse_modes"]
+
+_PATTERN = re.compile(r"\s*up to\s+([\d.eE+]+)\s*(k?hz)(?:\s+within\s+([\d.eE+-]+)\s*%)?\s*", re.IGNORECASE)
+_DEFAULT_ACCURACY = 0.01
+
+
+@dataclass(frozen=True)
+class UpTo:
+    """Every free-free frequency of the full model up to `frequency` (Hz) is met within the relative `accuracy`."""
+
+    frequency: float
+    accuracy: float = _DEFAULT_ACCURACY
+
+
+def parse_modes(modes: int | str | UpTo) -> int | UpTo:
+    """Read a mode choice: a count, or text such as ``"up to 200 Hz within 1 %"``."""
+    if isinstance(modes, UpTo):
+        return modes
+    if isinstance(modes, str):
+        match = _PATTERN.fullmatch(modes)
+        if match:
+            unit = 1e3 if match[2].lower() == "khz" else 1.0
+            return UpTo(float(match[1]) * unit, float(match[3]) / 100.0 if match[3] else _DEFAULT_ACCURACY)
+    elif isinstance(modes, (int, np.integer)) and not isinstance(modes, bool) and modes >= 0:
+        return int(modes)
+    raise ReductionError(
+        "Reduction",
+        found=f"modes = {modes!r}",
+        expected="a count, or a text like 'up to 200 Hz within 1 %'",
+        remedy="See the how-to page 'choosing modes'",
+    )
+
+
+def choose_modes(body: HeldBody, choice: int | UpTo) -> tuple[NormalModes, NormalModes | None]:
+    """Return the fixed-interface modes of the choice, and the free-free modes of the full model if they were needed."""
+    if isinstance(choice, int):
+        return normal_modes(body, choice), None
+    limit = (2.0 * np.pi * choice.frequency) ** 2
+    exact = _modes_up_to(lambda count: free_modes(body, count), limit, body.fe.ndof)
+    wanted = exact.w2[exact.w2 <= limit]
+    count = max(2 * len(wanted), 4)
+    most = len(body.interior)
+    while True:
+        modes = normal_modes(body, min(count, most))
+        enough = _fewest(body, modes, wanted, choice.accuracy)
+        if enough is not None:
+            return enough, exact
+        if count >= most:
+            raise ReductionError(
+                f"FE model '{body.fe.name}'",
+                found=f"{choice.accuracy:.2%} up to {choice.frequency:g} Hz is "
+                f"not reached with all {most} modes",
+                expected="an accuracy that the mesh can give",
+                remedy="Ask for a lower frequency or a larger tolerance",
+            )
+        count *= 2
+
+
+def _modes_up_to(compute, limit: float, most: int) -> NormalModes:
+    count = 8
+    while True:
+        modes = compute(min(count, most))
+        if not len(modes.w2) or modes.w2[-1] > limit or len(modes.w2) < min(count, most) or count >= most:
+            return modes
+        count *= 2
+
+
+def _fewest(body: HeldBody, modes: NormalModes, wanted: np.ndarray, accuracy: float) -> NormalModes | None:
+    """Return the shortest list of modes that meets the accuracy (bisection: the errors fall with every mode)."""
+
+    def good(count: int) -> bool:
+        cut = NormalModes(modes.vectors[:, :count], modes.w2[:count])
+        w2 = orthonormal_basis(body, cut, None).w2[: len(wanted)]
+        return len(w2) == len(wanted) and bool(np.all(np.sqrt(w2 / wanted) - 1.0 <= accuracy))
+
+    low, high = 0, len(modes.w2)
+    if not good(high):
+        return None
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if good(middle) else (middle + 1, high)
+    return NormalModes(modes.vectors[:, :high], modes.w2[:high])

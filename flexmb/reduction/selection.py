@@ -1,0 +1,120 @@
+"""Which nodes the user means: a named set, node numbers, or coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import ReductionError, did_you_mean
+from flexmb.fem.fe_model import FEModel
+
+__all__ = ["is_point", "model_size", "nodes_of", "points_of"]
+
+_ON_NODE = 1e-6  # a coordinate names a node when it is this close, relative to the size of the model
+
+
+def model_size(fe: FEModel) -> float:
+    """Diagonal of the bounding box, m (1 for a single node)."""
+    return float(np.linalg.norm(np.ptp(fe.nodes, axis=0))) or 1.0
+
+
+def is_point(where) -> bool:
+    """Tell whether `where` gives coordinates: a 3-tuple, or an array of floats (..., 3); integers name nodes."""
+    if isinstance(where, str):
+        return False
+    if isinstance(where, tuple) and len(where) == 3 and all(np.isscalar(x) for x in where):
+        return True
+    array = np.asarray(where)
+    return array.dtype.kind == "f" and array.shape[-1:] == (3,)
+
+
+def points_of(where) -> np.ndarray:
+    """Return the coordinates of a point selection as (k, 3), m."""
+    return np.atleast_2d(np.asarray(where, float))
+
+
+def nodes_of(fe: FEModel, where, part: str) -> np.ndarray:
+    """Return sorted node numbers, (k,) int.
+
+    Parameters
+    ----------
+    fe : FEModel
+    where : str, int, list of int, 3-tuple of float, or (k, 3) float
+        Name of a node or facet set, node numbers, or coordinates of nodes, m.
+    part : str
+        The thing that asks, for messages: ``"Interface 'a'"``.
+    """
+    if isinstance(where, str):
+        nodes = _named(fe, where, part)
+    elif is_point(where):
+        nodes = _located(fe, points_of(where), part)
+    else:
+        nodes = _numbered(fe, where, part)
+    nodes = np.unique(nodes)
+    if len(nodes) == 0:
+        raise ReductionError(
+            part,
+            found=f"the selection {where!r} has no nodes",
+            expected="at least one node",
+            remedy="Check the group in the mesh: it may hold cells of another dimension only",
+        )
+    free = nodes[~np.isin(nodes, fe.dofs[:, 0])]
+    if len(free):
+        raise ReductionError(
+            part,
+            found=f"{len(free)} of its nodes have no freedoms in K and M, first node {free[0]}",
+            expected="nodes of the FE model",
+            remedy="Choose nodes that belong to elements",
+        )
+    return nodes
+
+
+def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
+    if name in fe.node_sets:
+        return np.asarray(fe.node_sets[name], int)
+    if name in fe.facet_sets:
+        return np.asarray(fe.facet_sets[name], int).ravel()
+    known = sorted({*fe.node_sets, *fe.facet_sets})
+    raise ReductionError(
+        part,
+        found=f"the group '{name}' does not exist in FE model '{fe.name}'",
+        expected=f"One of: {', '.join(known) or 'none (the model has no groups)'}",
+        remedy=did_you_mean(name, known) or "Name a group of the mesh, node numbers or coordinates",
+    )
+
+
+def _numbered(fe: FEModel, where, part: str) -> np.ndarray:
+    numbers = np.atleast_1d(np.asarray(where))
+    if numbers.size == 0:
+        return np.zeros(0, int)
+    if numbers.dtype.kind not in "iu" or numbers.ndim != 1:
+        raise ReductionError(
+            part,
+            found=f"{where!r}",
+            expected="a set name, node numbers (int) or coordinates (x, y, z)",
+            remedy="Give coordinates as a 3-tuple of numbers in m",
+        )
+    if numbers.min() < 0 or numbers.max() >= len(fe.nodes):
+        raise ReductionError(
+            part,
+            found=f"node number {numbers.max() if numbers.min() >= 0 else numbers.min()}",
+            expected=f"0 to {len(fe.nodes) - 1}",
+            remedy="Node numbers are rows of fe.nodes, from zero",
+        )
+    return numbers.astype(int)
+
+
+def _located(fe: FEModel, points: np.ndarray, part: str) -> np.ndarray:
+    from scipy.spatial import cKDTree
+
+    distance, nearest = cKDTree(fe.nodes).query(points)
+    worst = int(np.argmax(distance))
+    if distance[worst] > _ON_NODE * model_size(fe):
+        at = ", ".join(f"{x:.6g}" for x in fe.nodes[nearest[worst]])
+        raise ReductionError(
+            part,
+            found=f"no node at {tuple(float(x) for x in points[worst])} m; the nearest is node "
+            f"{nearest[worst]} at ({at}), {distance[worst]:.3g} m away",
+            expected="a node there",
+            remedy="Give the node's coordinates, or observe the point as a station (it needs no node)",
+        )
+    return nearest
