@@ -1,17 +1,31 @@
 """Finite elements: every way to arrive at an `FEModel`."""
 
-from flexmb.fem.connectors import with_mass, with_spring, with_supports
+from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.frame import frame
-from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
+from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.read_mesh import read_mesh
 from flexmb.fem.section import Section
+from flexmb.fem.solid import solid
+from flexmb.fem.solid_elements import HEX8_COMPATIBLE, SolidElement
+from flexmb.fem.solve import Modes, buckling, eigenmodes, fixed_freedoms, static
+from flexmb.fem.surface_load import pressure_load, traction_load
 
 __all__ = [
+    "HEX8_COMPATIBLE",
+    "ElementBlock",
+    "FEModel",
+    "Mesh",
+    "MeshWarning",
+    "Modes",
     "Section",
+    "SolidElement",
+    "buckling",
+    "eigenmodes",
+    "fixed_freedoms",
     "frame",
-    "with_averaging_link",
-    "with_mass",
-    "with_node",
-    "with_rigid_link",
-    "with_spring",
-    "with_supports",
+    "pressure_load",
+    "read_mesh",
+    "solid",
+    "static",
+    "traction_load",
 ]

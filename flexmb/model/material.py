@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flexmb.errors import ModelError
 
 __all__ = ["MATERIALS", "Material"]
@@ -51,6 +53,13 @@ class Material:
     def shear(self) -> float:
         """Shear modulus G = E / (2 (1 + nu)), Pa."""
         return self.young / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def elasticity(self) -> np.ndarray:
+        """Elasticity (6, 6), Pa: stress xx, yy, zz, xy, yz, zx from strain with engineering shear."""
+        c = np.diag([2.0 * self.shear] * 3 + [self.shear] * 3)
+        c[:3, :3] += self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+        return c
 
 
 MATERIALS = {

@@ -1,0 +1,157 @@
+"""The keywords of an Abaqus file that meshio reads wrongly or not at all: sets, surfaces, element names.
+
+NSET and ELSET (GENERATE, several definitions of one name, sets of sets), ELSET= of ELEMENT, and SURFACE with element
+faces S1 to S6. Element names are mapped to the plain one of the same shape (C3D10HS to C3D10).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError
+
+__all__ = ["AbaqusCards", "read_abaqus_cards"]
+
+PLAIN = (
+    (re.compile(r"C3D(4|6|8|10|15|20)(?!\d)"), lambda m: f"C3D{m[1]}"),
+    (re.compile(r"(S|STRI|M3D|SFM3D|CPS|CPE|CAX|R3D|DS|DC2D)3(?!\d)"), lambda m: "S3"),
+    (re.compile(r"(S|M3D|SFM3D|CPS|CPE|CAX|R3D|DS|DC2D)4(?!\d)"), lambda m: "S4"),
+    (re.compile(r"(S|STRI6|M3D|SFM3D|CPS|CPE|CAX)(6|5)(?!\d)"), lambda m: "STRI65"),
+    (re.compile(r"(S|M3D|SFM3D|CPS|CPE|CAX)8"), lambda m: "S8R"),
+    (re.compile(r"(B31|T3D2|B33|PIPE31)(?!\d)"), lambda m: "B31"),
+    (re.compile(r"(B32|T3D3|PIPE32)(?!\d)"), lambda m: "B32"),
+)
+"""Element names by shape, and the name that meshio knows."""
+
+FACES = {
+    "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+}
+"""Corner nodes of the faces S1, S2, ... (Abaqus Analysis User's Guide, element library)."""
+
+
+@dataclass(kw_only=True)
+class AbaqusCards:
+    """Numbers of nodes and elements as in the file, sets by name, and the text of the mesh for meshio.
+
+    ``surfaces[name]`` lists (element numbers, corner nodes of the face by cell family).
+    """
+
+    mesh_text: str = ""
+    node_ids: list[int] = field(default_factory=list)
+    element_ids: list[np.ndarray] = field(default_factory=list)
+    node_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    element_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[np.ndarray, dict[str, frozenset[int]]]]] = field(default_factory=dict)
+
+
+def sections(path: Path):
+    """Yield (keyword, options, data lines) of every keyword block; INCLUDE is followed."""
+    keyword, options, data = "", {}, []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith("**") or not line.strip():
+            continue
+        if not line.lstrip().startswith("*"):
+            data.append(line.strip())
+            continue
+        if keyword:
+            yield keyword, options, data
+        words = [word.strip() for word in line.strip().lstrip("*").split(",")]
+        keyword, data = words[0].upper(), []
+        pairs = (word.partition("=") for word in words[1:] if word)
+        options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+        if keyword == "INCLUDE":
+            yield from sections(path.parent / options["INPUT"])
+            keyword = ""
+    if keyword:
+        yield keyword, options, data
+
+
+def read_abaqus_cards(path: Path) -> AbaqusCards:
+    """Read numbers, sets and surfaces, and the NODE and ELEMENT blocks as plain text."""
+    cards, nodes, elements = AbaqusCards(), ["*NODE"], []
+    for keyword, options, data in sections(path):
+        if keyword == "NODE":
+            nodes += data
+            ids = [int(line.split(",")[0]) for line in data]
+            cards.node_ids += ids
+            add(cards.node_sets, options.get("NSET"), np.array(ids, np.int64))
+        elif keyword == "ELEMENT":
+            numbers = _elements(path, options, data, elements)
+            cards.element_ids.append(numbers)
+            add(cards.element_sets, options.get("ELSET"), numbers)
+        elif keyword == "NSET" and "ELSET" not in options:
+            add(cards.node_sets, options["NSET"], _members(path, options, data, cards.node_sets))
+        elif keyword == "ELSET":
+            add(cards.element_sets, options["ELSET"], _members(path, options, data, cards.element_sets))
+        elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+            _surface(cards, options.get("NAME", "surface"), data)
+    if len(nodes) == 1:
+        raise MeshError(f"Mesh file '{path}'", found="no *NODE keyword", expected="an Abaqus input file with a mesh",
+                        remedy="Write the mesh again")
+    cards.mesh_text = "\n".join([*nodes, *elements, ""])
+    return cards
+
+
+def add(sets: dict[str, np.ndarray], name: str | None, numbers: np.ndarray) -> None:
+    """Add numbers to a set; a second definition of a name extends the first, as in Abaqus."""
+    if name:
+        known = next((key for key in sets if key.upper() == name.upper()), name)
+        sets[known] = np.union1d(sets.get(known, np.zeros(0, np.int64)), numbers)
+
+
+def _elements(path: Path, options: dict[str, str], data: list[str], text: list[str]) -> np.ndarray:
+    given = options.get("TYPE", "").upper()
+    plain = next((name(match) for pattern, name in PLAIN if (match := pattern.match(given))), None)
+    if plain is None:
+        raise MeshError(f"Mesh file '{path}'", found=f"{len(data)} lines of elements of the type '{given}'",
+                        expected="C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 and their variants, shells, beams",
+                        remedy="Delete these elements from the file, or mesh with another type")
+    size = {"C3D4": 4, "C3D6": 6, "C3D8": 8, "C3D10": 10, "C3D15": 15, "C3D20": 20, "S3": 3, "S4": 4, "STRI65": 6,
+            "S8R": 8, "B31": 2, "B32": 3}[plain]
+    flat = np.array([int(word) for line in data for word in line.split(",") if word.strip()], np.int64)
+    if len(flat) % (size + 1):
+        raise MeshError(f"Mesh file '{path}'", found=f"{len(flat)} numbers in a block of {given} elements",
+                        expected=f"a multiple of {size + 1}: the number of each element and its {size} nodes",
+                        remedy="Write the mesh again")
+    table = flat.reshape(-1, size + 1)
+    text.append(f"*ELEMENT, TYPE={plain}")
+    text += [",".join(map(str, row)) for row in table.tolist()]
+    return table[:, 0]
+
+
+def _members(path: Path, options: dict[str, str], data: list[str], known: dict[str, np.ndarray]) -> np.ndarray:
+    found = [np.zeros(0, np.int64)]
+    for line in data:
+        words = [word.strip() for word in line.split(",") if word.strip()]
+        if "GENERATE" in options:
+            first, last, *step = map(int, words)
+            found.append(np.arange(first, last + 1, step[0] if step else 1))
+            continue
+        for word in words:
+            if word.isdigit():
+                found.append(np.array([int(word)]))
+                continue
+            name = next((key for key in known if key.upper() == word.strip('"').upper()), None)
+            if name is None:
+                raise MeshError(f"Mesh file '{path}'", found=f"a set that refers to the unknown set '{word}'",
+                                expected="sets of numbers or of sets defined before", remedy="Write the mesh again")
+            found.append(known[name])
+    return np.concatenate(found)
+
+
+def _surface(cards: AbaqusCards, name: str, data: list[str]) -> None:
+    for line in data:
+        words = [word.strip() for word in line.split(",")]
+        if len(words) < 2 or not re.fullmatch(r"S[1-6]", words[1].upper()):
+            continue  # free surfaces and shell sides (SPOS, SNEG) have no face number
+        face = int(words[1][1]) - 1
+        key = next((k for k in cards.element_sets if k.upper() == words[0].upper()), None)
+        numbers = np.array([int(words[0])]) if words[0].isdigit() else cards.element_sets.get(key or "", np.zeros(0, int))
+        corners = {family: frozenset(faces[face]) for family, faces in FACES.items() if face < len(faces)}
+        cards.surfaces.setdefault(name, []).append((numbers, corners))

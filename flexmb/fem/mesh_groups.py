@@ -1,0 +1,191 @@
+"""From a meshio mesh and the groups of each file format to one `Mesh`."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import MeshError
+from flexmb.fem.abaqus_cards import read_abaqus_cards
+from flexmb.fem.mesh import DIMENSION, Mesh, check_cells
+from flexmb.fem.nastran_cards import read_nastran_cards
+
+__all__ = ["GroupedMesh", "from_abaqus", "from_gmsh", "from_nastran", "from_vtu", "to_mesh"]
+
+
+@dataclass(kw_only=True)
+class GroupedMesh:
+    """What a reader hands on: points, blocks of cells as in the file, groups by name.
+
+    ``cell_sets[name]`` is a list with one array of row numbers per block; ``facet_sets`` holds facets that the
+    file defines by element faces.
+    """
+
+    points: np.ndarray
+    blocks: list[tuple[str, np.ndarray]]
+    node_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    cell_sets: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
+    """Return a `Mesh`: one entry per cell type, point groups as node sets, surface groups as facet sets."""
+    if not sum(len(cells) for cell_type, cells in grouped.blocks if cell_type != "vertex"):
+        raise MeshError(part, found=f"{len(grouped.points)} points, but no cells", expected="a mesh with cells",
+                        remedy="In Gmsh, add what is to be saved to a physical group (or save all)")
+    points = np.array(grouped.points, float)
+    if points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    for cell_type, cells in grouped.blocks:
+        check_cells(part, cell_type, cells, len(points))
+    order = [t for t in dict.fromkeys(t for t, _ in grouped.blocks) if t != "vertex"]
+    merged = tuple((t, np.concatenate([np.asarray(c, np.int64) for u, c in grouped.blocks if u == t])) for t in order)
+    first, counted = [], dict.fromkeys([*order, "vertex"], 0)  # row of each block's first cell in its merged entry
+    for cell_type, cells in grouped.blocks:
+        first.append(counted[cell_type])
+        counted[cell_type] += len(cells)
+    nodes = {key: [np.asarray(value, np.int64)] for key, value in grouped.node_sets.items()}
+    facets = {key: [value] for key, value in grouped.facet_sets.items()}
+    for key, facet_nodes in grouped.facet_sets.items():
+        nodes.setdefault(key, []).append(facet_nodes[facet_nodes >= 0])
+    cell_sets: dict[str, tuple[np.ndarray, ...]] = {}
+    for key, rows in grouped.cell_sets.items():
+        members: dict[str, list[np.ndarray]] = {t: [np.zeros(0, np.int64)] for t in order}
+        for (cell_type, cells), begin, chosen in zip(grouped.blocks, first, rows):
+            if not len(chosen):
+                continue
+            nodes.setdefault(key, []).append(np.asarray(cells)[chosen].ravel())
+            if cell_type != "vertex":
+                members[cell_type].append(begin + np.asarray(chosen, np.int64))
+            if DIMENSION[cell_type] == 2:
+                facets.setdefault(key, []).append(np.asarray(cells)[chosen])
+        if any(len(row) > 1 for row in members.values()):
+            cell_sets[key] = tuple(np.unique(np.concatenate(members[t])) for t in order)
+    return Mesh(points=points, cells=merged, name=name, cell_sets=cell_sets,
+                node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
+                facet_sets={key: stacked(value) for key, value in facets.items()})
+
+
+def stacked(tables: list[np.ndarray]) -> np.ndarray:
+    """Stack facets of several widths, filling short rows with -1."""
+    wide = max(table.shape[1] for table in tables)
+    return np.concatenate([np.pad(np.asarray(table, np.int64), ((0, 0), (0, wide - table.shape[1])),
+                                  constant_values=-1) for table in tables])
+
+
+def from_gmsh(path: Path) -> GroupedMesh:
+    """Read a Gmsh file; physical groups become sets, unnamed ones are called ``volume_7``, ``surface_3``, ..."""
+    import meshio
+
+    mesh = meshio.gmsh.read(str(path))
+    blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
+    dimension = [DIMENSION.get(cell_type, -1) for cell_type, _ in blocks]
+    names = {(int(d), int(tag)): name for name, (tag, d) in mesh.field_data.items()}
+    sets: dict[str, list[np.ndarray]] = {}
+    for name, rows in mesh.cell_sets.items():  # msh 4.1: complete for the named groups
+        if not name.startswith("gmsh:"):
+            sets[name] = [np.asarray(r, np.int64) for r in rows]
+    complete = set(sets)
+    for b, tags in enumerate(mesh.cell_data.get("gmsh:physical", [])):
+        for tag in np.unique(tags):
+            word = ("point", "line", "surface", "volume")[dimension[b]]
+            name = names.get((dimension[b], int(tag)), f"{word}_{int(tag)}")
+            if tag > 0 and name not in complete:
+                rows = sets.setdefault(name, [np.zeros(0, np.int64) for _ in blocks])
+                rows[b] = np.flatnonzero(tags == tag)
+    return GroupedMesh(points=mesh.points, blocks=blocks, cell_sets=sets)
+
+
+def from_vtu(path: Path) -> GroupedMesh:
+    """Read a VTK unstructured grid.
+
+    An integer array of zeros and ones is a set: of nodes in point data, of cells in cell data. Any other integer
+    cell array "part" gives one set per value, "part_3".
+    """
+    import meshio
+
+    mesh = (meshio.vtu if path.suffix.lower() == ".vtu" else meshio.vtk).read(str(path))
+    blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
+    nodes = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _is_flag([values])}
+    sets: dict[str, list[np.ndarray]] = {}
+    for name, rows in mesh.cell_data.items():
+        rows = [np.asarray(r) for r in rows]
+        if _is_flag(rows):
+            sets[name] = [np.flatnonzero(r) for r in rows]
+        elif all(r.ndim == 1 and np.issubdtype(r.dtype, np.integer) for r in rows):
+            for value in np.unique(np.concatenate(rows)):
+                sets[f"{name}_{value}"] = [np.flatnonzero(r == value) for r in rows]
+    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets)
+
+
+def _is_flag(rows: list[Any]) -> bool:
+    """Are these one-dimensional integer arrays of zeros and ones?"""
+    return all(np.ndim(r) == 1 and np.asarray(r).dtype.kind in "iub" for r in rows) and bool(
+        np.isin(np.concatenate([np.asarray(r, np.int64) for r in rows]), (0, 1)).all())
+
+
+def from_nastran(path: Path) -> GroupedMesh:
+    """Read Nastran bulk data: properties become cell sets, SET, SET1 and SET3 become sets of nodes or cells."""
+    import meshio
+
+    cards = read_nastran_cards(path)
+    mesh = meshio.nastran.read(io.StringIO(cards.bulk))
+    blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
+    place = {int(number): i for i, number in enumerate(mesh.points_id)}
+    sets: dict[str, list[np.ndarray]] = {}
+    for b, properties in enumerate(mesh.cell_data.get("nastran:ref", [])):
+        for pid in np.unique(properties):
+            rows = sets.setdefault(cards.property_names.get(int(pid), f"pid_{pid}"),
+                                   [np.zeros(0, np.int64) for _ in blocks])
+            rows[b] = np.union1d(rows[b], np.flatnonzero(properties == pid))
+    for name, numbers in cards.element_sets.items():
+        sets[name] = [np.flatnonzero(np.isin(ids, numbers)) for ids in mesh.cells_id]
+    nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
+    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets)
+
+
+def _known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Path) -> np.ndarray:
+    missing = [int(n) for n in numbers if int(n) not in place]
+    if missing:
+        raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' names the node {missing[0]}, which is not there "
+                        f"({len(missing)} such nodes)", expected="sets of existing nodes",
+                        remedy="If it is a set of elements, say so in its $HMSET comment (type 2) or use SET3")
+    return np.array([place[int(n)] for n in numbers], np.int64)
+
+
+def from_abaqus(path: Path) -> GroupedMesh:
+    """Read an Abaqus input file: NSET, ELSET (also in ELEMENT) and element-based SURFACE definitions."""
+    import meshio
+
+    cards = read_abaqus_cards(path)
+    mesh = meshio.abaqus.read(io.StringIO(cards.mesh_text))
+    blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
+    place = {number: i for i, number in enumerate(cards.node_ids)}
+    sets = {name: [np.flatnonzero(np.isin(ids, numbers)) for ids in cards.element_ids]
+            for name, numbers in cards.element_sets.items()}
+    nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
+    facets: dict[str, list[np.ndarray]] = {}
+    for name, faces in cards.surfaces.items():
+        for numbers, corners in faces:
+            for (cell_type, cells), ids in zip(blocks, cards.element_ids):
+                chosen = cells[np.isin(ids, numbers)]
+                face = _face_with(cell_type, corners)
+                if len(chosen) and face:
+                    facets.setdefault(name, []).append(chosen[:, list(face)])
+    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets,
+                       facet_sets={name: stacked(tables) for name, tables in facets.items()})
+
+
+def _face_with(cell_type: str, faces_by_family: dict[str, frozenset[int]]) -> tuple[int, ...]:
+    """Return the local nodes of the face whose corners Abaqus names by a face number, or () for other cells."""
+    from flexmb.fem.solid_elements import SOLID_ELEMENTS
+
+    element = SOLID_ELEMENTS.get(cell_type)
+    if element is None or element.family not in faces_by_family:
+        return ()
+    corners = faces_by_family[element.family]
+    return next(face for face in element.faces if frozenset(face[:len(corners)]) == corners)

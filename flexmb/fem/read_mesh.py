@@ -1,0 +1,98 @@
+"""`read_mesh`: the one door for mesh files, through meshio.
+
+meshio reads the cells. Groups are read here, because meshio drops Nastran sets, Abaqus surfaces and second
+definitions of an Abaqus set; the pages docs/howto/from-gmsh.md, docs/howto/from-nastran.md and
+docs/howto/from-abaqus.md state which group of which format becomes which set.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.mesh_groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
+
+__all__ = ["read_mesh"]
+
+READERS: dict[str, Callable[[Path], GroupedMesh]] = {
+    ".msh": from_gmsh,
+    ".bdf": from_nastran, ".nas": from_nastran, ".fem": from_nastran,
+    ".inp": from_abaqus,
+    ".vtu": from_vtu, ".vtk": from_vtu,
+}
+"""Readers by file suffix."""
+
+COINCIDENT = 1e-7
+"""Nodes nearer than this fraction of the mesh diagonal are reported as coincident."""
+
+PLAUSIBLE = (1e-3, 150.0)
+"""Diagonal, m, outside of which the unit of length is doubted."""
+
+
+def read_mesh(path: str | Path) -> Mesh:
+    """Read a Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp) or VTK (.vtu .vtk) mesh.
+
+    Nodes that belong to no cell are dropped and the rest renumbered. Coordinates are taken as metres;
+    ``read_mesh(path).scaled(1e-3)`` reads a mesh in millimetres.
+
+    Returns
+    -------
+    Mesh
+        Cells by kind, and every named group as a set of nodes, of facets (surface groups) and of cells.
+
+    Raises
+    ------
+    MeshError
+        No such file, not readable, unknown kind of cell, no cells.
+
+    Warns
+    -----
+    MeshWarning
+        Coincident nodes, an implausible size, a set without cells.
+    """
+    path = Path(path)
+    part = f"Mesh file '{path}'"
+    if not path.is_file():
+        near = did_you_mean(path.name, (p.name for p in path.parent.glob("*"))) if path.parent.is_dir() else ""
+        raise MeshError(part, found="no such file", expected="an existing mesh file",
+                        remedy=near or f"The current folder is {Path.cwd()}")
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise MeshError(part, found=f"the suffix '{path.suffix}'", expected=f"One of: {', '.join(READERS)}",
+                        remedy="Convert the mesh, or build a fem.Mesh from arrays")
+    try:
+        grouped = reader(path)
+    except MeshError:
+        raise
+    except Exception as error:  # meshio raises whatever its parsers run into
+        text = str(error) or type(error).__name__
+        raise MeshError(part, found=f"the file cannot be read as {path.suffix} ({text})",
+                        expected="a complete file of that format",
+                        remedy="Open it in the program that wrote it, and write it again") from error
+    mesh = to_mesh(grouped, path.stem, part)
+    kept = mesh.without_unused_nodes()
+    for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
+        warnings.warn(f"{part}: the set '{name}' holds only nodes without cells; it was dropped",
+                      MeshWarning, stacklevel=2)
+    _warn_about_size(part, kept)
+    return kept
+
+
+def _warn_about_size(part: str, mesh: Mesh) -> None:
+    from scipy.spatial import cKDTree
+
+    diagonal = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    if not PLAUSIBLE[0] <= diagonal <= PLAUSIBLE[1]:
+        warnings.warn(f"{part}: the diagonal is {diagonal:.6g} m; coordinates must be metres. "
+                      "For a mesh in millimetres use read_mesh(...).scaled(1e-3)", MeshWarning, stacklevel=3)
+    pairs = cKDTree(mesh.points).query_pairs(COINCIDENT * diagonal, output_type="ndarray")
+    if len(pairs):
+        i, j = sorted(map(int, pairs[0]))
+        warnings.warn(f"{part}: {len(pairs)} pairs of nodes coincide within {COINCIDENT * diagonal:.2g} m, the first "
+                      f"are {i} and {j} at {np.round(mesh.points[i], 9).tolist()}; the part is cut there unless the "
+                      "nodes are merged", MeshWarning, stacklevel=3)

@@ -1,0 +1,157 @@
+"""`solid`: a mesh of solid cells and a material become an FE model."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from flexmb.errors import MeshError
+from flexmb.fem import solid_kernels as kernels
+from flexmb.fem.block_pattern import BlockPattern, node_pattern
+from flexmb.fem.facets import oriented_facet_sets, same_side
+from flexmb.fem.fe_model import FEModel
+from flexmb.fem.mesh import DIMENSION, Mesh, MeshWarning
+from flexmb.fem.solid_block import SolidBlock
+from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
+
+__all__ = ["solid"]
+
+FLAT = 1e-9
+"""det dx/dX below this fraction of the cell's extent cubed counts as zero: the cell is flat or folded."""
+
+
+def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, SolidElement] | None = None) -> FEModel:
+    """Return stiffness, mass and element blocks of the solid cells of a mesh.
+
+    Stiffness int B^T C B, eq. (fe-stiffness), and mass int rho N^T N, eq. (fe-mass), of isoparametric elements.
+    Cells numbered left-handed are renumbered; flat, folded and inside-out cells are an error.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Tetrahedra, hexahedra and wedges of first or second order in any mixture; shell and beam cells are ignored.
+    material : Material, OrthotropicMaterial, or a mapping of cell-set name to material
+        With a mapping, every solid cell must belong to exactly one of the sets.
+    lumped : bool
+        Diagonal mass by scaling the diagonal of the consistent one (Hinton, Rock & Zienkiewicz 1976).
+    elements : mapping of cell type to SolidElement, optional
+        Replaces the element of a cell type: ``{"hexahedron": fem.HEX8_COMPATIBLE}``.
+
+    Returns
+    -------
+    FEModel
+        Three translations per node; K in N/m, M in kg; node and facet sets of the mesh.
+
+    Raises
+    ------
+    MeshError
+        No solid cells, inverted or flat cells, cells without or with several materials.
+
+    Examples
+    --------
+    >>> fe = solid(read_mesh("meshes/conrod.msh"), Material(young=210e9, poisson=0.3, density=7850.0))  # doctest: +SKIP
+    """
+    part = f"Mesh '{mesh.name}'"
+    kinds = {**SOLID_ELEMENTS, **(elements or {})}
+    if not any(DIMENSION[cell_type] == 3 and len(cells) for cell_type, cells in mesh.cells):
+        found = ", ".join(f"{len(cells)} {cell_type}" for cell_type, cells in mesh.cells) or "no cells at all"
+        raise MeshError(part, found=f"no solid cells, but {found}", expected="tetrahedra, hexahedra or wedges",
+                        remedy="Save the volume group too, or use fem.shell or fem.frame")
+    mesh = mesh.without_unused_nodes()
+    blocks = []
+    for number, (cell_type, connectivity) in enumerate(mesh.cells):
+        if DIMENSION[cell_type] < 3 or not len(connectivity):
+            continue
+        element = kinds[cell_type]
+        cells = _oriented(part, mesh.points, connectivity, element)
+        for given, rows in _materials(part, mesh, material, number, len(cells)):
+            blocks.append(SolidBlock(element=element, nodes=mesh.points, connectivity=cells[rows],
+                                     elasticity=given.elasticity, density=float(given.density)))
+    _warn_about_elements(part, blocks)
+    n = len(mesh.points)
+    pattern = node_pattern(n, [block.connectivity for block in blocks])
+    _check_connection(part, pattern)
+    stiffness, mass = np.zeros(9 * len(pattern.indices)), np.zeros(len(pattern.indices))
+    for block in blocks:
+        block.add_stiffness(pattern, stiffness)
+        block.add_mass(pattern, mass, lumped)
+    m = pattern.three_times(mass)
+    if lumped:
+        m.eliminate_zeros()
+    facets = oriented_facet_sets([(b.cell_type, b.connectivity) for b in blocks], mesh.node_sets,
+                                 mesh.facet_sets, n)
+    return FEModel(nodes=mesh.points, dofs=np.column_stack([np.repeat(np.arange(n), 3), np.tile([0, 1, 2], n)]),
+                   K=pattern.blocks(stiffness), M=m, node_sets=dict(mesh.node_sets), facet_sets=facets,
+                   blocks=tuple(blocks), name=mesh.name)
+
+
+def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: SolidElement) -> np.ndarray:
+    """Return the cells with det dx/dX > 0 at all integration points; MeshError if that cannot be had.
+
+    A cell with det < 0 everywhere may only be numbered the other way round (scikit-fem sorts its tetrahedra so) and
+    is mirrored. It may also be turned inside out by a node that went through the opposite face: then it lies on
+    the same side of a common face as its neighbour, which `same_side` finds.
+    """
+    tables = element.tables
+    at = np.concatenate([tables.stiffness_gradient, tables.mass_gradient])
+    cells = np.array(connectivity, np.int64, order="C")
+    low, high, size = np.empty(len(cells)), np.empty(len(cells)), np.empty(len(cells))
+    kernels.jacobian_range(points, cells, at, low, high, size)
+    bad = low <= FLAT * size
+    if not bad.any():
+        return cells
+    mirrored = high < -FLAT * size
+    cells[mirrored] = cells[mirrored][:, element.mirror]
+    bad &= ~mirrored
+    if mirrored.any() and not mirrored.all():
+        bad[same_side(element, cells)] = True
+        bad &= mirrored | (low <= FLAT * size)
+    if bad.any():
+        first = int(np.flatnonzero(bad)[0])
+        raise MeshError(part, found=f"{bad.sum()} of {len(cells)} {element.cell_type} cells are inverted or flat "
+                        f"(det dx/dX <= 0), the first is number {first} (counted from 0), with the nodes "
+                        f"{connectivity[first].tolist()}, near {np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
+                        expected="a positive Jacobian at every integration point",
+                        remedy="Mesh again: finer at curved surfaces, or with straight-sided second-order cells")
+    if mirrored.all():
+        warnings.warn(f"{part}: all {len(cells)} {element.cell_type} cells are numbered left-handed; they were "
+                      "renumbered", MeshWarning, stacklevel=3)
+    return cells
+
+
+def _materials(part: str, mesh: Mesh, material, number: int, n_cells: int):
+    """Yield (material, row numbers) for the cells of one entry of the mesh; each row once."""
+    if not isinstance(material, Mapping):
+        yield material, np.arange(n_cells)
+        return
+    count = np.zeros(n_cells, int)
+    for name, given in material.items():
+        rows = mesh.cell_set(name)[number]
+        count[rows] += 1
+        if len(rows):
+            yield given, rows
+    for wrong, words in ((count == 0, "no material"), (count > 1, "several materials")):
+        if wrong.any():
+            raise MeshError(part, found=f"{wrong.sum()} {mesh.cells[number][0]} cells have {words}, "
+                            f"the first is number {int(np.flatnonzero(wrong)[0])} (counted from 0)",
+                            expected=f"each cell in exactly one of the sets: {', '.join(material)}",
+                            remedy=f"The mesh has the cell sets: {', '.join(sorted(mesh.cell_sets)) or 'none'}")
+
+
+def _warn_about_elements(part: str, blocks: list[SolidBlock]) -> None:
+    stiff = {"tetra": "tetra10", "wedge": "wedge15"}
+    for cell_type in sorted({block.cell_type for block in blocks} & set(stiff)):
+        warnings.warn(f"{part}: {cell_type} cells of first order are far too stiff in bending; "
+                      f"use {stiff[cell_type]} (second order)", MeshWarning, stacklevel=3)
+
+
+def _check_connection(part: str, pattern: BlockPattern) -> None:
+    """Warn when the solids fall apart: the model then has more than six rigid motions."""
+    pieces, label = connected_components(pattern.scalar(np.ones(len(pattern.indices))), directed=False)
+    if pieces > 1:
+        sizes = np.sort(np.bincount(label))[::-1]
+        warnings.warn(f"{part}: the solid cells form {pieces} separate pieces of {', '.join(map(str, sizes[:5]))} "
+                      "nodes; merge coincident nodes, or join the pieces by couplings", MeshWarning, stacklevel=3)

@@ -1,0 +1,159 @@
+"""Statics, eigenmodes and linear buckling of an FE model: the full-model answers that a reduction is judged by."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import MeshError
+from flexmb.fem.fe_model import FEModel
+
+__all__ = ["Modes", "buckling", "eigenmodes", "fixed_freedoms", "static"]
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+SINGULAR = 1e-8
+"""Relative residual above which a stiffness matrix counts as singular."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Modes:
+    """Eigenmodes: frequencies (n,), Hz, ascending, and shapes (ndof, n) with shapes^T M shapes = I."""
+
+    frequencies: np.ndarray
+    shapes: np.ndarray
+
+
+def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
+    """Return a mask (ndof,) of the freedoms held at zero.
+
+    Parameters
+    ----------
+    fixed : None, str, sequence of node numbers, mapping, or mask (ndof,)
+        A node set or node numbers: all freedoms of these nodes. A mapping of node set to directions, such as
+        ``{"symmetry": "x", "foot": "xyz", "hinge": "xyzrxrz"}``. A mask is returned as it is.
+    """
+    mask = np.zeros(fe.ndof, bool)
+    if fixed is None:
+        return mask
+    if isinstance(fixed, Mapping):
+        for name, directions in fixed.items():
+            found = re.findall(r"r?[xyz]", directions)
+            if "".join(found) != directions.replace(" ", ""):
+                raise MeshError(f"FE model '{fe.name}'", found=f"directions '{directions}' at the set '{name}'",
+                                expected="letters out of x y z rx ry rz", remedy="Write for example 'xyz' or 'xyrz'")
+            chosen = np.isin(fe.dofs[:, 1], [DIRECTIONS.index(d) for d in found])
+            mask |= chosen & np.isin(fe.dofs[:, 0], fe.node_set(name))
+        return mask
+    if isinstance(fixed, str):
+        return np.isin(fe.dofs[:, 0], fe.node_set(fixed))
+    given = np.asarray(fixed)
+    if given.dtype == bool:
+        if given.shape != (fe.ndof,):
+            raise MeshError(f"FE model '{fe.name}'", found=f"a mask of the shape {given.shape}",
+                            expected=f"({fe.ndof},), one entry per freedom", remedy="Or give node numbers")
+        return given
+    if len(given) and (given.min() < 0 or given.max() >= len(fe.nodes)):
+        raise MeshError(f"FE model '{fe.name}'", found=f"fixed node {given.max()}",
+                        expected=f"node numbers 0 to {len(fe.nodes) - 1}", remedy="Count nodes from 0, unused ones left out")
+    return np.isin(fe.dofs[:, 0], given)
+
+
+def static(fe: FEModel, load: np.ndarray, fixed) -> np.ndarray:
+    """Return the displacements (ndof,) or (ndof, k), m and rad, under loads of the same shape, N and N m.
+
+    ``K u = f`` with the freedoms `fixed` (see `fixed_freedoms`) held at zero.
+    """
+    load = np.asarray(load, float)
+    free = _free(fe, fixed)
+    u = np.zeros((fe.ndof, load.size // fe.ndof))
+    u[free] = _solver(fe, fe.K[free][:, free], free).solve(load.reshape(fe.ndof, -1)[free])
+    return u.reshape(load.shape)
+
+
+def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
+    """Return the n lowest eigenmodes, rigid ones of an unsupported model included (near 0 Hz).
+
+    ``K phi = (2 pi f)^2 M phi`` by shift-invert Lanczos; the shift is a small negative number, so that the matrix to
+    factorise is positive definite for unsupported models too.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    free = _free(fe, fixed)
+    k, m = fe.K[free][:, free], fe.M[free][:, free]
+    n = min(n, k.shape[0] - 1)
+    # Between zero and the first elastic eigenvalue whatever the units: far below the mean of K over M.
+    shift = 1e-8 * k.diagonal().sum() / m.diagonal().sum()
+    solver = _solver(fe, (k + shift * m).tocsr(), free)
+    inverse = LinearOperator(k.shape, matvec=lambda b: solver.solve(b.reshape(-1, 1)).ravel(), dtype=float)
+    start = np.random.default_rng(0).standard_normal(k.shape[0])
+    values, vectors = eigsh(k, n, M=m, sigma=-shift, OPinv=inverse, v0=start)
+    order = np.argsort(values)
+    shapes = np.zeros((fe.ndof, n))
+    shapes[free] = vectors[:, order]
+    return Modes(frequencies=np.sqrt(np.maximum(values[order], 0.0)) / (2.0 * np.pi), shapes=shapes)
+
+
+def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Return the n smallest load factors (n,), ascending by magnitude, and shapes (ndof, n), largest entry 1.
+
+    Linear buckling: ``(K + factor K_g(sigma)) phi = 0`` with the stress sigma that `load` (ndof,), N, causes. A
+    negative factor belongs to the reversed load.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    if not fe.blocks:
+        raise MeshError(f"FE model '{fe.name}'", found="no element blocks", expected="elements with geometric stiffness",
+                        remedy="Make the model from a mesh; K and M alone do not know the stress")
+    free = _free(fe, fixed)
+    solver = _solver(fe, fe.K[free][:, free], free)
+    u = np.zeros((fe.ndof, 1))
+    u[free] = solver.solve(np.asarray(load, float).reshape(-1, 1)[free])
+    field = fe.field(u)[:, :, 0]
+    kg = sum(block.geometric_stiffness(field, fe.dofs) for block in fe.blocks)[free][:, free]
+    k = fe.K[free][:, free]
+    # K_g phi = mu K phi with mu = -1 / factor: the largest |mu|, and K is positive definite while K_g is not.
+    inverse = LinearOperator(k.shape, matvec=lambda b: solver.solve(b.reshape(-1, 1)).ravel(), dtype=float)
+    start = np.random.default_rng(0).standard_normal(k.shape[0])
+    mu, vectors = eigsh(kg, n, M=k, Minv=inverse, which="LM", v0=start)
+    order = np.argsort(-np.abs(mu))
+    shapes = np.zeros((fe.ndof, n))
+    shapes[free] = vectors[:, order]
+    shapes /= shapes[np.abs(shapes).argmax(axis=0), np.arange(n)]
+    return -1.0 / mu[order], shapes
+
+
+def _free(fe: FEModel, fixed) -> np.ndarray:
+    return np.flatnonzero(~fixed_freedoms(fe, fixed))
+
+
+@dataclass(frozen=True, eq=False)
+class _SuperLU:
+    """SciPy's factorisation with the door `solve`."""
+
+    lu: object
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        return self.lu.solve(b)  # type: ignore[attr-defined]
+
+
+def _solver(fe: FEModel, matrix: sparse.csr_matrix, free: np.ndarray):
+    """Return a factorisation of a positive definite matrix; MeshError if it is singular."""
+    from scipy.sparse.linalg import splu
+
+    singular = MeshError(f"FE model '{fe.name}'", found=f"a singular stiffness matrix of {len(free)} free freedoms",
+                         expected="supports that take away all rigid motions",
+                         remedy="Fix more nodes; check whether the mesh falls apart or a hinge is left free")
+    try:
+        solver = _SuperLU(splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+                               options={"SymmetricMode": True}))
+    except RuntimeError:
+        raise singular from None
+    trial = np.random.default_rng(0).standard_normal((matrix.shape[0], 1))
+    answer = solver.solve(trial)
+    if not np.linalg.norm(matrix @ answer - trial) <= SINGULAR * np.linalg.norm(trial):
+        raise singular
+    return solver

@@ -1,0 +1,65 @@
+"""Consistent nodal forces of pressure and traction on named facets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.fe_model import FEModel
+
+__all__ = ["pressure_load", "traction_load"]
+
+CORNERS = {"tri": np.array([[0, 0], [1, 0], [0, 1]], float), "quad": np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)}
+FACETS = {3: ("tri", "ElementTriP1", 4), 6: ("tri", "ElementTriP2", 4), 4: ("quad", "ElementQuad1", 3),
+          8: ("quad", "ElementQuadS2", 5), 9: ("quad", "ElementQuad2", 5)}
+"""Shape, scikit-fem element and order of the integration rule by the number of nodes."""
+
+
+def pressure_load(fe: FEModel, facets: str | np.ndarray, pressure: float = 1.0) -> np.ndarray:
+    """Return nodal forces (ndof,), N, of a pressure, Pa, that acts against the outward normal, eq. (fe-pressure)."""
+    return _load(fe, facets, lambda normal: -pressure * normal)
+
+
+def traction_load(fe: FEModel, facets: str | np.ndarray, traction: tuple[float, float, float]) -> np.ndarray:
+    """Return nodal forces (ndof,), N, of a traction vector (3,), Pa, in body axes, eq. (fe-traction)."""
+    t = np.asarray(traction, float)
+    return _load(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t)
+
+
+def _load(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
+    if isinstance(facets, str):
+        if facets not in fe.facet_sets:
+            known = ", ".join(sorted(fe.facet_sets)) or "none"
+            raise MeshError(f"FE model '{fe.name}'", found=f"the facet set '{facets}' does not exist",
+                            expected=f"One of: {known}", remedy=did_you_mean(facets, fe.facet_sets))
+        facets = fe.facet_sets[facets]
+    nodal = np.zeros((len(fe.nodes), 6, 1))
+    width = (facets >= 0).sum(axis=1)
+    for nn in np.unique(width):
+        chosen = facets[width == nn][:, :nn]
+        value, gradient, weight = _facet_tables(int(nn))
+        x = fe.nodes[chosen]
+        tangents = np.einsum("fak,qad->fqdk", x, gradient)
+        normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])  # its length is the area per unit of X
+        forces = np.einsum("q,qa,fqk->fak", weight, value, force(normal))
+        np.add.at(nodal[:, :3, 0], chosen, forces)
+    return fe.vectors(nodal)[:, 0]
+
+
+def _facet_tables(nn: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return values (nq, nn), gradients (nq, nn, 2) and weights (nq,) in meshio's node order."""
+    import skfem
+    from skfem.quadrature import get_quadrature
+
+    from flexmb.fem.solid_elements import locate
+
+    shape, name, order = FACETS[nn]
+    corners = CORNERS[shape]
+    nodes = np.vstack([corners, (corners + np.roll(corners, -1, axis=0)) / 2, [[0.5, 0.5]]])[:nn]
+    basis = getattr(skfem, name)()
+    points, weight = get_quadrature(basis, order)
+    found = [basis.lbasis(points.copy(), int(i)) for i in locate(nodes, basis.doflocs)]
+    value = np.column_stack([np.broadcast_to(phi, weight.shape) for phi, _ in found])
+    gradient = np.stack([np.stack([np.broadcast_to(d, weight.shape) for d in dphi], axis=-1) for _, dphi in found],
+                        axis=1)
+    return value, gradient, weight
