@@ -1,1 +1,14 @@
-"""."""
+"""The primitive equations that joints forbid with, and the primitive freedoms that they permit."""
+
+from flexmb.constraints.angle import Angle
+from flexmb.constraints.coincident import Coincident
+from flexmb.constraints.distance import Distance
+from flexmb.constraints.freedoms import Ball, Slide, Turn, TurnOfSecond
+from flexmb.constraints.in_plane import InPlane
+from flexmb.constraints.perpendicular import Perpendicular
+
+__all__ = ["EQUATIONS", "Angle", "Ball", "Coincident", "Distance", "InPlane", "Perpendicular", "Slide", "Turn",
+           "TurnOfSecond"]
+
+EQUATIONS = (Coincident, InPlane, Perpendicular, Distance, Angle)
+"""All primitive equations, in the order in which tables are evaluated."""

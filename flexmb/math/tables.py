@@ -97,7 +97,7 @@ S : values of the iteration matrix in the pattern of its factors
 rows : (nu,) position in S of the first entry of the body's own block in each row
 transposed, pair_rows : positions in S (see LEG and PAIR)
 diagonal : (nu + ng,) positions of the diagonal in S
-coefficients : (4,) weights of mass, damping and stiffness in S, and 1.0 if S is wanted
+coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted; half the step size (s)
 energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
 loads : (nl,) amount of each load shape
 """

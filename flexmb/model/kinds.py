@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Any, ClassVar
@@ -121,8 +122,11 @@ class Body(Part):
         raise TypeError(f"{type(self).__name__} does not say where it starts")
 
     def record(self, compiler, place) -> tuple:
-        """Return the body's row. `place` has iq, iu, first_marker and `bulk(array) -> offset`."""
+        """Return the body's own fields of its row (after the header); `place.bulk(array)` stores bulk data."""
         raise TypeError(f"{type(self).__name__} does not write a row")
+
+    def stiffen(self, compiler, markers: np.ndarray) -> None:
+        """Mark in the marker table the markers whose wrenches stiffen the body (reduced bodies only)."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +135,7 @@ class Equation:
 
     table: ClassVar[Table]
     count: ClassVar[int] = 1
+    stiffens: ClassVar[bool] = True
 
     def record(self, compiler, markers: tuple[int, ...]) -> tuple:
         """Return the primitive's own fields of the row (after equation, leg, a, b, pair)."""
@@ -152,6 +157,7 @@ class Joint(Part):
     family: ClassVar[str] = "Joint"
     forbids: ClassVar[tuple[Equation, ...]] = ()
     permits: ClassVar[tuple[Freedom, ...]] = ()
+    prescribes: ClassVar[bool] = False
 
     def __post_init__(self):
         super().__post_init__()
@@ -172,8 +178,12 @@ class Joint(Part):
         """Return the primitive equations of this joint (of its fields, where they depend on them)."""
         return self.forbids
 
-    def equation_markers(self, compiler) -> tuple[str, ...]:
-        """Return the names of the markers its equations act on."""
+    def resolved(self, positions: np.ndarray):
+        """Return the joint with its defaults taken from the marker positions (2, 3), m, in W, as described."""
+        return self
+
+    def resolved_markers(self, model) -> tuple[str, str]:
+        """Return the names of the two markers (a drive has those of its joint)."""
         return self.markers
 
 
@@ -183,6 +193,19 @@ class Force(Part):
 
     family: ClassVar[str] = "Force"
     table: ClassVar[Table]
+
+    def require_marker_pair(self) -> None:
+        """Raise ModelError if the field `markers` is not a pair of names; store it as a tuple."""
+        markers = self.markers  # type: ignore[attr-defined]
+        if isinstance(markers, str) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
+            raise ModelError(self.title, found=f"markers = {markers!r}", expected="two names 'body.marker'",
+                             remedy="Write markers=('ground.A', 'crank.A')")
+        object.__setattr__(self, "markers", tuple(markers))
+
+    def measure(self) -> str | None:
+        """Return the marker at which `ForceOf` reports the wrench (the second one)."""
+        markers = getattr(self, "markers", None)
+        return markers[1] if markers else getattr(self, "marker", None)
 
     def record(self, compiler) -> tuple:
         """Return the row of this force."""
@@ -194,6 +217,18 @@ class Sensor(Part):
     """A quantity read from the state."""
 
     family: ClassVar[str] = "Sensor"
+    absent: ClassVar[float] = math.nan
+    """Value in phases whose model has lost the part that is read: a joint that is gone carries no load."""
+    titles: ClassVar[tuple[str, ...]] = ("",)
+    """Titles of the columns with units, where they depend on nothing."""
+
+    def columns(self, model) -> tuple[str, ...]:
+        """Return the titles of the columns of the values, with units: ("fx [N]", ...)."""
+        return self.titles
+
+    def joined(self, pieces) -> np.ndarray:
+        """Return the values of consecutive phases as one array."""
+        return np.concatenate(pieces)
 
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the names of the markers whose motion this sensor needs."""

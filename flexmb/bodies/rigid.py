@@ -1,0 +1,270 @@
+"""`RigidBody`: six freedoms, constant inertia in body axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.bodies.frame_markers import MARKER_SIZE, add_load_stiffness, pack_markers, place_marker
+from flexmb.bodies.frame_state import check_frame, frame_state
+from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_skew, add_to_residual
+from flexmb.errors import ModelError
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import add_cross, cross, dot, matvec, matvec_t
+from flexmb.model.kinds import Body, Table
+from flexmb.model.pose import Pose, as_pose, vector3
+
+__all__ = ["RigidBody"]
+
+ROW = np.dtype(
+    [
+        *HEADER,
+        ("data", np.int64),  # markers in the bulk data
+        ("mass", float),  # kg
+        ("c", float, 3),  # m, centre of mass in body axes
+        ("inertia", float, (3, 3)),  # kg m2, about the body's origin
+        ("gravity", float, 3),  # m/s2, in W
+    ],
+    align=True,
+)
+
+
+@row_kernel
+def place(raw, data, state, work):
+    """Write the kinematics of all markers of rigid bodies."""
+    rows = raw.view(ROW)
+    R = np.empty((3, 3))
+    scratch = np.empty((2, 3))
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        q = state.q[row.iq : row.iq + 7]
+        u = state.u[row.iu : row.iu + 6]
+        euler_to_matrix(q[3:7], R)
+        for k in range(row.n_markers):
+            start = row.data + MARKER_SIZE * k
+            s = data[start : start + 3]
+            axes = data[start + 3 : start + MARKER_SIZE].reshape((3, 3))
+            place_marker(work.markers[row.marker + k], work.J, q[0:3], R, u, s, axes, scratch)
+
+
+@row_kernel
+def inertia(raw, data, state, work):
+    """Newton-Euler about the body's origin, in body axes; gravity as an acceleration of the frame.
+
+    With the momentum ``p = m (v + w x c)``, A = v' - R^T g::
+
+        force  = m (A + w' x c) + w x p
+        moment = m c x A + J w' + w x (J w) + m c x (w x v)
+
+    (v x p + m w x (c x v) = m c x (w x v) by Jacobi's identity.) The tangent has the same terms, differentiated.
+    """
+    rows = raw.view(ROW)
+    R = np.empty((3, 3))
+    fall = np.empty(3)
+    A = np.empty(3)
+    Jw = np.empty(3)
+    p = np.empty(3)
+    t = np.empty(3)
+    F = np.empty(3)
+    N = np.empty(3)
+    B = np.empty((6, 6))
+    weights = work.coefficients
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        iu, m, c, J = row.iu, row.mass, row.c, row.inertia
+        v = state.u[iu : iu + 3]
+        w = state.u[iu + 3 : iu + 6]
+        euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
+        matvec_t(R, row.gravity, fall)
+        for i in range(3):
+            A[i] = state.a[iu + i] - fall[i]
+        alpha = state.a[iu + 3 : iu + 6]
+        # force
+        cross(w, c, p)
+        for i in range(3):
+            p[i] = m * (v[i] + p[i])
+            t[i] = A[i]
+        add_cross(alpha, c, t)
+        force = work.residual[iu : iu + 3]
+        for i in range(3):
+            force[i] += m * t[i]
+        add_cross(w, p, force)
+        # moment: c x (A + w x v), J w' + w x J w
+        moment = work.residual[iu + 3 : iu + 6]
+        cross(w, v, t)
+        for i in range(3):
+            t[i] = m * (t[i] + A[i])
+        add_cross(c, t, moment)
+        matvec(J, w, Jw)
+        add_cross(w, Jw, moment)
+        matvec(J, alpha, t)
+        for i in range(3):
+            moment[i] += t[i]
+        for k in range(row.n_markers):
+            add_to_residual(work, iu, work.markers[row.marker + k])
+        if weights[3] == 0.0:
+            continue
+        cm, cd, ck, half = weights[0], weights[1], weights[2], weights[4]
+        B[:] = 0.0
+        for i in range(3):
+            B[i, i] = cm * m
+            for j in range(3):
+                B[3 + i, 3 + j] = cm * J[i, j]
+        add_skew(B, 0, 3, -cm * m, c)
+        add_skew(B, 3, 0, cm * m, c)
+        if cd != 0.0:
+            # damping, and M ad(u) h/2: the increment over the step is not the variation at its end (theory, eq. T)
+            add_skew(B, 0, 0, (cd + half) * m, w)
+            add_product_skew(B, 3, 0, (cd + half) * m, c, w)
+            add_skew(B, 0, 3, -cd * m + half * m, v)
+            cross(w, c, t)
+            add_skew(B, 0, 3, -cd * m, t)
+            add_product_skew(B, 0, 3, -cd * m, w, c)
+            add_product_skew(B, 0, 3, -half * m, c, w)
+            add_product_skew(B, 3, 3, (half - cd) * m, c, v)
+            add_skew(B, 3, 3, -cd, Jw)
+            for j in range(3):
+                # columns of w~ J and of J w~
+                k, l = (j + 1) % 3, (j + 2) % 3
+                for i in range(3):
+                    i1, i2 = (i + 1) % 3, (i + 2) % 3
+                    B[3 + i, 3 + j] += cd * (w[i1] * J[i2, j] - w[i2] * J[i1, j])
+                    B[3 + i, 3 + j] += half * (J[i, k] * w[l] - J[i, l] * w[k])
+        if ck != 0.0:
+            for i in range(3):
+                t[i] = m * fall[i]
+            add_skew(B, 0, 3, -ck, t)
+            add_product_skew(B, 3, 3, -ck, c, t)
+            for k in range(row.n_markers):
+                start = row.data + MARKER_SIZE * k
+                marker = work.markers[row.marker + k]
+                add_load_stiffness(B, ck, R, data[start : start + 3], marker.wrench, F, N)
+        add_own_block(work, iu, B, 6)
+
+
+@row_kernel
+def energy(raw, data, state, work):
+    """T = 1/2 m v.v + m v.(w x c) + 1/2 w.J w; V = -m g.(r + R c)."""
+    rows = raw.view(ROW)
+    R = np.empty((3, 3))
+    t = np.empty(3)
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        v = state.u[row.iu : row.iu + 3]
+        w = state.u[row.iu + 3 : row.iu + 6]
+        cross(w, row.c, t)
+        kinetic = 0.5 * row.mass * dot(v, v) + row.mass * dot(v, t)
+        matvec(row.inertia, w, t)
+        work.energy[0] += kinetic + 0.5 * dot(w, t)
+        euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
+        matvec(R, row.c, t)
+        for i in range(3):
+            work.energy[2] -= row.mass * row.gravity[i] * (state.q[row.iq + i] + t[i])
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody(Body):
+    """A rigid body with mass, centre of mass and inertia.
+
+    Parameters
+    ----------
+    name : str
+    mass : float, kg
+    inertia : (3,) or (3, 3), kg m2
+        Principal values or tensor about the centre of mass, in body axes (J_xy = -int x y dm).
+    center_of_mass : (3,), m
+        In body axes.
+    at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
+        Where the body frame is at the start, in W.
+    velocity, angular_velocity : (3,), m/s and rad/s
+        Of the body's origin at the start, in world axes.
+    markers : mapping of name to pose
+        In body axes. The marker ``center`` (centre of mass) always exists.
+
+    Examples
+    --------
+    >>> RigidBody.sphere("ball", radius=0.1, density=7850.0).mass.__round__(2)
+    32.88
+    """
+
+    name: str
+    _: KW_ONLY
+    mass: float
+    inertia: Any
+    center_of_mass: Any = (0.0, 0.0, 0.0)
+    at: Any = (0.0, 0.0, 0.0)
+    rotation: Any = None
+    velocity: Any = (0.0, 0.0, 0.0)
+    angular_velocity: Any = (0.0, 0.0, 0.0)
+    markers: Mapping[str, Any] = field(default_factory=dict)
+
+    table: ClassVar[Table] = Table("RigidBody", ROW, {"place": place, "inertia": inertia, "energy": energy})
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_positive("mass")
+        object.__setattr__(self, "center_of_mass", vector3(self.center_of_mass, self.title, "center_of_mass"))
+        check_frame(self)
+        J = np.asarray(self.inertia, float)
+        J = np.diag(J) if J.shape == (3,) else J
+        if J.shape != (3, 3) or not np.all(np.isfinite(J)) or not np.allclose(J, J.T, rtol=1e-9):
+            raise ModelError(self.title, found=f"inertia = {self.inertia!r}",
+                             expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre of mass",
+                             remedy="Write inertia=(Jx, Jy, Jz)")
+        principal = np.linalg.eigvalsh(J)
+        if principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-6) + 1e-300:
+            raise ModelError(self.title, found=f"principal moments of inertia {principal} kg m2",
+                             expected="non-negative values, none larger than the sum of the other two",
+                             remedy="Check signs of the products of inertia (J_xy = -int x y dm) and units (kg m2)")
+        object.__setattr__(self, "inertia", J)
+        poses = {name: as_pose(pose, self.title, f"marker {name}") for name, pose in (self.markers or {}).items()}
+        object.__setattr__(self, "markers", poses)
+
+    def marker_poses(self) -> dict[str, Pose]:
+        """Return the markers by name, ``center`` first."""
+        return {"center": Pose(self.center_of_mass), **self.markers}
+
+    def initial_state(self):
+        """Return (r, p) and the twist in body axes."""
+        return frame_state(self)
+
+    def record(self, compiler, place):
+        """Return the row: inertia about the body's origin (Steiner), marker offsets."""
+        c = np.array(self.center_of_mass)
+        origin = self.inertia + self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+        bulk = place.bulk(pack_markers(self.marker_poses()))
+        return (bulk, self.mass, c, origin, compiler.gravity)
+
+    @classmethod
+    def rod(cls, name: str, *, length: float, mass: float, radius: float = 0.0, **fields) -> RigidBody:
+        """Make a slender (or round) rod along x from the origin to (length, 0, 0), markers ``start`` and ``end``."""
+        axial = 0.5 * mass * radius**2
+        lateral = mass * (length**2 / 12.0 + radius**2 / 4.0)
+        markers = {"start": (0.0, 0.0, 0.0), "end": (length, 0.0, 0.0), **fields.pop("markers", {})}
+        return cls(name, mass=mass, inertia=(axial, lateral, lateral), center_of_mass=(0.5 * length, 0.0, 0.0),
+                   markers=markers, **fields)
+
+    @classmethod
+    def box(cls, name: str, *, size, density: float, **fields) -> RigidBody:
+        """Make a box with edges `size` (3,), m, centred on its origin."""
+        x, y, z = vector3(size, f"Body '{name}'", "size")
+        mass = density * x * y * z
+        inertia = (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
+        return cls(name, mass=mass, inertia=inertia, **fields)
+
+    @classmethod
+    def cylinder(cls, name: str, *, radius: float, length: float, density: float, **fields) -> RigidBody:
+        """Make a solid cylinder about its z-axis, centred on its origin."""
+        mass = density * np.pi * radius**2 * length
+        lateral = mass * (radius**2 / 4.0 + length**2 / 12.0)
+        return cls(name, mass=mass, inertia=(lateral, lateral, 0.5 * mass * radius**2), **fields)
+
+    @classmethod
+    def sphere(cls, name: str, *, radius: float, density: float, **fields) -> RigidBody:
+        """Make a solid sphere centred on its origin."""
+        mass = density * 4.0 / 3.0 * np.pi * radius**3
+        return cls(name, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, **fields)

@@ -1,0 +1,54 @@
+"""Primitive freedoms: what a joint permits, as unit twists of marker b relative to marker a."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.model.kinds import Freedom
+
+__all__ = ["Ball", "Slide", "Turn", "TurnOfSecond"]
+
+
+@dataclass(frozen=True)
+class Slide(Freedom):
+    """Translation along the named axis of marker a."""
+
+    axis: str
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (k, 6) of marker b in W: velocity of b's origin, angular velocity."""
+        return np.concatenate([R_a[:, "xyz".index(self.axis)], np.zeros(3)])[None]
+
+
+@dataclass(frozen=True)
+class Turn(Freedom):
+    """Rotation about the named axis of marker a, through its origin."""
+
+    axis: str
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (k, 6) of marker b in W; `d` = r_b - r_a."""
+        axis = R_a[:, "xyz".index(self.axis)]
+        return np.concatenate([np.cross(axis, d), axis])[None]
+
+
+@dataclass(frozen=True)
+class TurnOfSecond(Freedom):
+    """Rotation about the named axis of marker b, through its origin."""
+
+    axis: str
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (k, 6) of marker b in W."""
+        return np.concatenate([np.zeros(3), R_b[:, "xyz".index(self.axis)]])[None]
+
+
+@dataclass(frozen=True)
+class Ball(Freedom):
+    """All three rotations about the origin of marker b."""
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (3, 6) of marker b in W."""
+        return np.hstack([np.zeros((3, 3)), np.eye(3)])

@@ -1,0 +1,84 @@
+"""What the kernels of all primitive equations share: the row header, a leg's gradient, the work of the multiplier.
+
+Variations of a marker are its displacement dr (m) and its rotation dtheta (rad), both in W: dR = dtheta~ R.
+Theory: constraints, "primitive equations".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.kernel import kernel
+from flexmb.math.vectors import cross, dot
+
+__all__ = ["HEADER", "add_block", "add_skew", "apply_multiplier", "centripetal", "set_gradient"]
+
+HEADER = [
+    ("equation", np.int64),  # first equation
+    ("leg", np.int64),  # first leg: markers a, b alternate
+    ("a", np.int64),  # marker a
+    ("b", np.int64),  # marker b
+    ("pair", np.int64),  # pair (a, b)
+]
+"""The first fields of every row of equations."""
+
+
+@kernel
+def set_gradient(leg, sign, translation, rotation):
+    """Write the derivative with respect to displacement and rotation of the leg's marker, times `sign`."""
+    for i in range(3):
+        leg.gradient[i] = sign * translation[i]
+        leg.gradient[3 + i] = sign * rotation[i]
+
+
+@kernel
+def apply_multiplier(equation, leg_a, leg_b, marker_a, marker_b, lam):
+    """Let the multiplier act: wrench += G^T lam on both markers."""
+    equation.force = lam
+    for i in range(6):
+        marker_a.wrench[i] += leg_a.gradient[i] * lam
+        marker_b.wrench[i] += leg_b.gradient[i] * lam
+
+
+@kernel
+def centripetal(w, a, out):
+    """Write w x (w x a) to `out`."""
+    wa = dot(w, a)
+    ww = dot(w, w)
+    for i in range(3):
+        out[i] = w[i] * wa - a[i] * ww
+
+
+@kernel
+def add_skew(K, row, column, scale, a):
+    """Add scale * a~ to the block of `K` (12, 12) at `row`, `column`."""
+    K[row, column + 1] -= scale * a[2]
+    K[row, column + 2] += scale * a[1]
+    K[row + 1, column] += scale * a[2]
+    K[row + 1, column + 2] -= scale * a[0]
+    K[row + 2, column] -= scale * a[1]
+    K[row + 2, column + 1] += scale * a[0]
+
+
+@kernel
+def add_block(K, row, column, scale, a, b, diagonal):
+    """Add scale * (a b^T + diagonal I) to the block of `K` (12, 12) at `row`, `column`."""
+    for i in range(3):
+        for j in range(3):
+            K[row + i, column + j] += scale * a[i] * b[j]
+        K[row + i, column + i] += scale * diagonal
+
+
+@kernel
+def rotating_product(a, wa, b, wb, scratch):
+    """Return the rate of a . b and the part of its second rate without angular accelerations.
+
+    a turns with wa, b with wb; `scratch` (2, 3).
+    """
+    cross(wa, a, scratch[0])
+    cross(wb, b, scratch[1])
+    rate = dot(scratch[0], b) + dot(a, scratch[1])
+    second = 2.0 * dot(scratch[0], scratch[1])
+    centripetal(wa, a, scratch[0])
+    centripetal(wb, b, scratch[1])
+    return rate, second + dot(scratch[0], b) + dot(a, scratch[1])

@@ -1,0 +1,113 @@
+"""`assemble`: from the drawing to a configuration that satisfies all constraints, with least motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from flexmb.errors import CompileError
+from flexmb.math.tables import State
+from flexmb.model.model import Model
+from flexmb.system.compile import compile
+from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
+from flexmb.system.program import accelerations, evaluate, project
+from flexmb.system.system import System
+
+__all__ = ["assemble", "consistent_start", "worst_equations"]
+
+REGULARISATION = 1e-9
+"""Subtracted from the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""
+
+
+def worst_equations(system: System, work, count: int = 3) -> str:
+    """Return the names and residuals of the equations that are satisfied worst."""
+    g = work.equations["g"]
+    order = np.argsort(-np.abs(g))[:count]
+    return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
+
+
+def assemble(model: Model, *, tolerance: float = 1e-11) -> tuple[System, State]:
+    """Compile a model, find dependent equations and assemble its initial configuration and velocity.
+
+    Parameters
+    ----------
+    model : Model
+    tolerance : float, m or rad
+        Largest residual of the constraints.
+
+    Returns
+    -------
+    System, State
+        The system (with its dependent equations known) and the consistent start: q, u, accelerations, multipliers.
+
+    Raises
+    ------
+    CompileError
+        If the constraints contradict each other at the described configuration, or a matrix is singular.
+    """
+    system = compile(model)
+    work = system.workspace()
+    state = system.state()
+    system = _regularised(system, state, work, tolerance)
+    right = np.zeros(system.nu + system.ng)
+    scale = max(1.0, _size(system))
+    done = project(system.program, state, work, right, state.q, tolerance * scale, 60)
+    if done < 0:
+        g = np.abs(work.equations["g"])
+        if done == -2 or not np.all(np.isfinite(g)) or g.max() > tolerance * scale:
+            raise CompileError(
+                f"Model '{model.name}'", found=f"the mechanism cannot be assembled; worst equations: {worst_equations(system, work)}",
+                expected="positions that satisfy all joints near the described ones",
+                remedy="Check lengths and marker positions of these joints, or move the parts nearer to their places")
+    # the dependent equations may be others in the assembled configuration
+    system = _regularised(system, state, work, tolerance)
+    return system, consistent_start(system, state, work)
+
+
+def consistent_start(system: System, state: State, work) -> State:
+    """Return the state with consistent accelerations and multipliers."""
+    right = np.zeros(system.nu + system.ng)
+    sweeps = 12 if system.redundant else 2
+    failed = accelerations(system.program, state, work, right, sweeps)
+    if failed >= 0 or not np.all(np.isfinite(state.a)):
+        unknown = int(system.program.pattern.order[max(failed, 0)])
+        raise CompileError(
+            system.owner(unknown), found="the equations of motion are singular here",
+            expected="every freedom to have inertia or a constraint",
+            remedy="Give the body mass and inertia, or look at flexmb.check(model) for dependent equations")
+    residual = np.zeros(system.ng)
+    _acceleration_error(system, state, work, residual)
+    return state
+
+
+def _acceleration_error(system, state, work, residual):
+    from flexmb.system.program import constraint_acceleration
+
+    constraint_acceleration(work, state.a, residual)
+    worst = float(np.abs(residual).max(initial=0.0))
+    largest = float(np.abs(state.a).max(initial=0.0))
+    if worst > 1e-5 * (1.0 + largest):
+        k = int(np.argmax(np.abs(residual)))
+        raise CompileError(
+            f"Equation '{system.equation_names[k]}'", found=f"its second derivative misses zero by {worst:.3g}",
+            expected="equations that can be satisfied together, in position, velocity and acceleration",
+            remedy="Two drives or joints contradict each other: remove one, or make their signals agree")
+
+
+def _size(system: System) -> float:
+    r = system.tables["markers"]["r"]
+    return float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 1.0
+
+
+def _regularised(system: System, state: State, work, tolerance: float) -> System:
+    """Return the system with its dependent equations found at `state`, and the multipliers regularised if there are any."""
+    if system.ng == 0:
+        return system
+    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    evaluate(system.program._replace(regularisation=np.zeros(system.ng)), state, work)
+    M, G = constraint_matrix(system, work)
+    dependent = dependent_equations(M, G)
+    scale = equation_scale(M, G) * (REGULARISATION if len(dependent) else 0.0)
+    program = system.program._replace(regularisation=scale)
+    return replace(system, program=program, redundant=tuple(int(k) for k in dependent))

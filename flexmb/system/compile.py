@@ -1,0 +1,316 @@
+"""`compile`: names become indices, parts become record tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints import EQUATIONS
+from flexmb.errors import CompileError
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.tables import EQUATION, LEG, MARKER, PAIR
+from flexmb.model.kinds import Table
+from flexmb.model.model import Model
+from flexmb.model.signal import as_signal, pack
+from flexmb.system.pattern import block_pattern
+from flexmb.system.program import SLOTS, Program, kernel_slots
+from flexmb.system.system import System
+
+__all__ = ["compile"]
+
+
+class _Compiler:
+    """Collects rows, markers, signals, pairs and bulk data while the parts write themselves."""
+
+    def __init__(self, model: Model):
+        self.model = model
+        self.gravity = np.array(model.gravity)
+        self.marker_index: dict[str, int] = {}
+        self.marker_body: list[int] = []
+        self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
+        self.signals: list[Any] = []
+        self.pairs: dict[tuple[int, int], int] = {}
+        self.active_pairs: set[int] = set()
+        self.load_index: dict[tuple[str, str], int] = {}
+        self.size_H = 0
+        self._bulk: list[np.ndarray] = []
+        self._bulk_size = 0
+
+    def marker(self, name: str) -> int:
+        """Return the number of "body.marker"."""
+        return self.marker_index[name]
+
+    def position(self, marker: int) -> np.ndarray:
+        """Return the position (3,), m, in W of a marker as described."""
+        return self.start_poses[marker][0]
+
+    def signal(self, value) -> int:
+        """Return the number of a signal."""
+        self.signals.append(as_signal(value, f"Model '{self.model.name}'", "signal"))
+        return len(self.signals) - 1
+
+    def pair(self, a: int, b: int, active: bool = True) -> int:
+        """Return the number of a pair of markers; an active one has stiffness or damping."""
+        index = self.pairs.setdefault((a, b), len(self.pairs))
+        if active:
+            self.active_pairs.add(index)
+        return index
+
+    def load(self, body: str, name: str) -> int:
+        """Return the number of a load shape of a body."""
+        return self.load_index.setdefault((body, name), len(self.load_index))
+
+    def reserve_H(self, size: int) -> int:
+        """Return where `size` numbers begin in the workspace array H."""
+        start = self.size_H
+        self.size_H += size
+        return start
+
+    def joint(self, name: str):
+        """Return the description of a joint."""
+        return self.model.joint(name)
+
+    def bulk(self, array: np.ndarray) -> int:
+        """Append numbers to the bulk data and return where they begin."""
+        start = self._bulk_size
+        self._bulk.append(np.ascontiguousarray(array, float).ravel())
+        self._bulk_size += self._bulk[-1].size
+        return start
+
+    def bulk_data(self) -> np.ndarray:
+        """Return all bulk data."""
+        return np.concatenate([*self._bulk, np.zeros(1)])
+
+
+class _Layout:
+    """Offsets of bodies in q and u, and the numbers of their markers."""
+
+    def __init__(self, model: Model, compiler: _Compiler):
+        self.iq, self.iu, self.first_marker = [], [], []
+        frames, vectors = [], []
+        q, u = [np.empty(0)], [np.empty(0)]
+        nq = nu = 0
+        for number, body in enumerate(model.bodies):
+            self.iq.append(nq)
+            self.iu.append(nu)
+            self.first_marker.append(len(compiler.marker_index))
+            q0, u0 = body.initial_state()
+            if body.has_frame:
+                frames.append((nq, nu))
+            if body.n_vector:
+                vectors.append((nq + 7 * body.has_frame, nu + 6 * body.has_frame, body.n_vector))
+            R = np.eye(3)
+            origin = np.zeros(3)
+            if body.has_frame:
+                euler_to_matrix(q0[3:7], R)
+                origin = q0[:3]
+            elif body.n_vector:
+                origin = q0[:3]
+            for marker, pose in body.marker_poses().items():
+                compiler.marker_index[f"{body.name}.{marker}"] = len(compiler.marker_index)
+                compiler.marker_body.append(number)
+                compiler.start_poses.append((origin + R @ np.array(pose.at), R @ pose.matrix))
+            q.append(q0)
+            u.append(u0)
+            nq, nu = nq + len(q0), nu + len(u0)
+        self.iq.append(nq)
+        self.iu.append(nu)
+        self.first_marker.append(len(compiler.marker_index))
+        self.q, self.u = np.concatenate(q), np.concatenate(u)
+        self.frames = np.array(frames, np.int64).reshape(-1, 2)
+        self.vectors = np.array(vectors, np.int64).reshape(-1, 3)
+
+    def size(self, body: int) -> int:
+        """Return the number of velocities of a body."""
+        return self.iu[body + 1] - self.iu[body]
+
+
+def _grouped(items: list[tuple[Table, tuple]], slots: int, family: str) -> tuple[list[Table], list[np.ndarray]]:
+    """Return the tables and their record arrays, in order of first use."""
+    tables: dict[str, tuple[Table, list[tuple]]] = {}
+    for table, row in items:
+        tables.setdefault(table.name, (table, []))[1].append(row)
+    if len(tables) > slots:
+        raise CompileError(f"Family '{family}'", found=f"{len(tables)} kinds in one model", expected=f"{slots} at most",
+                           remedy="Raise SLOTS in flexmb/system/program.py")
+    return [t for t, _ in tables.values()], [np.array(rows, t.row) for t, rows in tables.values()]
+
+
+def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
+    items = []
+    for k, body in enumerate(model.bodies):
+        if body.table is None:
+            continue
+        first = layout.first_marker[k]
+        header = (layout.iq[k], layout.iu[k], first, layout.first_marker[k + 1] - first)
+        items.append((body.table, header + tuple(body.record(compiler, compiler))))
+    return _grouped(items, SLOTS["bodies"], "bodies")
+
+
+class _Constraints:
+    """The equations of all joints: rows, legs, and which joint each belongs to."""
+
+    def __init__(self, model: Model, compiler: _Compiler):
+        self.joints, self.names, self.joint_of = [], [], []
+        self.slices: dict[str, slice] = {}
+        items, legs = [], []
+        for number, description in enumerate(model.joints):
+            markers = tuple(compiler.marker(m) for m in description.resolved_markers(model))
+            joint = description.resolved(np.array([compiler.position(m) for m in markers]))
+            self.joints.append(joint)
+            start = len(self.names)
+            for primitive in joint.equations():
+                a, b = markers
+                pair = compiler.pair(a, b, active=primitive.stiffens)
+                row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, markers))
+                items.append((primitive.table, row))
+                for k in range(primitive.count):
+                    legs += [(a, len(self.names)), (b, len(self.names))]
+                    suffix = f"[{'xyz'[k]}]" if primitive.count == 3 else ""
+                    self.names.append(f"{joint.name}: {_describe(primitive)}{suffix}")
+                    self.joint_of.append(number)
+            self.slices[joint.name] = slice(start, len(self.names))
+        order = {kind.table.name: k for k, kind in enumerate(EQUATIONS)}
+        items.sort(key=lambda item: order[item[0].name])
+        self.tables, self.rows = _grouped(items, SLOTS["equations"], "equations")
+        self.legs = legs
+
+
+def _describe(primitive) -> str:
+    axes = [str(v) for k, v in vars(primitive).items() if k.startswith("axis")]
+    return type(primitive).__name__ + (f" {' '.join(axes)}" if axes else "")
+
+
+def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
+    """Return the marker table and the size of the flat Jacobians."""
+    markers = np.zeros(len(compiler.marker_body), MARKER)
+    at = 0
+    for k, body in enumerate(compiler.marker_body):
+        r, R = compiler.start_poses[k]
+        nu = layout.size(body)
+        markers[k]["r"], markers[k]["R"] = r, R
+        markers[k]["body"], markers[k]["iu"], markers[k]["nu"], markers[k]["iJ"] = body, layout.iu[body], nu, at
+        markers[k]["iH"] = -1
+        at += 6 * nu
+    return markers, at
+
+
+def _sparsity(model, compiler, layout, constraints, markers):
+    """Return the LU pattern and the tables of positions of all contributions to S."""
+    moving = [k for k in range(len(model.bodies)) if layout.size(k)]
+    node_of_body = {body: k for k, body in enumerate(moving)}
+    # a drive shares the block of the joint it drives
+    leader = {j.name: getattr(j, "joint", j.name) if j.prescribes else j.name for j in constraints.joints}
+    groups: dict[str, list[int]] = {}
+    for number, joint in enumerate(constraints.joints):
+        groups.setdefault(leader[joint.name], []).append(number)
+    node_of_joint = {number: len(moving) + k for k, group in enumerate(groups.values()) for number in group}
+    n_nodes, nu = len(moving) + len(groups), layout.iu[-1]
+    unknowns: list[list[int]] = [list(range(layout.iu[b], layout.iu[b + 1])) for b in moving]
+    unknowns += [[] for _ in groups]
+    for equation, joint in enumerate(constraints.joint_of):
+        unknowns[node_of_joint[joint]].append(nu + equation)
+    neighbours: list[set[int]] = [set() for _ in range(n_nodes)]
+
+    def connect(i, j):
+        if i != j:
+            neighbours[i].add(j)
+            neighbours[j].add(i)
+
+    for marker, equation in constraints.legs:
+        body = compiler.marker_body[marker]
+        if body in node_of_body:
+            connect(node_of_body[body], node_of_joint[constraints.joint_of[equation]])
+    for (a, b), index in compiler.pairs.items():
+        bodies = compiler.marker_body[a], compiler.marker_body[b]
+        if index in compiler.active_pairs and all(k in node_of_body for k in bodies):
+            connect(node_of_body[bodies[0]], node_of_body[bodies[1]])
+    pattern, place = block_pattern(unknowns, len(moving), neighbours)
+
+    rows = np.zeros(nu, np.int64)
+    for body, node in node_of_body.items():
+        rows[layout.iu[body] : layout.iu[body + 1]] = place(node, node)
+    equations = np.zeros(len(constraints.joint_of), EQUATION)
+    within = np.zeros(len(equations), np.int64)
+    for group in unknowns[len(moving) :]:
+        for k, unknown in enumerate(group):
+            within[unknown - nu] = k
+    for k, joint in enumerate(constraints.joint_of):
+        node = node_of_joint[joint]
+        equations[k]["diagonal"] = place(node, node)[within[k]] + within[k]
+    legs = np.zeros(len(constraints.legs), LEG)
+    transposed: list[np.ndarray] = [np.zeros(0, np.int64)]
+    at = 0
+    for k, (marker, equation) in enumerate(constraints.legs):
+        legs[k]["marker"], legs[k]["equation"], legs[k]["iT"] = marker, equation, at
+        body = compiler.marker_body[marker]
+        if body in node_of_body:
+            node, joint = node_of_body[body], node_of_joint[constraints.joint_of[equation]]
+            legs[k]["iS"] = place(joint, node)[within[equation]]
+            transposed.append(place(node, joint) + within[equation])
+            at += len(transposed[-1])
+    pairs = np.zeros(len(compiler.pairs), PAIR)
+    pair_rows: list[np.ndarray] = [np.zeros(0, np.int64)]
+    at = 0
+    for (a, b), k in compiler.pairs.items():
+        pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"], pairs[k]["active"] = a, b, at, k in compiler.active_pairs
+        nodes = [node_of_body.get(compiler.marker_body[m]) for m in (a, b)]
+        if k not in compiler.active_pairs:
+            continue
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            if nodes[i] is not None and nodes[j] is not None:
+                pair_rows.append(place(nodes[i], nodes[j]))
+                at += len(pair_rows[-1])
+    return pattern, rows, equations, legs, np.concatenate(transposed), pairs, np.concatenate(pair_rows)
+
+
+def _table_bytes(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return all record arrays as one byte array, each beginning at a multiple of 64, and their bounds."""
+    raw = np.concatenate([*(a.view(np.uint8).ravel() for a in arrays), np.zeros(0, np.uint8)])
+    bounds = np.cumsum([0] + [a.nbytes for a in arrays])
+    return raw, bounds.astype(np.int64)
+
+
+def compile(model: Model) -> System:
+    """Return the compiled system of a model.
+
+    Raises
+    ------
+    CompileError
+        If the parts do not fit together.
+    """
+    compiler = _Compiler(model)
+    layout = _Layout(model, compiler)
+    if layout.iu[-1] == 0:
+        raise CompileError(f"Model '{model.name}'", found="no body that can move", expected="at least one",
+                           remedy="Add a RigidBody, PointMass or FloatingBody")
+    body_tables, body_rows = _body_rows(model, compiler, layout)
+    constraints = _Constraints(model, compiler)
+    force_items = [(force.table, tuple(force.record(compiler))) for force in model.forces]
+    force_tables, force_rows = _grouped(force_items, SLOTS["forces"], "forces")
+    markers, size_J = _markers(compiler, layout)
+    for body in model.bodies:
+        body.stiffen(compiler, markers)
+    pattern, rows, equations, legs, transposed, pairs, pair_rows = _sparsity(
+        model, compiler, layout, constraints, markers)
+    raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
+    program = Program(
+        kernel_slots([t.kernels["place"] for t in body_tables], SLOTS["bodies"]),
+        kernel_slots([t.kernels["inertia"] for t in body_tables], SLOTS["bodies"]),
+        kernel_slots([t.kernels["energy"] for t in body_tables], SLOTS["bodies"]),
+        kernel_slots([t.kernels["evaluate"] for t in constraints.tables], SLOTS["equations"]),
+        kernel_slots([t.kernels["apply"] for t in force_tables], SLOTS["forces"]),
+        raw, starts, np.array([len(body_tables), len(constraints.tables), len(force_tables)], np.int64),
+        compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames, layout.vectors, pattern,
+        np.zeros(len(equations)), np.zeros(len(equations), np.int64))
+    return System(
+        model=model, program=program, q0=layout.q, u0=layout.u, n_signals=len(compiler.signals),
+        n_loads=len(compiler.load_index), size_J=size_J, size_H=compiler.size_H,
+        tables={"markers": markers, "equations": equations, "legs": legs, "pairs": pairs, "rows": rows,
+                "transposed": transposed, "pair_rows": pair_rows},
+        marker_index=dict(compiler.marker_index), joint_index={j.name: k for k, j in enumerate(model.joints)},
+        force_index={f.name: k for k, f in enumerate(model.forces)}, equation_names=tuple(constraints.names),
+        joint_equations=constraints.slices, joints=tuple(constraints.joints),
+        body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
+                     for k, b in enumerate(model.bodies)})

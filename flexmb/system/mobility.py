@@ -1,0 +1,120 @@
+"""Mobility: the Grübler-Kutzbach count beside the true rank, and the dependent equations by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import qr
+
+from flexmb.math.block_lu import stored
+from flexmb.system.system import System
+
+__all__ = ["Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "mobility"]
+
+DEPENDENT = 1e-8
+"""An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent."""
+DENSE = 1500
+"""Up to this number of equations the rank is found by a dense factorisation with pivoting."""
+
+
+def constraint_matrix(system: System, work) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """Return the mass part (nu, nu) and G (ng, nu) of the matrix evaluated last, with unit mass weight."""
+    matrix = stored(work.S, system.program.pattern)
+    nu = system.nu
+    return matrix[:nu, :nu].tocsr(), matrix[nu:, :nu].tocsr()
+
+
+def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
+    """Return the diagonal of G diag(M)^-1 G^T, (ng,): the size of the pivots of the multipliers."""
+    inverse = 1.0 / np.maximum(np.abs(M.diagonal()), 1e-300)
+    return np.asarray(G.multiply(G) @ inverse).ravel()
+
+
+def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
+    """Return the numbers of equations whose gradients depend on those of earlier equations.
+
+    Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable. Small systems use a
+    Householder factorisation with column pivoting for the rank, then name the latest equations that can be left out;
+    large ones a sparse orthogonalisation, joint by joint.
+    """
+    metric = 1.0 / np.sqrt(np.maximum(np.abs(M.diagonal()), 1e-300))
+    A = G @ sparse.diags(metric)
+    norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
+    empty = np.flatnonzero(norms == 0.0)
+    A = sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A
+    if A.shape[0] <= DENSE:
+        return _dense_dependent(A.toarray(), empty)
+    return _sparse_dependent(A.tocsr())
+
+
+def _dense_dependent(A: np.ndarray, empty: np.ndarray) -> np.ndarray:
+    R = qr(A.T, mode="r", pivoting=True)[0]
+    diagonal = np.abs(np.diag(R[: min(A.shape)]))
+    rank = int(np.sum(diagonal > DEPENDENT))
+    if rank == A.shape[0]:
+        return empty
+    # keep early equations: orthogonalise in order, twice for accuracy
+    basis = np.zeros((0, A.shape[1]))
+    dependent = []
+    for k, row in enumerate(A):
+        rest = row - basis.T @ (basis @ row)
+        rest = rest - basis.T @ (basis @ rest)
+        length = np.linalg.norm(rest)
+        if length > DEPENDENT and len(basis) < rank:
+            basis = np.vstack([basis, rest / length])
+        else:
+            dependent.append(k)
+    return np.array(dependent, int)
+
+
+def _sparse_dependent(A: sparse.csr_matrix) -> np.ndarray:
+    """Incomplete pivots of A A^T by sparse LU with diagonal pivots: a vanishing one marks a dependent equation."""
+    from scipy.sparse.linalg import splu
+
+    gram = (A @ A.T + 1e-14 * sparse.identity(A.shape[0])).tocsc()
+    factor = splu(gram, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    pivots = np.abs(factor.U.diagonal())
+    places = np.flatnonzero(pivots < 1e-11)
+    natural = np.empty(A.shape[0], int)
+    natural[factor.perm_c] = np.arange(A.shape[0])
+    return np.sort(natural[places])
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """What `check` finds about the freedoms of a model.
+
+    Parameters
+    ----------
+    velocities : int
+        Velocities of all bodies.
+    equations : int
+        Constraint equations of all joints and drives.
+    rank : int
+        Independent ones among them.
+    redundant : tuple of str
+        Names of the dependent equations.
+    """
+
+    velocities: int
+    equations: int
+    rank: int
+    redundant: tuple[str, ...]
+
+    @property
+    def mobility(self) -> int:
+        """True number of degrees of freedom."""
+        return self.velocities - self.rank
+
+    @property
+    def gruebler(self) -> int:
+        """Count of Grübler and Kutzbach: velocities minus equations."""
+        return self.velocities - self.equations
+
+
+def mobility(system: System) -> Mobility:
+    """Return the counts of an assembled system."""
+    names = tuple(system.equation_names[k] for k in system.redundant)
+    return Mobility(system.nu, system.ng, system.ng - len(names), names)

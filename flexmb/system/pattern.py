@@ -1,0 +1,123 @@
+"""The order of elimination and the pattern of the factors of the iteration matrix.
+
+Nodes of the graph are the bodies (their velocities) and the joints (their multipliers, a drive together with its
+joint). A multiplier has a zero on the diagonal, so it may be eliminated only when its pivot is certain to be regular:
+after all its bodies, or after one body whose freedoms no other eliminated joint has used yet (the equations of one
+joint are independent on one body). The second rule condenses trees from their leaves, as the O(n) recursions do, and
+keeps a body with many joints from coupling them all. Among the permitted nodes the one with the least fill goes first.
+"""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+
+import numpy as np
+
+from flexmb.math.block_lu import BlockPattern
+
+__all__ = ["block_pattern", "elimination_order"]
+
+
+def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int]]) -> tuple[list[int], list[list[int]]]:
+    """Return the order of the nodes and for each node its later neighbours including fill.
+
+    Nodes below `n_bodies` are bodies, the others joints; `neighbours` is the symmetric adjacency, which is consumed.
+    """
+    bodies_of = {j: {b for b in neighbours[j] if b < n_bodies} for j in range(n_bodies, len(sizes))}
+    joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]
+    done = np.zeros(len(sizes), bool)
+    used = np.zeros(n_bodies, bool)
+    after: dict[int, list[int]] = {}
+    order: list[int] = []
+
+    def permitted(node):
+        if node < n_bodies:
+            return True
+        bodies = bodies_of[node]
+        return all(done[b] for b in bodies) or any(done[b] and not used[b] and sizes[node] <= sizes[b] for b in bodies)
+
+    def weight(node):
+        return int(sum(sizes[k] for k in neighbours[node]))
+
+    heap: list[tuple[int, int]] = []
+    for node in range(len(sizes)):
+        if permitted(node):
+            heappush(heap, (weight(node), node))
+    while heap:
+        claimed, node = heappop(heap)
+        if done[node] or not permitted(node):
+            continue
+        if claimed != weight(node):
+            heappush(heap, (weight(node), node))
+            continue
+        done[node] = True
+        order.append(node)
+        later = neighbours[node]
+        after[node] = sorted(later)
+        for k in later:
+            neighbours[k].discard(node)
+            neighbours[k] |= later
+            neighbours[k].discard(k)
+        if node >= n_bodies:
+            for b in bodies_of[node]:
+                used[b] |= done[b]
+        touched = set(later) | (joints_of[node] if node < n_bodies else set())
+        for k in touched:
+            if not done[k] and permitted(k):
+                heappush(heap, (weight(k), k))
+    return order, [after[node] for node in order]
+
+
+def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]]):
+    """Return the pattern of the factors and ``place``: a function (node, node) -> positions of the rows in S.
+
+    Parameters
+    ----------
+    unknowns : list of lists of int
+        The unknowns of every node; nodes below `n_bodies` are bodies, the others joints.
+    neighbours : list of sets
+        Adjacency; consumed.
+    """
+    sizes = np.array([len(node) for node in unknowns], np.int64)
+    order, after = elimination_order(sizes, n_bodies, neighbours)
+    position = {node: k for k, node in enumerate(order)}
+    first_of = {}
+    total = 0
+    for node in order:
+        first_of[node] = total
+        total += int(sizes[node])
+    columns: list[list[int]] = [[] for _ in order]
+    for k, node in enumerate(order):
+        for later in after[k]:
+            columns[position[later]].append(node)
+    row_start, row_block, segment_start, column, length = [0], [], [0], [], []
+    offset_in_row: dict[tuple[int, int], int] = {}
+    for k, node in enumerate(order):
+        nodes = sorted([*columns[k], node, *after[k]], key=position.__getitem__)
+        at = 0
+        for other in nodes:
+            offset_in_row[node, other] = at
+            column.append(first_of[other])
+            length.append(int(sizes[other]))
+            at += int(sizes[other])
+        segment_start.append(len(column))
+        for _ in range(int(sizes[node])):
+            row_block.append(k)
+            row_start.append(row_start[-1] + at)
+    pattern = BlockPattern(
+        order=np.array([unknown for node in order for unknown in unknowns[node]], np.int64),
+        row_start=np.array(row_start, np.int64),
+        row_block=np.array(row_block, np.int64),
+        segment_start=np.array(segment_start, np.int64),
+        column=np.array(column, np.int64),
+        length=np.array(length, np.int64),
+        inverse=np.zeros(total),
+        scratch=np.zeros(total),
+    )
+
+    def place(row_node: int, column_node: int) -> np.ndarray:
+        start = first_of[row_node]
+        rows = pattern.row_start[start : start + int(sizes[row_node])]
+        return rows + offset_in_row[row_node, column_node]
+
+    return pattern, place

@@ -1,0 +1,295 @@
+"""The compiled evaluation of a system: one loop over kinds, called through pointers, never over parts.
+
+`Program` is constant, `Work` is scratch; every function here is pure apart from the workspace it is given.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.jets import sample_signals
+from flexmb.math.kernel import kernel
+from flexmb.math.rotations import advance_frame, relative_frame
+from flexmb.math.tables import no_operation
+
+__all__ = ["SLOTS", "Program", "accelerations", "advance", "evaluate", "increment", "kernel_slots", "project"]
+
+SLOTS = {"bodies": 8, "equations": 12, "forces": 16}
+"""Places for kinds in the kernel tables. Tables have a fixed size, so one machine code serves every model."""
+
+Program = namedtuple(
+    "Program",
+    "place inertia energy equations forces raw starts counts bulk "
+    "signal_starts signal_ops signal_args signal_tables signal_table_starts "
+    "frames vectors pattern regularisation equation_level",
+)
+"""place, inertia, energy, equations, forces : kernel tables (tuples of SLOTS size)
+raw : all record tables as bytes; starts (slots + 1,): where each begins: bodies, equations, forces
+counts (3,) : kinds used of each family
+bulk : numbers which rows index
+frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 3): iq, iu and length of plain vectors
+pattern : BlockPattern of the iteration matrix
+regularisation (ng,) : subtracted from the diagonal of the multipliers (zero unless equations are dependent)
+equation_level (ng,) : 0 for a holonomic equation
+"""
+
+
+def kernel_slots(kernels, size: int) -> tuple:
+    """Return compiled kernels padded to the fixed size of their table."""
+    compiled = [k.compiled for k in kernels]
+    return tuple(compiled + [no_operation.compiled] * (size - len(compiled)))
+
+
+@kernel
+def run_kernels(kernels, first, count, program, state, work):
+    """Call the first `count` kernels on their record tables."""
+    k = 0
+    for function in kernels:
+        if k >= count:
+            break
+        start, stop = program.starts[first + k], program.starts[first + k + 1]
+        function(program.raw[start:stop], program.bulk, state, work)
+        k += 1
+
+
+@kernel
+def assemble_constraints(program, work):
+    """Write G and -G^T into the iteration matrix, with the part of G^T that stiffens reduced bodies."""
+    for n in range(len(work.legs)):
+        leg = work.legs[n]
+        marker = work.markers[leg.marker]
+        nu = marker.nu
+        for k in range(6):
+            x = leg.gradient[k]
+            if x == 0.0:
+                continue
+            start = marker.iJ + k * nu
+            for j in range(nu):
+                value = x * work.J[start + j]
+                work.S[leg.iS + j] += value
+                work.S[work.transposed[leg.iT + j]] -= value
+            if marker.iH >= 0:
+                start = marker.iH + k * nu
+                for j in range(6, nu):
+                    work.S[work.transposed[leg.iT + j]] += x * work.H[start + j]
+    for n in range(len(work.equations)):
+        work.S[work.equations[n].diagonal] -= program.regularisation[n]
+
+
+@kernel
+def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
+    """Add J_a^T (ck K + cd D) J_b to the block of bodies a and b."""
+    column = np.empty(6)
+    for j in range(b.nu):
+        for k in range(6):
+            column[k] = 0.0
+            for m in range(6):
+                column[k] += (ck * pair.K[ia + k, ib + m] + cd * pair.D[ia + k, ib + m]) * work.J[b.iJ + m * b.nu + j]
+        for i in range(a.nu):
+            value = 0.0
+            for k in range(6):
+                value += work.J[a.iJ + k * a.nu + i] * column[k]
+            work.S[work.pair_rows[start + i] + j] += value
+
+
+@kernel
+def assemble_pairs(work):
+    """Write the stiffness and damping between pairs of markers into the iteration matrix."""
+    cd, ck = work.coefficients[1], work.coefficients[2]
+    for n in range(len(work.pairs)):
+        pair = work.pairs[n]
+        if pair.active == 0:
+            continue
+        a, b = work.markers[pair.a], work.markers[pair.b]
+        start = pair.iS
+        if a.nu > 0:
+            _add_pair_block(pair, ck, cd, 0, 0, a, a, start, work)
+            start += a.nu
+        if a.nu > 0 and b.nu > 0:
+            _add_pair_block(pair, ck, cd, 0, 6, a, b, start, work)
+            start += a.nu
+            _add_pair_block(pair, ck, cd, 6, 0, b, a, start, work)
+            start += b.nu
+        if b.nu > 0:
+            _add_pair_block(pair, ck, cd, 6, 6, b, b, start, work)
+
+
+@kernel
+def evaluate(program, state, work):
+    """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix.
+
+    ``residual = M(q) a + h(q, u) - f(q, u, t) - G^T lam``; ``equations.g``; ``S = [cm M + cd D + ck K, -G^T; G, 0]``.
+    """
+    tangent = work.coefficients[3] > 0.0
+    work.residual[:] = 0.0
+    work.energy[:] = 0.0
+    work.loads[:] = 0.0
+    for n in range(len(work.markers)):
+        wrench = work.markers[n].wrench
+        for i in range(6):
+            wrench[i] = 0.0
+    if tangent:
+        work.S[:] = 0.0
+        for n in range(len(work.pairs)):
+            pair = work.pairs[n]
+            if pair.active == 1:
+                pair.K[:] = 0.0
+                pair.D[:] = 0.0
+    sample_signals(state.t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
+                   program.signal_table_starts, state.signals)
+    n_bodies, n_equations, n_forces = program.counts[0], program.counts[1], program.counts[2]
+    run_kernels(program.place, 0, n_bodies, program, state, work)
+    run_kernels(program.equations, n_bodies, n_equations, program, state, work)
+    run_kernels(program.forces, n_bodies + n_equations, n_forces, program, state, work)
+    run_kernels(program.inertia, 0, n_bodies, program, state, work)
+    for n in range(len(work.equations)):
+        equation = work.equations[n]
+        work.energy[4] -= equation.force * equation.rate
+    if tangent:
+        assemble_constraints(program, work)
+        assemble_pairs(work)
+
+
+@kernel
+def energies(program, state, work):
+    """Evaluate, and add the energies of the bodies to work.energy."""
+    evaluate(program, state, work)
+    run_kernels(program.energy, 0, program.counts[0], program, state, work)
+
+
+@kernel
+def advance(program, q, d, scale, out):
+    """Write q [+] scale d to `out`: frames on SE(3), vectors by addition."""
+    for n in range(len(program.frames)):
+        iq, iu = program.frames[n, 0], program.frames[n, 1]
+        advance_frame(q[iq : iq + 7], d[iu : iu + 6], scale, out[iq : iq + 7])
+    for n in range(len(program.vectors)):
+        iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
+        for i in range(size):
+            out[iq + i] = q[iq + i] + scale * d[iu + i]
+
+
+@kernel
+def increment(program, a, b, d):
+    """Write the increment d with b = a [+] d to `d`: the inverse of `advance`."""
+    for n in range(len(program.frames)):
+        iq, iu = program.frames[n, 0], program.frames[n, 1]
+        relative_frame(a[iq : iq + 7], b[iq : iq + 7], d[iu : iu + 6])
+    for n in range(len(program.vectors)):
+        iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
+        for i in range(size):
+            d[iu + i] = b[iq + i] - a[iq + i]
+
+
+@kernel
+def constraint_velocity(work, u, out):
+    """Write G u + dg/dt of every equation to `out`."""
+    for n in range(len(work.equations)):
+        out[n] = work.equations[n].rate
+    for n in range(len(work.legs)):
+        leg = work.legs[n]
+        marker = work.markers[leg.marker]
+        for k in range(6):
+            x = leg.gradient[k]
+            if x != 0.0:
+                start = marker.iJ + k * marker.nu
+                for j in range(marker.nu):
+                    out[leg.equation] += x * work.J[start + j] * u[marker.iu + j]
+
+
+@kernel
+def constraint_acceleration(work, a, out):
+    """Write g'' = G a + drift of every equation to `out`; the drift includes the bias of the markers."""
+    constraint_velocity(work, a, out)
+    for n in range(len(work.equations)):
+        out[n] += work.equations[n].drift - work.equations[n].rate
+    for n in range(len(work.legs)):
+        leg = work.legs[n]
+        bias = work.markers[leg.marker].bias
+        for k in range(6):
+            out[leg.equation] += leg.gradient[k] * bias[k]
+
+
+@kernel
+def accelerations(program, state, work, right, sweeps):
+    """Solve M a - G^T lam = f, G a = -drift for the accelerations and multipliers, in place of state.a and state.lam.
+
+    The equations are linear in both, so one solve suffices; further sweeps refine, and with dependent equations
+    (regularised) converge to the multipliers of least norm. Returns -1 or the place of a vanishing pivot.
+    """
+    nu, ng = len(state.u), len(state.lam)
+    work.coefficients[0] = 1.0
+    work.coefficients[1] = 0.0
+    work.coefficients[2] = 0.0
+    work.coefficients[4] = 0.0
+    state.a[:] = 0.0
+    state.lam[:] = 0.0
+    for sweep in range(sweeps):
+        work.coefficients[3] = 1.0 if sweep == 0 else 0.0
+        evaluate(program, state, work)
+        if sweep == 0:
+            failed = lu_factor(work.S, program.pattern)
+            if failed >= 0:
+                return failed
+        for i in range(nu):
+            right[i] = -work.residual[i]
+        constraint_acceleration(work, state.a, right[nu:])
+        for i in range(ng):
+            right[nu + i] = -right[nu + i]
+        lu_solve(work.S, program.pattern, right)
+        for i in range(nu):
+            state.a[i] += right[i]
+        for i in range(ng):
+            state.lam[i] += right[nu + i]
+    return -1
+
+
+@kernel
+def project(program, state, work, right, q, tolerance, iterations):
+    """Move q with least motion (in the metric of M) onto g = 0, then u onto G u + dg/dt = 0; q is the storage of state.q.
+
+    Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
+    """
+    nu, ng = len(state.u), len(state.lam)
+    work.coefficients[0] = 1.0
+    work.coefficients[1] = 0.0
+    work.coefficients[2] = 0.0
+    work.coefficients[3] = 1.0
+    work.coefficients[4] = 0.0
+    state.lam[:] = 0.0
+    state.a[:] = 0.0
+    done = -1
+    for iteration in range(iterations):
+        evaluate(program, state, work)
+        largest = 0.0
+        for i in range(ng):
+            right[nu + i] = -work.equations[i].g
+            largest = max(largest, abs(work.equations[i].g))
+        if not np.isfinite(largest):
+            return -1
+        if lu_factor(work.S, program.pattern) >= 0:
+            return -2
+        if largest <= tolerance and iteration > 0:
+            done = iteration
+            break
+        right[:nu] = 0.0
+        lu_solve(work.S, program.pattern, right)
+        scale = 1.0
+        largest = 0.0
+        for i in range(nu):
+            largest = max(largest, abs(right[i]))
+        if largest > 0.5:  # m or rad: a longer stride would leave the branch of the drawing
+            scale = 0.5 / largest
+        advance(program, q.copy(), right[:nu], scale, q)
+    for _ in range(2):
+        constraint_velocity(work, state.u, right[nu:])
+        for i in range(ng):
+            right[nu + i] = -right[nu + i]
+        right[:nu] = 0.0
+        lu_solve(work.S, program.pattern, right)
+        for i in range(nu):
+            state.u[i] += right[i]
+    return done

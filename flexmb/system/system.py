@@ -1,0 +1,116 @@
+"""`System`: the compiled model. It is constant; what an evaluation writes lives in a workspace, one per thread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexmb.math.tables import State, Work
+from flexmb.model.model import Model
+from flexmb.system.program import Program
+
+__all__ = ["System"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class System:
+    """A compiled model: offsets, record tables and kernels.
+
+    Parameters
+    ----------
+    model : Model
+    program : Program
+        Constant input of the compiled evaluation.
+    q0, u0 : (nq,), (nu,)
+        Configuration and velocity as described (before assembly).
+    tables : dict of arrays
+        Prototypes of the record tables of a workspace, and positions in the iteration matrix.
+    marker_index, joint_index, force_index : dict of name to number
+    equation_names : tuple of str
+        "joint: primitive" of every equation.
+    joint_equations : dict of joint name to slice
+    body_slices : dict of body name to (slice of q, slice of u)
+    redundant : tuple of int
+        Equations that depend on others at the assembled configuration.
+    """
+
+    model: Model
+    program: Program
+    q0: np.ndarray
+    u0: np.ndarray
+    n_signals: int
+    n_loads: int
+    size_J: int
+    size_H: int
+    tables: dict[str, np.ndarray]
+    marker_index: dict[str, int]
+    joint_index: dict[str, int]
+    force_index: dict[str, int]
+    equation_names: tuple[str, ...]
+    joint_equations: dict[str, slice]
+    joints: tuple[Any, ...]
+    body_slices: dict[str, tuple[slice, slice]]
+    redundant: tuple[int, ...] = ()
+
+    @property
+    def nq(self) -> int:
+        """Number of coordinates."""
+        return len(self.q0)
+
+    @property
+    def nu(self) -> int:
+        """Number of velocities."""
+        return len(self.u0)
+
+    @property
+    def ng(self) -> int:
+        """Number of constraint equations."""
+        return len(self.equation_names)
+
+    def workspace(self) -> Work:
+        """Return new scratch arrays for one thread."""
+        tables = self.tables
+        return Work(
+            markers=tables["markers"].copy(),
+            J=np.zeros(max(1, self.size_J)),
+            H=np.zeros(max(1, self.size_H)),
+            equations=tables["equations"].copy(),
+            legs=tables["legs"].copy(),
+            pairs=tables["pairs"].copy(),
+            residual=np.zeros(self.nu),
+            S=np.zeros(int(self.program.pattern.row_start[-1])),
+            rows=tables["rows"],
+            transposed=tables["transposed"],
+            pair_rows=tables["pair_rows"],
+            diagonal=np.zeros(0, np.int64),
+            coefficients=np.zeros(5),
+            energy=np.zeros(6),
+            loads=np.zeros(max(1, self.n_loads)),
+        )
+
+    def state(self, t=0.0, q=None, u=None, a=None, lam=None) -> State:
+        """Return a state with arrays of its own; what is not given is the described start, or zero."""
+
+        def array(value, size):
+            return np.zeros(size) if value is None else np.array(value, float)
+
+        return State(
+            float(t), np.array(self.q0 if q is None else q, float), np.array(self.u0 if u is None else u, float),
+            array(a, self.nu), array(lam, self.ng), np.zeros((max(1, self.n_signals), 3)))
+
+    def own_copy(self) -> System:
+        """Return the system with factor storage of its own, for use in another thread."""
+        pattern = self.program.pattern
+        pattern = pattern._replace(inverse=pattern.inverse.copy(), scratch=pattern.scratch.copy())
+        return replace(self, program=self.program._replace(pattern=pattern))
+
+    def owner(self, unknown: int) -> str:
+        """Return the title of the body or the name of the equation to which an unknown (velocity, multiplier) belongs."""
+        if unknown >= self.nu:
+            return f"Equation '{self.equation_names[unknown - self.nu]}'"
+        for name, (_, span) in self.body_slices.items():
+            if span.start <= unknown < span.stop:
+                return f"Body '{name}', freedom {unknown - span.start}"
+        return f"Unknown {unknown}"
