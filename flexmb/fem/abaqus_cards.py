@@ -152,6 +152,7 @@ def _surface(cards: AbaqusCards, name: str, data: list[str]) -> None:
             continue  # free surfaces and shell sides (SPOS, SNEG) have no face number
         face = int(words[1][1]) - 1
         key = next((k for k in cards.element_sets if k.upper() == words[0].upper()), None)
-        numbers = np.array([int(words[0])]) if words[0].isdigit() else cards.element_sets.get(key or "", np.zeros(0, int))
+        known = cards.element_sets.get(key or "", np.zeros(0, np.int64))
+        numbers = np.array([int(words[0])]) if words[0].isdigit() else known
         corners = {family: frozenset(faces[face]) for family, faces in FACES.items() if face < len(faces)}
         cards.surfaces.setdefault(name, []).append((numbers, corners))

@@ -112,7 +112,8 @@ def check_cells(part: str, cell_type: str, connectivity: np.ndarray, n_nodes: in
     shape = np.shape(connectivity)
     if len(shape) != 2 or shape[1] != NODES[cell_type]:
         raise MeshError(part, found=f"{cell_type} cells have the shape {shape}",
-                        expected=f"(number of cells, {NODES[cell_type]})", remedy="Give one row of node numbers per cell")
+                        expected=f"(number of cells, {NODES[cell_type]})",
+                        remedy="Give one row of node numbers per cell")
     if len(connectivity) and (connectivity.min() < 0 or connectivity.max() >= n_nodes):
         raise MeshError(part, found=f"{cell_type} cells name the node {connectivity.max()}",
                         expected=f"node numbers 0 to {n_nodes - 1}", remedy="Write the mesh again with all its nodes")

@@ -151,8 +151,8 @@ def from_nastran(path: Path) -> GroupedMesh:
 def _known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Path) -> np.ndarray:
     missing = [int(n) for n in numbers if int(n) not in place]
     if missing:
-        raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' names the node {missing[0]}, which is not there "
-                        f"({len(missing)} such nodes)", expected="sets of existing nodes",
+        raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' names the node {missing[0]}, which does not "
+                        f"exist ({len(missing)} such nodes)", expected="sets of existing nodes",
                         remedy="If it is a set of elements, say so in its $HMSET comment (type 2) or use SET3")
     return np.array([place[int(n)] for n in numbers], np.int64)
 
@@ -166,7 +166,7 @@ def from_abaqus(path: Path) -> GroupedMesh:
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     place = {number: i for i, number in enumerate(cards.node_ids)}
     sets = {name: [np.flatnonzero(np.isin(ids, numbers)) for ids in cards.element_ids]
-            for name, numbers in cards.element_sets.items()}
+            for name, numbers in cards.element_sets.items() if not name.startswith("_")}  # "_" marks internal sets
     nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
     facets: dict[str, list[np.ndarray]] = {}
     for name, faces in cards.surfaces.items():

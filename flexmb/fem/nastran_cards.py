@@ -20,7 +20,7 @@ __all__ = ["NastranCards", "read_nastran_cards"]
 SET_NAME = re.compile(r'^\$HMSET\s+(\d+)\s+(\d+)\s+"([^"]+)"')
 PROPERTY_NAME = re.compile(r'^\$HMNAME\s+PROP\s+(\d+)\s*"([^"]+)"|^\$\s*Femap Property\s+(\d+)\s*:\s*(.+?)\s*$')
 CASE_SET = re.compile(r"^\s*SET\s+(\d+)\s*=(.*)$", re.IGNORECASE)
-CELL_CARD = re.compile(r"^(GRID|C[A-Z]+\d?)\*?[ ,]")
+CELL_CARD = re.compile(r"^(GRID|C[A-Z]+\d?_?)\*?[ ,]")  # meshio writes CTETRA_ for ten nodes
 
 
 @dataclass(kw_only=True)
@@ -133,6 +133,6 @@ def check_system(path: Path, card: str) -> None:
     else:
         system = (card[24:40] if card.startswith("GRID*") else card[16:24]).strip()
     if system not in ("", "0"):
-        raise MeshError(f"Mesh file '{path}'", found=f"a grid point in the coordinate system {system}: {card.strip()[:40]}",
-                        expected="all grid points in the basic system",
+        raise MeshError(f"Mesh file '{path}'", found=f"a grid point in the coordinate system {system}: "
+                        f"{card.strip()[:40]}", expected="all grid points in the basic system",
                         remedy="Export the mesh with its coordinates in the basic (global) system")

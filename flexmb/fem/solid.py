@@ -81,8 +81,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     m = pattern.three_times(mass)
     if lumped:
         m.eliminate_zeros()
-    facets = oriented_facet_sets([(b.cell_type, b.connectivity) for b in blocks], mesh.node_sets,
-                                 mesh.facet_sets, n)
+    facets = oriented_facet_sets([(b.cell_type, b.connectivity) for b in blocks], mesh.node_sets, mesh.facet_sets, n)
     return FEModel(nodes=mesh.points, dofs=np.column_stack([np.repeat(np.arange(n), 3), np.tile([0, 1, 2], n)]),
                    K=pattern.blocks(stiffness), M=m, node_sets=dict(mesh.node_sets), facet_sets=facets,
                    blocks=tuple(blocks), name=mesh.name)
@@ -113,7 +112,8 @@ def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: 
         first = int(np.flatnonzero(bad)[0])
         raise MeshError(part, found=f"{bad.sum()} of {len(cells)} {element.cell_type} cells are inverted or flat "
                         f"(det dx/dX <= 0), the first is number {first} (counted from 0), with the nodes "
-                        f"{connectivity[first].tolist()}, near {np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
+                        f"{connectivity[first].tolist()}, near "
+                        f"{np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
                         expected="a positive Jacobian at every integration point",
                         remedy="Mesh again: finer at curved surfaces, or with straight-sided second-order cells")
     if mirrored.all():

@@ -9,13 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from flexmb.errors import MeshError
+from flexmb.errors import MeshError, ReductionError
 from flexmb.fem.fe_model import FEModel
+from flexmb.math.factor import factor
+from flexmb.math.lanczos import lowest_modes
 
 __all__ = ["Modes", "buckling", "eigenmodes", "fixed_freedoms", "static"]
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-SINGULAR = 1e-8
+SINGULAR = 1e-4
 """Relative residual above which a stiffness matrix counts as singular."""
 
 
@@ -58,7 +60,8 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
         return given
     if len(given) and (given.min() < 0 or given.max() >= len(fe.nodes)):
         raise MeshError(f"FE model '{fe.name}'", found=f"fixed node {given.max()}",
-                        expected=f"node numbers 0 to {len(fe.nodes) - 1}", remedy="Count nodes from 0, unused ones left out")
+                        expected=f"node numbers 0 to {len(fe.nodes) - 1}",
+                        remedy="Count nodes from 0, unused ones left out")
     return np.isin(fe.dofs[:, 0], given)
 
 
@@ -77,24 +80,18 @@ def static(fe: FEModel, load: np.ndarray, fixed) -> np.ndarray:
 def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
     """Return the n lowest eigenmodes, rigid ones of an unsupported model included (near 0 Hz).
 
-    ``K phi = (2 pi f)^2 M phi`` by shift-invert Lanczos; the shift is a small negative number, so that the matrix to
-    factorise is positive definite for unsupported models too.
+    ``K phi = (2 pi f)^2 M phi`` by block Lanczos; a small negative shift makes the matrix to
+    factorise positive definite for unsupported models too.
     """
-    from scipy.sparse.linalg import LinearOperator, eigsh
-
     free = _free(fe, fixed)
     k, m = fe.K[free][:, free], fe.M[free][:, free]
-    n = min(n, k.shape[0] - 1)
     # Between zero and the first elastic eigenvalue whatever the units: far below the mean of K over M.
     shift = 1e-8 * k.diagonal().sum() / m.diagonal().sum()
     solver = _solver(fe, (k + shift * m).tocsr(), free)
-    inverse = LinearOperator(k.shape, matvec=lambda b: solver.solve(b.reshape(-1, 1)).ravel(), dtype=float)
-    start = np.random.default_rng(0).standard_normal(k.shape[0])
-    values, vectors = eigsh(k, n, M=m, sigma=-shift, OPinv=inverse, v0=start)
-    order = np.argsort(values)
-    shapes = np.zeros((fe.ndof, n))
-    shapes[free] = vectors[:, order]
-    return Modes(frequencies=np.sqrt(np.maximum(values[order], 0.0)) / (2.0 * np.pi), shapes=shapes)
+    values, vectors = lowest_modes(solver.solve, lambda x: m @ x, k.shape[0], min(n, k.shape[0]))
+    shapes = np.zeros((fe.ndof, len(values)))
+    shapes[free] = vectors
+    return Modes(frequencies=np.sqrt(np.maximum(values - shift, 0.0)) / (2.0 * np.pi), shapes=shapes)
 
 
 def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +103,8 @@ def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarr
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     if not fe.blocks:
-        raise MeshError(f"FE model '{fe.name}'", found="no element blocks", expected="elements with geometric stiffness",
+        raise MeshError(f"FE model '{fe.name}'", found="no element blocks",
+                        expected="elements with geometric stiffness",
                         remedy="Make the model from a mesh; K and M alone do not know the stress")
     free = _free(fe, fixed)
     solver = _solver(fe, fe.K[free][:, free], free)
@@ -130,30 +128,18 @@ def _free(fe: FEModel, fixed) -> np.ndarray:
     return np.flatnonzero(~fixed_freedoms(fe, fixed))
 
 
-@dataclass(frozen=True, eq=False)
-class _SuperLU:
-    """SciPy's factorisation with the door `solve`."""
-
-    lu: object
-
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        return self.lu.solve(b)  # type: ignore[attr-defined]
-
-
 def _solver(fe: FEModel, matrix: sparse.csr_matrix, free: np.ndarray):
     """Return a factorisation of a positive definite matrix; MeshError if it is singular."""
-    from scipy.sparse.linalg import splu
-
     singular = MeshError(f"FE model '{fe.name}'", found=f"a singular stiffness matrix of {len(free)} free freedoms",
                          expected="supports that take away all rigid motions",
                          remedy="Fix more nodes; check whether the mesh falls apart or a hinge is left free")
     try:
-        solver = _SuperLU(splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                               options={"SymmetricMode": True}))
-    except RuntimeError:
+        solver = factor(matrix, fe.nodes[fe.dofs[free, 0]])
+        trial = np.random.default_rng(0).standard_normal((matrix.shape[0], 1))
+        answer = solver.solve(trial)
+    except ReductionError:
         raise singular from None
-    trial = np.random.default_rng(0).standard_normal((matrix.shape[0], 1))
-    answer = solver.solve(trial)
+    # Rounding makes the zero pivots of a mechanism small, not zero: the answer is huge and wrong by its own size.
     if not np.linalg.norm(matrix @ answer - trial) <= SINGULAR * np.linalg.norm(trial):
         raise singular
     return solver
