@@ -1,1 +1,10 @@
-"""."""
+"""What came out: the solution, its file, and the recovery of displacement and stress from flexible coordinates."""
+
+from flexmb.results import recover
+from flexmb.results.phase import Instant, Phase
+from flexmb.results.run_file import RunFile, floating_data
+from flexmb.results.series import MarkerMotion, Series
+from flexmb.results.solution import Solution
+from flexmb.results.status import Status
+
+__all__ = ["Instant", "MarkerMotion", "Phase", "RunFile", "Series", "Solution", "Status", "floating_data", "recover"]

@@ -1,1 +1,17 @@
-"""."""
+"""Quantities read from the state: the same sensors feed events, tables, plots and tests."""
+
+from flexmb.sensors.constraint_error import ConstraintError
+from flexmb.sensors.deflection import Deflection
+from flexmb.sensors.energy import Energy
+from flexmb.sensors.joint_coordinate import JointCoordinate
+from flexmb.sensors.loads import ForceOf, Reaction
+from flexmb.sensors.marker_motion import Acceleration, Orientation, Position, Velocity
+from flexmb.sensors.momentum import Momentum
+from flexmb.sensors.stress import Stress
+
+__all__ = ["KINDS", "Acceleration", "ConstraintError", "Deflection", "Energy", "ForceOf", "JointCoordinate", "Momentum",
+           "Orientation", "Position", "Reaction", "Stress", "Velocity"]
+
+KINDS = {kind.__name__: kind for kind in (Position, Velocity, Acceleration, Orientation, JointCoordinate, Reaction,
+                                          ForceOf, Deflection, Stress, Energy, Momentum, ConstraintError)}
+"""All kinds of sensors by name."""

@@ -1,0 +1,91 @@
+"""`Phase`: the samples of one model between two events, and `Instant`: one of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FlexmbError
+
+__all__ = ["Instant", "Phase"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Instant:
+    """The state at one time.
+
+    Parameters
+    ----------
+    t : float, s
+    q : (nq,)
+        Configuration: per body position (m), Euler parameters, flexible coordinates (m).
+    u, a : (nu,)
+        Velocity and acceleration, in body axes.
+    lam : (ng,)
+        Multipliers.
+    works : (3,), J
+        Work of loads, of drives and dissipated energy since the start.
+    model : Model
+        The model it belongs to.
+    """
+
+    t: float
+    q: np.ndarray
+    u: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+    works: np.ndarray
+    model: Any = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Phase:
+    """The samples of one model from the start, or an event, to the next event or the end.
+
+    Parameters
+    ----------
+    model : Model
+    t : (nt,), s
+        Not decreasing.
+    q : (nt, nq)
+    u, a : (nt, nu)
+    lam : (nt, ng)
+    works : (nt, 3), J
+        Work of loads, of drives, and dissipated energy since the start of the simulation.
+    ended : str
+        Why the phase ended: "finished", or the name of the event.
+    system : System, optional
+        The compiled model; it is compiled again when it is needed and not given.
+    tables : dict of sensor name to (nt, ...) array
+        Values that are known already (read from a file); other sensors are evaluated when they are asked for.
+    """
+
+    model: Any
+    t: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+    works: np.ndarray
+    ended: str = "finished"
+    system: Any = field(default=None, repr=False)
+    tables: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self):
+        nt = len(self.t)
+        for name in ("q", "u", "a", "lam", "works"):
+            found = np.shape(getattr(self, name))
+            if len(found) != 2 or found[0] != nt:
+                raise FlexmbError("Phase", found=f"{name} has the shape {found}", expected=f"({nt}, ...): one row per time",
+                                  remedy="Give one row per sample")
+
+    def __repr__(self):
+        span = f"t = {self.t[0]:.6g} to {self.t[-1]:.6g} s" if len(self.t) else "no samples"
+        return f"Phase({len(self.t)} samples, {span}, {self.ended})"
+
+    def instant(self, k: int) -> Instant:
+        """Return sample `k` (negative from the end)."""
+        return Instant(t=float(self.t[k]), q=self.q[k].copy(), u=self.u[k].copy(), a=self.a[k].copy(),
+                       lam=self.lam[k].copy(), works=self.works[k].copy(), model=self.model)

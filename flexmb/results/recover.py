@@ -1,0 +1,153 @@
+"""Recovery: from flexible coordinates to displacement, position and stress of nodes.
+
+Displacement in body axes ``U = Phi eta``, position in W ``x = r + R (X + U)``, stress ``sigma = S eta`` by the stress
+modes of the reduction, von Mises stress from the nodal stress. Nothing is stored per time and node unless asked for:
+every function takes the coordinates of the wanted times and, where it makes sense, the wanted nodes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.math.kernel import kernel
+from flexmb.math.rotations import euler_to_matrix
+
+__all__ = ["Envelope", "displacement", "largest_von_mises", "modal_data", "positions", "rotation_matrices",
+           "stress", "von_mises", "von_mises_envelope"]
+
+CHUNK = 16_000_000
+"""Numbers of nodal stress held at once (128 MB); longer series go through in pieces."""
+
+
+class Envelope(NamedTuple):
+    """Largest value of each node over time: value (n,), time (n,), s, at which it occurred first."""
+
+    value: np.ndarray
+    time: np.ndarray
+
+
+def modal_data(body):
+    """Return the ModalNeutralData that a floating body moves with (its selected modes); ModelError for other bodies."""
+    data = getattr(body, "data", None)
+    if data is None or not hasattr(data, "shapes"):
+        raise ModelError(body.title, found=f"a {type(body).__name__} has no modes", expected="a FloatingBody",
+                         remedy="Displacement and stress fields exist for bodies with modal neutral data")
+    if data.n_modes != body.n_vector:
+        data = data.selected(body.modes)
+    return data
+
+
+def displacement(data, eta, nodes=None) -> np.ndarray:
+    """Return the elastic displacement U = Phi eta in body axes.
+
+    Parameters
+    ----------
+    data : ModalNeutralData
+    eta : (nt, m), m
+    nodes : (k,) int, optional
+        All nodes by default.
+
+    Returns
+    -------
+    (nt, k, 3), m
+    """
+    shapes = data.shapes if nodes is None else data.shapes[_checked(data, nodes)]
+    eta = np.atleast_2d(np.asarray(eta, float))
+    return (eta @ shapes.reshape(-1, shapes.shape[2]).T).reshape(len(eta), -1, 3)
+
+
+def rotation_matrices(p) -> np.ndarray:
+    """Return the rotation matrices (nt, 3, 3) of Euler parameters (nt, 4)."""
+    p = np.ascontiguousarray(p, float)
+    R = np.empty((len(p), 3, 3))
+    _fill_matrices(p, R)
+    return R
+
+
+@kernel
+def _fill_matrices(p, R):
+    for k in range(p.shape[0]):
+        euler_to_matrix(p[k], R[k])
+
+
+def positions(data, q, nodes=None) -> np.ndarray:
+    """Return positions of nodes in W, ``x = r + R (X + Phi eta)``: (nt, k, 3), m, from q (nt, 7 + m)."""
+    q = np.atleast_2d(np.asarray(q, float))
+    X = data.nodes if nodes is None else data.nodes[_checked(data, nodes)]
+    local = X + displacement(data, q[:, 7:], nodes)
+    return q[:, None, :3] + local @ rotation_matrices(q[:, 3:7]).transpose(0, 2, 1)
+
+
+def stress(data, eta, nodes=None) -> np.ndarray:
+    """Return the nodal stress xx, yy, zz, xy, yz, zx in body axes: (nt, k, 6), Pa."""
+    S = _stress_modes(data, nodes)
+    eta = np.atleast_2d(np.asarray(eta, float))
+    return (eta @ S.reshape(-1, S.shape[2]).T).reshape(len(eta), -1, 6)
+
+
+@kernel
+def _von_mises(sigma, out):
+    """``s_v^2 = ((xx-yy)^2 + (yy-zz)^2 + (zz-xx)^2)/2 + 3 (xy^2 + yz^2 + zx^2)``."""
+    for k in range(sigma.shape[0]):
+        xx, yy, zz, xy, yz, zx = sigma[k, 0], sigma[k, 1], sigma[k, 2], sigma[k, 3], sigma[k, 4], sigma[k, 5]
+        normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+        out[k] = (0.5 * normal + 3.0 * (xy * xy + yz * yz + zx * zx)) ** 0.5
+
+
+def von_mises(sigma) -> np.ndarray:
+    """Return the von Mises stress (...,), Pa, of stresses (..., 6) ordered xx, yy, zz, xy, yz, zx."""
+    sigma = np.ascontiguousarray(sigma, float)
+    out = np.empty(sigma.shape[:-1])
+    _von_mises(sigma.reshape(-1, 6), out.reshape(-1))
+    return out
+
+
+def largest_von_mises(data, eta, nodes=None) -> np.ndarray:
+    """Return the largest von Mises stress among nodes (all by default) at each time: (nt,), Pa."""
+    return np.concatenate([np.nanmax(values, axis=1) for _, values in _von_mises_pieces(data, eta, nodes)])
+
+
+def von_mises_envelope(data, t, eta, nodes=None) -> Envelope:
+    """Return the largest von Mises stress of each node over time, Pa, and the time at which it occurred, s."""
+    t = np.atleast_1d(np.asarray(t, float))
+    value = time = None
+    for start, values in _von_mises_pieces(data, eta, nodes):
+        k = np.argmax(values, axis=0)
+        highest, when = np.take_along_axis(values, k[None], 0)[0], t[start + k]
+        if value is None:
+            value, time = highest, when
+        else:
+            time = np.where(highest > value, when, time)
+            value = np.maximum(value, highest)
+    return Envelope(value, time)
+
+
+def _von_mises_pieces(data, eta, nodes):
+    """Yield (first time index, von Mises stress (times of the piece, k))."""
+    S = _stress_modes(data, nodes)
+    eta = np.atleast_2d(np.asarray(eta, float))
+    step = max(1, CHUNK // (6 * len(S)))
+    flat = S.reshape(-1, S.shape[2]).T
+    for start in range(0, len(eta), step):
+        piece = eta[start : start + step]
+        yield start, von_mises((piece @ flat).reshape(len(piece), -1, 6))
+
+
+def _stress_modes(data, nodes):
+    if data.stress_modes is None:
+        raise ModelError(f"Modal neutral data '{data.name}'", found="there are no stress modes",
+                         expected="data reduced from an FE model with elements",
+                         remedy="Reduce a model made by fem.solid or fem.shell; matrices alone carry no stress")
+    return data.stress_modes if nodes is None else data.stress_modes[_checked(data, nodes)]
+
+
+def _checked(data, nodes):
+    nodes = np.atleast_1d(np.asarray(nodes, int))
+    if len(nodes) and (nodes.min() < 0 or nodes.max() >= len(data.nodes)):
+        wrong = nodes[(nodes < 0) | (nodes >= len(data.nodes))][0]
+        raise ModelError(f"Modal neutral data '{data.name}'", found=f"node {wrong}",
+                         expected=f"node numbers 0 to {len(data.nodes) - 1}", remedy="Choose nodes of data.nodes")
+    return nodes

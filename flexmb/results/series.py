@@ -1,0 +1,127 @@
+"""`Series`: what a sensor may read: the motion, forces and energies of a phase at all its times."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.results import recover
+
+__all__ = ["MarkerMotion", "Series"]
+
+
+class MarkerMotion(NamedTuple):
+    """Motion of a marker at nt times, all in W.
+
+    r : (nt, 3), m; R : (nt, 3, 3), marker axes to W; v, w : (nt, 3), m/s and rad/s; a, alpha : (nt, 3), m/s2 and
+    rad/s2.
+    """
+
+    r: np.ndarray
+    R: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    a: np.ndarray
+    alpha: np.ndarray
+
+
+class Series:
+    """The quantities of one phase, evaluated once, when the first sensor asks.
+
+    Parameters
+    ----------
+    phase : Phase
+    """
+
+    def __init__(self, phase):
+        self.phase = phase
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times, (nt,), s."""
+        return self.phase.t
+
+    @property
+    def model(self) -> Any:
+        """The model of the phase."""
+        return self.phase.model
+
+    @cached_property
+    def system(self):
+        """The compiled model."""
+        if self.phase.system is not None:
+            return self.phase.system
+        if self.model is None:
+            raise FlexmbError("Solution", found="the model is not known, so no new quantity can be evaluated",
+                              expected="a solution with its model",
+                              remedy="Load it with Solution.load(path, read_model=...), or ask for a stored sensor")
+        from flexmb.system import compile as compile_model
+
+        return compile_model(self.model)
+
+    @cached_property
+    def observation(self):
+        """The arrays over time of all markers, joints and forces (see flexmb.system.observe)."""
+        from flexmb.system import observe
+
+        p = self.phase
+        return observe(self.system, p.t, p.q, p.u, p.a, p.lam, p.works)
+
+    def marker(self, name: str) -> MarkerMotion:
+        """Return the motion of "body.marker"."""
+        k = _index(self.system.marker_index, name, "marker")
+        seen = self.observation
+        return MarkerMotion(seen.r[:, k], seen.R[:, k], seen.v[:, k], seen.w[:, k], seen.a[:, k], seen.alpha[:, k])
+
+    def reaction(self, joint: str) -> np.ndarray:
+        """Force and moment (nt, 6), N and N m, of a joint on the body of its second marker, at that marker, in W."""
+        return self.observation.reaction[:, _index(self.system.joint_index, joint, "joint")]
+
+    def force(self, name: str) -> np.ndarray:
+        """Force and moment (nt, 6), N and N m, of a force on the body of its second marker, at that marker, in W."""
+        return self.observation.force[:, _index(self.system.force_index, name, "force")]
+
+    @property
+    def energy(self) -> np.ndarray:
+        """Kinetic, strain and potential energy, (nt, 3), J."""
+        return self.observation.energy
+
+    @property
+    def works(self) -> np.ndarray:
+        """Work of loads, work of drives, dissipated energy since the start, (nt, 3), J."""
+        return self.phase.works
+
+    @property
+    def constraint_error(self) -> np.ndarray:
+        """Largest residual of all constraint equations, (nt,), m or -."""
+        return self.observation.constraint_error
+
+    def coordinates(self, body: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the body's own (q (nt, nq_b), u (nt, nu_b))."""
+        iq, iu = self.system.body_slices[body]
+        return self.phase.q[:, iq], self.phase.u[:, iu]
+
+    def modal_coordinates(self, body: str) -> np.ndarray:
+        """Return the flexible coordinates eta (nt, m), m, of a floating body."""
+        return self.coordinates(body)[0][:, 7:]
+
+    def stress(self, body: str, nodes) -> np.ndarray:
+        """Return the stress xx, yy, zz, xy, yz, zx (nt, len(nodes), 6), Pa, in body axes, at nodes of a body."""
+        data = recover.modal_data(self.model.body(body))
+        return recover.stress(data, self.modal_coordinates(body), nodes)
+
+    def largest_von_mises(self, body: str, nodes=None) -> np.ndarray:
+        """Return the largest von Mises stress (nt,), Pa, among nodes (all by default) of a body."""
+        data = recover.modal_data(self.model.body(body))
+        return recover.largest_von_mises(data, self.modal_coordinates(body), nodes)
+
+
+def _index(index, name: str, family: str) -> int:
+    if name not in index:
+        known = ", ".join(sorted(index)) or "none"
+        raise FlexmbError("Series", found=f"{family} '{name}' does not exist", expected=f"One of: {known}",
+                          remedy=did_you_mean(name, index) or "Correct the name")
+    return index[name]

@@ -1,0 +1,174 @@
+"""`Solution`: what came out of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.model.kinds import Sensor
+from flexmb.results.interpolation import instant_at
+from flexmb.results.phase import Instant, Phase
+from flexmb.results.read_file import read_solution_file
+from flexmb.results.run_file import RunFile, floating_data
+from flexmb.results.series import Series
+from flexmb.results.status import Status
+
+__all__ = ["Solution"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solution:
+    """The samples of a simulation, phase by phase, and every sensor's values over time.
+
+    ``solution["bow"]`` are the values of the sensor named "bow", (nt,) or (nt, k), at the times ``solution.t``; a
+    sensor that is not in the model can be asked directly: ``solution[flexmb.Position("x", marker="crank.A")]``.
+    Values are evaluated when they are asked for and kept.
+
+    Parameters
+    ----------
+    phases : tuple of Phase
+        One unless events changed the model. At an event both states are there: the last sample of a phase and the
+        first of the next have the same time.
+    status : Status
+    statistics : mapping
+        Numbers of the integrator: steps, iterations, rejected steps, seconds.
+    columns : mapping of sensor name to column titles
+        Known for solutions read from a file; otherwise the sensors tell.
+    """
+
+    phases: tuple[Phase, ...]
+    status: Status = field(default_factory=Status.finished)
+    statistics: Mapping[str, Any] = field(default_factory=dict)
+    columns: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
+    _known: dict[Any, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+    _series: dict[int, Series] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "phases", tuple(self.phases))
+        if not self.phases or not all(len(phase.t) for phase in self.phases):
+            raise FlexmbError("Solution", found="a solution or phase without samples", expected="at least one sample",
+                              remedy="Give the initial state as the first sample")
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times of all samples, (nt,), s; an event's time is there twice."""
+        return np.concatenate([phase.t for phase in self.phases])
+
+    @property
+    def model(self):
+        """The model at the start (None for a file read without its model)."""
+        return self.phases[0].model
+
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """Names of the sensors that can be asked by name."""
+        names = dict.fromkeys(name for phase in self.phases for name in phase.tables)
+        names.update(dict.fromkeys(s.name for phase in self.phases if phase.model for s in phase.model.sensors))
+        return tuple(names)
+
+    @property
+    def final(self) -> Instant:
+        """The last sample."""
+        return self.phases[-1].instant(-1)
+
+    def series(self, phase: int = 0) -> Series:
+        """Return what sensors read in one phase; evaluated once."""
+        if phase not in self._series:
+            self._series[phase] = Series(self.phases[phase])
+        return self._series[phase]
+
+    def state(self, t: float) -> Instant:
+        """Return the state at a time: the sample, or between samples the cubic interpolation of both.
+
+        At the time of an event it is the state after the event.
+        """
+        first, last = self.phases[0].t[0], self.phases[-1].t[-1]
+        if not first <= t <= last:
+            raise FlexmbError("Solution", found=f"t = {t:.6g} s is outside", expected=f"{first:.6g} to {last:.6g} s",
+                              remedy="Simulate longer, or ask for a time in between")
+        phase = next(p for p in reversed(self.phases) if p.t[0] <= t)
+        return instant_at(phase, t)
+
+    def __getitem__(self, key: str | Sensor) -> np.ndarray:
+        if isinstance(key, Sensor):
+            return self._values(key.name, [(key if phase.model is not None else None) for phase in self.phases],
+                                stored=False)
+        if key not in self._known:
+            own = [_sensor(phase.model, key) for phase in self.phases]
+            if not any(own) and not any(key in phase.tables for phase in self.phases):
+                raise FlexmbError("Solution", found=f"sensor '{key}' does not exist",
+                                  expected=f"One of: {', '.join(self.sensor_names) or 'none'}",
+                                  remedy=did_you_mean(key, self.sensor_names) or "Add the sensor to the model")
+            self._known[key] = self._values(key, own, stored=True)
+        return self._known[key]
+
+    def _values(self, name: str, sensors, stored: bool) -> np.ndarray:
+        """Join the values of all phases; a phase without the sensor shows the sensor's value for "absent"."""
+        pieces: list[np.ndarray | None] = []
+        for number, (phase, sensor) in enumerate(zip(self.phases, sensors, strict=True)):
+            if stored and name in phase.tables:
+                pieces.append(phase.tables[name])
+            elif sensor is not None:
+                if not stored:
+                    sensor.check(phase.model)
+                pieces.append(np.asarray(sensor.values(self.series(number)), float))
+            else:
+                pieces.append(None)
+        sensor = next((s for s in sensors if s is not None), None)
+        shape = next(piece.shape[1:] for piece in pieces if piece is not None)
+        absent = sensor.absent if sensor is not None else np.nan
+        full = [np.full((len(phase.t), *shape), absent) if piece is None else piece
+                for phase, piece in zip(self.phases, pieces, strict=True)]
+        return sensor.joined(full) if sensor is not None else np.concatenate(full)
+
+    def column_titles(self, name: str) -> tuple[str, ...]:
+        """Return the titles of a sensor's columns with units: ("fx [N]", ...)."""
+        for phase in self.phases:
+            sensor = _sensor(phase.model, name)
+            if sensor is not None:
+                return tuple(sensor.columns(phase.model))
+        width = self[name].shape[1:]
+        return tuple(self.columns.get(name, ())) or (tuple(str(k) for k in range(width[0])) if width else ("",))
+
+    def save(self, path: str | Path, write_model: Callable[[Any], str] | None = None) -> Path:
+        """Write the solution with the values of all its sensors to an HDF5 file and return the path.
+
+        Parameters
+        ----------
+        path : path
+        write_model : callable Model -> text, optional
+            Makes the text of the model that is stored beside it (flexmb.io has one). Without it the file holds the
+            samples and tables, and `load` must be told the model if more than the stored sensors is wanted.
+        """
+        bodies = floating_data(self.model) if self.model is not None else {}
+        values = {name: self[name] for name in self.sensor_names}
+        columns = {name: self.column_titles(name) for name in values}
+        start = 0
+        with RunFile(path, bodies) as run:
+            for phase in self.phases:
+                rows = slice(start, start + len(phase.t))
+                start = rows.stop
+                run.begin(write_model(phase.model) if write_model is not None and phase.model is not None else "")
+                run.append(phase.t, phase.q, phase.u, phase.a, phase.lam, phase.works)
+                run.end(phase.ended, {name: array[rows] for name, array in values.items()}, columns)
+            return run.finish(self.status, self.statistics)
+
+    @staticmethod
+    def load(path: str | Path, *, model=None, read_model: Callable[[str, dict], Any] | None = None) -> Solution:
+        """Read a solution file, also one of a run that was cut off.
+
+        Stored sensors are there without the model. For anything else give the `model` (one, or one per phase), or
+        `read_model(text, {body name: ModalNeutralData})` which makes it from the text in the file.
+        """
+        phases, status, statistics, columns = read_solution_file(path, model=model, read_model=read_model)
+        return Solution(phases=phases, status=status, statistics=statistics, columns=columns)
+
+
+def _sensor(model, name: str):
+    """Return the model's sensor of this name, or None."""
+    return next((s for s in model.sensors if s.name == name), None) if model is not None else None

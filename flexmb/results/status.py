@@ -1,0 +1,74 @@
+"""`Status`: how a simulation ended, and what to do about it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+
+__all__ = ["Status"]
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a simulation ended.
+
+    Parameters
+    ----------
+    kind : str
+        "finished", "stopped", "interrupted" or "failed"; make a status with the method of that name.
+    message : str
+        What happened, with its time.
+    remedy : str
+        What the user can do now; empty if nothing is wrong.
+
+    Examples
+    --------
+    >>> status = Status.failed("step size below 1e-12 s at t = 0.31 s", "Check for an impact without damping")
+    >>> print(status)
+    failed: step size below 1e-12 s at t = 0.31 s. Check for an impact without damping.
+    >>> status.ok
+    False
+    """
+
+    kind: str
+    message: str = ""
+    remedy: str = ""
+
+    @staticmethod
+    def finished(t: float | None = None) -> Status:
+        """The end time was reached."""
+        return Status("finished", "" if t is None else f"end time t = {t:.6g} s reached")
+
+    @staticmethod
+    def stopped(event: str, t: float) -> Status:
+        """An event asked for the end."""
+        return Status("stopped", f"event '{event}' at t = {t:.6g} s")
+
+    @staticmethod
+    def interrupted(t: float | None = None) -> Status:
+        """The user, or the end of the process, cut the run off; all samples so far are there."""
+        when = "" if t is None else f" after t = {t:.6g} s"
+        return Status("interrupted", f"the run was cut off{when}", "What was computed is complete and can be read")
+
+    @staticmethod
+    def failed(message: str, remedy: str) -> Status:
+        """The integrator could not go on; all samples so far are there."""
+        return Status("failed", message, remedy)
+
+    @property
+    def ok(self) -> bool:
+        """Did the run end as planned, at its end time or by an event?"""
+        return self.kind in ("finished", "stopped")
+
+    def __str__(self) -> str:
+        sentences = ". ".join(text.rstrip(".") for text in (self.message, self.remedy) if text)
+        return f"{self.kind}: {sentences}." if sentences else self.kind
+
+    def to_text(self) -> str:
+        """Return the status as JSON text, as it is stored in files."""
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_text(text: str) -> Status:
+        """Return the status that `to_text` wrote."""
+        return Status(**json.loads(text))

@@ -1,0 +1,119 @@
+"""`Position`, `Velocity`, `Acceleration`, `Orientation`: the motion of a marker, in W."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from flexmb.math.rotations import matrix_to_euler
+from flexmb.model.kinds import Sensor
+
+__all__ = ["Acceleration", "Orientation", "Position", "Velocity"]
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerSensor(Sensor):
+    """Anything that one marker tells."""
+
+    _: KW_ONLY
+    marker: str
+
+    def check(self, model) -> None:
+        """Raise ModelError if the marker does not exist."""
+        model.marker(self.marker, self.title)
+
+    def markers_read(self, model) -> tuple[str, ...]:
+        """Return the marker."""
+        return (self.marker,)
+
+
+@dataclass(frozen=True, eq=False)
+class Position(MarkerSensor):
+    """Position of a marker in W, (nt, 3), m.
+
+    Parameters
+    ----------
+    name : str
+    marker : str
+        "body.marker".
+    """
+
+    titles: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]")
+
+    def values(self, series) -> np.ndarray:
+        """Return r (nt, 3), m, in W."""
+        return series.marker(self.marker).r
+
+
+@dataclass(frozen=True, eq=False)
+class Velocity(MarkerSensor):
+    """Velocity of a marker in W, (nt, 3), m/s.
+
+    Parameters
+    ----------
+    name : str
+    marker : str
+        "body.marker".
+    """
+
+    titles: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "vz [m/s]")
+
+    def values(self, series) -> np.ndarray:
+        """Return v (nt, 3), m/s, in W."""
+        return series.marker(self.marker).v
+
+
+@dataclass(frozen=True, eq=False)
+class Acceleration(MarkerSensor):
+    """Acceleration of a marker in W, (nt, 3), m/s2; gravity is not subtracted.
+
+    Parameters
+    ----------
+    name : str
+    marker : str
+        "body.marker".
+    """
+
+    titles: ClassVar[tuple[str, ...]] = ("ax [m/s2]", "ay [m/s2]", "az [m/s2]")
+
+    def values(self, series) -> np.ndarray:
+        """Return a (nt, 3), m/s2, in W."""
+        return series.marker(self.marker).a
+
+
+@dataclass(frozen=True, eq=False)
+class Orientation(MarkerSensor):
+    """Orientation of a marker: Euler parameters, scalar first, (nt, 4), which map the marker's axes to W.
+
+    p and -p are the same orientation; the sign is chosen so that the values are continuous from sample to sample, with
+    a scalar part >= 0 at the start.
+
+    Parameters
+    ----------
+    name : str
+    marker : str
+        "body.marker".
+    """
+
+    titles: ClassVar[tuple[str, ...]] = ("p0", "p1", "p2", "p3")
+
+    def values(self, series) -> np.ndarray:
+        """Return p (nt, 4)."""
+        R = series.marker(self.marker).R
+        p = np.empty((len(R), 4))
+        for k in range(len(R)):
+            matrix_to_euler(np.ascontiguousarray(R[k]), p[k])
+        return _continuous(p)
+
+    def joined(self, pieces) -> np.ndarray:
+        """Return the values of consecutive phases, continuous in sign."""
+        return _continuous(np.concatenate(pieces))
+
+
+def _continuous(p):
+    """Flip signs so that neighbours point the same way."""
+    flips = np.einsum("ti,ti->t", p[1:], p[:-1]) < 0.0
+    signs = np.concatenate([[1.0], np.where(np.cumsum(flips) % 2, -1.0, 1.0)])
+    return p * signs[: len(p), None]

@@ -1,0 +1,72 @@
+"""Recovery against the formulas written out node by node, and the closed forms of simple stress states."""
+
+import numpy as np
+import pytest
+from results.spinning import block_data, spinning_model, spinning_phase
+from scipy.spatial.transform import Rotation
+from tolerances import MACHINE
+
+from flexmb.errors import ModelError
+from flexmb.results import recover
+
+
+def test_positions_node_by_node(rng):
+    data = block_data()
+    q = np.hstack([rng.normal(size=(4, 3)), rng.normal(size=(4, 4)), 0.1 * rng.normal(size=(4, 2))])
+    q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1)[:, None]
+    expected = np.empty((4, 9, 3))
+    for k in range(4):
+        R = Rotation.from_quat(q[k, 3:7], scalar_first=True).as_matrix()
+        for n in range(9):
+            expected[k, n] = q[k, :3] + R @ (data.nodes[n] + data.shapes[n] @ q[k, 7:])
+    np.testing.assert_allclose(recover.positions(data, q), expected, rtol=0, atol=4 * MACHINE)
+    np.testing.assert_allclose(recover.positions(data, q, [8, 2]), expected[:, [8, 2]], rtol=0, atol=4 * MACHINE)
+
+
+@pytest.mark.parametrize(("sigma", "expected"), [
+    ((5.0, 0, 0, 0, 0, 0), 5.0),  # uniaxial: the stress itself
+    ((0, 0, 0, 0, -2.0, 0), 2.0 * np.sqrt(3.0)),  # pure shear: sqrt(3) tau
+    ((7.0, 7.0, 7.0, 0, 0, 0), 0.0),  # hydrostatic: nothing
+    ((4.0, -4.0, 0, 0, 0, 0), 4.0 * np.sqrt(3.0)),  # shear at 45 degrees
+])
+def test_von_mises_of_simple_states(sigma, expected):
+    np.testing.assert_allclose(recover.von_mises(np.array(sigma)[None]), [expected], rtol=MACHINE, atol=MACHINE)
+
+
+def test_envelope_in_pieces(rng, monkeypatch):
+    """Largest over time per node with its time, also when the series goes through in pieces."""
+    data = block_data()
+    t, eta = np.linspace(0, 1, 23), rng.normal(size=(23, 2))
+    all_values = recover.von_mises(recover.stress(data, eta))
+    whole = recover.von_mises_envelope(data, t, eta)
+    monkeypatch.setattr(recover, "CHUNK", 6 * 9 * 4)
+    pieces = recover.von_mises_envelope(data, t, eta)
+    for envelope in (whole, pieces):
+        np.testing.assert_allclose(envelope.value, all_values.max(axis=0), rtol=MACHINE)
+        np.testing.assert_array_equal(envelope.time, t[all_values.argmax(axis=0)])
+    np.testing.assert_allclose(recover.largest_von_mises(data, eta), all_values.max(axis=1), rtol=MACHINE)
+
+
+def test_selected_modes_only():
+    """A body that moves with some of its modes is recovered with these."""
+    model = spinning_model()
+    body = model.body("block").replaced(modes=[1])
+    data = recover.modal_data(body)
+    np.testing.assert_array_equal(data.shapes, model.body("block").data.shapes[..., [1]])
+
+
+def test_messages():
+    with pytest.raises(ModelError, match=r"a RigidBody has no modes.*a FloatingBody"):
+        recover.modal_data(spinning_model().body("rod"))
+    with pytest.raises(ModelError, match=r"there are no stress modes.*fem.solid"):
+        recover.stress(block_data(stress=False), np.zeros((1, 2)))
+    with pytest.raises(ModelError, match=r"node 9.*0 to 8"):
+        recover.displacement(block_data(), np.zeros((1, 2)), [1, 9])
+
+
+def test_series_names_what_is_missing():
+    from flexmb.errors import FlexmbError
+    from flexmb.results import Series
+
+    with pytest.raises(FlexmbError, match=r"marker 'rod.ende' does not exist.*Did you mean 'rod.end'\?"):
+        Series(spinning_phase()).marker("rod.ende")
