@@ -1,1 +1,18 @@
-"""."""
+"""Files: model files, sensor tables, VTK. Every format has its own file here."""
+
+from flexmb.io.file_parameters import parse_setting
+from flexmb.io.model_file import load_model, load_simulation, read_model_text
+from flexmb.io.save_model import model_text, save_model
+from flexmb.io.sensor_tables import write_table
+from flexmb.io.simulation_settings import Simulation
+
+__all__ = [
+    "Simulation",
+    "load_model",
+    "load_simulation",
+    "model_text",
+    "parse_setting",
+    "read_model_text",
+    "save_model",
+    "write_table",
+]

@@ -1,0 +1,248 @@
+"""Values of fields in model files: from TOML to what parts take, and back.
+
+A text that begins with ``=`` is an expression of the parameters, and a signal if it contains ``t``. A table with one
+entry named after a signal is that signal, ``{ramp = {rate = 30, rise = 0.2}}``. A table with ``kind`` is an object
+described by its fields, ``{kind = "Release", joint = "strut"}``; ``kind = "Section.tube"`` calls a constructor.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.model import expression
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.pose import Pose
+from flexmb.model.signal import Constant, Expression, Signal
+from flexmb.model.table_signal import SIGNALS
+
+__all__ = ["Context", "call", "find_kind", "located", "same", "toml_fields", "toml_value"]
+
+
+@dataclass(frozen=True)
+class Context:
+    """What the values of one model file are read with.
+
+    Parameters
+    ----------
+    path : Path
+        The model file; other files are named relative to it.
+    parameters : mapping of name to number, text or list
+    kinds : mapping of str to class
+        Objects that may stand in fields.
+    cache : dict of Path to ModalNeutralData
+        Files read so far: bodies of one file share their data.
+    stored : mapping of body name to ModalNeutralData, optional
+        Where reduced bodies come from instead of files.
+    """
+
+    path: Path
+    parameters: Mapping[str, Any]
+    kinds: Mapping[str, type]
+    cache: dict[Path, ModalNeutralData] = field(default_factory=dict)
+    stored: Mapping[str, ModalNeutralData] | None = None
+
+    def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
+        """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""
+        if isinstance(raw, str):
+            return self._text(raw, where) if raw.lstrip().startswith("=") else raw
+        if isinstance(raw, list):
+            return tuple(self.value(entry, where) for entry in raw)
+        if isinstance(raw, dict):
+            if len(raw) == 1 and not poses:
+                ((word, given),) = raw.items()
+                if word in SIGNALS:
+                    return self._signal(word, given, f"{where}, {word}")
+            values = {name: self.value(entry, f"{where}.{name}") for name, entry in raw.items()}
+            return self._object(values, where) if "kind" in values and not poses else values
+        return raw
+
+    def _text(self, raw: str, where: str) -> Any:
+        text = raw.strip().removeprefix("=").strip()
+        if text in self.parameters:
+            return self.parameters[text]
+        try:
+            used = expression.names(text)
+            if "t" in used:
+                return Expression(
+                    text, {name: self.parameters[name] for name in used if name in self.parameters}
+                )
+            return expression.evaluate(text, self.parameters)
+        except FlexmbError as error:
+            raise located(error, where) from None
+
+    def _signal(self, word: str, given: Any, where: str) -> Signal:
+        kind = SIGNALS[word]
+        if isinstance(given, dict):
+            values = {name: self.value(entry, f"{where}.{name}") for name, entry in given.items()}
+            return call(kind, values, where)
+        first = fields(kind)[0].name
+        return call(kind, {first: self.value(given, where)}, where)
+
+    def _object(self, values: dict[str, Any], where: str) -> Any:
+        make = find_kind(values.pop("kind"), self.kinds, where)
+        return call(make, values, where)
+
+    def data(self, raw: Any, where: str) -> Any:
+        """Return the reduced body of a file named relative to the model file."""
+        value = self.value(raw, where)
+        if not isinstance(value, str):
+            return value
+        if self.stored is not None and value in self.stored:
+            return self.stored[value]
+        path = (self.path.parent / value).resolve()
+        if not path.is_file():
+            held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
+            raise ModelError(
+                where,
+                found=f"the file '{value}' does not exist",
+                expected=f"A file relative to the model file; the folder holds: {', '.join(held) or 'no .h5 file'}",
+                remedy=did_you_mean(path.name, held) or "Make it with `flexmb reduce`, or correct the path",
+            )
+        if path not in self.cache:
+            self.cache[path] = ModalNeutralData.load(path)
+        return self.cache[path]
+
+
+def located(error: FlexmbError, where: str) -> ModelError:
+    """Return the error with the place in the file before the part."""
+    return ModelError(
+        f"{where}: {error.part}", found=error.found, expected=error.expected, remedy=error.remedy
+    )
+
+
+def find_kind(name: Any, kinds: Mapping[str, type], where: str) -> Callable[..., Any]:
+    """Return the class called `name`, or its constructor for "Class.constructor"."""
+    text, dot, constructor = str(name).partition(".")
+    if text not in kinds:
+        raise ModelError(
+            where,
+            found=f"kind = {name!r} is unknown",
+            expected=f"One of: {', '.join(sorted(kinds))}",
+            remedy=did_you_mean(text, kinds) or "Correct the kind",
+        )
+    kind = kinds[text]
+    if not dot:
+        return kind
+    known = sorted(
+        n for n, entry in vars(kind).items() if isinstance(entry, classmethod | staticmethod) and n[0] != "_"
+    )
+    if constructor not in known:
+        raise ModelError(
+            where,
+            found=f"{text} has no constructor '{constructor}'",
+            expected=f"One of: {', '.join(known) or 'none'}",
+            remedy=did_you_mean(constructor, known) or f'Write kind = "{text}" and its fields',
+        )
+    return getattr(kind, constructor)
+
+
+def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any:
+    """Return make(**values); ModelError for unknown and missing fields, and with the place for any other."""
+    signature = {n: p for n, p in inspect.signature(make).parameters.items() if n != "_"}
+    title = getattr(make, "__qualname__", str(make))
+    for name in values:
+        if name not in signature:
+            raise ModelError(
+                where,
+                found=f"there is no field '{name}'",
+                expected=f"{title} has: {', '.join(signature)}",
+                remedy=did_you_mean(name, signature) or "Correct the field's name, or remove it",
+            )
+    missing = [name for name, p in signature.items() if p.default is p.empty and name not in values]
+    if missing:
+        raise ModelError(
+            where,
+            found=f"the field {' and '.join(repr(m) for m in missing)} is missing",
+            expected=f"{title} has: {', '.join(signature)}",
+            remedy=f"Add {missing[0]} = ...",
+        )
+    try:
+        return make(**values)
+    except FlexmbError as error:
+        raise located(error, where) from None
+    except (TypeError, ValueError, AttributeError) as error:
+        raise ModelError(
+            where,
+            found=f"{title} cannot be made of these fields ({error})",
+            expected=f"values as in the reference of {title}",
+            remedy="Compare the fields with the reference",
+        ) from error
+
+
+def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], str]) -> Any:
+    """Return a field's value as TOML can hold it; ModelError for what a file cannot hold.
+
+    `data_name` stores reduced bodies and returns the file name to write.
+    """
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Constant):
+        return value.value
+    if isinstance(value, Signal):
+        return {value.word: toml_fields(value, where, data_name)}
+    if isinstance(value, Pose):
+        at = list(value.at)
+        return (
+            at
+            if value.rotation is None
+            else {"at": at, "rotation": toml_value(value.rotation, where, data_name)}
+        )
+    if isinstance(value, ModalNeutralData):
+        return data_name(value)
+    if isinstance(value, Path):
+        return value.as_posix()
+    if isinstance(value, Mapping):
+        return {str(k): toml_value(v, f"{where}.{k}", data_name) for k, v in value.items() if v is not None}
+    if isinstance(value, list | tuple):
+        return [toml_value(entry, where, data_name) for entry in value]
+    if hasattr(value, "as_matrix"):
+        return value.as_matrix().tolist()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {"kind": type(value).__name__, **toml_fields(value, where, data_name)}
+    raise ModelError(
+        where,
+        found=f"a value of type {type(value).__name__}",
+        expected="numbers, text, lists, signals, poses",
+        remedy="A model file cannot hold Python objects: save the model without this part",
+    )
+
+
+def toml_fields(value: Any, where: str, data_name: Callable[[ModalNeutralData], str]) -> dict[str, Any]:
+    """Return the fields of a dataclass that differ from their defaults, as TOML can hold them."""
+    entries = {}
+    for f in fields(value):
+        own = getattr(value, f.name)
+        default = f.default_factory() if f.default_factory is not MISSING else f.default
+        unturned = f.name == "rotation" and default is None and same(own, np.eye(3))
+        if f.init and own is not None and not unturned and not same(own, default):
+            entries[f.name] = toml_value(own, f"{where}.{f.name}", data_name)
+    return entries
+
+
+def same(a: Any, b: Any) -> bool:
+    """Are two values of fields equal? Arrays by their entries, descriptions by their fields."""
+    if isinstance(a, Pose) and isinstance(b, Pose):
+        return a.at == b.at and np.array_equal(a.matrix, b.matrix)
+    if isinstance(a, Constant) and isinstance(b, int | float):
+        return a.value == b
+    if is_dataclass(a) and type(a) is type(b):
+        return all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return np.shape(a) == np.shape(b) and bool(np.all(np.asarray(a) == np.asarray(b)))
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b))
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
+    try:
+        return bool(a == b)
+    except (TypeError, ValueError):
+        return False

@@ -1,0 +1,43 @@
+"""The kinds that model files know: what the rooms of parts list, and the objects that stand in their fields."""
+
+from __future__ import annotations
+
+from functools import cache
+
+__all__ = ["FAMILIES", "TABLES", "integrators", "parts", "values"]
+
+FAMILIES = {"body": "bodies", "joint": "joints", "force": "forces", "sensor": "sensors", "event": "events"}
+"""Name of the table in a file: family of the model."""
+
+TABLES = ("name", "gravity", "parameters", *FAMILIES, "assembly", "simulation")
+"""What a model file may hold at its top."""
+
+
+@cache
+def parts() -> dict[str, dict[str, type]]:
+    """Return the kinds of each family by the name of its table."""
+    from flexmb import bodies, events, forces, joints, sensors
+
+    rooms = {"body": bodies, "joint": joints, "force": forces, "sensor": sensors, "event": events}
+    return {table: dict(getattr(room, "KINDS", {})) for table, room in rooms.items()}
+
+
+@cache
+def values() -> dict[str, type]:
+    """Return the classes of objects that may stand in a field as ``{kind = ...}``."""
+    from flexmb import bodies, events, forces, joints, sensors
+    from flexmb.fem.section import Section
+    from flexmb.model.material import Material
+
+    known: dict[str, type] = {"Material": Material, "Section": Section}
+    for room in (bodies, joints, forces, sensors, events):
+        known.update(getattr(room, "VALUES", {}))
+    return known
+
+
+@cache
+def integrators() -> dict[str, type]:
+    """Return the integrators by name."""
+    from flexmb import integrate
+
+    return dict(getattr(integrate, "KINDS", {}))

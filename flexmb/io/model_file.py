@@ -1,0 +1,222 @@
+"""Model files: a mechanism as TOML, whose tables are the fields of the parts.
+
+There is no second schema: ``[[joint]]`` with ``kind = "Revolute"`` holds the fields of `flexmb.Revolute`. See
+docs/howto/model-files.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, replace
+from pathlib import Path
+from typing import Any
+
+from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.io import kind_lists
+from flexmb.io.field_values import Context, call, find_kind, located
+from flexmb.io.file_parameters import resolve
+from flexmb.io.simulation_settings import Simulation
+from flexmb.io.toml_text import parse_toml, read_toml
+from flexmb.model.assembly import joined, placed
+from flexmb.model.material import MATERIALS
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.model import Model
+from flexmb.model.pose import as_pose
+
+__all__ = ["load_model", "load_simulation", "read_model_text"]
+
+_ASSEMBLY_FIELDS = ("file", "prefix", "at", "rotation", "x", "y", "z", "parameters")
+
+
+def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None) -> Model:
+    """Return the model of a TOML file.
+
+    Parameters
+    ----------
+    path : path
+        Model file; files it names (reduced bodies, assemblies) are relative to it.
+    parameters : mapping of str to number, text or list
+        Values that replace those of the table ``[parameters]``.
+
+    Raises
+    ------
+    ModelError
+        With the file, the table and the field, what was found, what is expected and what to do.
+    DataFileError
+        A reduced body cannot be read.
+    """
+    path = Path(path)
+    return _load(read_toml(path), Context(path, dict(parameters or {}), kind_lists.values()), ())
+
+
+def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None) -> Model:
+    """Return the model of a text written by `model_text`; `bodies` holds the reduced bodies by body name."""
+    context = Context(Path("stored model"), {}, kind_lists.values(), stored=dict(bodies or {}))
+    return _load(parse_toml(text, "Stored model"), context, ())
+
+
+def load_simulation(path: str | Path, parameters: Mapping[str, Any] | None = None) -> Simulation:
+    """Return the settings of the table ``[simulation]`` of a model file."""
+    path = Path(path)
+    tables = read_toml(path)
+    where = f"{path.name}, [simulation]"
+    raw = tables.get("simulation")
+    if not isinstance(raw, dict):
+        raise ModelError(
+            where,
+            found="the table is missing",
+            expected="the table [simulation] with t_end",
+            remedy="Add [simulation] and t_end = 1.0, or give the end time otherwise",
+        )
+    kinds = {**kind_lists.values(), **kind_lists.integrators()}
+    context = Context(path, resolve(tables, parameters or {}, path.name), kinds)
+    values = {name: context.value(entry, f"{where}, {name}") for name, entry in raw.items()}
+    if isinstance(values.get("integrator"), str):
+        make = find_kind(values["integrator"], kind_lists.integrators(), f"{where}, integrator")
+        values["integrator"] = call(make, {}, f"{where}, integrator")
+    return call(Simulation, values, where)
+
+
+def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Model:
+    """Return the model of a file's tables; `given` has the overriding parameters, `chain` the files around this one."""
+    path = given.path
+    own = path.resolve()
+    if own in chain:
+        circle = " -> ".join(p.name for p in (*chain[chain.index(own) :], own))
+        raise ModelError(
+            f"{path.name}, [[assembly]]",
+            found=f"the files form a circle: {circle}",
+            expected="files that do not contain themselves",
+            remedy="Remove one of these assemblies",
+        )
+    _check_top(tables, path.name)
+    context = replace(given, parameters=resolve(tables, given.parameters, path.name))
+    assemblies = [
+        _assembly(raw, f"{path.name}, [[assembly]] {number}", context, (*chain, own))
+        for number, raw in enumerate(_rows(tables, "assembly", path.name), 1)
+    ]
+    families: dict[str, list[Any]] = {
+        family: [
+            _part(table, number, raw, context)
+            for number, raw in enumerate(_rows(tables, table, path.name), 1)
+        ]
+        for table, family in kind_lists.FAMILIES.items()
+    }
+    gravity = context.value(tables.get("gravity", [0.0, 0.0, 0.0]), f"{path.name}, gravity")
+    name = str(tables.get("name", path.stem))
+    try:
+        # The bodies first: joints, forces and sensors of this file may act on parts of its assemblies.
+        own_bodies = Model(
+            name=name, bodies=families.pop("bodies"), gravity=gravity, parameters=context.parameters
+        )
+        whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
+        return whole.with_parts(**families)
+    except FlexmbError as error:
+        raise located(error, path.name) from None
+
+
+def _check_top(tables: dict[str, Any], file: str) -> None:
+    for name in tables:
+        if name not in kind_lists.TABLES:
+            near = did_you_mean(name, kind_lists.TABLES)
+            plural = next((t for t, family in kind_lists.FAMILIES.items() if family == name), "")
+            raise ModelError(
+                file,
+                found=f"there is no table '{name}'",
+                expected=f"One of: {', '.join(kind_lists.TABLES)}",
+                remedy=f"Did you mean '{plural}'?"
+                if plural
+                else near or "Values of your own go into [parameters]",
+            )
+
+
+def _rows(tables: dict[str, Any], name: str, file: str) -> list[dict[str, Any]]:
+    rows = tables.get(name, [])
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise ModelError(
+            file,
+            found=f"[{name}] is a single table or a value",
+            expected=f"[[{name}]], one for each",
+            remedy=f"Write [[{name}]] with two brackets",
+        )
+    return rows
+
+
+def _part(table: str, number: int, raw: dict[str, Any], context: Context) -> Any:
+    """Return the part that one table describes."""
+    name = raw.get("name")
+    where = f"{context.path.name}, [[{table}]] " + (f"'{name}'" if isinstance(name, str) else str(number))
+    if "kind" not in raw:
+        raise ModelError(
+            where,
+            found="the field 'kind' is missing",
+            expected=f"One of: {', '.join(sorted(kind_lists.parts()[table]))}",
+            remedy='Add kind = "..."',
+        )
+    make = find_kind(context.value(raw["kind"], f"{where}, kind"), kind_lists.parts()[table], where)
+    values: dict[str, Any] = {}
+    for field, entry in raw.items():
+        place = f"{where}, {field}"
+        if field == "kind":
+            continue
+        if field == "data":
+            values[field] = context.data(entry, place)
+        elif field == "markers" and isinstance(entry, dict):
+            values[field] = {m: context.value(pose, f"{place}.{m}", poses=True) for m, pose in entry.items()}
+        else:
+            values[field] = context.value(entry, place)
+        if field == "material" and isinstance(values[field], str):
+            values[field] = _material(values[field], place)
+    return call(make, values, where)
+
+
+def _material(name: str, where: str):
+    if name not in MATERIALS:
+        raise ModelError(
+            where,
+            found=f"the material '{name}' is unknown",
+            expected=f"One of: {', '.join(MATERIALS)}",
+            remedy=did_you_mean(name, MATERIALS)
+            or 'Write {kind = "Material", young = ..., poisson = ..., density = ...}',
+        )
+    return MATERIALS[name]
+
+
+def _assembly(raw: dict[str, Any], where: str, context: Context, chain: tuple[Path, ...]) -> Model:
+    """Return the model of another file, with its parameters, prefix and placement."""
+    for field in raw:
+        if field not in _ASSEMBLY_FIELDS:
+            raise ModelError(
+                where,
+                found=f"there is no field '{field}'",
+                expected=f"Fields: {', '.join(_ASSEMBLY_FIELDS)}",
+                remedy=did_you_mean(field, _ASSEMBLY_FIELDS) or "Remove it",
+            )
+    values = {field: context.value(entry, f"{where}, {field}", poses=True) for field, entry in raw.items()}
+    for field in ("file", "prefix"):
+        if not isinstance(values.get(field), str):
+            raise ModelError(
+                where,
+                found=f"{field} = {values.get(field, MISSING)!r}"
+                if field in values
+                else f"the field '{field}' is missing",
+                expected="a text",
+                remedy='Write file = "track.toml", prefix = "t2"',
+            )
+    given = values.get("parameters", {})
+    if not isinstance(given, dict):
+        raise ModelError(
+            f"{where}, parameters",
+            found=repr(given),
+            expected="a table",
+            remedy="Write parameters = {span = 1.2}",
+        )
+    path = context.path.parent / values["file"]
+    try:
+        model = _load(read_toml(path), replace(context, path=path, parameters=given), chain)
+        pose = as_pose(
+            {k: v for k, v in values.items() if k in ("at", "rotation", "x", "y", "z")}, where, "placement"
+        )
+        return placed(model, values["prefix"], at=pose.at, rotation=pose.rotation)
+    except FlexmbError as error:
+        raise located(error, where) from None

@@ -1,0 +1,63 @@
+"""Models as TOML text and files: every expression evaluated, defaults left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from flexmb.io import kind_lists
+from flexmb.io.field_values import toml_fields
+from flexmb.io.simulation_settings import Simulation
+from flexmb.io.toml_text import table_lines
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.model import Model
+
+__all__ = ["model_text", "save_model"]
+
+
+def save_model(model: Model, path: str | Path, simulation: Simulation | None = None) -> Path:
+    """Write a model to a TOML file that `load_model` reads back, and return the path.
+
+    Reduced bodies are written beside it, each once, as "<model>.<name of the data>.h5".
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stored: dict[int, str] = {}
+
+    def store(data: ModalNeutralData) -> str:
+        if id(data) not in stored:
+            safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in data.name) or "body"
+            names = (
+                f"{path.stem}.{safe}{end}.h5" for end in ("", *(f"_{n}" for n in range(2, len(stored) + 3)))
+            )
+            stored[id(data)] = next(name for name in names if name not in stored.values())
+            data.save(path.parent / stored[id(data)])
+        return stored[id(data)]
+
+    path.write_text(_text(model, simulation, store), encoding="utf-8")
+    return path
+
+
+def model_text(model: Model) -> str:
+    """Return a model as TOML; reduced bodies are named by the first body that has them (see `read_model_text`)."""
+    names = {id(body.data): body.name for body in reversed(model.bodies) if hasattr(body, "data")}
+    return _text(model, None, lambda data: names[id(data)])
+
+
+def _text(model: Model, simulation: Simulation | None, data_name: Callable[[ModalNeutralData], str]) -> str:
+    top: dict[str, Any] = {"name": model.name}
+    if any(model.gravity):
+        top["gravity"] = list(model.gravity)
+    lines = table_lines("", top)
+    if model.parameters:
+        lines += ["# The values below are evaluated already; these are the parameters they came from."]
+        lines += table_lines("[parameters]", model.parameters)
+    for table, family in kind_lists.FAMILIES.items():
+        for part in getattr(model, family):
+            entries = toml_fields(part, part.title, data_name)
+            entries.pop("name", None)
+            lines += table_lines(f"[[{table}]]", {"kind": type(part).__name__, "name": part.name, **entries})
+    if simulation is not None:
+        lines += table_lines("[simulation]", toml_fields(simulation, "Simulation", data_name))
+    return "\n".join(lines)

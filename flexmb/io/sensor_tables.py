@@ -1,0 +1,29 @@
+"""Sensor values as tables of text: one CSV file with a column per number."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["write_table"]
+
+
+def write_table(solution, path: str | Path) -> Path:
+    """Write the values of all sensors over time to a CSV file and return the path.
+
+    The first column is the time; a sensor with several numbers has a column for each, "C force fx [N]".
+    """
+    path = Path(path)
+    titles, columns = ["t [s]"], [solution.t]
+    for name in solution.sensor_names:
+        values = np.asarray(solution[name], float)
+        values = values.reshape(len(values), -1)
+        titles += [f"{name} {title}".strip() for title in solution.column_titles(name)]
+        columns += list(values.T)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(titles)
+        table.writerows([repr(float(x)) for x in row] for row in zip(*columns))
+    return path

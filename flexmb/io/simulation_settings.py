@@ -1,0 +1,58 @@
+"""`Simulation`: what the table ``[simulation]`` of a model file asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+
+__all__ = ["Simulation"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Simulation:
+    """How a model is simulated: ``flexmb.simulate(model, **settings.keywords())``.
+
+    Parameters
+    ----------
+    t_end : float, s
+    samples : int, optional
+        Number of equally spaced samples, both ends included.
+    integrator : integrator, optional
+        In a file: ``integrator = {kind = "GeneralizedAlpha", rho_inf = 0.8}``.
+    """
+
+    t_end: float
+    samples: int | None = None
+    integrator: Any = None
+
+    def __post_init__(self):
+        t_end, samples = self.t_end, self.samples
+        if (
+            isinstance(t_end, bool)
+            or not isinstance(t_end, int | float)
+            or not np.isfinite(t_end)
+            or t_end <= 0.0
+        ):
+            raise ModelError(
+                "Simulation",
+                found=f"t_end = {t_end!r}",
+                expected="a positive duration in s",
+                remedy="Write t_end = 1.0",
+            )
+        if samples is not None and (isinstance(samples, bool) or samples != int(samples) or samples < 2):
+            raise ModelError(
+                "Simulation",
+                found=f"samples = {samples!r}",
+                expected="a whole number of at least 2",
+                remedy="Write samples = 1001",
+            )
+        object.__setattr__(self, "t_end", float(t_end))
+        object.__setattr__(self, "samples", None if samples is None else int(samples))
+
+    def keywords(self) -> dict[str, Any]:
+        """Return the settings that are given, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}

@@ -1,0 +1,115 @@
+"""TOML as text: reading with messages that name file and line, and writing what model files need."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from flexmb.errors import ModelError
+
+__all__ = ["inline", "parse_toml", "read_toml", "table_lines"]
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_LONG = 100  # characters of a value from which a mapping gets its own table
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    ModelError
+        The file is missing, cannot be read as text, or breaks the grammar of TOML (with the line).
+    """
+    part = f"Model file '{path}'"
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+        where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {path.parent.resolve()}"
+        raise ModelError(
+            part, found="the file does not exist", expected=where, remedy="Correct the path"
+        ) from None
+    except (IsADirectoryError, PermissionError) as error:
+        raise ModelError(
+            part,
+            found=f"it cannot be opened ({error.strerror})",
+            expected="a readable text file",
+            remedy="Give the path of a .toml file",
+        ) from None
+    except UnicodeDecodeError:
+        raise ModelError(
+            part,
+            found="it is not text in UTF-8",
+            expected="a TOML file",
+            remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"',
+        ) from None
+    return parse_toml(text, part)
+
+
+def parse_toml(text: str, part: str) -> dict[str, Any]:
+    """Return the tables of a TOML text; `part` names it in messages."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ModelError(
+            part,
+            found=_syntax(str(error), text),
+            expected="TOML 1.0",
+            remedy="Text stands in quotes, lists in [ ], tables of fields in { } on one line",
+        ) from None
+
+
+def _syntax(message: str, text: str) -> str:
+    """Return the parser's message with the line it speaks of."""
+    number = re.search(r"line (\d+)", message)
+    if number is None:
+        return message
+    line = text.splitlines()[int(number[1]) - 1].strip() if int(number[1]) <= len(text.splitlines()) else ""
+    return f"{message}: `{line[:80]}`" if line else message
+
+
+def inline(value: Any) -> str:
+    """Return a value on one line; ValueError for a value TOML does not have."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            return "nan" if math.isnan(value) else "inf" if value > 0 else "-inf"
+        return repr(value)  # the shortest text that reads back as the same number
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(inline(entry) for entry in value) + "]"
+    if isinstance(value, Mapping):
+        return (
+            "{ " + ", ".join(f"{key(name)} = {inline(entry)}" for name, entry in value.items()) + " }"
+            if value
+            else "{}"
+        )
+    raise ValueError(f"{type(value).__name__} {value!r:.60}")
+
+
+def key(name: str) -> str:
+    """Return a key, quoted if it must be."""
+    return name if _BARE.fullmatch(name) else json.dumps(name, ensure_ascii=False)
+
+
+def table_lines(header: str, values: Mapping[str, Any]) -> list[str]:
+    """Return the lines of a table ``[name]`` or ``[[name]]``; long mappings become tables of their own below it."""
+    lines, below = [header], []
+    for name, value in values.items():
+        text = inline(value)
+        if isinstance(value, Mapping) and len(text) > _LONG and header:
+            own = f"[{header.strip('[]')}.{key(name)}]"
+            below += [own, *(f"{key(k)} = {inline(v)}" for k, v in value.items())]
+        else:
+            lines.append(f"{key(name)} = {text}")
+    return [*(line for line in lines if line), *below, ""]

@@ -1,0 +1,209 @@
+"""Assemblies: a model placed as a whole, under new names, and joined with others to a larger one.
+
+``track.placed("t2", at=(0, 4.2, 0))`` gives every part the name "t2_..." and moves what is described in world axes. The
+ground is one: its markers keep their names with the prefix ("ground.t2_A"), and "ground.t2_origin" is the placement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.model.kinds import Part
+from flexmb.model.pose import Pose
+
+__all__ = ["joined", "placed"]
+
+FAMILIES = ("bodies", "joints", "forces", "sensors", "events")
+GROUND = "ground"
+
+_PART_REFERENCES = (
+    "body",
+    "bodies",
+    "joint",
+    "joints",
+    "force",
+    "forces",
+    "sensor",
+    "sensors",
+    "event",
+    "part",
+    "parts",
+)
+_MARKER_REFERENCES = (
+    "marker",
+    "markers",
+    "axes",
+    "curve_marker",
+    "load",
+    "loads",
+    "relative_to",
+    "origin",
+    "of",
+)
+_WORLD_VECTORS = ("velocity", "angular_velocity")
+
+
+def placed(model, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None):
+    """Return `model` with prefixed names, moved and turned as a whole in W.
+
+    Parameters
+    ----------
+    model : Model
+    prefix : str
+        Put before each name with an underscore: "t2" makes "lever" to "t2_lever".
+    at : (3,), m
+        Where the origin of the model comes to lie.
+    rotation : rotation vector, matrix or scipy Rotation
+        How its axes are turned.
+    """
+    if not isinstance(prefix, str) or not prefix or "." in prefix:
+        raise ModelError(
+            f"Assembly of model '{model.name}'",
+            found=f"prefix = {prefix!r}",
+            expected="a non-empty text without dots",
+            remedy='Write prefix="t2"',
+        )
+    pose = Pose(at, rotation)
+    names = {part.name for family in FAMILIES for part in getattr(model, family)} - {GROUND}
+    renamed = {
+        family: tuple(_placed_part(part, prefix, names, pose) for part in getattr(model, family))
+        for family in FAMILIES
+    }
+    parameters = {f"{prefix}_{name}": value for name, value in model.parameters.items()}
+    return replace(model, **renamed, name=f"{prefix}_{model.name}", parameters=parameters)
+
+
+def joined(*models):
+    """Return one model of the parts of all; the grounds become one, name and gravity are those of the first.
+
+    Raises
+    ------
+    ModelError
+        Two parts, or two ground markers in different places, have one name; or gravities differ.
+    """
+    first, *others = models
+    parts: dict[str, list[Any]] = {family: list(getattr(first, family)) for family in FAMILIES}
+    parameters, gravity = dict(first.parameters), first.gravity
+    for other in others:
+        gravity = _one_gravity(first, gravity, other)
+        parameters = {**other.parameters, **parameters}
+        for family in FAMILIES:
+            parts[family].extend(getattr(other, family))
+    grounds = [body for body in parts["bodies"] if body.name == GROUND]
+    if len(grounds) > 1:
+        whole = grounds[0].replaced(markers=_one_set_of_markers(grounds))
+        parts["bodies"] = [whole, *(body for body in parts["bodies"] if body.name != GROUND)]
+    return replace(
+        first,
+        **{family: tuple(members) for family, members in parts.items()},
+        parameters=parameters,
+        gravity=gravity,
+    )
+
+
+def _one_gravity(first, gravity, other):
+    if not any(gravity):
+        return other.gravity
+    if any(other.gravity) and not np.allclose(other.gravity, gravity):
+        raise ModelError(
+            f"Model '{first.name}' + '{other.name}'",
+            found=f"gravity {gravity} and {other.gravity} m/s2",
+            expected="one gravity",
+            remedy="Set gravity in one of them only",
+        )
+    return gravity
+
+
+def _one_set_of_markers(grounds) -> dict[str, Pose]:
+    markers: dict[str, Pose] = {}
+    for ground in grounds:
+        for name, pose in ground.markers.items():
+            old = markers.setdefault(name, pose)
+            if not (
+                np.allclose(old.at, pose.at, atol=1e-12) and np.allclose(old.matrix, pose.matrix, atol=1e-12)
+            ):
+                raise ModelError(
+                    f"Ground marker '{name}'",
+                    found=f"it lies at {old.at} and at {pose.at}",
+                    expected="one place for one name",
+                    remedy='Give the models different prefixes: model.placed("t2", ...)',
+                )
+    return markers
+
+
+def _placed_part(part: Part, prefix: str, names: set[str], pose: Pose) -> Part:
+    """Return the part with its own and all referred names prefixed, and world vectors turned."""
+    values: dict[str, Any] = {}
+    for name, value in part.fields().items():
+        new = _renamed(name, value, prefix, names)
+        if new is not value:
+            values[name] = new
+    if part.name == GROUND:
+        values.update(name=GROUND, markers=_placed_ground(part, prefix, pose))
+    else:
+        values["name"] = f"{prefix}_{part.name}"
+        values.update(_moved(part, prefix, pose))
+    return replace(part, **values)
+
+
+def _placed_ground(ground, prefix: str, pose: Pose) -> dict[str, Pose]:
+    """Return the ground's markers under their new names; ``origin`` becomes the placement itself."""
+    moved = {f"{prefix}_{name}": _times(pose, own) for name, own in ground.markers.items()}
+    return {f"{prefix}_origin": pose, **moved}
+
+
+def _times(outer: Pose, inner: Pose) -> Pose:
+    """Return the pose `inner` (in the axes of `outer`) in the parent of `outer`."""
+    at = np.array(outer.at) + outer.matrix @ np.array(inner.at)
+    return Pose(tuple(at), outer.matrix @ inner.matrix)
+
+
+def _moved(part: Part, prefix: str, pose: Pose) -> dict[str, Any]:
+    """Return the fields that are given in W, moved with the placement."""
+    known, values, R = part.fields(), {}, pose.matrix
+    if part.family == "Body":
+        if "rotation" in known:
+            own = _times(pose, Pose(known["at"], known["rotation"]))
+            values.update(at=own.at, rotation=own.matrix)
+        elif "at" in known:
+            values["at"] = _times(pose, Pose(known["at"])).at
+        values.update({name: tuple(R @ np.array(known[name])) for name in _WORLD_VECTORS if name in known})
+    elif (
+        part.family == "Force"
+        and "axes" in known
+        and known["axes"] is None
+        and not np.array_equal(R, np.eye(3))
+    ):
+        values["axes"] = f"{GROUND}.{prefix}_origin"  # components in W turn with the assembly
+    return values
+
+
+def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
+    """Return the value of a field with the names of parts and markers prefixed; the same object if there are none."""
+    if isinstance(value, str):
+        if field in _MARKER_REFERENCES:
+            body, dot, marker = value.partition(".")
+            if dot and body == GROUND:
+                return f"{GROUND}.{prefix}_{marker}"
+            if dot and body in names:
+                return f"{prefix}_{value}"
+        if field in (*_PART_REFERENCES, *_MARKER_REFERENCES) and value in names:
+            return f"{prefix}_{value}"
+        return value
+    if isinstance(value, tuple | list):
+        new = [_renamed(field, entry, prefix, names) for entry in value]
+        return value if all(a is b for a, b in zip(new, value)) else type(value)(new)
+    if is_dataclass(value) and not isinstance(value, type) and field == "then":  # actions of events
+        changes = {
+            f.name: _renamed(f.name, getattr(value, f.name), prefix, names) for f in fields(value) if f.init
+        }
+        changes = {name: new for name, new in changes.items() if new is not getattr(value, name)}
+        return replace(value, **changes) if changes else value
+    if isinstance(value, Mapping) and field in _PART_REFERENCES:
+        return {f"{prefix}_{key}" if key in names else key: entry for key, entry in value.items()}
+    return value
