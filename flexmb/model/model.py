@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.assembly import joined, placed
 from flexmb.model.kinds import Part, check_names, find_part
 from flexmb.model.pose import vector3
 
@@ -120,3 +121,14 @@ class Model:
         every = [p.name for family in FAMILIES for p in getattr(self, family)]
         raise ModelError(f"Model '{self.name}'", found=f"there is no part '{part}' to change",
                          expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(part, every))
+
+    def placed(self, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None) -> Model:
+        """Return the model with "prefix_" before every name, moved by `at` (m) and turned by `rotation` in W.
+
+        Ground markers become "ground.prefix_name"; "ground.prefix_origin" is the placement.
+        """
+        return placed(self, prefix, at=at, rotation=rotation)
+
+    def __add__(self, other: Model) -> Model:
+        """Return the parts of both as one model, with one ground; name and gravity are those of the first."""
+        return joined(self, other)
