@@ -100,7 +100,7 @@ def orthonormal_basis(body: HeldBody, modes: NormalModes, frame: int | None) -> 
     if frame is None:
         rigid = np.zeros((size, body.rigid.shape[1]))
         rigid[:nq] = body.rigid_coordinates
-        scale = np.sqrt(np.diag(M))
+        scale = np.sqrt(np.where(np.diag(M) > 0.0, np.diag(M), 1.0))
         admissible = qr((M @ rigid) / scale[:, None])[0][:, rigid.shape[1] :] / scale[:, None]
     else:
         admissible = np.delete(np.eye(size), np.arange(size)[body.slices[frame]], axis=1)

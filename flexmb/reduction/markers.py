@@ -69,7 +69,7 @@ def _station(fe: FEModel, name: str, where) -> MarkerMotion:
             return MarkerMotion(name, point, _at_point(fe, point, int(nearest)))
         nodes = np.array([nearest])
     else:
-        nodes = nodes_of(fe, where, part)
+        nodes = nodes_of(fe, where, part, moving=False)
     if len(nodes) == 1:
         return MarkerMotion(name, fe.nodes[nodes[0]].copy(), _at_node(fe, int(nodes[0])))
     point = fe.nodes[nodes].mean(axis=0)
@@ -84,6 +84,8 @@ def _rows(fe: FEModel, targets: np.ndarray, columns: np.ndarray, values: np.ndar
 
 def _at_node(fe: FEModel, node: int) -> sparse.csr_matrix:
     rows = np.flatnonzero(fe.dofs[:, 0] == node)
+    if not len(rows) and fe.expansion is not None:  # a link moves this node
+        return fe.expansion[6 * node : 6 * node + 6].tocsr()
     directions = fe.dofs[rows, 1]
     own = _rows(fe, directions, rows, np.eye(len(rows)))
     if np.any(directions >= 3):

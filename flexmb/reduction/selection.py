@@ -32,7 +32,7 @@ def points_of(where) -> np.ndarray:
     return np.atleast_2d(np.asarray(where, float))
 
 
-def nodes_of(fe: FEModel, where, part: str) -> np.ndarray:
+def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarray:
     """Return sorted node numbers, (k,) int.
 
     Parameters
@@ -42,6 +42,8 @@ def nodes_of(fe: FEModel, where, part: str) -> np.ndarray:
         Name of a node or facet set, node numbers, or coordinates of nodes, m.
     part : str
         The thing that asks, for messages: ``"Interface 'a'"``.
+    moving : bool
+        Whether the nodes must have freedoms of their own; nodes that a link moves may be observed only.
     """
     if isinstance(where, str):
         nodes = _named(fe, where, part)
@@ -58,12 +60,16 @@ def nodes_of(fe: FEModel, where, part: str) -> np.ndarray:
             remedy="Check the group in the mesh: it may hold cells of another dimension only",
         )
     free = nodes[~np.isin(nodes, fe.dofs[:, 0])]
-    if len(free):
+    if len(free) and moving:
+        linked = fe.expansion is not None and fe.expansion[6 * free[0] : 6 * free[0] + 6].nnz > 0
+        why = "a link makes them follow other nodes" if linked else "no element gives them stiffness"
         raise ReductionError(
             part,
-            found=f"{len(free)} of its nodes have no freedoms in K and M, first node {free[0]}",
-            expected="nodes of the FE model",
-            remedy="Choose nodes that belong to elements",
+            found=f"{len(free)} of its nodes have no freedoms of their own ({why}), first node {free[0]}",
+            expected="nodes of the FE model that move by themselves",
+            remedy="Choose the node that the link hangs on"
+            if linked
+            else "Choose nodes that belong to elements",
         )
     return nodes
 
@@ -72,7 +78,8 @@ def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
     if name in fe.node_sets:
         return np.asarray(fe.node_sets[name], int)
     if name in fe.facet_sets:
-        return np.asarray(fe.facet_sets[name], int).ravel()
+        facets = np.asarray(fe.facet_sets[name], int).ravel()
+        return facets[facets >= 0]  # rows of mixed sets end in -1
     known = sorted({*fe.node_sets, *fe.facet_sets})
     raise ReductionError(
         part,

@@ -1,0 +1,273 @@
+"""What cannot be reduced is refused with a message that names the place and the remedy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reduction.beams import planar_beam
+from reduction.solids import STEEL, block
+from scipy import sparse
+
+from flexmb import fem, reduction
+from flexmb.errors import ReductionError
+from flexmb.fem.fe_model import FEModel
+from flexmb.fem.links import with_rigid_link
+
+BOTH = {"a": "left", "b": "right"}
+
+
+@pytest.fixture(scope="module")
+def fe():
+    return block()
+
+
+def refused(match, fe, interfaces=None, **options):
+    with pytest.raises(ReductionError, match=match):
+        reduction.reduce(fe, BOTH if interfaces is None else interfaces, **options)
+
+
+def test_unknown_group(fe):
+    refused(
+        r"Interface 'a': the group 'lefft' does not exist in FE model 'block'\. One of: edge, left, mid, right, top\. "
+        r"Did you mean 'left'\?",
+        fe,
+        {"a": "lefft"},
+    )
+
+
+def test_unknown_group_of_a_station(fe):
+    refused(r"Station 's': the group 'middle' does not exist", fe, stations={"s": "middle"})
+
+
+def test_overlapping_interfaces(fe):
+    mixed = [*fe.node_set("left")[:4].tolist(), *fe.node_set("right").tolist()]
+    refused(
+        r"Interfaces 'a' and 'c': 4 common nodes, first node \d+\..*Shrink one", fe, {"a": "left", "c": mixed}
+    )
+
+
+def test_empty_set(fe):
+    model = replace(fe, node_sets={**fe.node_sets, "none": np.zeros(0, int)})
+    refused(
+        r"Interface 'a': the selection 'none' has no nodes\. at least one node\. Check the group",
+        model,
+        {"a": "none"},
+    )
+
+
+@pytest.mark.parametrize("kind", [reduction.Rigid, reduction.Averaging])
+def test_collinear_set(fe, kind):
+    refused(
+        r"Interface 'a': \d+ collinear nodes without rotational freedoms: no rotation y.*off the line",
+        fe,
+        {"a": kind("edge"), "b": "right"},
+    )
+
+
+@pytest.mark.parametrize("kind", [reduction.Rigid, reduction.Averaging])
+def test_single_node_of_a_solid(fe, kind):
+    refused(
+        r"a single node without rotational freedoms: no rotation x, rotation y, rotation z",
+        fe,
+        {"a": kind([3])},
+    )
+
+
+def test_node_numbers_out_of_range(fe):
+    refused(rf"Interface 'a': node number 100000\. 0 to {len(fe.nodes) - 1}", fe, {"a": [0, 100000]})
+
+
+def test_selection_of_another_kind(fe):
+    refused(r"Interface 'a': \['x'\]\. a set name, node numbers \(int\) or coordinates", fe, {"a": ["x"]})
+
+
+def test_coordinates_without_a_node(fe):
+    refused(
+        r"Interface 'a': no node at \(0\.2, 0\.5, 0\.0\) m; the nearest is node \d+ at .*as a station",
+        fe,
+        {"a": (0.2, 0.5, 0.0)},
+    )
+
+
+def test_weights_of_an_averaging_interface(fe):
+    refused(
+        r"weights of shape \(2,\).*positive weights",
+        fe,
+        {"a": reduction.Averaging("left", weights=[1.0, 2.0])},
+    )
+
+
+def test_more_modes_than_freedoms():
+    fe = planar_beam(n_el=3)
+    refused(
+        r"FE model 'planar beam': 5 fixed-interface modes asked for\. at most 4, the freedoms with mass",
+        fe,
+        modes=5,
+    )
+    assert reduction.reduce(fe, BOTH, modes=4).n_modes == 4 + 4 - 2
+
+
+def test_more_modes_than_masses():
+    """Only two inner freedoms carry mass: three modes are one too many, although three freedoms more are there."""
+    fe = planar_beam(n_el=3)
+    lumped = sparse.diags(np.where(fe.dofs[:, 1] == 1, 1.0, 0.0)).tocsr()
+    refused(
+        r"3 fixed-interface modes asked for\. at most 2, the freedoms with mass",
+        replace(fe, M=lumped),
+        modes=3,
+    )
+
+
+@pytest.mark.parametrize("modes", [-1, 2.5, True, "up to 200", "many", None])
+def test_unreadable_mode_choice(fe, modes):
+    refused(r"Reduction: modes = .*a count, or a text like 'up to 200 Hz within 1 %'", fe, modes=modes)
+
+
+def test_disconnected_parts():
+    bar = planar_beam(n_el=4)
+    fe = FEModel(
+        nodes=np.vstack([bar.nodes, bar.nodes + [3, 0, 0]]),
+        name="two bars",
+        dofs=np.vstack([bar.dofs, bar.dofs + [5, 0]]),
+        K=sparse.block_diag([bar.K, bar.K]).tocsr(),
+        M=sparse.block_diag([bar.M, bar.M]).tocsr(),
+    )
+    refused(
+        r"FE model 'two bars': 2 parts that are not connected; the smallest has 5 nodes, e\.g\. node \d+ at "
+        r"\([03], 0, 0\) m\. one connected part\. Merge duplicate nodes",
+        fe,
+        {"a": [0], "b": [4]},
+    )
+
+
+def hinged_frame():
+    """Two beams with coincident nodes 2 and 3 that share translations only: the second one swings on a ball joint."""
+    fe = fem.frame(
+        [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 0, 0.5), (3, 0, 0)],
+        connectivity=[(0, 1), (1, 2), (3, 4)],
+        section=fem.Section.rectangle(0.02, 0.02),
+        material=STEEL,
+        name="hinged",
+    )
+    nodes = fe.nodes.copy()
+    nodes[3] = nodes[2]
+    straight = fem.frame([(2, 0, 0), (3, 0, 0)], section=fem.Section.rectangle(0.02, 0.02), material=STEEL)
+    K, M = fe.K.tolil(), fe.M.tolil()
+    K[18:30, 18:30], M[18:30, 18:30] = straight.K.toarray(), straight.M.toarray()
+    tie = sparse.lil_matrix((30, 27))
+    keep = [i for i in range(30) if i not in (18, 19, 20)]
+    for column, row in enumerate(keep):
+        tie[row, column] = 1.0
+    for direction in range(3):
+        tie[18 + direction, keep.index(12 + direction)] = 1.0
+    return FEModel(
+        nodes=nodes,
+        dofs=fe.dofs[keep],
+        K=(tie.T @ K @ tie).tocsr(),
+        M=(tie.T @ M @ tie).tocsr(),
+        name="hinged",
+    )
+
+
+def test_mechanism_behind_the_interfaces():
+    refused(
+        r"FE model 'hinged': a mechanism: node [234] at .* m moves freely in (rotation )?[xyz] while the interfaces "
+        r"are held.*not joined, a hinge",
+        hinged_frame(),
+        {"a": [0]},
+    )
+
+
+def test_mechanism_between_the_interfaces():
+    refused(r"FE model 'hinged': a mechanism: node \d at", hinged_frame(), {"a": [0], "b": [2]})
+
+
+def test_freedom_without_stiffness():
+    fe = planar_beam(n_el=4)
+    K = fe.K.tolil()
+    K[5, :] = 0.0
+    K[:, 5] = 0.0
+    refused(r"FE model 'planar beam'", replace(fe, K=K.tocsr()))
+
+
+def test_grounded_stiffness():
+    fe = planar_beam(n_el=4)
+    K = fe.K.tolil()
+    K[4, 4] *= 1.5
+    refused(
+        r"rigid motion in y meets a force \(relative .*\): the stiffness is grounded\. a free body.*Remove supports",
+        replace(fe, K=K.tocsr()),
+    )
+
+
+def test_massless_model():
+    fe = planar_beam(n_el=4)
+    refused(r"no mass resists rigid motion in y.*Give the material a density", replace(fe, M=0.0 * fe.M))
+
+
+def test_massless_interface():
+    """A beam without mass hangs a third node on: its interface moves no mass at all."""
+    beam = fem.frame(
+        [(0, 0, 0), (1, 0, 0), (2, 0, 0)], section=fem.Section.rectangle(0.02, 0.02), material=STEEL
+    )
+    M = sparse.lil_matrix((18, 18))
+    M[:6, :6] = np.diag([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+    refused(
+        r"an interface motion without mass, largest at node \d.*Give this region a density or a lumped mass",
+        replace(beam, M=M.tocsr(), blocks=()),
+        {"a": [0], "b": [2]},
+        modes=0,
+        compare=0,
+    )
+
+
+def test_geometric_stiffness_needs_elements():
+    refused(
+        r"geometric stiffness was asked for, but there are no elements.*geometric_stiffness=False",
+        planar_beam(),
+        geometric_stiffness=True,
+    )
+
+
+def test_frame_of_another_name(fe):
+    refused(
+        r"Frame 'aa': no interface of that name\. 'buckens' or one of: a, b\. Did you mean 'a'\?",
+        fe,
+        frame="aa",
+    )
+
+
+def test_frame_at_a_bare_node(fe):
+    refused(
+        r"Frame 'n': the interface has 3 freedoms\. 6, enough to hold",
+        fe,
+        {"a": "left", "n": reduction.Nodes([len(fe.nodes) - 1])}
+        if len(fe.nodes) - 1 not in fe.node_set("left")
+        else {"a": "right", "n": reduction.Nodes([len(fe.nodes) - 1])},
+        frame="n",
+    )
+
+
+def test_station_with_the_name_of_an_interface(fe):
+    refused(r"Station 'a': an interface has the same name", fe, stations={"a": "mid"})
+
+
+def test_unknown_residual_load(fe):
+    refused(
+        r"Load 'airr': no load shape of that name\. One of: air\. Did you mean 'air'\?",
+        fe,
+        loads={"air": "top"},
+        residual_vectors=["airr"],
+    )
+
+
+def test_interface_on_a_linked_node():
+    points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]
+    beam = fem.frame(points, section=fem.Section.rectangle(0.02, 0.02), material=STEEL)
+    linked = with_rigid_link(beam, 2, [3])
+    refused(
+        r"Interface 'b': 1 of its nodes have no freedoms of their own \(a link makes them follow other nodes\), first "
+        r"node 3.*Choose the node that the link hangs on",
+        linked,
+        {"a": [0], "b": [3]},
+    )
