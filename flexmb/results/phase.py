@@ -78,8 +78,8 @@ class Phase:
         for name in ("q", "u", "a", "lam", "works"):
             found = np.shape(getattr(self, name))
             if len(found) != 2 or found[0] != nt:
-                raise FlexmbError("Phase", found=f"{name} has the shape {found}", expected=f"({nt}, ...): one row per time",
-                                  remedy="Give one row per sample")
+                raise FlexmbError("Phase", found=f"{name} has the shape {found}",
+                                  expected=f"({nt}, ...): one row per time", remedy="Give one row per sample")
 
     def __repr__(self):
         span = f"t = {self.t[0]:.6g} to {self.t[-1]:.6g} s" if len(self.t) else "no samples"

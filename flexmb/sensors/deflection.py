@@ -20,8 +20,8 @@ class Deflection(Sensor):
 
     Without `relative_to` it is the displacement against the body frame, ``R^T (r_m - r) - s``. What that frame does
     depends on the body's data: clamped at an interface, or floating with the mean motion (Buckens). Against another
-    marker f of the body, which carries its axes along: ``R_f0 R_f^T (r_m - r_f) - (s_m - s_f)`` with the undeformed axes
-    R_f0, which is the same for every frame.
+    marker f of the body, which carries its axes along: ``R_f0 R_f^T (r_m - r_f) - (s_m - s_f)`` with the undeformed
+    axes R_f0, which is the same for every frame.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Deflection(Sensor):
             if other.name != body.name:
                 raise ModelError(self.title, found=f"'{self.marker}' and '{self.relative_to}' are on two bodies",
                                  expected="two markers of one body",
-                                 remedy="Deflection is measured within a body; use Position for distances between bodies")
+                                 remedy="Use Position for distances between bodies: deflection is measured within one")
         elif not body.has_frame:
             raise ModelError(self.title, found=f"body '{body.name}' ({type(body).__name__}) has no axes of its own",
                              expected="a rigid or floating body, or relative_to=",

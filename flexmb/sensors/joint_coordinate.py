@@ -18,8 +18,8 @@ TURN = 2.0 * np.pi
 class JointCoordinate(Sensor):
     """Turn (rad) or slide (m) of a joint's second marker b relative to its first marker a, (nt,).
 
-    The turn is ``theta = atan2(y_a . x_b, x_a . x_b)``, the angle from x of a to x of b about z of a, counted on through
-    full turns; it starts in (-pi, pi]. The slide is ``z_a . (r_b - r_a)``.
+    The turn is ``theta = atan2(y_a . x_b, x_a . x_b)``, the angle from x of a to x of b about z of a, counted on
+    through full turns; it starts in (-pi, pi]. The slide is ``z_a . (r_b - r_a)``.
 
     Full turns between two samples are counted with the relative angular velocity and acceleration at both,
     ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 - alpha_1)/12``, so fast joints need no dense samples.
@@ -88,7 +88,7 @@ class JointCoordinate(Sensor):
         still, here = np.eye(3), np.zeros(3)
         twists = [freedom.twists(still, still, here) for freedom in target.permits]
         if not twists:
-            raise ModelError(self.title, found=f"joint '{self.joint}' ({type(joint).__name__}) permits no single motion",
+            raise ModelError(self.title, found=f"joint '{self.joint}' ({type(joint).__name__}) does not move alone",
                              expected="a joint that turns or slides",
                              remedy="Name another joint, or say kind='turn' or kind='slide'")
         return "turn" if np.any(np.vstack(twists)[:, 3:]) else "slide"

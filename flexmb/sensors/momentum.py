@@ -18,8 +18,8 @@ __all__ = ["Momentum"]
 class Momentum(Sensor):
     """Linear momentum and angular momentum about the origin of W, (nt, 6), kg m/s and kg m2/s, in W.
 
-    A body with the momenta ``P = m v + ...``, ``h`` (about its origin), in body axes, adds ``R P`` and ``r x R P + R h``;
-    for a floating body they are the first six rows of its mass matrix times its velocity.
+    A body with the momenta ``P = m v + ...``, ``h`` (about its origin), in body axes, adds ``R P`` and
+    ``r x R P + R h``; for a floating body they are the first six rows of its mass matrix times its velocity.
 
     Parameters
     ----------

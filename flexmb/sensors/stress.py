@@ -19,8 +19,8 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 class Stress(Sensor):
     """Nodal stress of a flexible body by its stress modes, ``sigma = S eta``, in body axes, Pa.
 
-    With one node: its von Mises stress (nt,) or, with ``component="tensor"``, xx, yy, zz, xy, yz, zx (nt, 6). With several
-    nodes, or without: the largest von Mises stress (or component) among them at each time, (nt,).
+    With one node: its von Mises stress (nt,) or, with ``component="tensor"``, xx, yy, zz, xy, yz, zx (nt, 6). With
+    several nodes, or without: the largest von Mises stress (or component) among them at each time, (nt,).
 
     Parameters
     ----------
@@ -42,7 +42,8 @@ class Stress(Sensor):
         super().__post_init__()
         known = ("von_mises", *COMPONENTS, "tensor")
         if self.component not in known:
-            raise ModelError(self.title, found=f"component = {self.component!r}", expected=f"One of: {', '.join(known)}",
+            raise ModelError(self.title, found=f"component = {self.component!r}",
+                             expected=f"One of: {', '.join(known)}",
                              remedy=did_you_mean(str(self.component), known) or "Leave it away for von Mises stress")
         if self.component == "tensor" and not isinstance(self.node, int | np.integer):
             raise ModelError(self.title, found=f"the tensor at node = {self.node!r}", expected="one node number",

@@ -70,7 +70,8 @@ def spinning_model(sensors=(), stress=True, name="spinning"):
     return Model(
         bodies=[Ground(markers={"hinge": POINT}), rod, Block("block", data=block_data(stress)),
                 RigidBody("slider", mass=1.0, inertia=(1.0, 1.0, 1.0))],
-        joints=[Revolute("hinge", markers=("ground.hinge", "rod.start")), Fixed("weld", markers=("rod.end", "block.root")),
+        joints=[Revolute("hinge", markers=("ground.hinge", "rod.start")),
+                Fixed("weld", markers=("rod.end", "block.root")),
                 Prismatic("guide", markers=("ground.origin", "slider.center"))],
         sensors=sensors, name=name)
 

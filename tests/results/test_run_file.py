@@ -82,7 +82,8 @@ def test_readable_while_it_is_written(tmp_path):
         code = (f"from flexmb.results import Solution; s = Solution.load({str(tmp_path / 'run.h5')!r}); "
                 "print(len(s.t), s.status.kind)")
         environment = {**os.environ, "HDF5_USE_FILE_LOCKING": "FALSE"}
-        child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+        command = [sys.executable, "-c", code]
+        child = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
     assert child.stdout.split() == ["5", "interrupted"]
 
 
@@ -142,7 +143,7 @@ def test_full_disk(tmp_path, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(h5py.File, "flush", full)
-        with pytest.raises(DataFileError, match=r"cannot write it.*No space left.*written before stays readable.*Free space"):
+        with pytest.raises(DataFileError, match=r"cannot write it.*No space left.*before stays readable.*Free space"):
             fill(run, phase, slice(5, 10))
     run.close()
     assert len(Solution.load(tmp_path / "run.h5").t) >= 5
