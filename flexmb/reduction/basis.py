@@ -71,6 +71,8 @@ def with_residuals(body: HeldBody, modes: NormalModes, forces: np.ndarray) -> No
 
     Residual (static correction) vectors make the response to these loads exact in statics.
     """
+    if forces.shape[1] == 0:
+        return modes
     fe = body.fe
     response = body.solve(forces)
     response = response - modes.vectors @ (modes.vectors.T @ (fe.M @ response))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,35 +28,24 @@ __all__ = ["reduce"]
 Progress = Callable[[str, float], None]
 
 
-def reduce(
-    fe: FEModel,
-    interfaces: Mapping[str, Any],
-    modes: int | str | UpTo = 12,
-    *,
-    geometric_stiffness: bool = False,
-    stations: Mapping[str, Any] | None = None,
-    loads: Mapping[str, Any] | None = None,
-    frame: str = "buckens",
-    damping: Any = None,
-    stress: bool = True,
-    residual_vectors: Sequence[str] = (),
-    preload: Mapping[str, float] | None = None,
-    compare: int = 6,
-    backend: Backend | None = None,
-    progress: Progress | None = None,
-) -> ModalNeutralData:
-    """Reduce an FE model by Craig-Bampton modes to the data of a flexible body.
+def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo = 12, *,
+           geometric_stiffness: bool = False, stations: Mapping[str, Any] | None = None,
+           loads: Mapping[str, Any] | None = None, frame: str = "buckens", damping: Any = None,
+           stress: bool = True, residual_vectors: Sequence[str] = (), preload: Mapping[str, float] | None = None,
+           compare: int = 6, backend: Backend | None = None, progress: Progress | None = None,
+           ) -> ModalNeutralData:  # fmt: skip
+    """Reduce an FE model by Craig-Bampton modes to the data of a flexible body (docs/theory/reduction.md).
 
     Parameters
     ----------
     fe : FEModel
         A free body; its elements are needed for stress and geometric stiffness only.
-    interfaces : mapping of name to set name, node numbers (list of int), coordinates (tuple), or a coupling object
+    interfaces : mapping of name to set name, node numbers (list), coordinates (tuple), or a coupling object
         Where joints and forces act. A bare selection is a rigid coupling; see `Rigid`, `Averaging`, `Nodes`.
     modes : int, text or UpTo
         Number of fixed-interface modes (0: Guyan), or ``"up to 200 Hz within 1 %"``.
-    geometric_stiffness : bool
-        Compute the stiffness of unit inertia, interface and distributed loads.
+    geometric_stiffness, stress : bool
+        Stiffness of unit inertia, interface and distributed loads; stress modes, where the elements give them.
     stations : mapping of name to set name, node numbers or coordinates, m
         Observed points; they need no node.
     loads : mapping of name to facet set, `Pressure`, `LineLoad`, `NodalForces` or table
@@ -64,17 +54,12 @@ def reduce(
         "buckens", or the name of the interface at which the body frame is clamped.
     damping : None, float, (m,), `Rayleigh` or `Bands`
         Proposed fraction of critical damping.
-    stress : bool
-        Compute stress modes where the elements can give them.
-    residual_vectors : names of load shapes
-        Their static response is added to the basis.
-    preload : mapping of load name to factor
-        Constant load whose geometric stiffness is always there.
+    residual_vectors, preload : names of load shapes; mapping of load name to factor
+        Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
-    backend : Backend or None
-        Sparse factorisation; see flexmb.math.factor.
-    progress : callable (stage, fraction) or None
+    backend, progress : Backend, callable (stage, fraction), or None
+        Sparse factorisation, see flexmb.math.factor; what to call as the work goes on.
 
     Returns
     -------
@@ -97,46 +82,27 @@ def reduce(
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
     normal, exact = choose_modes(body, choice)
-    residual = [list(loads).index(name) for name in residual_vectors]
-    if residual:
-        normal = with_residuals(body, normal, forces[:, residual])
+    normal = with_residuals(body, normal, forces[:, [list(loads).index(name) for name in residual_vectors]])
     clamped = None if frame == "buckens" else _frame_interface(frame, couplings, body)
     basis = orthonormal_basis(body, normal, clamped)
-    geometric = None
-    if geometric_stiffness:
-        say("geometric stiffness", 0.6)
-        factors = [(preload or {}).get(name, 0.0) for name in loads]
-        geometric = unit_load_stiffness(
-            body,
-            basis.shapes,
-            markers[: len(couplings)],
-            forces,
-            forces @ np.array(factors, float),
-            _support(body, clamped),
-        )
+    say("geometric stiffness", 0.6)
+    constant = forces @ np.array([(preload or {}).get(name, 0.0) for name in loads])
+    geometric = unit_load_stiffness(body, basis.shapes, markers[: len(couplings)], forces, constant,
+                                    _support(body, clamped)) if geometric_stiffness else None  # fmt: skip
     say("full model for comparison", 0.7)
-    if exact is None and compare:
-        exact = free_modes(body, compare, start=basis.shapes)
+    exact = free_modes(body, compare, start=basis.shapes) if exact is None and compare else exact
     say("invariants, stress modes and report", 0.9)
     quality = quality_numbers(body, normal, basis, exact, clamped)
-    data = _data(fe, couplings, markers, loads, forces, basis, damping, stress, geometric, frame, quality)
+    data = _data(fe, markers, basis, loads, forces, stress)
+    data = replace(data, n_interfaces=len(couplings), damping_ratios=damping_ratios(damping, basis.w2),
+                   geometric=geometric, frame=frame, quality=quality)  # fmt: skip
     say("done", 1.0)
     return data
 
 
-def _data(
-    fe: FEModel,
-    couplings: Sequence[Coupling],
-    markers: Sequence[MarkerMotion],
-    loads: Mapping[str, Any],
-    forces: np.ndarray,
-    basis: Basis,
-    damping: Any,
-    stress: bool,
-    geometric,
-    frame: str,
-    quality: dict,
-) -> ModalNeutralData:
+def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, loads: Mapping[str, Any], forces: np.ndarray,
+          stress: bool) -> ModalNeutralData:  # fmt: skip
+    """Return what follows from the shapes alone."""
     m, field = len(basis.w2), fe.field(basis.shapes)
     motions = (
         np.stack([marker.matrix @ basis.shapes for marker in markers]) if markers else np.zeros((0, 6, m))
@@ -149,20 +115,17 @@ def _data(
         shapes=field[:, :3].copy(),
         rotation_shapes=rotations,
         marker_names=tuple(marker.name for marker in markers),
-        n_interfaces=len(couplings),
+        n_interfaces=0,
         marker_positions=np.array([marker.position for marker in markers]).reshape(-1, 3),
         marker_translations=motions[:, :3],
         marker_rotations=motions[:, 3:],
         stiffness=np.diag(basis.w2),
-        damping_ratios=damping_ratios(damping, basis.w2),
+        damping_ratios=np.zeros(m),
         frequencies=np.sqrt(basis.w2) / (2.0 * np.pi),
         invariants=inertia_invariants(fe, basis.shapes),
-        geometric=geometric,
         load_names=tuple(loads),
         load_shapes=np.vstack([fe.rigid_motions().T @ forces, basis.shapes.T @ forces]).T,
         stress_modes=_stress_modes(fe, field) if stress and fe.blocks else None,
-        frame=frame,
-        quality=quality,
     )
 
 

@@ -10,7 +10,7 @@ MAY_KNOW = {
     "math": (),
     "model": ("hdf5", "math"),
     "fem": ("math", "model.material"),
-    "reduction": ("math", "model", "fem.fe_model"),
+    "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
     "constraints": ("math", "model"),
     "bodies": ("math", "model"),
     "joints": ("math", "model", "constraints"),
