@@ -5,6 +5,7 @@ from flexmb.fem.frame import frame
 from flexmb.fem.mesh import Mesh, MeshWarning
 from flexmb.fem.read_mesh import read_mesh
 from flexmb.fem.section import Section
+from flexmb.fem.shell import shell
 from flexmb.fem.solid import solid
 from flexmb.fem.solid_elements import HEX8_COMPATIBLE, SolidElement
 from flexmb.fem.solve import Modes, buckling, eigenmodes, fixed_freedoms, static

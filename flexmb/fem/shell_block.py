@@ -1,0 +1,193 @@
+"""`ShellBlock`: matrices, stress and geometric stiffness of flat shell elements of one cell type."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.fem.nodal_assembly import gathered, rotated, scattered, summed
+from flexmb.fem.shell_bending import curvature_rows, slope_rows
+from flexmb.fem.shell_functions import CORNERS, functions, integration_points, mass_points
+from flexmb.fem.shell_membrane import displacement_gradient, displacement_rows, drilling_row, strain_rows
+from flexmb.model.material import Material
+
+__all__ = ["ShellBlock"]
+
+DRILLING_INERTIA = 1e-3
+"""Share of rho t^3 / 12 given to theta_z, so that the mass matrix is positive definite; 1e-3 t^2 / L^2 of
+the inertia."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ShellBlock:
+    """Flat shell elements with three or four corners; an `ElementBlock`.
+
+    Parameters
+    ----------
+    connectivity : (ne, c), int
+    axes : (ne, 3, 3)
+        Rows: local x, y, and z normal to the element, in body axes.
+    corners : (ne, c, 2), m
+        Corners in local axes, projected onto the mean plane of a warped quadrilateral.
+    heights : (ne, c), m
+        Distance of the corners from the mean plane, along local z.
+    thickness : (ne,), m
+    material : Material
+    number_of_nodes : int
+    side : float
+        Where `nodal_stress` is taken: -1 bottom, 0 middle, +1 top (the side local z points to).
+    """
+
+    connectivity: np.ndarray
+    axes: np.ndarray
+    corners: np.ndarray
+    heights: np.ndarray
+    thickness: np.ndarray
+    material: Material
+    number_of_nodes: int
+    side: float = 0.0
+
+    @property
+    def cell_type(self) -> str:
+        """Cell name in meshio's spelling."""
+        return "triangle" if self.connectivity.shape[1] == 3 else "quad"
+
+    @cached_property
+    def elasticity(self) -> np.ndarray:
+        """Plane stress elasticity (3, 3), Pa, for (e_xx, e_yy, 2 e_xy)."""
+        nu = self.material.poisson
+        matrix = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
+        return self.material.young / (1.0 - nu**2) * matrix
+
+    @cached_property
+    def strains(self):
+        """Function (xi, eta) -> membrane strains per local displacement of the projected corners."""
+        return strain_rows(self.corners, self.elasticity, self.material.poisson)
+
+    def points(self) -> list:
+        """Return the functions at the integration points."""
+        return [functions(self.corners, *point) for point in integration_points(self.corners.shape[1])]
+
+    def stiffness(self) -> np.ndarray:
+        """Return the element stiffness matrices (ne, 6 c, 6 c) in body axes, N/m (shells.md, eq.
+        shell-stiffness)."""
+        total, t = 0.0, self.thickness
+        for at in self.points():
+            strain, curvature = self.strains(at.xi, at.eta), curvature_rows(self.corners, at)
+            total = total + _weighted(strain, self.elasticity, at.weight * t)
+            total = total + _weighted(curvature, self.elasticity, at.weight * t**3 / 12.0)
+            if self.cell_type == "quad":
+                row = drilling_row(self.corners, at)[:, None, :]
+                total = total + _weighted(row, np.array([[self.material.shear]]), at.weight * t)
+        return self._in_body_axes(total)
+
+    def mass(self, lumped: bool = False) -> np.ndarray:
+        """Return the element mass matrices (ne, 6 c, 6 c) in body axes, kg (eq. shell-mass).
+
+        Consistent with a quadratic field (edges bow with the nodal rotations), or `lumped` by rows of the
+        linear functions.
+        """
+        count = self.connectivity.shape[1]
+        total, rotation = 0.0, np.zeros((len(self.connectivity), count, count))
+        for point in mass_points(count):
+            at = functions(self.corners, *point)
+            share = np.diag(at.value) if lumped else np.outer(at.value, at.value)
+            rotation += at.weight[:, None, None] * share
+            if not lumped:
+                total = total + _weighted(displacement_rows(self.corners, at), np.eye(3), at.weight)
+        matrix = np.zeros((len(rotation), count, 6, count, 6))
+        inertia = rotation * (self.thickness**2 / 12.0)[:, None, None]
+        for direction, factor in ((3, 1.0), (4, 1.0), (5, DRILLING_INERTIA)):
+            matrix[:, :, direction, :, direction] = factor * inertia
+        if lumped:
+            for direction in range(3):
+                matrix[:, :, direction, :, direction] = rotation
+        matrix = matrix.reshape(len(rotation), 6 * count, 6 * count) + total
+        return self._in_body_axes((self.material.density * self.thickness)[:, None, None] * matrix)
+
+    def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
+        """Initial-stress stiffness (ndof, ndof), N/m, of the membrane forces that `displacement` (n, 6), m,
+        causes."""
+        local = self._local(np.asarray(displacement, float).reshape(self.number_of_nodes, 6, 1))
+        matrices = self._in_body_axes(self._geometric(local)[..., 0])
+        return summed(matrices, self.connectivity, dofs, self.number_of_nodes)
+
+    def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """``modes^T K_g modes`` for each of the load cases in `displacements` (n, 6, l): (l, m, m), N/m."""
+        stressing, shapes = self._local(displacements), self._local(modes)
+        out = np.zeros((displacements.shape[-1], modes.shape[-1], modes.shape[-1]))
+        for at in self.points():
+            forces = self._membrane_forces(stressing, at) * at.weight[:, None, None]
+            for field in self._gradients(at):
+                slope = field @ shapes  # (ne, 2, m)
+                for a, b, component in ((0, 0, 0), (1, 1, 1), (0, 1, 2), (1, 0, 2)):
+                    for case in range(len(out)):
+                        out[case] += slope[:, a].T @ (forces[:, component, case, None] * slope[:, b])
+        return 0.5 * (out + out.swapaxes(1, 2))
+
+    def nodal_stress(self, displacements: np.ndarray) -> np.ndarray:
+        """Stress xx, yy, zz, xy, yz, zx at nodes, (n, 6, k), Pa, on the surface `side`; NaN at nodes of
+        other blocks."""
+        return self.surface_stress(displacements, self.side)
+
+    def surface_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
+        """Return the stress at nodes (n, 6, k), Pa, in body axes: side -1 bottom, 0 middle, +1 top; mean of
+        the elements."""
+        local = self._local(np.asarray(displacements, float))
+        corner_values = []
+        for xi, eta in CORNERS[self.connectivity.shape[1]]:
+            at = functions(self.corners, xi, eta)
+            strain = self.strains(xi, eta) - (0.5 * side * self.thickness)[:, None, None] * curvature_rows(
+                self.corners, at
+            )
+            plane = self.elasticity @ (strain @ local)  # (ne, 3, k)
+            tensor = np.zeros((len(plane), 3, 3, plane.shape[-1]))
+            tensor[:, 0, 0], tensor[:, 1, 1] = plane[:, 0], plane[:, 1]
+            tensor[:, 0, 1] = tensor[:, 1, 0] = plane[:, 2]
+            body = np.einsum("eia,eijk,ejb->eabk", self.axes, tensor, self.axes, optimize=True)
+            corner_values.append(body[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]])
+        return scattered(np.stack(corner_values, axis=1), self.connectivity, self.number_of_nodes)
+
+    def _gradients(self, at) -> list[np.ndarray]:
+        """Gradients (ne, 2, 6 c) of u, v and w at a point."""
+        plane = displacement_gradient(self.corners, at)
+        return [plane[:, 0], plane[:, 1], slope_rows(self.corners, at)]
+
+    def _membrane_forces(self, local: np.ndarray, at) -> np.ndarray:
+        return self.thickness[:, None, None] * (self.elasticity @ (self.strains(at.xi, at.eta) @ local))
+
+    def _geometric(self, local: np.ndarray) -> np.ndarray:
+        """Return (ne, 6 c, 6 c, k) in local axes (eq. shell-geometric)."""
+        total = 0.0
+        for at in self.points():
+            n_x, n_y, n_xy = np.moveaxis(self._membrane_forces(local, at), 1, 0)[:, :, 0]
+            tensor = np.stack([np.stack([n_x, n_xy], axis=1), np.stack([n_xy, n_y], axis=1)], axis=1)
+            for field in self._gradients(at):
+                total = total + at.weight[:, None, None] * (field.swapaxes(1, 2) @ tensor @ field)
+        return total[..., None]
+
+    def _local(self, field: np.ndarray) -> np.ndarray:
+        """Displacements (ne, 6 c, k) of the projected corners in local axes."""
+        values = gathered(field, self.connectivity, self.axes)
+        nodal = values.reshape(len(values), -1, 6, values.shape[-1])
+        nodal[:, :, 0] -= self.heights[:, :, None] * nodal[:, :, 4]
+        nodal[:, :, 1] += self.heights[:, :, None] * nodal[:, :, 3]
+        return values
+
+    def _in_body_axes(self, matrices: np.ndarray) -> np.ndarray:
+        """Move the matrices from the projected corners to the nodes (rigid arms along z) and turn them."""
+        count = self.connectivity.shape[1]
+        rows = matrices.reshape(len(matrices), count, 6, -1).copy()
+        rows[:, :, 4] -= self.heights[:, :, None] * rows[:, :, 0]
+        rows[:, :, 3] += self.heights[:, :, None] * rows[:, :, 1]
+        columns = rows.reshape(len(matrices), -1, count, 6)
+        columns[..., 4] -= self.heights[:, None, :] * columns[..., 0]
+        columns[..., 3] += self.heights[:, None, :] * columns[..., 1]
+        return rotated(columns.reshape(matrices.shape), self.axes)
+
+
+def _weighted(rows: np.ndarray, elasticity: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    return weight[:, None, None] * (rows.swapaxes(1, 2) @ elasticity @ rows)
