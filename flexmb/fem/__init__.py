@@ -1,7 +1,9 @@
 """Finite elements: every way to arrive at an `FEModel`."""
 
+from flexmb.fem.connectors import with_mass, with_spring, with_supports
 from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.frame import frame
+from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
 from flexmb.fem.mesh import Mesh, MeshWarning
 from flexmb.fem.read_mesh import read_mesh
 from flexmb.fem.section import Section
@@ -26,7 +28,14 @@ __all__ = [
     "frame",
     "pressure_load",
     "read_mesh",
+    "shell",
     "solid",
     "static",
     "traction_load",
+    "with_averaging_link",
+    "with_mass",
+    "with_node",
+    "with_rigid_link",
+    "with_spring",
+    "with_supports",
 ]
