@@ -2,6 +2,8 @@
 
 from flexmb.system.assembly import assemble
 from flexmb.system.compile import compile
+from flexmb.system.mobility import Mobility, mobility
+from flexmb.system.observe import Observation, observe
 from flexmb.system.system import System
 
-__all__ = ["System", "assemble", "compile"]
+__all__ = ["Mobility", "Observation", "System", "assemble", "compile", "mobility", "observe"]

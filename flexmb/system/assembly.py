@@ -27,12 +27,14 @@ def worst_equations(system: System, work, count: int = 3) -> str:
     return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
 
 
-def assemble(model: Model, *, tolerance: float = 1e-11) -> tuple[System, State]:
+def assemble(model: Model, *, t: float = 0.0, tolerance: float = 1e-11) -> tuple[System, State]:
     """Compile a model, find dependent equations and assemble its initial configuration and velocity.
 
     Parameters
     ----------
     model : Model
+    t : float, s
+        Time of the start.
     tolerance : float, m or rad
         Largest residual of the constraints.
 
@@ -48,7 +50,7 @@ def assemble(model: Model, *, tolerance: float = 1e-11) -> tuple[System, State]:
     """
     system = compile(model)
     work = system.workspace()
-    state = system.state()
+    state = system.state(t)
     system = _regularised(system, state, work, tolerance)
     right = np.zeros(system.nu + system.ng)
     scale = max(1.0, _size(system))

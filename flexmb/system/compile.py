@@ -137,6 +137,20 @@ def _grouped(items: list[tuple[Table, tuple]], slots: int, family: str) -> tuple
     return [t for t, _ in tables.values()], [np.array(rows, t.row) for t, rows in tables.values()]
 
 
+def _force_rows(model: Model, tables: list[Table], starts: np.ndarray) -> np.ndarray:
+    """Return (kind, first byte, last byte) of the row of every force, (nf, 3)."""
+    kinds = {table.name: k for k, table in enumerate(tables)}
+    used = [0] * len(tables)
+    rows = np.zeros((len(model.forces), 3), np.int64)
+    for n, force in enumerate(model.forces):
+        k = kinds[force.table.name]
+        size = force.table.row.itemsize
+        first = starts[k] + used[k] * size
+        rows[n] = k, first, first + size
+        used[k] += 1
+    return rows
+
+
 def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
     items = []
     for k, body in enumerate(model.bodies):
@@ -311,6 +325,7 @@ def compile(model: Model) -> System:
                 "transposed": transposed, "pair_rows": pair_rows},
         marker_index=dict(compiler.marker_index), joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)}, equation_names=tuple(constraints.names),
+        force_rows=_force_rows(model, force_tables, starts[len(body_tables) + len(constraints.tables) :]),
         joint_equations=constraints.slices, joints=tuple(constraints.joints),
         body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
                      for k, b in enumerate(model.bodies)})

@@ -28,6 +28,8 @@ class System:
     tables : dict of arrays
         Prototypes of the record tables of a workspace, and positions in the iteration matrix.
     marker_index, joint_index, force_index : dict of name to number
+    force_rows : (nf, 3)
+        Kind, first and last byte of the row of every force.
     equation_names : tuple of str
         "joint: primitive" of every equation.
     joint_equations : dict of joint name to slice
@@ -48,6 +50,7 @@ class System:
     marker_index: dict[str, int]
     joint_index: dict[str, int]
     force_index: dict[str, int]
+    force_rows: np.ndarray
     equation_names: tuple[str, ...]
     joint_equations: dict[str, slice]
     joints: tuple[Any, ...]

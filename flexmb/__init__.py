@@ -1,0 +1,42 @@
+"""flexmb: flexible multibody dynamics with finite element bodies.
+
+Mesh in, reduced body, mechanism, motion and loads, ParaView out. SI units and radians everywhere.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+# Where each public name lives; it is imported when it is first asked for, so that `import flexmb` stays fast.
+_ROOMS = {
+    "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError",
+    "flexmb.model": "Material Model ModalNeutralData OrthotropicMaterial Pose",
+    "flexmb.model.signal": "expression harmonic ramp step",
+    "flexmb.model.table_signal": "table",
+    "flexmb.bodies": "FloatingBody Ground PointMass RigidBody",
+    "flexmb.joints": "Cylindrical Drive Fixed Planar Prismatic Revolute Rod Spherical Universal",
+    "flexmb.forces": "PointLoad SpringDamper",
+    "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "
+    "Position Reaction Stress Velocity",
+    "flexmb.integrate": "GeneralizedAlpha IDA check simulate",
+    "flexmb.results": "Solution Status",
+    "flexmb.io": "load_model save_model write_table write_vtk",
+}
+_HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
+
+__all__ = ["__version__", *sorted(_HOME)]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'flexmb' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,87 @@
+"""`check`: what a model is, before anything is simulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.errors import CompileError
+from flexmb.model.model import Model
+from flexmb.system import assemble, mobility
+from flexmb.system.program import evaluate
+from flexmb.system.system import System
+
+__all__ = ["Report", "check"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Report:
+    """The findings of `check`.
+
+    Parameters
+    ----------
+    model : Model
+    mobility : int
+        True number of degrees of freedom: velocities minus independent equations.
+    gruebler : int
+        Count of Grübler and Kutzbach: velocities minus all equations.
+    velocities, equations : int
+    redundant : tuple of str
+        Names of the equations that depend on others; their multipliers are not unique (least norm is reported).
+    assembly_error : float, m or rad
+        Largest residual of the constraints as described, before assembly.
+    moved : float, m or rad
+        Largest increment of a coordinate that assembly made.
+    """
+
+    model: Model
+    mobility: int
+    gruebler: int
+    velocities: int
+    equations: int
+    redundant: tuple[str, ...]
+    assembly_error: float
+    moved: float
+
+    def __str__(self) -> str:
+        m = self.model
+        lines = [
+            f"Model '{m.name}': {len(m.bodies)} bodies, {len(m.joints)} joints, {len(m.forces)} forces",
+            f"  velocities {self.velocities}, constraint equations {self.equations}",
+            f"  mobility {self.mobility} (Grübler-Kutzbach count {self.gruebler})",
+            f"  assembly error as described {self.assembly_error:.3g}, largest motion of assembly {self.moved:.3g}",
+        ]
+        if self.redundant:
+            lines.append(f"  {len(self.redundant)} dependent equations; their reactions are not unique (least norm is given):")
+            lines += [f"    {name}" for name in self.redundant]
+            lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")
+            lines.append("  for example a Revolute by a Cylindrical, Universal or Spherical joint.")
+        return "\n".join(lines)
+
+
+def described_error(system: System) -> float:
+    """Return the largest residual of the constraints at the described configuration."""
+    work = system.workspace()
+    work.coefficients[0] = 1.0
+    evaluate(system.program, system.state(), work)
+    return float(np.abs(work.equations["g"]).max(initial=0.0))
+
+
+def check(model: Model) -> Report:
+    """Assemble a model and report mobility, dependent equations and assembly error; nothing is changed.
+
+    Raises
+    ------
+    CompileError
+        If the mechanism cannot be assembled.
+    """
+    system, state = assemble(model)
+    counts = mobility(system)
+    if not np.all(np.isfinite(state.q)):
+        raise CompileError(f"Model '{model.name}'", found="the assembled configuration is not finite",
+                           expected="finite coordinates", remedy="Look for zero lengths and coincident markers")
+    return Report(
+        model=model, mobility=counts.mobility, gruebler=counts.gruebler, velocities=counts.velocities,
+        equations=counts.equations, redundant=counts.redundant, assembly_error=described_error(system),
+        moved=float(np.abs(state.q - system.q0).max(initial=0.0)))

@@ -1,0 +1,231 @@
+"""The compiled step of the Lie-group generalized-alpha method, index 3 (Arnold & Brüls 2007; Brüls, Cardona & Arnold
+2012): prediction, Newton iteration, error estimate. Theory: integrators.
+
+Scaling: the equations of motion are multiplied by c = h^2 beta (1 - alpha_f) / (1 - alpha_m) and the multipliers are
+solved for as c lam. The iteration matrix then is [M + (c gamma / (beta h)) D + c K, -G^T; G, 0], whose condition does
+not grow as h goes to zero (Bottasso, Bauchau & Cardona 2007).
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import State
+from flexmb.system.program import advance, evaluate
+
+__all__ = ["Controls", "Variables", "run_steps"]
+
+Variables = namedtuple(
+    "Variables",
+    "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last extent reach works powers signals counts times",
+)
+"""State and scratch of the integration.
+
+q, u, a, lam, alg : configuration, velocity, acceleration, multipliers, algorithmic acceleration at the start of the step
+q1, u1, a1, lam1, alg1 : the same at its end; dx: increment over the step; d, right: scratch
+a_last, lam_last : at the start of the previous step, for the prediction
+extent (nu,) : length, m, that makes an increment a displacement (radius of gyration for rotations)
+reach (nu,) : displacement, m, to which tolerances are relative
+works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates
+counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
+times (4,) : t, size of the next step, size of the last step, largest step
+"""
+
+Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton adaptive smallest iterations")
+"""Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it."""
+
+STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
+
+
+@kernel
+def _predict(program, v, c, h):
+    """Extrapolate acceleration and multipliers; write the end-of-step variables that follow from them."""
+    ratio = h / v.times[2] if v.times[2] > 0.0 else 0.0
+    ratio = min(ratio, 2.0)
+    for i in range(len(v.u)):
+        v.a1[i] = v.a[i] + ratio * (v.a[i] - v.a_last[i])
+        v.alg1[i] = ((1.0 - c.alpha_f) * v.a1[i] + c.alpha_f * v.a[i] - c.alpha_m * v.alg[i]) / (1.0 - c.alpha_m)
+        v.u1[i] = v.u[i] + h * ((1.0 - c.gamma) * v.alg[i] + c.gamma * v.alg1[i])
+        v.dx[i] = h * v.u[i] + h * h * ((0.5 - c.beta) * v.alg[i] + c.beta * v.alg1[i])
+    for i in range(len(v.lam)):
+        v.lam1[i] = v.lam[i] + ratio * (v.lam[i] - v.lam_last[i])
+    advance(program, v.q, v.dx, 1.0, v.q1)
+
+
+@kernel
+def _correct(program, v, c, h, scale):
+    """Add the Newton correction `right` (variation at the end of the step, and c times the multipliers)."""
+    nu = len(v.u)
+    for i in range(nu):
+        v.d[i] = v.right[i]
+    for n in range(len(program.frames)):
+        # increment over the step from the variation at its end: inverse tangent of the exponential, second order
+        k = program.frames[n, 1]
+        for i in range(3):
+            j, m = k + (i + 1) % 3, k + (i + 2) % 3
+            v.d[k + i] += 0.5 * (v.dx[j + 3] * v.right[m] - v.dx[m + 3] * v.right[j]
+                                 + v.dx[j] * v.right[m + 3] - v.dx[m] * v.right[j + 3])
+            v.d[k + 3 + i] += 0.5 * (v.dx[j + 3] * v.right[m + 3] - v.dx[m + 3] * v.right[j + 3])
+    for i in range(nu):
+        v.dx[i] += v.d[i]
+        v.a1[i] += v.d[i] / scale
+        v.u1[i] += v.d[i] * c.gamma / (c.beta * h)
+        v.alg1[i] += v.d[i] / (c.beta * h * h)
+    for i in range(len(v.lam)):
+        v.lam1[i] += v.right[nu + i] / scale
+    advance(program, v.q, v.dx, 1.0, v.q1)
+
+
+@kernel
+def _norm(v, d, tolerance):
+    """Largest displacement of `d` relative to its tolerance."""
+    largest = 0.0
+    for i in range(len(v.u)):
+        x = abs(d[i]) * v.extent[i] / (tolerance * v.reach[i])
+        if not x <= largest:
+            largest = x
+    return largest
+
+
+@kernel
+def _iterate(program, work, v, c, h):
+    """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or the reason of failure."""
+    nu, ng = len(v.u), len(v.lam)
+    scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
+    work.coefficients[0] = 1.0
+    work.coefficients[1] = scale * c.gamma / (c.beta * h)
+    work.coefficients[2] = scale
+    work.coefficients[4] = 0.5 * h
+    size, rate = 0.0, 0.05
+    fresh = True
+    for iteration in range(c.iterations):
+        work.coefficients[3] = 1.0 if fresh else 0.0
+        evaluate(program, State(v.times[0] + h, v.q1, v.u1, v.a1, v.lam1, v.signals), work)
+        v.counts[1] += 1
+        if fresh:
+            v.counts[2] += 1
+            if lu_factor(work.S, program.pattern) >= 0:
+                return SINGULAR
+        for i in range(nu):
+            v.right[i] = -scale * work.residual[i]
+        for i in range(ng):
+            v.right[nu + i] = -work.equations[i].g
+        lu_solve(work.S, program.pattern, v.right)
+        before = size
+        size = _norm(v, v.right, c.tolerance)
+        if not np.isfinite(size) or size > 1e12:
+            return STALLED
+        _correct(program, v, c, h, scale)
+        if iteration > 0 and before > 0.0:
+            rate = size / before
+            if rate > 1.5 and iteration > 2:
+                return STALLED
+            rate = min(max(rate, 1e-3), 0.99)
+        # what is left after this correction is about rate / (1 - rate) of it
+        if size * rate / (1.0 - rate) <= c.newton and (iteration > 0 or size <= 1.0):
+            for i in range(3):
+                v.powers[i] = work.energy[3 + i]
+            return 0
+        fresh = rate > 0.2
+    return STALLED
+
+
+@kernel
+def _step_error(v, c, h):
+    """Estimate the local error of the positions relative to the tolerance.
+
+    Taylor expansion of the update with the algorithmic acceleration of time t + (alpha_m - alpha_f) h gives
+    ``e = (beta + (alpha_m - alpha_f) / 2 - 1/6) h^2 (a1 - a)`` (Géradin & Cardona 2001, ch. 11).
+    """
+    factor = abs(c.beta + 0.5 * (c.alpha_m - c.alpha_f) - 1.0 / 6.0) * h * h
+    for i in range(len(v.u)):
+        v.d[i] = factor * (v.a1[i] - v.a[i])
+    return _norm(v, v.d, c.tolerance)
+
+
+@kernel
+def _accept(program, v, h, powers):
+    """Make the end of the step the start of the next."""
+    for i in range(len(v.q)):
+        v.q[i] = v.q1[i]
+    for i in range(len(v.u)):
+        v.a_last[i] = v.a[i]
+        v.u[i] = v.u1[i]
+        v.a[i] = v.a1[i]
+        v.alg[i] = v.alg1[i]
+    for i in range(len(v.lam)):
+        v.lam_last[i] = v.lam[i]
+        v.lam[i] = v.lam1[i]
+    for i in range(3):
+        v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
+    for n in range(len(program.vectors)):
+        # tolerances of flexible coordinates are relative to the largest displacement they have reached
+        iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
+        largest = 0.0
+        for i in range(size):
+            largest = max(largest, abs(v.q[iq + i]) * v.extent[iu + i])
+        for i in range(size):
+            v.reach[iu + i] = max(v.reach[iu + i], largest)
+    v.times[2] = h
+    v.counts[0] += 1
+
+
+@kernel
+def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works):
+    """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason, place).
+
+    The steps are fitted to end exactly at the samples, so every sample is a solution of the step equations.
+    """
+    powers = np.empty(3)
+    for k in range(first, last):
+        span = samples[k] - samples[k - 1] if k > 0 else samples[k] - v.times[0]
+        while samples[k] - v.times[0] > 1e-12 * max(abs(samples[k]), span):
+            left = samples[k] - v.times[0]
+            h = left / max(1.0, np.ceil(left / min(v.times[1], v.times[3]) * (1.0 - 1e-9)))
+            if v.times[2] > 0.0:
+                # the algorithmic acceleration belongs to t + (alpha_m - alpha_f) h: move it to the new step size
+                for i in range(len(v.u)):
+                    v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * h / v.times[2]
+            previous = v.times[2]
+            for i in range(3):
+                powers[i] = v.powers[i]
+            _predict(program, v, c, h)
+            failure = _iterate(program, work, v, c, h)
+            error = 0.0
+            if failure == 0:
+                error = _step_error(v, c, h) if c.adaptive else 0.0
+            if failure != 0 or error > 1.0:
+                if previous > 0.0:
+                    for i in range(len(v.u)):
+                        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * previous / h
+                for i in range(3):
+                    v.powers[i] = powers[i]
+                if failure != 0:
+                    v.counts[4] += 1
+                    v.times[1] = 0.25 * h
+                else:
+                    v.counts[3] += 1
+                    v.times[1] = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
+                if v.times[1] < c.smallest:
+                    return k, failure if failure != 0 else TOO_SMALL
+                continue
+            now = samples[k] if left - h <= 1e-12 * left else v.times[0] + h
+            _accept(program, v, h, powers)
+            v.times[0] = now
+            if c.adaptive:
+                growth = min(2.0, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
+                if growth < 1.0 or growth > 1.15:
+                    v.times[1] = h * growth if growth < 1.0 else max(v.times[1], h * growth)
+            else:
+                v.times[1] = v.times[3]
+        t[k - first] = v.times[0]
+        q[k - first] = v.q
+        u[k - first] = v.u
+        a[k - first] = v.a
+        lam[k - first] = v.lam
+        works[k - first] = v.works
+    return last, 0

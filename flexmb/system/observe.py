@@ -1,0 +1,129 @@
+"""`observe`: what markers, joints and forces did at every sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import State
+from flexmb.system.program import energies
+from flexmb.system.system import System
+
+__all__ = ["Observation", "observe"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Observation:
+    """Quantities over time; nm markers, nj joints, nf forces.
+
+    Parameters
+    ----------
+    r, v, w, a, alpha : (nt, nm, 3)
+        Position, velocity, angular velocity, acceleration, angular acceleration of every marker, in W (m, s, rad).
+    R : (nt, nm, 3, 3)
+        Axes of every marker in W.
+    reaction : (nt, nj, 6), N and N m
+        What each joint exerts on the body of its second marker, at that marker, in W.
+    force : (nt, nf, 6), N and N m
+        What each force exerts on the body of the marker at which it is measured, in W.
+    energy : (nt, 3), J
+        Kinetic, strain and potential energy (of gravity and springs).
+    constraint_error : (nt,), m or rad
+        Largest residual of all equations.
+    """
+
+    r: np.ndarray
+    R: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    a: np.ndarray
+    alpha: np.ndarray
+    reaction: np.ndarray
+    force: np.ndarray
+    energy: np.ndarray
+    constraint_error: np.ndarray
+
+
+@kernel
+def _observe_markers(work, acceleration, k, r, R, motion):
+    """Write the marker kinematics of sample k; ``motion`` (nt, nm, 12) is v, w, a, alpha."""
+    for m in range(len(work.markers)):
+        marker = work.markers[m]
+        for i in range(3):
+            r[k, m, i] = marker.r[i]
+            for j in range(3):
+                R[k, m, i, j] = marker.R[i, j]
+            motion[k, m, i] = marker.v[i]
+            motion[k, m, 3 + i] = marker.w[i]
+        for i in range(6):
+            total = marker.bias[i]
+            start = marker.iJ + i * marker.nu
+            for j in range(marker.nu):
+                total += work.J[start + j] * acceleration[marker.iu + j]
+            motion[k, m, 6 + i] = total
+
+
+@kernel
+def _observe(program, work, t, q, u, a, lam, signals, second, joint_of, single, measured,
+             r, R, motion, reaction, force, energy, error):
+    """Evaluate every sample; `single` (nf, 3) is (kind, first byte, last byte) of every force's own row."""
+    for k in range(len(t)):
+        state = State(t[k], q[k], u[k], a[k], lam[k], signals)
+        energies(program, state, work)
+        _observe_markers(work, a[k], k, r, R, motion)
+        for i in range(3):
+            energy[k, i] = work.energy[i]
+        for n in range(len(work.equations)):
+            error[k] = max(error[k], abs(work.equations[n].g))
+        for n in range(len(work.legs)):
+            leg = work.legs[n]
+            joint = joint_of[leg.equation]
+            if leg.marker == second[joint]:
+                for i in range(6):
+                    reaction[k, joint, i] += leg.gradient[i] * work.equations[leg.equation].force
+        for f in range(len(measured)):
+            if measured[f] < 0:
+                continue
+            wrench = work.markers[measured[f]].wrench
+            for i in range(6):
+                wrench[i] = 0.0
+            number = 0
+            for function in program.forces:
+                if number == single[f, 0]:
+                    function(program.raw[single[f, 1] : single[f, 2]], program.bulk, state, work)
+                number += 1
+            for i in range(6):
+                force[k, f, i] = wrench[i]
+
+
+def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
+    """Return what every marker, joint and force did at the given samples.
+
+    Parameters
+    ----------
+    system : System
+    t : (nt,), s
+    q : (nt, nq); u, a : (nt, nu); lam : (nt, ng)
+    """
+    model = system.model
+    work = system.workspace()
+    nt, nm = len(t), len(work.markers)
+    r, R, motion = np.zeros((nt, nm, 3)), np.zeros((nt, nm, 3, 3)), np.zeros((nt, nm, 12))
+    reaction, force = np.zeros((nt, len(model.joints), 6)), np.zeros((nt, len(model.forces), 6))
+    energy, error = np.zeros((nt, 3)), np.zeros(nt)
+    second = np.array([system.marker_index[j.resolved_markers(model)[1]] for j in model.joints], np.int64)
+    joint_of = np.zeros(system.ng, np.int64)
+    for name, span in system.joint_equations.items():
+        joint_of[span] = system.joint_index[name]
+    measured = np.full(len(model.forces), -1, np.int64)
+    for k, part in enumerate(model.forces):
+        if part.measure() is not None:
+            measured[k] = system.marker_index[part.measure()]
+    signals = np.zeros((max(1, system.n_signals), 3))
+    arrays = [np.ascontiguousarray(x, float) for x in (t, q, u, a, lam)]
+    _observe(system.program, work, *arrays, signals, second, joint_of, system.force_rows, measured,
+             r, R, motion, reaction, force, energy, error)
+    return Observation(r=r, R=R, v=motion[..., 0:3], w=motion[..., 3:6], a=motion[..., 6:9], alpha=motion[..., 9:12],
+                       reaction=reaction, force=force, energy=energy, constraint_error=error)
