@@ -121,7 +121,9 @@ def _elements(path: Path, options: dict[str, str], data: list[str], text: list[s
                         remedy="Write the mesh again")
     table = flat.reshape(-1, size + 1)
     text.append(f"*ELEMENT, TYPE={plain}")
-    text += [",".join(map(str, row)) for row in table.tolist()]
+    # Abaqus counts the middle node of a line second, meshio last.
+    rows = table[:, [0, 1, 3, 2]] if plain == "B32" else table
+    text += [",".join(map(str, row)) for row in rows.tolist()]
     return table[:, 0]
 
 

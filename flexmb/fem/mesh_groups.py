@@ -77,11 +77,25 @@ def stacked(tables: list[np.ndarray]) -> np.ndarray:
                                   constant_values=-1) for table in tables])
 
 
+def _meshio() -> Any:
+    """Import meshio, and tell it the dimension of the 15-node wedge, which 5.3.5 reads but forgot to list."""
+    import meshio
+    from meshio import _mesh
+
+    _mesh.topological_dimension.setdefault("wedge15", 3)
+    return meshio
+
+
 def from_gmsh(path: Path) -> GroupedMesh:
     """Read a Gmsh file; physical groups become sets, unnamed ones are called ``volume_7``, ``surface_3``, ..."""
-    import meshio
-
-    mesh = meshio.gmsh.read(str(path))
+    try:
+        mesh = _meshio().gmsh.read(str(path))
+    except ValueError as error:
+        if "gmsh:physical" not in str(error):
+            raise
+        raise MeshError(f"Mesh file '{path}'", found="some cells are in physical groups and some are in none",
+                        expected="all saved cells in groups, or no groups at all",
+                        remedy="In Gmsh, save without 'Save all elements', or add the rest to a physical group") from None
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     dimension = [DIMENSION.get(cell_type, -1) for cell_type, _ in blocks]
     names = {(int(d), int(tag)): name for name, (tag, d) in mesh.field_data.items()}
@@ -106,8 +120,7 @@ def from_vtu(path: Path) -> GroupedMesh:
     An integer array of zeros and ones is a set: of nodes in point data, of cells in cell data. Any other integer
     cell array "part" gives one set per value, "part_3".
     """
-    import meshio
-
+    meshio = _meshio()
     mesh = (meshio.vtu if path.suffix.lower() == ".vtu" else meshio.vtk).read(str(path))
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     nodes = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _is_flag([values])}
@@ -130,10 +143,8 @@ def _is_flag(rows: list[Any]) -> bool:
 
 def from_nastran(path: Path) -> GroupedMesh:
     """Read Nastran bulk data: properties become cell sets, SET, SET1 and SET3 become sets of nodes or cells."""
-    import meshio
-
     cards = read_nastran_cards(path)
-    mesh = meshio.nastran.read(io.StringIO(cards.bulk))
+    mesh = _meshio().nastran.read(io.StringIO(cards.bulk))
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     place = {int(number): i for i, number in enumerate(mesh.points_id)}
     sets: dict[str, list[np.ndarray]] = {}
@@ -159,10 +170,8 @@ def _known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Pa
 
 def from_abaqus(path: Path) -> GroupedMesh:
     """Read an Abaqus input file: NSET, ELSET (also in ELEMENT) and element-based SURFACE definitions."""
-    import meshio
-
     cards = read_abaqus_cards(path)
-    mesh = meshio.abaqus.read(io.StringIO(cards.mesh_text))
+    mesh = _meshio().abaqus.read(io.StringIO(cards.mesh_text))
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     place = {number: i for i, number in enumerate(cards.node_ids)}
     sets = {name: [np.flatnonzero(np.isin(ids, numbers)) for ids in cards.element_ids]

@@ -111,7 +111,7 @@ def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
                 except_until, i = last, i + 2
             elif words[i].upper() == "EXCEPT":
                 i += 1
-                while i < len(words) and words[i].isdigit() and int(words[i]) < except_until:
+                while i < len(words) and words[i].isdigit() and int(words[i]) <= except_until:
                     excluded.add(int(words[i]))
                     i += 1
             else:
