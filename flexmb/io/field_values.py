@@ -145,7 +145,10 @@ def find_kind(name: Any, kinds: Mapping[str, type], where: str) -> Callable[...,
 
 def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any:
     """Return make(**values); ModelError for unknown and missing fields, and with the place for any other."""
-    signature = {n: p for n, p in inspect.signature(make).parameters.items() if n != "_"}
+    signature = {n: p for n, p in inspect.signature(make).parameters.items() if p.kind is not p.VAR_KEYWORD}
+    if len(signature) < len(inspect.signature(make).parameters):  # a constructor that passes other fields on
+        passed = inspect.signature(make.__self__).parameters  # type: ignore[attr-defined]
+        signature = {**{n: p.replace(default=None) for n, p in passed.items()}, **signature}
     title = getattr(make, "__qualname__", str(make))
     for name in values:
         if name not in signature:
@@ -161,7 +164,7 @@ def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any
             where,
             found=f"the field {' and '.join(repr(m) for m in missing)} is missing",
             expected=f"{title} has: {', '.join(signature)}",
-            remedy=f"Add {missing[0]} = ...",
+            remedy=f"Give {missing[0]} a value",
         )
     try:
         return make(**values)

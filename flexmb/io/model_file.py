@@ -55,26 +55,38 @@ def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = N
     return _load(parse_toml(text, "Stored model"), context, ())
 
 
-def load_simulation(path: str | Path, parameters: Mapping[str, Any] | None = None) -> Simulation:
-    """Return the settings of the table ``[simulation]`` of a model file."""
+def load_simulation(
+    path: str | Path,
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    t_end: float | None = None,
+    samples: int | None = None,
+) -> Simulation:
+    """Return the settings of the table ``[simulation]`` of a model file.
+
+    A given `t_end` (s) or number of `samples` replaces that of the file; with `t_end` the table may be missing.
+    """
     path = Path(path)
     tables = read_toml(path)
     where = f"{path.name}, [simulation]"
-    raw = tables.get("simulation")
-    if not isinstance(raw, dict):
+    own = {name: value for name, value in (("t_end", t_end), ("samples", samples)) if value is not None}
+    raw = tables.get("simulation", {})
+    if not isinstance(raw, dict) or not (raw or "t_end" in own):
         raise ModelError(
             where,
             found="the table is missing",
             expected="the table [simulation] with t_end",
             remedy="Add [simulation] and t_end = 1.0, or give the end time otherwise",
         )
-    kinds = {**kind_lists.values(), **kind_lists.integrators()}
-    context = Context(path, resolve(tables, parameters or {}, path.name), kinds)
+    integrators = kind_lists.integrators()
+    context = Context(
+        path, resolve(tables, parameters or {}, path.name), {**kind_lists.values(), **integrators}
+    )
     values = {name: context.value(entry, f"{where}, {name}") for name, entry in raw.items()}
     if isinstance(values.get("integrator"), str):
-        make = find_kind(values["integrator"], kind_lists.integrators(), f"{where}, integrator")
-        values["integrator"] = call(make, {}, f"{where}, integrator")
-    return call(Simulation, values, where)
+        place = f"{where}, integrator"
+        values["integrator"] = call(find_kind(values["integrator"], integrators, place), {}, place)
+    return call(Simulation, {**values, **own}, where)
 
 
 def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Model:
@@ -107,7 +119,7 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
     try:
         # The bodies first: joints, forces and sensors of this file may act on parts of its assemblies.
         own_bodies = Model(
-            name=name, bodies=families.pop("bodies"), gravity=gravity, parameters=context.parameters
+            name=name, bodies=tuple(families.pop("bodies")), gravity=gravity, parameters=context.parameters
         )
         whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
         return whole.with_parts(**families)

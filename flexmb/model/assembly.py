@@ -165,7 +165,8 @@ def _times(outer: Pose, inner: Pose) -> Pose:
 
 def _moved(part: Part, prefix: str, pose: Pose) -> dict[str, Any]:
     """Return the fields that are given in W, moved with the placement."""
-    known, values, R = part.fields(), {}, pose.matrix
+    values: dict[str, Any] = {}
+    known, R = part.fields(), pose.matrix
     if part.family == "Body":
         if "rotation" in known:
             own = _times(pose, Pose(known["at"], known["rotation"]))

@@ -131,4 +131,4 @@ class Model:
 
     def __add__(self, other: Model) -> Model:
         """Return the parts of both as one model, with one ground; name and gravity are those of the first."""
-        return joined(self, other)
+        return joined(self, other) if isinstance(other, Model) else NotImplemented
