@@ -4,7 +4,9 @@ from flexmb.fem.connectors import with_mass, with_spring, with_supports
 from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.frame import frame
 from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
+from flexmb.fem.matrices import from_matrices
 from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.read_matrices import read_matrices, write_matrices
 from flexmb.fem.read_mesh import read_mesh
 from flexmb.fem.section import Section
 from flexmb.fem.shell import shell
@@ -26,7 +28,9 @@ __all__ = [
     "eigenmodes",
     "fixed_freedoms",
     "frame",
+    "from_matrices",
     "pressure_load",
+    "read_matrices",
     "read_mesh",
     "shell",
     "solid",
@@ -38,4 +42,5 @@ __all__ = [
     "with_rigid_link",
     "with_spring",
     "with_supports",
+    "write_matrices",
 ]

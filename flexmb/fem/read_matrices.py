@@ -1,0 +1,176 @@
+"""`read_matrices`: stiffness and mass from the files of other programs; one reader per format beside this
+file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import MeshError
+from flexmb.fem.fe_model import FEModel
+from flexmb.fem.matrices import from_matrices
+from flexmb.fem.matrices_abaqus import read_abaqus
+from flexmb.fem.matrices_calculix import read_calculix
+from flexmb.fem.matrices_nastran import read_nastran
+from flexmb.fem.matrix_files import FileMatrices
+from flexmb.fem.node_table import NodeTable, node_table
+
+__all__ = ["read_matrices", "write_matrices"]
+
+
+def read_matrices(
+    path: str | Path,
+    nodes=None,
+    *,
+    mass: str | Path | None = None,
+    length_unit: float = 1.0,
+    mass_unit: float = 1.0,
+    name: str | None = None,
+) -> FEModel:
+    """Return the FE model of matrices in a file, checked as by `from_matrices`.
+
+    ============ ============================================
+    ==================================================== suffix       format
+          mass, nodes when not given ============ ============================================
+          ====================================================
+    .npz         ``write_matrices``, or `scipy.sparse`        in the same file, or `mass` and `nodes`
+    .mtx         Matrix-Market                                must be given
+    .mtx         Abaqus ``*MATRIX OUTPUT, FORMAT=MATRIX       MASS for STIF in the name; `nodes` must be given
+                 INPUT`` or ``LABELS``
+    .sti         CalculiX ``SOLVER=MATRIXSTORAGE``            .mas, .dof and .inp of the same name
+    .pch .dmig   Nastran DMIG punch (KAAX, MAAX)              in the same file (GRID cards), or `nodes`
+    .bdf .dat
+    ============ ============================================
+    ====================================================
+
+    Parameters
+    ----------
+    path : file of the stiffness matrix, or of both
+    nodes : path or (n, 3)
+        Mesh file (.inp, .bdf) with the numbers of the nodes, or positions in the order of their numbers 1,
+        2, ...
+    mass : path
+        File of the mass matrix.
+    length_unit, mass_unit : float, m, kg
+        See `from_matrices`.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise MeshError(
+            f"Matrix file '{path}'", found="no such file", expected="a file", remedy="Check the folder"
+        )
+    read = _reader(path)
+    matrices = read(path, None if mass is None else Path(mass))
+    table = _table(path, nodes, matrices)
+    labels = np.unique(matrices.labels) if matrices.labels is not None else table.labels
+    unknown = np.setdiff1d(labels, table.labels)
+    if len(unknown):
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found=f"node {unknown[0]} and {len(unknown) - 1} more have no position",
+            expected="every node of the matrices in the mesh",
+            remedy="Give the mesh file that the matrices were made from: nodes='...'",
+        )
+    positions = table.positions[np.searchsorted(table.labels, labels)]
+    dofs = None
+    if matrices.labels is not None:
+        dofs = np.stack([np.searchsorted(labels, matrices.labels), matrices.directions], axis=1)
+    sets = {
+        key: np.searchsorted(labels, found)
+        for key, numbers in table.node_sets.items()
+        if len(found := np.intersect1d(numbers, labels))
+    }
+    return from_matrices(
+        matrices.K,
+        matrices.M,
+        positions,
+        dofs,
+        node_sets=sets,
+        length_unit=length_unit,
+        mass_unit=mass_unit,
+        name=path.stem if name is None else name,
+    )
+
+
+def write_matrices(path: str | Path, fe: FEModel) -> None:
+    """Write K, M, nodes, dofs and node sets of an FE model to an .npz file that `read_matrices` and numpy
+    read."""
+    arrays = {"nodes": fe.nodes, "dofs": fe.dofs}
+    for symbol, matrix in (("K", fe.K.tocsr()), ("M", fe.M.tocsr())):
+        arrays |= {
+            f"{symbol}_data": matrix.data,
+            f"{symbol}_indices": matrix.indices,
+            f"{symbol}_indptr": matrix.indptr,
+        }
+    arrays |= {f"set_{name}": numbers for name, numbers in fe.node_sets.items()}
+    np.savez_compressed(path, **arrays)
+
+
+def _reader(path: Path) -> Callable[[Path, Path | None], FileMatrices]:
+    suffix = path.suffix.lower()
+    if suffix == ".mtx":
+        with path.open(encoding="utf-8", errors="replace") as file:
+            return _read_market if file.readline().startswith("%%MatrixMarket") else read_abaqus
+    readers = {
+        ".npz": _read_npz,
+        ".sti": read_calculix,
+        ".pch": read_nastran,
+        ".dmig": read_nastran,
+        ".bdf": read_nastran,
+        ".dat": read_nastran,
+    }
+    if suffix not in readers:
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found=f"the suffix '{suffix}'",
+            expected="One of: .npz, .mtx, .sti, .pch, .dmig, .bdf, .dat",
+            remedy="Read K and M with scipy and call fem.from_matrices",
+        )
+    return readers[suffix]
+
+
+def _table(path: Path, nodes, matrices: FileMatrices) -> NodeTable:
+    source = nodes if nodes is not None else matrices.nodes
+    if source is None:
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found="no node positions",
+            expected="the mesh of the matrices",
+            remedy="Give nodes='mesh.inp', nodes='mesh.bdf' or an array (n, 3)",
+        )
+    return source if isinstance(source, NodeTable) else node_table(source)
+
+
+def _read_market(path: Path, mass: Path | None) -> FileMatrices:
+    from scipy.io import mmread
+
+    if mass is None:
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found="one Matrix-Market file",
+            expected="two: stiffness and mass",
+            remedy="Give mass='M.mtx'",
+        )
+    return FileMatrices(K=sparse.csr_matrix(mmread(path)), M=sparse.csr_matrix(mmread(mass)))
+
+
+def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
+    if mass is not None:
+        return FileMatrices(K=sparse.load_npz(path), M=sparse.load_npz(mass))
+    with np.load(path) as file:
+        if "K_data" not in file or "nodes" not in file:
+            raise MeshError(
+                f"Matrix file '{path}'",
+                found=f"the arrays {', '.join(file.files)}",
+                expected="K_data, K_indices, K_indptr, the same of M, nodes, dofs (fem.write_matrices)",
+                remedy="For two files of scipy.sparse.save_npz give mass='M.npz' and nodes",
+            )
+        matrices = [
+            sparse.csr_matrix((file[f"{s}_data"], file[f"{s}_indices"], file[f"{s}_indptr"])) for s in "KM"
+        ]
+        sets = {key.removeprefix("set_"): file[key] for key in file.files if key.startswith("set_")}
+        table = NodeTable(labels=np.arange(len(file["nodes"])), positions=file["nodes"], node_sets=sets)
+        return FileMatrices(*matrices, labels=file["dofs"][:, 0], directions=file["dofs"][:, 1], nodes=table)
