@@ -1,10 +1,11 @@
 """The bodies: one kind per file, one import line per kind."""
 
+from flexmb.bodies.floating import FloatingBody
 from flexmb.bodies.ground import Ground
 from flexmb.bodies.point_mass import PointMass
 from flexmb.bodies.rigid import RigidBody
 
-KINDS = {kind.__name__: kind for kind in (Ground, RigidBody, PointMass)}
+KINDS = {kind.__name__: kind for kind in (Ground, RigidBody, PointMass, FloatingBody)}
 """All bodies by name: read by the model files, the contract tests and the reference pages."""
 
 __all__ = ["KINDS", *KINDS]

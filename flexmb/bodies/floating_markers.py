@@ -1,0 +1,133 @@
+"""Markers of a floating body: kinematics with deformation, and the derivative of their loads.
+
+Position ``r + R (s + Phi_t eta)``, axes ``R exp(theta~) R_m`` with ``theta = Phi_r eta``; T is the left tangent of the
+exponential, so the angular velocity in body axes is ``w + T Phi_r eta'``. Theory: floating frame, "markers".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.bodies.frame_markers import add_load_stiffness, place_marker
+from flexmb.math.kernel import kernel
+from flexmb.math.rotations import euler_to_matrix, exp_euler, rotation_tangent
+from flexmb.math.vectors import cross, dot, matvec, rotate_columns
+
+__all__ = ["add_marker_stiffness", "place_flexible_marker"]
+
+
+@kernel
+def _tangent_rate(theta, rate, out):
+    """Write T' rate to `out`, where T' is the rate of the left tangent while theta changes with `rate`.
+
+    With T = I + a theta~ + b theta~^2: T' rate = a' theta x rate + b' theta x (theta x rate) + b rate x (theta x rate).
+    """
+    x2 = dot(theta, theta)
+    if x2 < 2.5e-3:
+        b = 1.0 / 6.0 - x2 / 120.0 + x2 * x2 / 5040.0
+        da = -1.0 / 12.0 + x2 / 180.0 - x2 * x2 / 6720.0
+        db = -1.0 / 60.0 + x2 / 1260.0 - x2 * x2 / 60480.0
+    else:
+        x = x2**0.5
+        b = (x - np.sin(x)) / (x2 * x)
+        da = (x * np.sin(x) - 2.0 * (1.0 - np.cos(x))) / (x2 * x2)
+        db = (3.0 * np.sin(x) - 2.0 * x - x * np.cos(x)) / (x2 * x2 * x)
+    speed = dot(theta, rate)
+    c = np.empty(3)
+    d = np.empty(3)
+    e = np.empty(3)
+    cross(theta, rate, c)
+    cross(theta, c, d)
+    cross(rate, c, e)
+    for i in range(3):
+        out[i] = speed * (da * c[i] + db * d[i]) + b * e[i]
+
+
+@kernel
+def place_flexible_marker(marker, J, q, u, m, s, axes, translation, rotation):
+    """Write position, axes, twist, Jacobian and bias acceleration of a marker of a deformed body."""
+    R = np.empty((3, 3))
+    euler_to_matrix(q[3:7], R)
+    scratch = np.empty((2, 3))
+    place = np.empty(3)
+    slide = np.zeros(3)
+    theta = np.zeros(3)
+    rate = np.zeros(3)
+    for i in range(3):
+        place[i] = s[i]
+        for j in range(m):
+            place[i] += translation[i, j] * q[7 + j]
+            slide[i] += translation[i, j] * u[6 + j]
+            theta[i] += rotation[i, j] * q[7 + j]
+            rate[i] += rotation[i, j] * u[6 + j]
+    p = np.empty(4)
+    E = np.empty((3, 3))
+    turned = np.empty((3, 3))
+    T = np.empty((3, 3))
+    exp_euler(theta, p)
+    euler_to_matrix(p, E)
+    rotate_columns(E, axes, turned)
+    rotation_tangent(theta, T)
+    place_marker(marker, J, q[0:3], R, u, place, turned, scratch)
+    # what deformation adds: velocities, 2 w x (Phi_t eta'), and the spin of the material
+    spin = np.empty(3)
+    matvec(T, rate, spin)
+    t = np.empty(3)
+    cross(u[3:6], slide, t)
+    extra = np.empty(3)
+    _tangent_rate(theta, rate, extra)
+    swing = np.empty(3)
+    cross(u[3:6], spin, swing)
+    for i in range(3):
+        for k in range(3):
+            marker.v[i] += R[i, k] * slide[k]
+            marker.w[i] += R[i, k] * spin[k]
+            marker.bias[i] += 2.0 * R[i, k] * t[k]
+            marker.bias[3 + i] += R[i, k] * (extra[k] + swing[k])
+    start, nu = marker.iJ, marker.nu
+    for j in range(m):
+        for k in range(3):
+            t[k] = T[k, 0] * rotation[0, j] + T[k, 1] * rotation[1, j] + T[k, 2] * rotation[2, j]
+        for i in range(3):
+            J[start + i * nu + 6 + j] = (
+                R[i, 0] * translation[0, j] + R[i, 1] * translation[1, j] + R[i, 2] * translation[2, j])
+            J[start + (3 + i) * nu + 6 + j] = R[i, 0] * t[0] + R[i, 1] * t[1] + R[i, 2] * t[2]
+
+
+@kernel
+def add_marker_stiffness(B, scale, R, q, m, s, translation, rotation, wrench):
+    """Add scale * d(-J^T W)/d(configuration) of one marker to the body block `B`.
+
+    The change of T with theta is kept to first order: dT^T N = 1/2 N x dtheta, an error of second order in the small
+    rotation of the marker, in the Newton matrix only.
+    """
+    F = np.empty(3)
+    N = np.empty(3)
+    place = np.empty(3)
+    theta = np.zeros(3)
+    T = np.empty((3, 3))
+    for i in range(3):
+        place[i] = s[i]
+        for j in range(m):
+            place[i] += translation[i, j] * q[7 + j]
+            theta[i] += rotation[i, j] * q[7 + j]
+    rotation_tangent(theta, T)
+    add_load_stiffness(B, scale, R, place, wrench, F, N)
+    t = np.empty(3)
+    c = np.empty(3)
+    for j in range(m):
+        b = rotation[:, j]
+        # a load fixed in W turns backwards in body axes: dF = F x dphi, dN = N x dphi
+        cross(F, translation[:, j], t)
+        for i in range(3):
+            B[3 + i, 6 + j] += scale * t[i]
+            B[6 + j, 3 + i] += scale * t[i]
+        matvec(T, b, c)
+        cross(N, c, t)
+        for i in range(3):
+            B[6 + j, 3 + i] += scale * t[i]
+        for k in range(m):
+            B[6 + j, 6 + k] -= 0.5 * scale * (
+                b[0] * (N[1] * rotation[2, k] - N[2] * rotation[1, k])
+                + b[1] * (N[2] * rotation[0, k] - N[0] * rotation[2, k])
+                + b[2] * (N[0] * rotation[1, k] - N[1] * rotation[0, k]))

@@ -1,0 +1,100 @@
+"""Geometric stiffness of a floating body: inertia loads, interface loads, load shapes, preload (Banerjee 1993).
+
+The modal rows gain ``sum_i s_i G_i eta``; the scales s_i are the acceleration field ``a(x) = A + B x`` of the body frame
+(gravity included in A), the total wrench on each interface in body axes, the amounts of the load shapes, and 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.kernel import kernel
+from flexmb.math.vectors import matvec_t
+
+__all__ = ["add_stiffening", "add_stiffening_tangent", "load_scales"]
+
+
+@kernel
+def load_scales(u, A, R, markers, first, interfaces, loads, first_load, amounts, s):
+    """Write the scales of all unit loads to `s` (12 + 6 ni + nl + 1,)."""
+    v = u[0:3]
+    w = u[3:6]
+    alpha = A[3:6]
+    ww = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        s[i] = A[i] + w[j] * v[k] - w[k] * v[j]
+        for m in range(3):
+            s[3 + 3 * i + m] = w[i] * w[m]
+        s[3 + 3 * i + i] -= ww
+        s[3 + 3 * i + j] -= alpha[k]
+        s[3 + 3 * i + k] += alpha[j]
+    for n in range(interfaces):
+        wrench = markers[first + n].wrench
+        at = 12 + 6 * n
+        matvec_t(R, wrench[0:3], s[at : at + 3])
+        matvec_t(R, wrench[3:6], s[at + 3 : at + 6])
+    for n in range(loads):
+        s[12 + 6 * interfaces + n] = amounts[first_load + n]
+    s[12 + 6 * interfaces + loads] = 1.0
+
+
+@kernel
+def add_stiffening(G, s, eta, products, out):
+    """Add sum_i s_i G_i eta to `out` (m,); leave the products G_i eta in `products` (n, m)."""
+    m = len(eta)
+    for i in range(len(G)):
+        for j in range(m):
+            total = 0.0
+            for k in range(m):
+                total += G[i, j, k] * eta[k]
+            products[i, j] = total
+            out[j] += s[i] * total
+
+
+@kernel
+def add_stiffening_tangent(G, s, g, u, R, interfaces, fall, weights, B, markers, first, H):
+    """Add the derivatives of the stiffening to the body block `B`, and those by marker wrenches to `H`.
+
+    `g` (n, m) are the products G_i eta; `weights` are those of mass, damping and stiffness.
+    """
+    cm, cd, ck = weights[0], weights[1], weights[2]
+    m = g.shape[1]
+    v = u[0:3]
+    w = u[3:6]
+    for i in range(len(G)):
+        x = ck * s[i]
+        if x != 0.0:
+            for j in range(m):
+                for k in range(m):
+                    B[6 + j, 6 + k] += x * G[i, j, k]
+    for j in range(m):
+        for i in range(3):
+            a, b = (i + 1) % 3, (i + 2) % 3
+            B[6 + j, i] += cm * g[i, j]
+            # B_ba = +alpha_i, B_ab = -alpha_i
+            B[6 + j, 3 + i] += cm * (g[3 + 3 * b + a, j] - g[3 + 3 * a + b, j])
+            # A = v' + w x v - R^T g, B = w w^T - |w|^2 I + w'~; gravity turns backwards in body axes
+            B[6 + j, i] += cd * (g[a, j] * w[b] - g[b, j] * w[a])
+            spin = g[b, j] * v[a] - g[a, j] * v[b]
+            for k in range(3):
+                spin += (g[3 + 3 * i + k, j] + g[3 + 3 * k + i, j]) * w[k] - 2.0 * w[i] * g[3 + 3 * k + k, j]
+            B[6 + j, 3 + i] += cd * spin - ck * (g[a, j] * fall[b] - g[b, j] * fall[a])
+    for n in range(interfaces):
+        marker = markers[first + n]
+        at = 12 + 6 * n
+        for half in range(2):
+            top = at + 3 * half
+            for j in range(m):
+                for i in range(3):
+                    a, b = (i + 1) % 3, (i + 2) % 3
+                    # a wrench fixed in W turns backwards in body axes: dF = F x dphi
+                    B[6 + j, 3 + i] += ck * (g[top + a, j] * s[top + b] - g[top + b, j] * s[top + a])
+        if marker.iH >= 0:
+            nu = marker.nu
+            for half in range(2):
+                for i in range(3):
+                    start = marker.iH + (3 * half + i) * nu + 6
+                    for j in range(m):
+                        H[start + j] = (R[i, 0] * g[at + 3 * half, j] + R[i, 1] * g[at + 3 * half + 1, j]
+                                        + R[i, 2] * g[at + 3 * half + 2, j])
