@@ -13,7 +13,7 @@ __version__ = "0.1.0"
 # Where each public name lives; it is imported when it is first asked for, so that `import flexmb` stays fast.
 _ROOMS = {
     "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError",
-    "flexmb.model": "Material Model ModalNeutralData OrthotropicMaterial Pose",
+    "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.bodies": "FloatingBody Ground PointMass RigidBody",
@@ -23,7 +23,7 @@ _ROOMS = {
     "Position Reaction Stress Velocity",
     "flexmb.integrate": "GeneralizedAlpha IDA check simulate",
     "flexmb.results": "Solution Status",
-    "flexmb.io": "load_model save_model write_table write_vtk",
+    "flexmb.io": "load_model load_simulation save_model write_table write_vtk",
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
