@@ -1,0 +1,23 @@
+"""Check a model without simulating it: degrees of freedom, redundant equations, assembly."""
+
+from __future__ import annotations
+
+import argparse
+
+import flexmb as fmb
+from flexmb import io
+from flexmb.cli.model_arguments import add_model_arguments, settings
+
+NAME = "check"
+SUMMARY = "count freedoms, name redundant equations, try the assembly"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_model_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    model = io.load_model(arguments.model, settings(arguments))
+    print(repr(model))
+    print(fmb.check(model))
+    return 0

@@ -1,0 +1,81 @@
+"""The command ``flexmb``: reads the arguments, runs a verb, turns errors into messages and exit codes.
+
+Exit codes: 0 done, 2 an error that the message explains, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+
+from flexmb.cli import check, export, reduce, run
+from flexmb.errors import FlexmbError
+
+__all__ = ["VERBS", "main"]
+
+VERBS: tuple[ModuleType, ...] = (reduce, check, run, export)
+"""Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
+
+FAILED, INTERRUPTED = 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
+    given = _parser().parse_args(arguments)
+    _let_termination_interrupt()
+    try:
+        return given.execute(given)
+    except FlexmbError as error:
+        print(f"flexmb {given.verb}: {error}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print(f"flexmb {given.verb}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="flexmb",
+        description="Flexible multibody dynamics from finite element meshes.",
+        epilog="`flexmb VERB --help` says more.",
+    )
+    parser.add_argument("--version", action="version", version=_version())
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for verb in VERBS:
+        own = verbs.add_parser(
+            verb.NAME,
+            help=verb.SUMMARY,
+            description=verb.__doc__,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        verb.add_arguments(own)
+        own.set_defaults(execute=verb.execute)
+    return parser
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return f"flexmb {version('flexmb')}"
+    except PackageNotFoundError:  # run from a source tree that is not installed
+        return "flexmb"
+
+
+def _let_termination_interrupt() -> None:
+    """A polite kill ends a run like Ctrl-C: what was computed is written."""
+
+    def interrupt(number, frame):
+        raise KeyboardInterrupt
+
+    try:
+        signal.signal(signal.SIGTERM, interrupt)
+    except ValueError:  # not the main thread: the caller's own signals stay
+        return

@@ -1,0 +1,38 @@
+"""Write the results of a run folder in other formats: ParaView files and the sensor table."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import flexmb as fmb
+from flexmb import io
+from flexmb.cli.run_folder import open_run
+
+NAME = "export"
+SUMMARY = "write ParaView files or the sensor table of a run folder"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("run", help="run folder")
+    parser.add_argument(
+        "--vtk", action="store_true", help="PVD with one VTU per body and frame: any ParaView (default)"
+    )
+    parser.add_argument("--vtkhdf", action="store_true", help="one VTKHDF file per body with an XDMF sidecar")
+    parser.add_argument("--csv", action="store_true", help="sensors over time")
+    parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the run folder")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    solution = open_run(arguments.run)
+    name = Path(arguments.run).resolve().name
+    target = Path(arguments.to) if arguments.to else Path(arguments.run)
+    target.mkdir(parents=True, exist_ok=True)
+    nothing = not (arguments.vtk or arguments.vtkhdf or arguments.csv)
+    if arguments.vtk or nothing:
+        print(f"Open in ParaView: {fmb.write_vtk(solution, target / f'{name}.pvd')}")
+    if arguments.vtkhdf:
+        print(f"Open in ParaView: {fmb.write_vtk(solution, target / f'{name}.vtkhdf')}")
+    if arguments.csv:
+        print(f"Sensors: {io.write_table(solution, target / 'sensors.csv')}")
+    return 0

@@ -1,0 +1,168 @@
+"""Reduce a meshed part to a flexible body.
+
+Example: flexmb reduce conrod.msh --material steel --interface a=bore_a --interface b=bore_b --modes 12 -o conrod.h5
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import flexmb as fmb
+from flexmb import fem, reduction
+from flexmb.cli.progress import ProgressBar
+from flexmb.errors import ModelError, did_you_mean
+
+NAME = "reduce"
+SUMMARY = "reduce a meshed part to a flexible body (.h5)"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("mesh", help="mesh file: Gmsh .msh, Nastran .bdf, Abaqus .inp, .vtu")
+    parser.add_argument(
+        "--material",
+        default="steel",
+        metavar="NAME",
+        help="steel, aluminium, titanium, or young=...,poisson=...,density=... in SI units",
+    )
+    parser.add_argument(
+        "--interface",
+        action="append",
+        default=[],
+        metavar="NAME=WHERE",
+        help="where joints and forces act: a named set, a node number, or x,y,z; repeat for each",
+    )
+    parser.add_argument(
+        "--station",
+        action="append",
+        default=[],
+        metavar="NAME=WHERE",
+        help="observed point: a named set, a node number, or x,y,z in m",
+    )
+    parser.add_argument(
+        "--load",
+        action="append",
+        default=[],
+        metavar="NAME=SURFACE",
+        help="load shape: unit pressure on a named surface",
+    )
+    parser.add_argument(
+        "--modes", default="12", help='number of fixed-interface modes, or "up to 200 Hz within 1 %%"'
+    )
+    parser.add_argument(
+        "--scale",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="metres per unit of the mesh: 0.001 for a mesh in mm",
+    )
+    parser.add_argument(
+        "--frame", default="buckens", help="buckens (default), or the interface that holds the body frame"
+    )
+    parser.add_argument("--geometric-stiffness", action="store_true", help="stiffening by loads and rotation")
+    parser.add_argument("--no-stress", action="store_true", help="leave out stress modes: a smaller file")
+    parser.add_argument("-o", "--out", metavar="FILE", help="file to write; default: <mesh>.h5")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    material = _material(arguments.material)
+    interfaces, stations, loads = (
+        _named(getattr(arguments, word), f"--{word}") for word in ("interface", "station", "load")
+    )
+    if not interfaces:
+        raise ModelError(
+            "flexmb reduce",
+            found="no --interface",
+            expected="at least one place where joints act",
+            remedy="Add --interface a=NAME_OF_A_SET",
+        )
+    with ProgressBar() as progress:
+        progress("reading the mesh", 0.0)
+        mesh = fem.read_mesh(arguments.mesh)
+        fe = fem.solid(mesh if arguments.scale == 1.0 else mesh.scaled(arguments.scale), material)
+        data = reduction.reduce(
+            fe,
+            interfaces=interfaces,
+            modes=_modes(arguments.modes),
+            stations=stations,
+            loads=loads,
+            frame=arguments.frame,
+            geometric_stiffness=arguments.geometric_stiffness,
+            stress=not arguments.no_stress,
+            progress=progress,
+        )
+    out = data.save(arguments.out or Path(arguments.mesh).with_suffix(".h5").name)
+    print(_summary(data, out))
+    return 0
+
+
+def _material(text: str) -> fmb.Material:
+    if "=" not in text:
+        if text not in fmb.MATERIALS:
+            raise ModelError(
+                "--material",
+                found=f"'{text}' is unknown",
+                expected=f"One of: {', '.join(fmb.MATERIALS)}",
+                remedy=did_you_mean(text, fmb.MATERIALS) or "Write young=210e9,poisson=0.3,density=7850",
+            )
+        return fmb.MATERIALS[text]
+    values = _named(text.split(","), "--material")
+    fields = ("young", "poisson", "density")
+    if set(values) != set(fields) or not all(isinstance(value, int | float) for value in values.values()):
+        raise ModelError(
+            "--material",
+            found=f"'{text}'",
+            expected="numbers for young, poisson and density, each once",
+            remedy="Write young=210e9,poisson=0.3,density=7850",
+        )
+    return fmb.Material(**{name: float(value) for name, value in values.items()})
+
+
+def _named(texts: list[str], option: str) -> dict[str, Any]:
+    """Return name -> set name, node numbers, number or coordinates of arguments ``name=where``."""
+    named: dict[str, Any] = {}
+    for text in texts:
+        name, equals, where = (piece.strip() for piece in text.partition("="))
+        if not equals or not name or not where or name in named:
+            raise ModelError(
+                f"{option} {text}",
+                found="a name that is used twice" if name in named else "no NAME=WHERE",
+                expected="NAME=WHERE, each name once",
+                remedy=f"Write {option} a=bore_a",
+            )
+        named[name] = _place(where) if option != "--material" else _number(where)
+    return named
+
+
+def _place(text: str) -> Any:
+    """Return coordinates (tuple) for "x,y,z", node numbers (list) for "17", else the name of a set."""
+    numbers = [_number(piece) for piece in text.split(",")]
+    if len(numbers) == 3 and all(isinstance(number, float) for number in numbers):
+        return tuple(numbers)
+    return [int(text)] if text.isdigit() else text
+
+
+def _number(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _modes(text: str) -> int | str:
+    return int(text) if text.strip().isdigit() else text
+
+
+def _summary(data: fmb.ModalNeutralData, out: Path) -> str:
+    c = ", ".join(f"{x:.6g}" for x in data.center_of_mass)
+    listed = ", ".join(f"{f:.4g}" for f in data.frequencies[:10]) + (", ..." if data.n_modes > 10 else "")
+    return "\n".join(
+        [
+            f"{len(data.nodes)} nodes, mass {data.mass:.6g} kg, centre of mass ({c}) m",
+            f"markers: {', '.join(data.marker_names)}"
+            + (f"; loads: {', '.join(data.load_names)}" if data.load_names else ""),
+            f"{data.n_modes} flexible coordinates, frequencies {listed} Hz",
+            f"Written: {out} ({out.stat().st_size / 1e6:.1f} MB)",
+        ]
+    )

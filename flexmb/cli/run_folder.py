@@ -1,0 +1,94 @@
+"""The run folder: the resolved model, the solution, the sensor table and the log of one simulation."""
+
+from __future__ import annotations
+
+import platform
+import time
+from pathlib import Path
+from types import TracebackType
+
+import flexmb as fmb
+from flexmb import io
+from flexmb.errors import DataFileError, ModelError, did_you_mean
+
+__all__ = ["LOG", "MODEL", "SOLUTION", "TABLE", "Log", "new_run", "open_run"]
+
+MODEL, SOLUTION, TABLE, LOG = "model.toml", "solution.h5", "sensors.csv", "log.txt"
+
+
+def new_run(folder: Path, model_file: Path) -> Path:
+    """Make a folder for a run; the files of an earlier run in it are removed.
+
+    Raises
+    ------
+    ModelError
+        The folder cannot be made, or the run would overwrite the model file it is made from.
+    """
+    if (folder / MODEL).resolve() == model_file.resolve():
+        raise ModelError(
+            f"Run folder '{folder}'",
+            found="the model file lies in it",
+            expected="another folder",
+            remedy="Give one with --out",
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ModelError(
+            f"Run folder '{folder}'",
+            found=f"it cannot be made ({error.strerror})",
+            expected="a folder that can be written",
+            remedy="Give another one with --out",
+        ) from None
+    for name in (MODEL, SOLUTION, TABLE, LOG):
+        (folder / name).unlink(missing_ok=True)
+    return folder
+
+
+def open_run(folder: str | Path) -> fmb.Solution:
+    """Return the solution of a run folder with its model, also of a run that was cut off."""
+    folder = Path(folder)
+    if not (folder / SOLUTION).is_file():
+        runs = (
+            sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}"))
+            if folder.parent.is_dir()
+            else []
+        )
+        raise DataFileError(
+            f"Run folder '{folder}'",
+            found=f"there is no {SOLUTION}" if folder.is_dir() else "it does not exist",
+            expected="a folder written by `flexmb run`" + (f"; beside it: {', '.join(runs)}" if runs else ""),
+            remedy=did_you_mean(folder.name, runs) or "Correct the path, or run the model first",
+        )
+    stored = fmb.Solution.load(folder / SOLUTION, read_model=io.read_model_text)
+    if stored.model is not None or not (folder / MODEL).is_file():
+        return stored
+    return fmb.Solution.load(folder / SOLUTION, model=io.load_model(folder / MODEL))
+
+
+class Log:
+    """Writes lines with the seconds since the start to the log file, and prints them where asked."""
+
+    def __init__(self, path: Path):
+        self._file = path.open("w", encoding="utf-8")
+        self._start = time.monotonic()
+        self.line(
+            f"{time.strftime('%Y-%m-%d %H:%M:%S')}, Python {platform.python_version()}, {platform.platform()}"
+        )
+
+    def __enter__(self) -> Log:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None:
+            self.line(f"{type(error).__name__}: {error}")
+        self._file.close()
+
+    def line(self, text: str, *, show: bool = False) -> None:
+        """Write a line; with `show` print it too."""
+        self._file.write(f"[{time.monotonic() - self._start:8.2f} s] {text}\n")
+        self._file.flush()
+        if show:
+            print(text)
