@@ -5,6 +5,7 @@ from flexmb.io.model_file import load_model, load_simulation, read_model_text
 from flexmb.io.save_model import model_text, save_model
 from flexmb.io.sensor_tables import write_table
 from flexmb.io.simulation_settings import Simulation
+from flexmb.io.vtk_output import write_vtk
 
 __all__ = [
     "Simulation",
@@ -15,4 +16,5 @@ __all__ = [
     "read_model_text",
     "save_model",
     "write_table",
+    "write_vtk",
 ]

@@ -19,7 +19,7 @@ WORKS = ("work_of_loads", "work_of_drives", "dissipated")
 class Energy(Sensor):
     """Energy of the whole system, (nt,), J.
 
-    ``total = kinetic + strain + potential``; springs count to the strain energy, gravity to the potential energy. The
+    ``total = kinetic + strain + potential``: strain is that of flexible bodies, potential that of gravity and springs. The
     balance is ``total(t) - total(0) = work_of_loads + work_of_drives - dissipated``.
 
     Parameters

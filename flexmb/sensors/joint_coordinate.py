@@ -88,7 +88,8 @@ class JointCoordinate(Sensor):
         still, here = np.eye(3), np.zeros(3)
         twists = [freedom.twists(still, still, here) for freedom in target.permits]
         if not twists:
-            raise ModelError(self.title, found=f"joint '{self.joint}' ({type(joint).__name__}) does not move alone",
+            raise ModelError(self.title,
+                             found=f"joint '{self.joint}' ({type(joint).__name__}) neither turns nor slides",
                              expected="a joint that turns or slides",
                              remedy="Name another joint, or say kind='turn' or kind='slide'")
         return "turn" if np.any(np.vstack(twists)[:, 3:]) else "slide"

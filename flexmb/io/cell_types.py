@@ -1,0 +1,78 @@
+"""Numbers of cell types in VTK and XDMF; meshio's node order is that of VTK."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import MeshError
+
+__all__ = ["VTK_TYPES", "XDMF_TYPES", "flat_cells", "mixed_topology"]
+
+VTK_TYPES = {
+    "vertex": 1,
+    "line": 3,
+    "triangle": 5,
+    "quad": 9,
+    "tetra": 10,
+    "hexahedron": 12,
+    "wedge": 13,
+    "pyramid": 14,
+    "line3": 21,
+    "triangle6": 22,
+    "quad8": 23,
+    "tetra10": 24,
+    "hexahedron20": 25,
+    "wedge15": 26,
+    "pyramid13": 27,
+    "quad9": 28,
+    "hexahedron27": 29,
+}
+
+XDMF_TYPES = {
+    "vertex": 1,
+    "line": 2,
+    "triangle": 4,
+    "quad": 5,
+    "tetra": 6,
+    "pyramid": 7,
+    "wedge": 8,
+    "hexahedron": 9,
+    "line3": 34,
+    "quad9": 35,
+    "triangle6": 36,
+    "quad8": 37,
+    "tetra10": 38,
+    "pyramid13": 39,
+    "wedge15": 40,
+    "hexahedron20": 48,
+    "hexahedron27": 50,
+}
+
+
+def _number(table, name: str) -> int:
+    if name not in table:
+        raise MeshError(
+            "VTK output",
+            found=f"cell type '{name}'",
+            expected=f"One of: {', '.join(table)}",
+            remedy="Draw the part with another element type",
+        )
+    return table[name]
+
+
+def flat_cells(cells) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return connectivity (flat), end of each cell in it (ne,), and VTK type of each cell (ne,)."""
+    connectivity = np.concatenate([np.asarray(c).ravel() for _, c in cells]).astype(np.int64)
+    lengths = np.concatenate([np.full(len(c), np.shape(c)[1]) for _, c in cells])
+    types = np.concatenate([np.full(len(c), _number(VTK_TYPES, name), np.uint8) for name, c in cells])
+    return connectivity, np.cumsum(lengths).astype(np.int64), types
+
+
+def mixed_topology(cells) -> np.ndarray:
+    """Return the cells as XDMF's mixed topology: type, (number of nodes for vertices and lines,) nodes, ..."""
+    blocks = []
+    for name, connectivity in cells:
+        number = _number(XDMF_TYPES, name)
+        head = [number] if number > 2 else [number, np.shape(connectivity)[1]]
+        blocks.append(np.hstack([np.tile(head, (len(connectivity), 1)), connectivity]).ravel())
+    return np.concatenate(blocks).astype(np.int64)

@@ -1,0 +1,115 @@
+"""`write_vtk`: a solution for ParaView, as PVD with VTU files or as VTKHDF with an XDMF file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexmb import hdf5
+from flexmb.errors import DataFileError
+from flexmb.io.cell_types import flat_cells, mixed_topology
+from flexmb.io.scene import Scene
+from flexmb.io.vtkhdf import VtkHdfSeries
+from flexmb.io.vtu import VtuSeries, write_collection
+from flexmb.io.xdmf import write_xdmf
+
+__all__ = ["write_vtk"]
+
+
+def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True) -> Path:
+    """Write the motion of all parts for ParaView and return the file to open.
+
+    Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
+    ``von_mises`` (Pa); rigid bodies, joints, springs and supports are drawn as simple solids. Numbers are float32.
+
+    Parameters
+    ----------
+    solution : Solution
+        With its model.
+    path : path
+        ``out/name.pvd`` writes the collection and ``out/name/<part>_<frame>.vtu``: any ParaView reads it.
+        ``out/name.vtkhdf`` writes ``out/name_<part>.vtkhdf``, cells once and all frames in one file per part, read by
+        ParaView 5.12 and later, and ``out/name.xdmf``, which shows the same data in earlier ones (Xdmf Reader).
+    every : int
+        Write every n-th sample.
+    stress : bool
+        Write the von Mises stress.
+
+    Returns
+    -------
+    Path
+        The .pvd or .xdmf file.
+    """
+    path = Path(path)
+    writers = {".pvd": _write_pvd, ".vtkhdf": _write_vtkhdf}
+    if path.suffix not in writers:
+        raise DataFileError(
+            f"VTK output '{path}'",
+            found=f"the ending '{path.suffix}'",
+            expected=f"One of: {', '.join(writers)}",
+            remedy="Use .pvd if in doubt",
+        )
+    scene = Scene(solution, every=every, stress=stress)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return writers[path.suffix](scene, path)
+    except OSError as error:
+        raise DataFileError(
+            f"VTK output '{path}'",
+            found=f"cannot write it ({error})",
+            expected="a writable folder with free space",
+            remedy="Free space, or choose another folder",
+        ) from error
+
+
+def _fields(scene, part) -> dict[str, int]:
+    """Return the fields of a part with their numbers of components."""
+    if part.data is None:
+        return {}
+    mises = scene.stress and part.data.stress_modes is not None
+    return {**({"von_mises": 1} if mises else {}), "displacement": 3}
+
+
+def _frame(scene, part, frame):
+    """Return points and fields of a part as float32."""
+    snapshot = scene.snapshot(part, frame)
+    fields = {name: getattr(snapshot, name).astype(np.float32) for name in _fields(scene, part)}
+    return snapshot.points.astype(np.float32), fields
+
+
+def _write_pvd(scene, path):
+    folder = path.with_suffix("")
+    folder.mkdir(exist_ok=True)
+    digits = len(str(len(scene.times) - 1))
+    entries = []
+    for number, part in enumerate(scene.parts):
+        series = VtuSeries(part.cells)
+        for frame, t in enumerate(scene.times):
+            file = folder / f"{_file_name(part.name)}_{frame:0{digits}d}.vtu"
+            series.write(file, float(t), *_frame(scene, part, frame))
+            entries.append((float(t), number, part.name, f"{folder.name}/{file.name}"))
+    write_collection(path, sorted(entries, key=lambda entry: (entry[0], entry[1])))
+    return path
+
+
+def _write_vtkhdf(scene, path):
+    parts = []
+    for part in scene.parts:
+        fields = _fields(scene, part)
+        file = path.with_name(f"{path.stem}_{_file_name(part.name)}.vtkhdf")
+        with hdf5.writing(file) as stream:
+            series = VtkHdfSeries(stream, part.cells, len(part.points), fields)
+            for frame, t in enumerate(scene.times):
+                series.append(t, *_frame(scene, part, frame))
+            series.finish()
+        n_cells, length = len(flat_cells(part.cells)[2]), len(mixed_topology(part.cells))
+        parts.append((part.name, file.name, len(part.points), n_cells, length, fields))
+    sidecar = path.with_suffix(".xdmf")
+    write_xdmf(sidecar, [float(t) for t in scene.times], parts)
+    return sidecar
+
+
+def _file_name(name: str) -> str:
+    """Return a part's name as a file name."""
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
