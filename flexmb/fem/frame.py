@@ -41,16 +41,15 @@ def frame(
     """Return an FE model of beams with two nodes and six freedoms per node.
 
     The stiffness is exact for loads at the nodes: Timoshenko, or Euler-Bernoulli with ``shear=False``
-    (docs/theory/frames.md, eq. frame-stiffness); the mass is consistent with the same interpolation.
+    (docs/theory/frames.md, eq. (frame-stiffness)); the mass is consistent with the same interpolation.
 
     Parameters
     ----------
     points : (n, 3), m
         Nodes; successive nodes are joined by a beam unless `connectivity` (ne, 2) says which.
     mesh : a mesh with line cells (`read_mesh`), instead of points
-    section : Section, or two (taper from the first to the last node), or one per node, or per group of the
-    mesh
-        One per node tapers linearly in every beam.
+    section : Section, or two, or one per node, or mapping of group to Section
+        Two taper linearly from the first to the last node, one per node in every beam.
     material : Material
     orientation : (3,) or (ne, 3)
         Vector whose part normal to the beam is the section's y-axis. Default: global z is the section's
@@ -78,19 +77,8 @@ def frame(
     nodes, lines, groups, sets = _lines(part, points, mesh, connectivity)
     axes, lengths = _axes(part, nodes, lines, orientation)
     pairs = _section_pairs(part, section, nodes, lines, lengths, groups)
-    elements = FrameElements(
-        lengths,
-        _table(pairs, lambda s: section_flexibility(s, material, shear)),
-        _table(pairs, lambda s: section_mass(s, material, rotary_inertia)),
-    )
-    block = FrameBlock(
-        connectivity=lines,
-        axes=axes,
-        elements=elements,
-        wagner=_table(pairs, wagner_row),
-        bending=_table(pairs, bending_rows),
-        number_of_nodes=len(nodes),
-    )
+    block = _block(pairs, material, lines, axes, lengths, len(nodes), shear, rotary_inertia)
+    elements = block.elements
     dofs = all_freedoms(len(nodes))
     mass = elements.lumped_mass() if lumped else elements.consistent_mass()
     stiffness, mass = (
@@ -193,6 +181,22 @@ def _axes(part, nodes, lines, orientation):
         )
     y /= size[:, None]
     return np.stack([x, y, np.cross(x, y)], axis=1), lengths
+
+
+def _block(pairs, material, lines, axes, lengths, count, shear, rotary_inertia) -> FrameBlock:
+    elements = FrameElements(
+        lengths,
+        _table(pairs, lambda s: section_flexibility(s, material, shear)),
+        _table(pairs, lambda s: section_mass(s, material, rotary_inertia)),
+    )
+    return FrameBlock(
+        connectivity=lines,
+        axes=axes,
+        elements=elements,
+        wagner=_table(pairs, wagner_row),
+        bending=_table(pairs, bending_rows),
+        number_of_nodes=count,
+    )
 
 
 def _section_pairs(part, section, nodes, lines, lengths, groups) -> list[tuple[Section, Section]]:

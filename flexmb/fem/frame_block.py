@@ -1,7 +1,7 @@
 """`FrameBlock`: section forces, fibre stress and geometric stiffness of the beams of an FE model.
 
 Geometric stiffness: second-order part of the strain energy of a beam in the rotation vector of its
-cross-sections (docs/theory/frames.md, eq. frame-geometric), so nodal moments are semitangential, as the
+cross-sections (docs/theory/frames.md, eq. (frame-geometric)), so nodal moments are semitangential, as the
 multibody side applies them.
 """
 
@@ -20,7 +20,7 @@ __all__ = ["FrameBlock"]
 
 GEOMETRIC_POINTS = 4
 
-# Second derivatives of the second-order energy density, eq. frame-geometric: (a, b, section force, factor)
+# Second derivatives of the second-order energy density, eq. (frame-geometric): (a, b, section force, factor)
 # with the gradient g = (u', v', w', theta_x, theta_y, theta_z, theta_x', theta_y', theta_z') and (N, V_y,
 # V_z, M_x, M_y, M_z).
 GEOMETRIC_TERMS = (

@@ -29,7 +29,7 @@ ones."""
 def section_flexibility(section: Section, material: Material, shear: bool) -> np.ndarray:
     """Return the section flexibility S (6, 6): strains and curvatures on the line of nodes per section force.
 
-    S = T^-1 S_c T^-T (frames.md, eq. frame-flexibility), S_c about the area centre (axial, bending) and the
+    S = T^-1 S_c T^-T (frames.md, eq. (frame-flexibility)), S_c about the area centre (axial, bending) and the
     shear centre (shear, torsion). Without shear deformation (Euler-Bernoulli) the two shear terms are zero.
     """
     e, g = material.young, material.shear
@@ -91,12 +91,12 @@ class FrameElements:
         """(ne, 6, 12): section forces at the second node per local end displacement."""
 
     def stiffness(self) -> np.ndarray:
-        """Return the local stiffness matrices (ne, 12, 12), frames.md eq. frame-stiffness."""
+        """Return the local stiffness matrices (ne, 12, 12), frames.md eq. (frame-stiffness)."""
         matrix = self.incidence.swapaxes(1, 2) @ self.end_forces
         return 0.5 * (matrix + matrix.swapaxes(1, 2))
 
     def consistent_mass(self) -> np.ndarray:
-        """Return the local mass matrices (ne, 12, 12) of the same interpolation, eq. frame-mass."""
+        """Return the local mass matrices (ne, 12, 12) of the same interpolation, eq. (frame-mass)."""
         matrix = np.zeros((len(self.lengths), 12, 12))
         for fraction, weight in gauss(MASS_POINTS):
             shape = self.interpolation(fraction)
@@ -122,7 +122,7 @@ class FrameElements:
 
     def interpolation(self, fraction: float) -> np.ndarray:
         """Return the shape functions (ne, 6, 12) at a fraction of the length: exact static lines, eq.
-        frame-shape."""
+        (frame-shape)."""
         shape = self._deflection(fraction) @ self.end_forces
         shape[:, :, :6] += transport(fraction * self.lengths)
         return shape
@@ -142,7 +142,7 @@ class FrameElements:
 
     def _deflection(self, fraction: float) -> np.ndarray:
         """Displacement (ne, 6, 6) at a fraction, first node clamped, per force at the second node (eq.
-        frame-deflection)."""
+        (frame-deflection))."""
         total = np.zeros((len(self.lengths), 6, 6))
         for inner, weight in gauss(FLEXIBILITY_POINTS):
             at = inner * fraction

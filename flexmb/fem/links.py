@@ -1,7 +1,7 @@
 """Rigid links (RBE2) and averaging links (RBE3) by elimination of the dependent freedoms.
 
 With ``U = T U_r`` the linked model has ``K_r = T^T K T`` and ``M_r = T^T M T`` (docs/theory/frames.md, eq.
-link-elimination).
+(link-elimination)).
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def average_motion(points: np.ndarray, weights: np.ndarray, at: np.ndarray, part
     """Return (6, n, 3): weighted least-squares rigid motion at a point (3,), m, of the displacements of
     points (n, 3).
 
-    ``theta = J^-1 sum w r x u``, ``u = sum w u / sum w + theta x (at - c)`` (eq. link-average).
+    ``theta = J^-1 sum w r x u``, ``u = sum w u / sum w + theta x (at - c)`` (eq. (link-average)).
     """
     share = weights / weights.sum()
     centre = share @ points

@@ -65,24 +65,7 @@ def read_matrices(
     read = _reader(path)
     matrices = read(path, None if mass is None else Path(mass))
     table = _table(path, nodes, matrices)
-    labels = np.unique(matrices.labels) if matrices.labels is not None else table.labels
-    unknown = np.setdiff1d(labels, table.labels)
-    if len(unknown):
-        raise MeshError(
-            f"Matrix file '{path}'",
-            found=f"node {unknown[0]} and {len(unknown) - 1} more have no position",
-            expected="every node of the matrices in the mesh",
-            remedy="Give the mesh file that the matrices were made from: nodes='...'",
-        )
-    positions = table.positions[np.searchsorted(table.labels, labels)]
-    dofs = None
-    if matrices.labels is not None:
-        dofs = np.stack([np.searchsorted(labels, matrices.labels), matrices.directions], axis=1)
-    sets = {
-        key: np.searchsorted(labels, found)
-        for key, numbers in table.node_sets.items()
-        if len(found := np.intersect1d(numbers, labels))
-    }
+    positions, dofs, sets = _located(path, matrices, table)
     return from_matrices(
         matrices.K,
         matrices.M,
@@ -142,6 +125,30 @@ def _table(path: Path, nodes, matrices: FileMatrices) -> NodeTable:
             remedy="Give nodes='mesh.inp', nodes='mesh.bdf' or an array (n, 3)",
         )
     return source if isinstance(source, NodeTable) else node_table(source)
+
+
+def _located(path: Path, matrices: FileMatrices, table: NodeTable):
+    """Return positions (n, 3) of the nodes that the matrices name, dofs (ndof, 2) or None, and the node
+    sets."""
+    labels = np.unique(matrices.labels) if matrices.labels is not None else table.labels
+    unknown = np.setdiff1d(labels, table.labels)
+    if len(unknown):
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found=f"node {unknown[0]} and {len(unknown) - 1} more have no position",
+            expected="every node of the matrices in the mesh",
+            remedy="Give the mesh file that the matrices were made from: nodes='...'",
+        )
+    positions = table.positions[np.searchsorted(table.labels, labels)]
+    dofs = None
+    if matrices.labels is not None:
+        dofs = np.stack([np.searchsorted(labels, matrices.labels), matrices.directions], axis=1)
+    sets = {
+        key: np.searchsorted(labels, found)
+        for key, numbers in table.node_sets.items()
+        if len(found := np.intersect1d(numbers, labels))
+    }
+    return positions, dofs, sets
 
 
 def _read_market(path: Path, mass: Path | None) -> FileMatrices:

@@ -3,7 +3,7 @@
 J.-L. Batoz, K.-J. Bathe, L.-W. Ho, A study of three-node triangular plate bending elements, Int. J. Numer.
 Meth. Eng. 15 (1980) 1771-1812; J.-L. Batoz, M. Ben Tahar, Evaluation of a new quadrilateral thin plate
 bending element, ibid. 18 (1982) 1655-1677. Both are one formula here: docs/theory/shells.md, eq.
-shell-kirchhoff. Freedoms per corner: w, theta_x, theta_y.
+(shell-kirchhoff). Freedoms per corner: w, theta_x, theta_y.
 """
 
 from __future__ import annotations

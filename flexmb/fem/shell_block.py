@@ -73,7 +73,7 @@ class ShellBlock:
 
     def stiffness(self) -> np.ndarray:
         """Return the element stiffness matrices (ne, 6 c, 6 c) in body axes, N/m (shells.md, eq.
-        shell-stiffness)."""
+        (shell-stiffness))."""
         total, t = 0.0, self.thickness
         for at in self.points():
             strain, curvature = self.strains(at.xi, at.eta), curvature_rows(self.corners, at)
@@ -85,7 +85,7 @@ class ShellBlock:
         return self._in_body_axes(total)
 
     def mass(self, lumped: bool = False) -> np.ndarray:
-        """Return the element mass matrices (ne, 6 c, 6 c) in body axes, kg (eq. shell-mass).
+        """Return the element mass matrices (ne, 6 c, 6 c) in body axes, kg (eq. (shell-mass)).
 
         Consistent with a quadratic field (edges bow with the nodal rotations), or `lumped` by rows of the
         linear functions.
@@ -160,7 +160,7 @@ class ShellBlock:
         return self.thickness[:, None, None] * (self.elasticity @ (self.strains(at.xi, at.eta) @ local))
 
     def _geometric(self, local: np.ndarray) -> np.ndarray:
-        """Return (ne, 6 c, 6 c, k) in local axes (eq. shell-geometric)."""
+        """Return (ne, 6 c, 6 c, k) in local axes (eq. (shell-geometric))."""
         total = 0.0
         for at in self.points():
             n_x, n_y, n_xy = np.moveaxis(self._membrane_forces(local, at), 1, 0)[:, :, 0]

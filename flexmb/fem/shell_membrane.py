@@ -41,7 +41,7 @@ def displacement_gradient(corners: np.ndarray, at: Functions) -> np.ndarray:
     c).
 
     Linear (bilinear) functions, and per edge a bow ``l (theta_j - theta_i) / 8`` along the outward normal
-    (eq. shell-allman).
+    (eq. (shell-allman)).
     """
     ne, count = corners.shape[:2]
     length, tangent = edges(corners)
@@ -129,7 +129,7 @@ def _inverse_jacobian(corners: np.ndarray) -> np.ndarray:
 
 def _optimal_triangle(corners: np.ndarray, poisson: float):
     """Mean strain of the edge displacements plus ``3 sqrt(beta_0) / 2`` times the deviatoric one (eq.
-    shell-opt).
+    (shell-opt)).
 
     Both are orthogonal in energy, so their sum under the mid-edge rule is the stiffness K_b + K_h of the
     paper.
