@@ -16,8 +16,11 @@ from collections import namedtuple
 from functools import cached_property
 
 import numpy as np
-from numba import cfunc, from_dtype, types
+from numba import from_dtype, types
+from numba.core.ccallback import CFunc
 from numba.core.errors import NumbaExperimentalFeatureWarning
+
+from flexmb.math.kernel import watch_sources
 
 __all__ = ["EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "RowKernel", "State", "Work", "no_operation", "row_kernel"]
 
@@ -143,7 +146,11 @@ class RowKernel:
     @cached_property
     def compiled(self):
         """The machine code, from the cache on disk if it is there."""
-        return cfunc(ROW_KERNEL, cache=True, error_model="numpy")(self.function)
+        code = CFunc(self.function, (ROW_KERNEL.args, ROW_KERNEL.return_type), locals={}, options={"error_model": "numpy"})
+        code.enable_caching()
+        watch_sources(code._cache, self.function)
+        code.compile()
+        return code
 
 
 def row_kernel(function) -> RowKernel:
