@@ -9,6 +9,7 @@ import argparse
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from types import ModuleType
 
@@ -27,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
     given = _parser().parse_args(arguments)
     _let_termination_interrupt()
+    shown, warnings.showwarning = warnings.showwarning, _show_warning
     try:
         return given.execute(given)
     except FlexmbError as error:
@@ -38,6 +40,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    finally:
+        warnings.showwarning = shown
+
+
+def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
+    """Show a warning as a sentence; where in the source it was raised helps no user."""
+    print(f"flexmb: warning: {message}", file=file or sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -18,6 +18,10 @@ NAME = "reduce"
 SUMMARY = "reduce a meshed part to a flexible body (.h5)"
 
 
+COUPLINGS = {"rigid": "Rigid", "averaging": "Averaging", "nodes": "Nodes"}
+"""How an interface follows its nodes: ``--interface a=averaging:bore_a``."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", help="mesh file: Gmsh .msh, Nastran .bdf, Abaqus .inp, .vtu")
     parser.add_argument(
@@ -31,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=WHERE",
-        help="where joints and forces act: a named set, a node number, or x,y,z; repeat for each",
+        help="where joints and forces act: a named set, a node number, or x,y,z; repeat for each. "
+        "averaging:WHERE takes the mean of the nodes instead of tying them rigidly, nodes:WHERE keeps them bare",
     )
     parser.add_argument(
         "--station",
@@ -70,6 +75,13 @@ def execute(arguments: argparse.Namespace) -> int:
     interfaces, stations, loads = (
         _named(getattr(arguments, word), f"--{word}") for word in ("interface", "station", "load")
     )
+    if not arguments.scale > 0.0:
+        raise ModelError(
+            "--scale",
+            found=f"{arguments.scale}",
+            expected="a factor > 0: metres per unit of the mesh",
+            remedy="Write --scale 0.001 for a mesh in mm",
+        )
     if not interfaces:
         raise ModelError(
             "flexmb reduce",
@@ -136,7 +148,10 @@ def _named(texts: list[str], option: str) -> dict[str, Any]:
 
 
 def _place(text: str) -> Any:
-    """Return coordinates (tuple) for "x,y,z", node numbers (list) for "17", else the name of a set."""
+    """Return coordinates (tuple) for "x,y,z", node numbers (list) for "17", else the name of a set; with its coupling."""
+    coupling, colon, where = text.partition(":")
+    if colon and coupling in COUPLINGS:
+        return getattr(reduction, COUPLINGS[coupling])(_place(where))
     numbers = [_number(piece) for piece in text.split(",")]
     if len(numbers) == 3 and all(isinstance(number, float) for number in numbers):
         return tuple(numbers)

@@ -1,0 +1,118 @@
+"""The command itself: verbs, help, version, exit codes."""
+
+import os
+import subprocess
+import sys
+import warnings
+
+import pytest
+
+from flexmb.cli import command_line, main
+from flexmb.cli.progress import ProgressBar
+
+
+@pytest.mark.parametrize("verb", command_line.VERBS, ids=lambda verb: verb.NAME)
+def test_every_verb_says_what_it_does(verb, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([verb.NAME, "--help"])
+    assert ended.value.code == 0
+    assert f"usage: flexmb {verb.NAME}" in capsys.readouterr().out
+    assert verb.SUMMARY
+    assert verb.__doc__
+
+
+def test_overview(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    printed = capsys.readouterr().out
+    assert all(
+        verb.NAME in printed and verb.SUMMARY in " ".join(printed.split()) for verb in command_line.VERBS
+    )
+
+
+@pytest.mark.parametrize("arguments", [[], ["rune"], ["run"], ["run", "a.toml", "--what"]])
+def test_wrong_usage(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert "usage: flexmb" in capsys.readouterr().err
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert capsys.readouterr().out.startswith("flexmb")
+
+
+def test_interruption_has_its_code(monkeypatch, capsys):
+    def interrupted(arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command_line.check, "execute", interrupted)
+    assert main(["check", "a.toml"]) == 130
+    assert capsys.readouterr().err == "flexmb check: interrupted\n"
+
+
+def test_warnings_are_sentences(monkeypatch, capsys):
+    def warn(arguments):
+        warnings.warn("two cells are distorted", UserWarning, stacklevel=1)
+        return 0
+
+    monkeypatch.setattr(command_line.check, "execute", warn)
+    shown = warnings.showwarning
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        main(["check", "a.toml"])
+    assert capsys.readouterr().err == "flexmb: warning: two cells are distorted\n"
+    assert warnings.showwarning is shown
+
+
+def test_a_closed_pipe_is_no_error(tmp_path):
+    code = (
+        "from flexmb.cli import command_line as c\n"
+        "def execute(a):\n    for _ in range(100000): print('line')\n    return 0\n"
+        "c.check.execute = execute\nimport sys\nsys.exit(c.main(['check', 'x']))"
+    )
+    process = subprocess.run(
+        f'"{sys.executable}" -c "$CODE" | head -1; exit ${{PIPESTATUS[0]}}',
+        shell=True,
+        text=True,
+        executable="/bin/bash",
+        capture_output=True,
+        check=False,
+        env={**os.environ, "CODE": code, "PYTHONPATH": ":".join(sys.path)},
+    )
+    assert (process.returncode, process.stdout, process.stderr) == (0, "line\n", "")
+
+
+class Terminal:
+    """A stream that is a terminal, or not."""
+
+    def __init__(self, shown=True):
+        self.text, self.shown = "", shown
+
+    def isatty(self):
+        return self.shown
+
+    def write(self, text):
+        self.text += text
+
+    def flush(self):
+        pass
+
+
+def test_progress_on_a_terminal():
+    stream = Terminal()
+    with ProgressBar(stream) as progress:
+        progress("normal modes", 0.5)
+        progress("done", 1.0)
+    assert "normal modes  [" + 15 * "#" + 15 * "." + "]  50 %" in stream.text
+    assert stream.text.split("\r")[-1] == ""
+    assert stream.text.split("\r")[-2].strip() == ""
+
+
+def test_no_progress_in_a_file():
+    stream = Terminal(shown=False)
+    with ProgressBar(stream) as progress:
+        progress("normal modes", 0.5)
+    assert stream.text == ""

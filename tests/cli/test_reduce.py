@@ -1,0 +1,118 @@
+"""`flexmb reduce`: a mesh file becomes a flexible body."""
+
+from pathlib import Path
+
+import pytest
+
+import flexmb as fmb
+from flexmb.cli import main
+
+MESH = str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_reduce(capsys):
+    arguments = [
+        "reduce",
+        MESH,
+        "--material",
+        "aluminium",
+        "--interface",
+        "a=foot",
+        "--interface",
+        "b=load",
+        "--modes",
+        "4",
+        "--station",
+        "s=0.01,0.01,0.0",
+        "-o",
+        "bracket.h5",
+    ]
+    assert main(arguments) == 0
+    data = fmb.ModalNeutralData.load("bracket.h5")
+    assert data.marker_names == ("a", "b", "s")
+    assert data.n_modes == 2 * 6 + 4 - 6
+    printed = capsys.readouterr().out
+    assert f"mass {data.mass:.6g} kg" in printed
+    assert "markers: a, b, s" in printed
+    assert "Written: bracket.h5" in printed
+
+
+def test_every_option(capsys):
+    """A mesh in mm; the material in numbers; a coupling at the nodes themselves; modes by accuracy."""
+    arguments = [
+        "reduce",
+        MESH,
+        "--material",
+        "young=70e9, poisson=0.3, density=2700",
+        "--interface",
+        "foot=foot",
+        "--interface",
+        "n=nodes:17",
+        "--interface",
+        "mean=averaging:load",
+        "--load",
+        "push=load",
+        "--modes",
+        "up to 5 kHz within 5 %",
+        "--scale",
+        "2",
+        "--frame",
+        "foot",
+        "--geometric-stiffness",
+        "--no-stress",
+    ]
+    assert main(arguments) == 0
+    data = fmb.ModalNeutralData.load("bracket_hex8.h5")
+    assert data.mass == pytest.approx(1.006 / 7850 * 2700 * 8, rel=1e-3)
+    assert data.load_names == ("push",)
+    assert data.frame == "foot"
+    assert data.geometric is not None
+    assert data.stress_modes is None
+    assert "loads: push" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "messages"),
+    [
+        (["none.msh", "--interface", "a=foot"], ("none.msh",)),
+        (
+            [MESH],
+            ("no --interface", "at least one place where joints act", "Add --interface a=NAME_OF_A_SET"),
+        ),
+        ([MESH, "--interface", "foot"], ("--interface foot: no NAME=WHERE", "Write --interface a=bore_a")),
+        (
+            [MESH, "--interface", "a=foot", "--interface", "a=load"],
+            ("--interface a=load: a name that is used twice",),
+        ),
+        ([MESH, "--interface", "a=fot"], ("the group 'fot' does not exist", "Did you mean 'foot'?")),
+        (
+            [MESH, "--interface", "a=foot", "--material", "stel"],
+            ("--material: 'stel' is unknown", "Did you mean 'steel'?"),
+        ),
+        (
+            [MESH, "--interface", "a=foot", "--material", "young=1,density=2"],
+            ("numbers for young, poisson and density", "Write young=210e9"),
+        ),
+        (
+            [MESH, "--interface", "a=foot", "--material", "young=1,poisson=x,density=2"],
+            ("numbers for young, poisson",),
+        ),
+        (
+            [MESH, "--interface", "a=foot", "--material", "young=-1,poisson=0.3,density=2"],
+            ("young = -1.0 Pa",),
+        ),
+        ([MESH, "--interface", "a=foot", "--modes", "many"], ("modes = 'many'", "a count")),
+        ([MESH, "--interface", "a=foot", "--scale", "0"], ("--scale: 0.0", "a factor > 0")),
+    ],
+)
+def test_errors_are_messages(arguments, messages, capsys):
+    assert main(["reduce", *arguments]) == 2
+    written = capsys.readouterr().err
+    assert written.startswith("flexmb reduce: ")
+    for message in messages:
+        assert message in written

@@ -1,0 +1,218 @@
+"""`flexmb run`, `check` and `export`: from a model file to a run folder and its files."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tolerances import SOLVER
+
+import flexmb as fmb
+from flexmb import io
+from flexmb.cli import main
+from flexmb.cli.run_folder import open_run
+from flexmb.errors import IntegrationError
+
+
+def table(path):
+    with path.open(newline="") as file:
+        titles, *rows = csv.reader(file)
+    return titles, np.array(rows, float)
+
+
+def test_run_folder(fall, tmp_path, capsys):
+    """z = -g t^2/2, x = F' t^3/(6 m) with F' = 4 N/s, m = 2 kg."""
+    assert main(["run", "fall.toml", "--out", "runs/a"]) == 0
+    folder = tmp_path / "runs" / "a"
+    assert sorted(p.name for p in folder.iterdir()) == ["log.txt", "model.toml", "sensors.csv", "solution.h5"]
+    titles, values = table(folder / "sensors.csv")
+    assert titles == ["t [s]", "place x [m]", "place y [m]", "place z [m]"]
+    t = np.linspace(0, 1, 11)
+    assert values[:, 0] == pytest.approx(t)
+    assert values[:, 3] == pytest.approx(-9.81 * t**2 / 2, abs=1e-3)
+    assert values[:, 1] == pytest.approx(t**3 / 3, abs=1e-3)
+    printed = capsys.readouterr().out
+    assert "finished" in printed
+    assert "place z [m]" in printed
+    assert "runs/a" in printed
+    log = (folder / "log.txt").read_text()
+    assert "g = 9.81" in log
+    assert "finished" in log
+
+
+def test_settings(fall, tmp_path):
+    arguments = ["run", "fall.toml", "--set", "g=2*3", "--set", "duration=0.5", "--samples", "6"]
+    assert main(arguments) == 0
+    _, values = table(tmp_path / "runs" / "fall" / "sensors.csv")
+    assert values[:, 0] == pytest.approx(np.linspace(0, 0.5, 6))
+    assert values[-1, 3] == pytest.approx(-0.75, abs=1e-3)
+    assert main([*arguments, "--t-end", "0.25"]) == 0
+    assert table(tmp_path / "runs" / "fall" / "sensors.csv")[1][-1, 0] == 0.25
+
+
+def test_a_run_can_be_run_again(fall, tmp_path):
+    main(["run", "fall.toml", "--set", "g=1.6", "--out", "one"])
+    assert main(["run", "one/model.toml", "--out", "two"]) == 0
+    assert (tmp_path / "one" / "sensors.csv").read_bytes() == (tmp_path / "two" / "sensors.csv").read_bytes()
+    assert (tmp_path / "one" / "model.toml").read_bytes() == (tmp_path / "two" / "model.toml").read_bytes()
+
+
+def test_the_solution_of_a_run_has_its_model(fall):
+    main(["run", "fall.toml", "--out", "one"])
+    solution = open_run("one")
+    assert solution.model.parameters["g"] == 9.81
+    assert solution[fmb.Velocity("v", marker="stone.center")][-1] == pytest.approx(
+        (1.0, 0, -9.81), rel=1e3 * SOLVER
+    )
+    assert io.model_text(solution.model) == io.model_text(io.load_model("one/model.toml"))
+
+
+def test_check(fall, capsys):
+    assert main(["check", "fall.toml"]) == 0
+    assert "mobility 3" in capsys.readouterr().out
+
+
+def test_export(fall, tmp_path, capsys):
+    main(["run", "fall.toml", "--out", "one"])
+    capsys.readouterr()
+    assert main(["export", "one", "--csv", "--to", "files"]) == 0
+    assert (tmp_path / "files" / "sensors.csv").read_bytes() == (
+        tmp_path / "one" / "sensors.csv"
+    ).read_bytes()
+    assert main(["export", "one"]) == 0
+    assert (tmp_path / "one" / "one.pvd").is_file()
+    assert main(["export", "one", "--vtkhdf", "--to", "files"]) == 0
+    printed = capsys.readouterr().out
+    assert "Open in ParaView: one/one.pvd" in printed
+    assert list((tmp_path / "files").glob("*.vtkhdf"))
+
+
+def test_run_with_vtk(fall, tmp_path):
+    assert main(["run", "fall.toml", "--out", "one", "--vtk"]) == 0
+    assert (tmp_path / "one" / "fall.pvd").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "messages"),
+    [
+        (
+            ["run", "fal.toml"],
+            ("flexmb run: Model file 'fal.toml': the file does not exist", "The folder holds: fall.toml"),
+        ),
+        (
+            ["check", "fall.toml", "--set", "G=1"],
+            ("flexmb check: fall.toml, [parameters]: there is no parameter 'G' to set",),
+        ),
+        (["check", "fall.toml", "--set", "g"], ("Setting 'g': no name and value",)),
+        (
+            ["check", "fall.toml", "--set", "g=1/0"],
+            ("fall.toml, gravity: Expression '-g': the parameter 'g' is '1/0'",),
+        ),
+        (["run", "fall.toml", "--t-end", "-1"], ("Simulation: t_end = -1.0", "a positive duration")),
+        (
+            ["run", "fall.toml", "--out", "fall.toml"],
+            ("Run folder 'fall.toml': it cannot be made", "Give another one with --out"),
+        ),
+        (["export", "none"], ("Run folder 'none': it does not exist", "run the model first")),
+        (["export", "."], ("Run folder '.': there is no solution.h5", "Correct the path")),
+    ],
+)
+def test_errors_are_messages(fall, capsys, arguments, messages):
+    assert main(arguments) == 2
+    written = capsys.readouterr().err
+    assert "Traceback" not in written
+    for message in messages:
+        assert message in written
+
+
+def test_a_similar_run_folder_is_proposed(fall, capsys):
+    main(["run", "fall.toml", "--out", "runs/p55"])
+    assert main(["export", "runs/p5"]) == 2
+    assert "beside it: p55. Did you mean 'p55'?" in capsys.readouterr().err
+
+
+def test_the_model_file_is_not_overwritten(fall, tmp_path, capsys):
+    main(["run", "fall.toml", "--out", "one"])
+    assert main(["run", "one/model.toml", "--out", "one"]) == 2
+    assert "Run folder 'one': the model file lies in it" in capsys.readouterr().err
+    assert (tmp_path / "one" / "model.toml").is_file()
+
+
+def test_damaged_solution(fall, tmp_path, capsys):
+    main(["run", "fall.toml", "--out", "one"])
+    (tmp_path / "one" / "solution.h5").write_bytes(b"nothing")
+    assert main(["export", "one"]) == 2
+    assert "solution.h5" in capsys.readouterr().err
+
+
+def test_a_failed_simulation_keeps_what_it_had(fall, tmp_path, capsys, monkeypatch):
+    simulate = fmb.simulate
+
+    def fail(model, t_end, **settings):
+        solution = replace(
+            simulate(model, t_end, **settings), status=fmb.Status.failed("too small a step", "Look at it")
+        )
+        raise IntegrationError(
+            "Model 'fall'", found="the step became too small", remedy="Look at the start", solution=solution
+        )
+
+    monkeypatch.setattr(fmb, "simulate", fail)
+    assert main(["run", "fall.toml", "--out", "one"]) == 2
+    captured = capsys.readouterr()
+    assert "Model 'fall': the step became too small. Look at the start." in captured.err
+    assert "11 samples" in captured.out
+    assert (tmp_path / "one" / "sensors.csv").is_file()
+    assert "too small" in (tmp_path / "one" / "log.txt").read_text()
+
+
+def test_a_failure_without_samples(fall, tmp_path, monkeypatch, capsys):
+    def fail(model, t_end, **settings):
+        raise IntegrationError("Model 'fall'", found="no start")
+
+    monkeypatch.setattr(fmb, "simulate", fail)
+    assert main(["run", "fall.toml", "--out", "one"]) == 2
+    assert "no start" in capsys.readouterr().err
+    assert "no start" in (tmp_path / "one" / "log.txt").read_text()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_stays_readable(fall, tmp_path, number):
+    command = [
+        sys.executable,
+        "-m",
+        "flexmb",
+        "run",
+        "fall.toml",
+        "--t-end",
+        "1e6",
+        "--samples",
+        "2000001",
+        "--out",
+        "one",
+    ]
+    process = subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    solution, deadline = tmp_path / "one" / "solution.h5", time.monotonic() + 120
+    while not (solution.is_file() and solution.stat().st_size > 100_000) and time.monotonic() < deadline:
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.05)
+    process.send_signal(number)
+    written, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert "Traceback" not in errors
+    assert "interrupted" in written
+    found = open_run(tmp_path / "one")
+    assert found.status.kind == "interrupted"
+    assert len(found.t) > 100
+    assert len(table(tmp_path / "one" / "sensors.csv")[1]) == len(found.t)
