@@ -27,3 +27,4 @@ autodoc_class_signature = "mixed"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+suppress_warnings = ["ref.python"]  # where a type is expected, the docstrings have shape and unit: "(n, 3), m"

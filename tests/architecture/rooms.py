@@ -61,6 +61,7 @@ DOORS = {
     "pyvista": ("io/", "view/"),
     "matplotlib": ("view/",),
     "imageio": ("view/",),
+    "imageio_ffmpeg": ("view/",),
     "dask": ("study/",),
     "distributed": ("study/",),
     "numpy": ("",),
