@@ -82,9 +82,36 @@ def stiffness_matrix(x, dn, w, di, dc, c9, gram, ke):
 
 
 @kernel
-def condensation(ke, n):
-    """Return (m, n): the incompatible amplitudes are this matrix times the nodal displacements, eq. (fe-condense)."""
-    return np.linalg.solve(ke[n:, n:].copy(), -ke[n:, :n].copy())
+def condense(ke, n):
+    """Eliminate the rows and columns from n on, last first, eq. (fe-condense); ke[:n, :n] is then the condensed matrix.
+
+    Row p >= n keeps the equation ``ke[p, :p + 1] @ amplitudes[:p + 1] = 0`` from which `amplitudes` finds them again.
+    """
+    for p in range(len(ke) - 1, n - 1, -1):
+        for i in range(p):
+            factor = ke[i, p] / ke[p, p]
+            for j in range(i + 1):
+                ke[i, j] -= factor * ke[p, j]
+                ke[j, i] = ke[i, j]
+
+
+@kernel
+def amplitudes(ke, n, u):
+    """Fill the incompatible amplitudes u[n:] of the nodal displacements u[:n] after `condense`."""
+    for p in range(n, len(ke)):
+        for k in range(u.shape[1]):
+            value = 0.0
+            for j in range(p):
+                value -= ke[p, j] * u[j, k]
+            u[p, k] = value / ke[p, p]
+
+
+@kernel
+def gather(points, cell, x):
+    """Fill x (nn, 3) with the node positions of a cell."""
+    for a in range(len(cell)):
+        for k in range(3):
+            x[a, k] = points[cell[a], k]
 
 
 @kernel
@@ -94,18 +121,10 @@ def assemble_stiffness(points, cells, dn, w, di, dc, c9, start, indices, data):
     nt = nn + di.shape[1]
     ke, gram, x = np.empty((3 * nt, 3 * nt)), np.empty((nt, nt, 9)), np.empty((nn, 3))
     for e in range(len(cells)):
-        for a in range(nn):
-            x[a] = points[cells[e, a]]
+        gather(points, cells[e], x)
         stiffness_matrix(x, dn, w, di, dc, c9, gram, ke)
-        if nt > nn:
-            n = 3 * nn
-            reduced = ke[:n, :n] + ke[:n, n:].copy() @ condensation(ke, n)
-            for i in range(n):
-                for j in range(i):  # the product is symmetric up to rounding only
-                    reduced[i, j] = reduced[j, i]
-            scatter_blocks(start, indices, cells[e], reduced, data)
-        else:
-            scatter_blocks(start, indices, cells[e], ke, data)
+        condense(ke, 3 * nn)
+        scatter_blocks(start, indices, cells[e], ke, data)
 
 
 @kernel
@@ -114,8 +133,7 @@ def assemble_mass(points, cells, value, dn, w, density, lumped, start, indices, 
     nn = cells.shape[1]
     me, x, inverse = np.empty((nn, nn)), np.empty((nn, 3)), np.empty((3, 3))
     for e in range(len(cells)):
-        for a in range(nn):
-            x[a] = points[cells[e, a]]
+        gather(points, cells[e], x)
         me[:] = 0.0
         for q in range(len(w)):
             factor = density * w[q] * inverse_jacobian(x, dn[q], inverse)
@@ -123,11 +141,14 @@ def assemble_mass(points, cells, value, dn, w, density, lumped, start, indices, 
                 for b in range(nn):
                     me[a, b] += factor * value[q, a] * value[q, b]
         if lumped:
-            total, trace = me.sum(), np.trace(me)
+            total, trace = 0.0, 0.0
             for a in range(nn):
-                diagonal = me[a, a] * total / trace
-                me[a] = 0.0
-                me[a, a] = diagonal
+                trace += me[a, a]
+                for b in range(nn):
+                    total += me[a, b]
+            for a in range(nn):
+                for b in range(nn):
+                    me[a, b] *= total / trace if a == b else 0.0
         scatter_scalar(start, indices, cells[e], me, data)
 
 
@@ -137,9 +158,9 @@ def jacobian_range(points, cells, dn, low, high, size):
     nn = cells.shape[1]
     x, inverse = np.empty((nn, 3)), np.empty((3, 3))
     for e in range(len(cells)):
+        gather(points, cells[e], x)
         extent = 0.0
         for a in range(nn):
-            x[a] = points[cells[e, a]]
             for k in range(3):
                 extent = max(extent, abs(x[a, k] - x[0, k]))
         size[e] = extent**3
@@ -161,13 +182,16 @@ def point_stress(points, cells, dn_at, di_at, dn, w, di, dc, c9, elasticity, u, 
     ue, strain = np.empty((3 * nt, cases)), np.empty((6, cases))
     ke, gram = np.empty((3 * nt, 3 * nt)), np.empty((nt, nt, 9))
     for e in range(len(cells)):
+        gather(points, cells[e], x)
         for a in range(nn):
-            x[a] = points[cells[e, a]]
-            ue[3 * a:3 * a + 3] = u[cells[e, a]]
+            for i in range(3):
+                for k in range(cases):
+                    ue[3 * a + i, k] = u[cells[e, a], i, k]
         det_centre = 1.0
         if ni:
             stiffness_matrix(x, dn, w, di, dc, c9, gram, ke)
-            ue[3 * nn:] = condensation(ke, 3 * nn) @ ue[:3 * nn].copy()
+            condense(ke, 3 * nn)
+            amplitudes(ke, 3 * nn, ue)
             det_centre = inverse_jacobian(x, dc, centre)
         for q in range(len(dn_at)):
             det = inverse_jacobian(x, dn_at[q], inverse)
@@ -211,17 +235,16 @@ def scalar_geometric_stiffness(points, cells, dn, w, stress, start, indices, dat
     nn = cells.shape[1]
     ke, x, inverse, g = np.empty((nn, nn)), np.empty((nn, 3)), np.empty((3, 3)), np.empty((nn, 3))
     for e in range(len(cells)):
-        for a in range(nn):
-            x[a] = points[cells[e, a]]
+        gather(points, cells[e], x)
         ke[:] = 0.0
         for q in range(len(w)):
             factor = w[q] * inverse_jacobian(x, dn[q], inverse)
             transform(dn[q], inverse, 1.0, 0, g)
-            s = stress[e, q, :, 0]
+            s = stress[e, q]
             for b in range(nn):
-                tx = factor * (s[0] * g[b, 0] + s[3] * g[b, 1] + s[5] * g[b, 2])
-                ty = factor * (s[3] * g[b, 0] + s[1] * g[b, 1] + s[4] * g[b, 2])
-                tz = factor * (s[5] * g[b, 0] + s[4] * g[b, 1] + s[2] * g[b, 2])
+                tx = factor * (s[0, 0] * g[b, 0] + s[3, 0] * g[b, 1] + s[5, 0] * g[b, 2])
+                ty = factor * (s[3, 0] * g[b, 0] + s[1, 0] * g[b, 1] + s[4, 0] * g[b, 2])
+                tz = factor * (s[5, 0] * g[b, 0] + s[4, 0] * g[b, 1] + s[2, 0] * g[b, 2])
                 for a in range(nn):
                     ke[a, b] += g[a, 0] * tx + g[a, 1] * ty + g[a, 2] * tz
         scatter_scalar(start, indices, cells[e], ke, data)
@@ -237,8 +260,7 @@ def modal_gradient_products(points, cells, dn, w, modes, products):
     x, inverse, g, h = np.empty((nn, 3)), np.empty((3, 3)), np.empty((nn, 3)), np.empty((3, 3, m))
     row = 0
     for e in range(len(cells)):
-        for a in range(nn):
-            x[a] = points[cells[e, a]]
+        gather(points, cells[e], x)
         for q in range(len(w)):
             factor = w[q] * inverse_jacobian(x, dn[q], inverse)
             transform(dn[q], inverse, 1.0, 0, g)
