@@ -148,7 +148,10 @@ def _named(texts: list[str], option: str) -> dict[str, Any]:
 
 
 def _place(text: str) -> Any:
-    """Return coordinates (tuple) for "x,y,z", node numbers (list) for "17", else the name of a set; with its coupling."""
+    """Return coordinates (tuple) for "x,y,z", node numbers (list) for "17", else the name of a set.
+
+    A coupling before a colon, "averaging:bore_a", wraps it.
+    """
     coupling, colon, where = text.partition(":")
     if colon and coupling in COUPLINGS:
         return getattr(reduction, COUPLINGS[coupling])(_place(where))

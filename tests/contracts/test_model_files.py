@@ -1,0 +1,129 @@
+"""Every registered kind survives a model file: written as TOML and read back, all its fields are the same.
+
+A part is made of its required fields, with values by the fields' names; a new required field needs a value here.
+"""
+
+from dataclasses import MISSING, fields
+from pathlib import Path
+
+import pytest
+
+import flexmb as fmb
+from flexmb import fem, io, reduction
+from flexmb.io import kind_lists
+from flexmb.io.field_values import same
+
+MESH = Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh"
+VALUES = {
+    "name": "part",
+    "markers": ("ground.A", "b.A"),
+    "marker": "b.A",
+    "joint": "A",
+    "joints": ("A", "B"),
+    "force": "spring",
+    "body": "flexible",
+    "mass": 2.0,
+    "inertia": ((1.0, 0.1, 0), (0.1, 1.0, 0), (0, 0, 1.0)),
+    "stiffness": 1e3,
+    "damping": 0.1,
+    "load": "flexible.push",
+    "sensor": "s",
+}
+MORE = {
+    "Ground": {"name": "ground", "markers": {"A": fmb.Pose((1, 2, 3), (0.1, 0.2, 0.3)), "ramp": (0, 0, 0)}},
+    "RigidBody": {"at": (1, 2, 3), "rotation": (0.1, 0.2, 0.3), "markers": {"m": (1 / 3, 0, 0)}},
+    "PointMass": {"markers": None},
+    "FloatingBody": {"markers": None, "at": (1, 2, 3), "modes": (0, 2, 3), "damping": (0.01, 0.02, 0.03)},
+    "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
+    "Rod": {"length": 0.3},
+    "PointLoad": {
+        "force": (fmb.table([0, 1, 2], [1, 2, 4], of=fmb.ramp(rate=1.0)), 0, fmb.step(value=2.0)),
+        "axes": "b.A",
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def data():
+    fe = fem.solid(fem.read_mesh(MESH), fmb.MATERIALS["steel"])
+    return reduction.reduce(
+        fe, interfaces={"a": "foot", "b": "load"}, modes=2, loads={"push": "load"}, compare=0
+    )
+
+
+@pytest.fixture(scope="module")
+def stage(data):
+    """A model that has what the parts refer to."""
+    return fmb.Model(
+        bodies=[
+            fmb.Ground(markers={"A": (0, 0, 0)}),
+            fmb.RigidBody("b", mass=1, inertia=(1, 1, 1), markers={"A": (0, 0, 0)}),
+            fmb.RigidBody("c", mass=1, inertia=(1, 1, 1)),
+            fmb.FloatingBody("flexible", data=data),
+        ],
+        joints=[
+            fmb.Revolute("A", markers=("ground.A", "b.A")),
+            fmb.Revolute("B", markers=("b.A", "c.center")),
+        ],
+        forces=[fmb.SpringDamper("spring", markers=("ground.A", "b.A"), stiffness=1.0)],
+        sensors=[fmb.Position("s", marker="b.A")],
+    )
+
+
+KINDS = [(table, name) for table, kinds in kind_lists.parts().items() for name in kinds]
+
+
+@pytest.mark.parametrize(("table", "name"), KINDS)
+def test_round_trip(table, name, stage, data):
+    kind, more = kind_lists.parts()[table][name], MORE.get(name, {})
+    values = {}
+    for f in fields(kind):
+        required = f.default is MISSING and f.default_factory is MISSING
+        if f.name in more:
+            values[f.name] = more[f.name]
+        elif f.name == "data":
+            values[f.name] = data
+        elif f.name == "markers" and table == "body":
+            continue
+        elif f.init and (required or f.name in ("markers", "marker")):
+            assert f.name in VALUES, f"what is a value of {name}.{f.name}? Add it to VALUES or MORE"
+            values[f.name] = VALUES[f.name]
+    own = {
+        "name": values.get("name", "ground"),
+        **{k: v for k, v in values.items() if k != "name" and v is not None},
+    }
+    part = kind(**own)
+    kept = [b for b in stage.bodies if b.name != part.name]
+    model = fmb.Model(bodies=[*kept, part] if table == "body" else stage.bodies, parameters={})
+    if table != "body":
+        model = stage.with_parts(**{kind_lists.FAMILIES[table]: [part]})
+    text = io.model_text(model)
+    bodies = {b.name: b.data for b in model.bodies if hasattr(b, "data")}
+    twin = next(
+        p
+        for p in getattr(io.read_model_text(text, bodies), kind_lists.FAMILIES[table])
+        if p.name == part.name
+    )
+    assert type(twin) is kind
+    for field, value in part.fields().items():
+        assert same(twin.fields()[field], value), f"{field}: {value} became {twin.fields()[field]}"
+
+
+def test_bodies_of_one_file_share_their_data(tmp_path, data):
+    pair = fmb.Model(
+        bodies=[fmb.FloatingBody("left", data=data), fmb.FloatingBody("right", data=data, at=(1, 0, 0))]
+    )
+    io.save_model(pair, tmp_path / "pair.toml")
+    assert [p.name for p in tmp_path.glob("*.h5")] == ["pair.bracket_hex8.h5"]
+    left, right = io.load_model(tmp_path / "pair.toml").bodies
+    assert left.data is right.data
+    assert same(left.data, data)
+    selected = fmb.Model(
+        bodies=[fmb.FloatingBody("left", data=data), fmb.FloatingBody("right", data=data.selected(2))]
+    )
+    io.save_model(selected, tmp_path / "two.toml")
+    assert sorted(p.name for p in tmp_path.glob("two.*.h5")) == [
+        "two.bracket_hex8.h5",
+        "two.bracket_hex8_2.h5",
+    ]
+    assert [b.data.n_modes for b in io.load_model(tmp_path / "two.toml").bodies] == [data.n_modes, 2]
