@@ -25,7 +25,7 @@ def lowest_modes(
     *,
     start: np.ndarray | None = None,
     block: int = 8,
-    tolerance: float = 1e-10,
+    tolerance: float = 1e-9,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest eigenvalues and eigenvectors of K x = w2 M x.
 
@@ -52,35 +52,45 @@ def lowest_modes(
     first = rng.standard_normal((n, block))
     if start is not None:
         first[:, : min(block, start.shape[1])] += 1e3 * start[:, :block] / np.abs(start[:, :block]).max()
-    V, MV = np.zeros((n, 0)), np.zeros((n, 0))
+    V, k = (
+        np.zeros((n, min(n, 16 * (count + block))), order="F"),
+        0,
+    )  # columns take memory when they are written
     T = np.zeros((0, 0))
-    Q, MQ = _orthonormal(solve(mass(first)), mass, V, MV)
+    Q, MQ = _orthonormal(solve(mass(first)), mass, V[:, :0])
     while True:
-        k, p = V.shape[1], Q.shape[1]
-        V, MV = np.hstack([V, Q]), np.hstack([MV, MQ])
+        p = Q.shape[1]
+        if k + p > V.shape[1]:
+            V = np.hstack([V, np.zeros((n, V.shape[1]), order="F")])
+        V[:, k : k + p] = Q
+        basis = V[:, : k + p]
         W = solve(MQ)
-        coefficients = MV.T @ W
+        coefficients = basis.T @ mass(W)
+        W -= basis @ coefficients
         T = np.block([[T, coefficients[:k]], [coefficients[:k].T, coefficients[k:]]])
         T = 0.5 * (T + T.T)
         theta, S = eigh(T)
-        W -= V @ coefficients
-        Q, MQ = _orthonormal(W, mass, V, MV, scale=theta[-1])
+        Q, MQ = _orthonormal(W, mass, basis, scale=theta[-1])
         found = min(count, len(theta))
         wanted = slice(len(theta) - found, None)
-        beta = MQ.T @ W if Q.shape[1] else np.zeros((0, p))
-        error = np.linalg.norm(beta @ S[k:, wanted], axis=0)
+        error = np.linalg.norm((MQ.T @ W) @ S[k:, wanted], axis=0)
+        k += p
         converged = found == count and np.all(error <= tolerance * theta[wanted])
         if converged or Q.shape[1] == 0:
             keep = np.flatnonzero(theta[wanted] > 1e-14 * theta[-1])[::-1]
             order = keep + (len(theta) - found)
-            return 1.0 / theta[order], V @ S[:, order]
+            return 1.0 / theta[order], basis @ S[:, order]
 
 
-def _orthonormal(W, mass: Operator, V, MV, scale: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return an M-orthonormal basis Q of W, orthogonal to V, and M Q; directions without mass are dropped."""
-    for _ in range(2):
-        W = W - V @ (MV.T @ W)
-    for _ in range(2):
+def _orthonormal(
+    W: np.ndarray, mass: Operator, V: np.ndarray, scale: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return an M-orthonormal basis Q of W, M-orthogonal to V, and M Q; directions without mass are dropped.
+
+    M V is not stored: it would double the memory, and a product with M costs little beside a solve.
+    """
+    while True:
+        W = W - V @ (V.T @ mass(W))
         MW = mass(W)
         gram = W.T @ MW
         size, vectors = eigh(0.5 * (gram + gram.T))
@@ -88,8 +98,6 @@ def _orthonormal(W, mass: Operator, V, MV, scale: float = 0.0) -> tuple[np.ndarr
         keep = size > floor
         turn = vectors[:, keep] / np.sqrt(size[keep])
         W, MW = W @ turn, MW @ turn
-        if not keep.any():
+        if not keep.any() or size[keep][0] > 1e-4 * size[-1]:
             return W, MW
-        W = W - V @ (MV.T @ W)
-        scale = 0.0
-    return W, mass(W)
+        scale = 0.0  # nearly dependent columns lost digits in the division: once more
