@@ -1,0 +1,77 @@
+"""`accelerations`: accelerations and reactions at a state, by any formulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.integrate.formulations import Augmented
+from flexmb.integrate.matrices import equations_at
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.model.model import Model
+from flexmb.system import assemble, observe
+from flexmb.system.system import System
+
+__all__ = ["Accelerations", "accelerations"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Accelerations:
+    """Accelerations and reactions at one state.
+
+    ``result["crank"]`` is (6,): acceleration of the body's origin (m/s2) and angular acceleration (rad/s2), in W.
+
+    Parameters
+    ----------
+    a : (nu,)
+        Generalised accelerations, frames in body axes.
+    lam : (ng,)
+        Multipliers.
+    reactions : dict of joint name to (6,)
+        Force and moment (N, N m) on the body of the second marker, at that marker, in W.
+    """
+
+    system: System
+    q: np.ndarray
+    u: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+    reactions: dict[str, np.ndarray]
+
+    def __getitem__(self, body: str) -> np.ndarray:
+        slices = self.system.body_slices
+        if body not in slices:
+            raise FlexmbError("Accelerations", found=f"body '{body}' does not exist", expected=f"One of: {', '.join(slices)}",
+                              remedy=did_you_mean(body, slices))
+        q, u = slices[body]
+        if not self.system.model.body(body).has_frame:
+            return np.concatenate([self.a[u][:3], np.zeros(3)]) if u.stop > u.start else np.zeros(6)
+        R = np.empty((3, 3))
+        euler_to_matrix(self.q[q][3:7], R)
+        v, w, a = self.u[u][:3], self.u[u][3:6], self.a[u]
+        return np.concatenate([R @ (a[:3] + np.cross(w, v)), R @ a[3:6]])
+
+
+def accelerations(model: Model, state: Any = None, formulation: Any = None) -> Accelerations:
+    """Return the accelerations and reactions of a model.
+
+    Parameters
+    ----------
+    model : Model
+    state : Instant, optional
+        Configuration and velocity (``solution.final``, ``solution.state(t)``); by default the assembled start.
+    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Baumgarte
+        All give the same accelerations; multipliers of dependent equations are those of least norm.
+    """
+    system, start = assemble(model)
+    if state is not None:
+        start = system.state(state.t, state.q, state.u)
+    work = system.workspace()
+    equations = equations_at(system, start, work)
+    a, lam = (formulation or Augmented()).solve(equations)
+    seen = observe(system, [start.t], start.q[None], start.u[None], a[None], lam[None])
+    reactions = {name: seen.reaction[0, k] for name, k in system.joint_index.items()}
+    return Accelerations(system=system, q=start.q, u=start.u, a=a, lam=lam, reactions=reactions)

@@ -1,0 +1,131 @@
+"""`linearize`: frequencies, damping, mode shapes and state space about a state, steady rotation included.
+
+Variations dx are those of the frames in body axes. The twist varies as ``du = dx' + ad(u) dx``, so a steady motion
+(constant twists in body axes) has constant coefficients::
+
+    M dx'' + (D + M ad(u)) dx' + (K + D ad(u) + M ad(a)) dx - L dlam = 0,   G dx = 0
+
+and the null space N of G leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formulations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eig, null_space
+
+from flexmb.integrate.formulations import RANK
+from flexmb.integrate.matrices import tangent_at
+from flexmb.model.model import Model
+from flexmb.system import assemble
+
+__all__ = ["Linearization", "linearize"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linearization:
+    """The linear model about a state.
+
+    Parameters
+    ----------
+    M, C, K : (n, n)
+        Mass, damping (gyroscopic part included) and stiffness in the independent coordinates z.
+    basis : (nu, n)
+        Variation of all coordinates per unit of z, frames in body axes.
+    eigenvalues : (k,), 1/s
+        One of each conjugate pair, and all real ones, by increasing frequency.
+    modes : (nu, k)
+        Mode shapes in all coordinates.
+    """
+
+    M: np.ndarray
+    C: np.ndarray
+    K: np.ndarray
+    basis: np.ndarray
+    eigenvalues: np.ndarray
+    modes: np.ndarray
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Damped natural frequencies |Im s| / 2 pi, (k,), Hz."""
+        return np.abs(self.eigenvalues.imag) / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> np.ndarray:
+        """Fractions of critical damping, -Re s / |s|, (k,); negative for an unstable mode."""
+        size = np.abs(self.eigenvalues)
+        return np.where(size > 0.0, -self.eigenvalues.real / np.where(size > 0.0, size, 1.0), 0.0)
+
+    @property
+    def stable(self) -> bool:
+        """Does no mode grow?"""
+        return bool(np.all(self.eigenvalues.real <= 1e-7 * (1.0 + np.abs(self.eigenvalues))))
+
+    @property
+    def state_space(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """A, B, C, D of x = (z, z'): inputs are generalised forces on z, outputs are z."""
+        n = len(self.M)
+        inverse = np.linalg.inv(self.M)
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.K, -inverse @ self.C]])
+        B = np.vstack([np.zeros((n, n)), inverse])
+        return A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, n))
+
+
+def adjoint(system, u: np.ndarray) -> np.ndarray:
+    """Return the block diagonal ad(u) (nu, nu): du = dx' + ad(u) dx for frames, zero for plain vectors."""
+    ad = np.zeros((system.nu, system.nu))
+    for _, k in system.program.frames:
+        v, w = u[k : k + 3], u[k + 3 : k + 6]
+        skew = [np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]]) for x in (v, w)]
+        ad[k : k + 3, k : k + 3] = skew[1]
+        ad[k : k + 3, k + 3 : k + 6] = skew[0]
+        ad[k + 3 : k + 6, k + 3 : k + 6] = skew[1]
+    return ad
+
+
+def linearize(model: Model, about: Any = None) -> Linearization:
+    """Linearise a model about a state.
+
+    Parameters
+    ----------
+    model : Model
+    about : Solution or Instant, optional
+        An equilibrium or steady motion: the result of `statics` (its last sample), or an instant of a solution;
+        by default the assembled start at rest.
+
+    Returns
+    -------
+    Linearization
+    """
+    system, state = assemble(model)
+    if about is not None:
+        about = getattr(about, "final", about)
+        state = system.state(about.t, about.q, about.u, about.a, about.lam)
+    work = system.workspace()
+    tangent = tangent_at(system, state, work)
+    M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
+    ad, ad_rate = adjoint(system, state.u), adjoint(system, state.a)
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(M)), 1e-300))
+    N = scale[:, None] * null_space(G * scale, rcond=RANK) if len(G) else np.diag(scale)
+    P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=RANK) if len(G) else N
+    reduced = [P.T @ X @ N for X in (M, D + M @ ad, K + D @ ad + M @ ad_rate)]
+    values, vectors = _eigen(*reduced)
+    return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=N, eigenvalues=values, modes=N @ vectors)
+
+
+def _eigen(M, C, K) -> tuple[np.ndarray, np.ndarray]:
+    n = len(M)
+    if n == 0:
+        return np.zeros(0, complex), np.zeros((0, 0), complex)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    values, vectors = eig(A)
+    tiny = 1e-9 * (1.0 + np.abs(values).max())
+    keep = values.imag > tiny
+    real = np.flatnonzero(np.abs(values.imag) <= tiny)
+    # real eigenvalues in pairs: a rigid freedom gives two near zero, an overdamped or unstable mode two real ones
+    order = real[np.argsort(np.abs(values[real]))][::2]
+    chosen = np.concatenate([order, np.flatnonzero(keep)]).astype(int)
+    chosen = chosen[np.argsort(np.abs(values[chosen].imag) + 1e-12 * np.abs(values[chosen].real), kind="stable")]
+    return values[chosen], vectors[:n, chosen]

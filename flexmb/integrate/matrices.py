@@ -1,0 +1,77 @@
+"""The matrices of the equations about a state: ``M a + h = f + G^T lam``, ``g = 0``, and their derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.math.block_lu import stored
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
+
+__all__ = ["Equations", "Tangent", "equations_at", "tangent_at"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Equations:
+    """The equations of motion at a state, linear in accelerations and multipliers: ``M a - L lam = f``, ``G a = b``.
+
+    Parameters
+    ----------
+    M : (nu, nu)
+        Mass matrix; with geometric stiffness it is not symmetric, because that scales with accelerations.
+    L : (nu, ng)
+        Forces of unit multipliers: G^T, plus the stiffening by interface loads.
+    G : (ng, nu)
+        Gradient of the constraints.
+    f : (nu,)
+        All other forces, at zero acceleration and multipliers.
+    b : (ng,)
+        What G a must be.
+    velocity : (ng,)
+        Residual of the velocity constraints, G u + dg/dt.
+    """
+
+    M: sparse.csr_matrix
+    L: sparse.csr_matrix
+    G: sparse.csr_matrix
+    f: np.ndarray
+    b: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tangent:
+    """Derivatives of the residual at a state: mass, damping, stiffness (nu, nu), L (nu, ng) and G (ng, nu)."""
+
+    M: sparse.csr_matrix
+    D: sparse.csr_matrix
+    K: sparse.csr_matrix
+    L: sparse.csr_matrix
+    G: sparse.csr_matrix
+
+
+def _matrix(system, state, work, mass=0.0, damping=0.0, stiffness=0.0):
+    work.coefficients[:] = (mass, damping, stiffness, 1.0, 0.0)
+    program = system.program._replace(regularisation=np.zeros(system.ng))
+    evaluate(program, state, work)
+    return stored(work.S, program.pattern).tocsr()
+
+
+def equations_at(system, state, work) -> Equations:
+    """Return the equations of motion at a state; its accelerations and multipliers are ignored."""
+    nu = system.nu
+    rest = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
+    S = _matrix(system, rest, work, mass=1.0)
+    drift, velocity = np.zeros(system.ng), np.zeros(system.ng)
+    constraint_acceleration(work, rest.a, drift)
+    constraint_velocity(work, state.u, velocity)
+    return Equations(M=S[:nu, :nu], L=-S[:nu, nu:], G=S[nu:, :nu], f=-work.residual.copy(), b=-drift, velocity=velocity)
+
+
+def tangent_at(system, state, work) -> Tangent:
+    """Return the derivatives of the residual with respect to accelerations, velocities and configuration at a state."""
+    nu = system.nu
+    M, D, K = (_matrix(system, state, work, **{name: 1.0}) for name in ("mass", "damping", "stiffness"))
+    return Tangent(M=M[:nu, :nu], D=D[:nu, :nu], K=K[:nu, :nu], L=-K[:nu, nu:], G=K[nu:, :nu])
