@@ -95,7 +95,7 @@ def from_gmsh(path: Path) -> GroupedMesh:
             raise
         raise MeshError(f"Mesh file '{path}'", found="some cells are in physical groups and some are in none",
                         expected="all saved cells in groups, or no groups at all",
-                        remedy="In Gmsh, save without 'Save all elements', or add the rest to a physical group") from None
+                        remedy="In Gmsh, save without 'Save all elements', or put the rest into a group") from None
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     dimension = [DIMENSION.get(cell_type, -1) for cell_type, _ in blocks]
     names = {(int(d), int(tag)): name for name, (tag, d) in mesh.field_data.items()}

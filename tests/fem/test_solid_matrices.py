@@ -118,7 +118,7 @@ def test_geometric_stiffness_equals_scikit_fem(cell_type, rng):
 
 
 def test_stiffness_and_mass_of_the_wedge_with_15_nodes():
-    """scikit-fem lacks this element: textbook B-matrix (Zienkiewicz & Taylor, eq. (6.9)) with its rule, node by node."""
+    """scikit-fem lacks this element: textbook B-matrix (Zienkiewicz & Taylor, The Finite Element Method)."""
     mesh = structured("wedge15", (1, 2, 1), skew=0.2, curve=bent)
     element = SOLID_ELEMENTS["wedge15"]
     fe = fem.solid(mesh, MATERIAL)

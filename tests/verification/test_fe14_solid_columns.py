@@ -14,7 +14,8 @@ from flexmb import fem
 from flexmb.model.material import Material
 
 E, B = 2.1e11, 0.05
-ELEMENTS = [("hexahedron20", (10, 2, 2)), ("hexahedron27", (10, 2, 2)), ("tetra10", (10, 2, 2)), ("wedge15", (10, 2, 2)),
+ELEMENTS = [("hexahedron20", (10, 2, 2)), ("hexahedron27", (10, 2, 2)), ("tetra10", (10, 2, 2)),
+            ("wedge15", (10, 2, 2)),
             ("hexahedron", (20, 2, 2))]
 
 
