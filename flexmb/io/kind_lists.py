@@ -37,7 +37,8 @@ def values() -> dict[str, type]:
 
 @cache
 def integrators() -> dict[str, type]:
-    """Return the integrators by name."""
+    """Return the integrators by name: the classes of the room that can run."""
     from flexmb import integrate
 
-    return dict(getattr(integrate, "KINDS", {}))
+    public = {name: getattr(integrate, name) for name in integrate.__all__}
+    return {name: kind for name, kind in public.items() if isinstance(kind, type) and hasattr(kind, "run")}

@@ -135,6 +135,19 @@ def test_simulation(write):
     assert io.load_simulation(write("name = 'x'"), t_end=2).keywords() == {"t_end": 2.0}
 
 
+@pytest.mark.parametrize(
+    "text", ['"GeneralizedAlpha"', '{ kind = "GeneralizedAlpha", rho_inf = 0.5, step = "= 1/rate" }']
+)
+def test_integrators(write, tmp_path, text):
+    path = write(CRANK + f"integrator = {text}\n")
+    settings = io.load_simulation(path)
+    assert type(settings.integrator).__name__ == "GeneralizedAlpha"
+    assert settings.integrator.rho_inf == (0.5 if "rho" in text else 0.8)
+    assert settings.integrator.step == (pytest.approx(1 / 30) if "step" in text else None)
+    saved = io.save_model(io.load_model(path), tmp_path / "saved.toml", settings)
+    assert io.load_simulation(saved).integrator == settings.integrator
+
+
 def everything():
     return Model(
         name="everything",
