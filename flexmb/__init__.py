@@ -23,7 +23,7 @@ _ROOMS = {
     "Position Reaction Stress Velocity",
     "flexmb.integrate": "GeneralizedAlpha IDA check simulate",
     "flexmb.results": "Solution Status",
-    "flexmb.io": "load_model load_simulation save_model write_table write_vtk",
+    "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 import flexmb as fmb
-from flexmb import io
 from flexmb.cli.model_arguments import add_model_arguments, settings
 
 NAME = "check"
@@ -17,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    model = io.load_model(arguments.model, settings(arguments))
+    model = fmb.load_model(arguments.model, settings(arguments))
     print(repr(model))
     print(fmb.check(model))
     return 0

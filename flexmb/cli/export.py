@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 import flexmb as fmb
-from flexmb import io
 from flexmb.cli.run_folder import open_run
 
 NAME = "export"
@@ -34,5 +33,5 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.vtkhdf:
         print(f"Open in ParaView: {fmb.write_vtk(solution, target / f'{name}.vtkhdf')}")
     if arguments.csv:
-        print(f"Sensors: {io.write_table(solution, target / 'sensors.csv')}")
+        print(f"Sensors: {fmb.write_table(solution, target / 'sensors.csv')}")
     return 0

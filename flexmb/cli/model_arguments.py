@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from flexmb import io
-
 __all__ = ["add_model_arguments", "settings"]
 
 
@@ -24,4 +22,6 @@ def add_model_arguments(parser: argparse.ArgumentParser) -> None:
 
 def settings(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the parameters that were set."""
+    from flexmb import io
+
     return dict(io.parse_setting(text) for text in arguments.set)

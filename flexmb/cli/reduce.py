@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import flexmb as fmb
-from flexmb import fem, reduction
 from flexmb.cli.progress import ProgressBar
 from flexmb.errors import ModelError, did_you_mean
 
@@ -71,6 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    from flexmb import fem, reduction
+
     material = _material(arguments.material)
     interfaces, stations, loads = (
         _named(getattr(arguments, word), f"--{word}") for word in ("interface", "station", "load")
@@ -152,6 +153,8 @@ def _place(text: str) -> Any:
 
     A coupling before a colon, "averaging:bore_a", wraps it.
     """
+    from flexmb import reduction
+
     coupling, colon, where = text.partition(":")
     if colon and coupling in COUPLINGS:
         return getattr(reduction, COUPLINGS[coupling])(_place(where))

@@ -11,10 +11,7 @@ import shlex
 import sys
 from pathlib import Path
 
-import numpy as np
-
 import flexmb as fmb
-from flexmb import io
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, new_run
@@ -41,16 +38,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     path = Path(arguments.model)
     given = settings(arguments)
-    model = io.load_model(path, given)
-    simulation = io.load_simulation(path, given, t_end=arguments.t_end, samples=arguments.samples)
+    model = fmb.load_model(path, given)
+    simulation = fmb.load_simulation(path, given, t_end=arguments.t_end, samples=arguments.samples)
     folder = new_run(Path(arguments.out) if arguments.out else Path("runs") / path.stem, path)
     with Log(folder / LOG) as log:
         log.line(shlex.join(["flexmb", *sys.argv[1:]]))
         log.line(repr(model))
         log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
-        io.save_model(model, folder / MODEL, simulation)
+        fmb.save_model(model, folder / MODEL, simulation)
         solution = _simulate(model, simulation, folder, log)
-        io.write_table(solution, folder / TABLE)
+        fmb.write_table(solution, folder / TABLE)
         for name, number in solution.statistics.items():
             log.line(f"{name}: {number}")
         if arguments.vtk:
@@ -61,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0 if solution.status.ok else INTERRUPTED if solution.status.kind == "interrupted" else FAILED
 
 
-def _simulate(model, simulation: io.Simulation, folder: Path, log: Log):
+def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
     """Return the solution; after a failure or an interruption what had been computed until then."""
     try:
         with ProgressBar() as progress:
@@ -69,7 +66,7 @@ def _simulate(model, simulation: io.Simulation, folder: Path, log: Log):
                 model,
                 **simulation.keywords(),
                 output=folder / SOLUTION,
-                write_model=io.model_text,
+                write_model=fmb.model_text,
                 progress=lambda t, t_end: progress("simulating", t / t_end),
             )
     except IntegrationError as error:
@@ -87,6 +84,8 @@ def _simulate(model, simulation: io.Simulation, folder: Path, log: Log):
 
 def _summary(solution, folder: Path) -> str:
     """Return status, place and the range of every sensor as text."""
+    import numpy as np
+
     lines = [
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import TracebackType
 
 import flexmb as fmb
-from flexmb import io
 from flexmb.errors import DataFileError, ModelError, did_you_mean
 
 __all__ = ["LOG", "MODEL", "SOLUTION", "TABLE", "Log", "new_run", "open_run"]
@@ -60,10 +59,10 @@ def open_run(folder: str | Path) -> fmb.Solution:
             expected="a folder written by `flexmb run`" + (f"; beside it: {', '.join(runs)}" if runs else ""),
             remedy=did_you_mean(folder.name, runs) or "Correct the path, or run the model first",
         )
-    stored = fmb.Solution.load(folder / SOLUTION, read_model=io.read_model_text)
+    stored = fmb.Solution.load(folder / SOLUTION, read_model=fmb.read_model_text)
     if stored.model is not None or not (folder / MODEL).is_file():
         return stored
-    return fmb.Solution.load(folder / SOLUTION, model=io.load_model(folder / MODEL))
+    return fmb.Solution.load(folder / SOLUTION, model=fmb.load_model(folder / MODEL))
 
 
 class Log:
