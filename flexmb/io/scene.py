@@ -115,7 +115,7 @@ class Scene:
         self.samples = chosen if chosen[-1] == kept[-1] else [*chosen, kept[-1]]
         self.times = np.array([self.solution.phases[p].t[k] for p, k in self.samples])
         self.size = _size(model, self.solution)
-        self.parts = tuple(_parts(model, 0.009 * self.size))
+        self.parts = tuple(_parts(model, 0.01 * self.size))
 
     def part(self, name: str) -> DrawnPart:
         """Return the part of this name."""
@@ -187,7 +187,7 @@ def _parts(model, e):
     supports = []
     for body in model.bodies:
         poses = body.marker_poses()
-        if hasattr(getattr(body, "data", None), "shapes"):
+        if hasattr(body, "reduced"):
             data = recover.modal_data(body)
             yield DrawnPart(
                 body.name,
@@ -269,4 +269,4 @@ def _inertia_box(body, e):
     """Return the edges (3,), m, of the homogeneous box with the body's mass and moments: x2 = 6 (Jy + Jz - Jx)/m."""
     J = np.diag(np.asarray(getattr(body, "inertia", np.zeros((3, 3))), float))
     edges = np.sqrt(np.maximum(6.0 * (J.sum() - 2.0 * J) / body.mass, 0.0))
-    return np.maximum(edges, 2.0 * e)
+    return np.clip(edges, 2.0 * e, 40.0 * e)  # inertias may be formal numbers: the box stays below half the mechanism

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -58,7 +59,7 @@ class Phase:
         Why the phase ended: "finished", or the name of the event.
     system : System, optional
         The compiled model; it is compiled again when it is needed and not given.
-    tables : dict of sensor name to (nt, ...) array
+    tables : mapping of sensor name to (nt, ...) array
         Values that are known already (read from a file); other sensors are evaluated when they are asked for.
     """
 
@@ -71,7 +72,7 @@ class Phase:
     works: np.ndarray
     ended: str = "finished"
     system: Any = field(default=None, repr=False)
-    tables: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+    tables: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     def __post_init__(self):
         nt = len(self.t)

@@ -31,12 +31,10 @@ class Envelope(NamedTuple):
 
 def modal_data(body):
     """Return the ModalNeutralData that a floating body moves with (its selected modes); ModelError for other bodies."""
-    data = getattr(body, "data", None)
-    if data is None or not hasattr(data, "shapes"):
+    data = getattr(body, "reduced", None)
+    if data is None:
         raise ModelError(body.title, found=f"a {type(body).__name__} has no modes", expected="a FloatingBody",
                          remedy="Displacement and stress fields exist for bodies with modal neutral data")
-    if data.n_modes != body.n_vector:
-        data = data.selected(body.modes)
     return data
 
 
@@ -113,15 +111,13 @@ def largest_von_mises(data, eta, nodes=None) -> np.ndarray:
 def von_mises_envelope(data, t, eta, nodes=None) -> Envelope:
     """Return the largest von Mises stress of each node over time, Pa, and the time at which it occurred, s."""
     t = np.atleast_1d(np.asarray(t, float))
-    value = time = None
+    n = len(data.nodes) if nodes is None else len(np.atleast_1d(nodes))
+    value, time = np.full(n, -1.0), np.full(n, t[0])
     for start, values in _von_mises_pieces(data, eta, nodes):
         k = np.argmax(values, axis=0)
-        highest, when = np.take_along_axis(values, k[None], 0)[0], t[start + k]
-        if value is None:
-            value, time = highest, when
-        else:
-            time = np.where(highest > value, when, time)
-            value = np.maximum(value, highest)
+        highest = np.take_along_axis(values, k[None], 0)[0]
+        time = np.where(highest > value, t[start + k], time)
+        value = np.maximum(value, highest)
     return Envelope(value, time)
 
 

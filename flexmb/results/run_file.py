@@ -38,7 +38,7 @@ SECONDS = 2.0
 
 def floating_data(model) -> dict[str, Any]:
     """Return the modal neutral data of a model's floating bodies by body name."""
-    return {body.name: body.data for body in model.bodies if hasattr(getattr(body, "data", None), "shapes")}
+    return {body.name: body.data for body in model.bodies if hasattr(body, "reduced")}
 
 
 class RunFile:

@@ -39,7 +39,7 @@ class Momentum(Sensor):
 
 
 def _momentum(series, body):
-    if hasattr(body, "data"):
+    if hasattr(body, "reduced"):
         return _of_floating(body, *series.coordinates(body.name))
     if not hasattr(body, "mass"):
         raise ModelError(body.title, found=f"a {type(body).__name__} does not tell its momentum",
@@ -56,8 +56,7 @@ def _momentum(series, body):
 
 def _of_floating(body, q, u):
     """Rows 1 to 6 of M_b(eta) (v, w, eta')."""
-    data = body.data if body.data.n_modes == body.n_vector else body.data.selected(body.modes)
-    I = data.invariants
+    I = body.reduced.invariants
     eta, v, w, rate = q[:, 7:], u[:, :3], u[:, 3:6], u[:, 6:]
     vw = I.vw0 + np.einsum("tj,jkl->tkl", eta, I.vw1)
     ww = I.ww0 + np.einsum("tj,jkl->tkl", eta, I.ww1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Stress(Sensor):
     def check(self, model) -> None:
         """Raise ModelError if the body has no stress modes or not these nodes."""
         body = model.body(self.body, self.title)
-        data = getattr(body, "data", None)
+        data: Any = getattr(body, "data", None)
         if getattr(data, "stress_modes", None) is None:
             raise ModelError(self.title, found=f"body '{self.body}' ({type(body).__name__}) has no stress modes",
                              expected="a FloatingBody whose data was reduced from a model with elements",

@@ -57,8 +57,12 @@ class Block(Body):
     modes: Any = None
 
     @property
+    def reduced(self):
+        return self.data if self.modes is None else self.data.selected(self.modes)
+
+    @property
     def n_vector(self):
-        return self.data.n_modes if self.modes is None else len(self.modes)
+        return self.reduced.n_modes
 
     def marker_poses(self):
         return {name: Pose(at) for name, at in zip(self.data.marker_names, self.data.marker_positions)}

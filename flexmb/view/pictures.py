@@ -1,0 +1,143 @@
+"""`render` and `overlay`: pictures and animations of a solution, drawn off-screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import FlexmbError
+from flexmb.io.scene import Scene
+from flexmb.results import recover
+from flexmb.view.graphics import require_graphics
+from flexmb.view.stage import Look, Stage
+
+__all__ = ["overlay", "render"]
+
+STILL = (".png", ".jpg")
+MOVING = (".gif", ".mp4")
+
+
+def render(solution, path: str | Path, *, times=None, camera=None, size=(1600, 900), scale: float = 1.0,
+           rate: float = 25.0) -> Path:
+    """Draw a solution and return the path of the picture.
+
+    Parameters
+    ----------
+    solution : Solution
+        With its model.
+    path : path
+        ``.png`` or ``.jpg``: one state; ``.gif`` or ``.mp4``: an animation (with the package imageio).
+    times : float or (k,), s, optional
+        The state, or the states of the animation: the samples nearest to these times. By default the last sample, or
+        all samples.
+    camera : (3,) or pyvista camera position, optional
+        Direction to look from; chosen by the shape of the mechanism unless given.
+    size : (int, int)
+        Pixels.
+    scale : float
+        Factor on elastic displacements.
+    rate : float, 1/s
+        Pictures per second of an animation.
+
+    Raises
+    ------
+    FlexmbError
+        Nothing can be drawn on this machine, imageio is missing, or the ending is unknown.
+    """
+    picture = _checked(path, STILL + MOVING)
+    scene, frames = _scene(solution, times, default_all=picture.suffix in MOVING)
+    stage = Stage(scene, size, _largest_stress(scene, frames), scale)
+    try:
+        stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
+        stage.look_from(camera, _up(solution.model))
+        if picture.suffix in STILL:
+            stage.plotter.screenshot(str(picture))
+        else:
+            _animate(stage, frames, picture, rate)
+    finally:
+        stage.close()
+    return picture
+
+
+def overlay(solution, path: str | Path, *, times, camera=None, size=(1600, 900), scale: float = 1.0) -> Path:
+    """Draw several states in one picture: the last one solid with its stress, those before it translucent.
+
+    Parameters are those of `render`; `times` has the states in the order in which they fade in.
+    """
+    picture = _checked(path, STILL)
+    scene, frames = _scene(solution, times, default_all=True)
+    stage = Stage(scene, size, _largest_stress(scene, frames[-1:]), scale)
+    try:
+        for number, frame in enumerate(frames[:-1]):
+            stage.add_state(frame, Look(opacity=0.15 + 0.2 * (number + 1) / len(frames), color="#5b7fa6"))
+        stage.add_state(frames[-1])
+        stage.plotter.enable_depth_peeling(8)
+        stage.look_from(camera, _up(solution.model))
+        stage.plotter.screenshot(str(picture))
+    finally:
+        stage.close()
+    return picture
+
+
+def _checked(path: str | Path, endings: tuple[str, ...]) -> Path:
+    """Return the path if its ending can be written and something can be drawn."""
+    path = Path(path)
+    if path.suffix not in endings:
+        raise FlexmbError(f"Picture '{path}'", found=f"the ending '{path.suffix}'",
+                          expected=f"One of: {', '.join(endings)}", remedy="Use .png for a picture")
+    if path.suffix in MOVING:
+        _imageio(path)
+    require_graphics()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def _imageio(path):
+    try:
+        import imageio.v2 as imageio
+
+        if path.suffix == ".mp4":
+            import imageio_ffmpeg  # noqa: F401
+    except ImportError as error:
+        raise FlexmbError(f"Animation '{path}'", found=f"the package {error.name} is not installed",
+                          expected="imageio for .gif, imageio with ffmpeg for .mp4",
+                          remedy="pip install 'imageio[ffmpeg]', or render single .png pictures") from error
+    return imageio
+
+
+def _scene(solution, times, default_all):
+    """Return the scene and the numbers of the wanted frames."""
+    scene = Scene(solution)
+    if times is None:
+        last = len(scene.times) - 1
+        return scene, list(range(last + 1)) if default_all else [last]
+    return scene, [scene.nearest(float(t)) for t in np.atleast_1d(times)]
+
+
+def _largest_stress(scene, frames) -> float:
+    """Return the largest von Mises stress (Pa) of all bodies at the frames."""
+    largest = 0.0
+    for part in scene.parts:
+        if part.data is None or part.data.stress_modes is None:
+            continue
+        for phase in {scene.samples[frame][0] for frame in frames}:
+            rows = [scene.samples[frame][1] for frame in frames if scene.samples[frame][0] == phase]
+            eta = scene.solution.series(phase).modal_coordinates(part.name)[rows]
+            largest = max(largest, float(recover.largest_von_mises(part.data, eta).max()))
+    return largest
+
+
+def _up(model):
+    """Return the direction against gravity; z without gravity."""
+    gravity = np.array(model.gravity)
+    return -gravity if np.any(gravity) else np.array([0.0, 0.0, 1.0])
+
+
+def _animate(stage, frames, path, rate):
+    imageio = _imageio(path)
+    more = {"loop": 0, "duration": 1000.0 / rate} if path.suffix == ".gif" else {"fps": rate, "macro_block_size": 2}
+    with imageio.get_writer(path, **more) as writer:
+        for frame in frames:
+            stage.move_to(frame)
+            writer.append_data(stage.picture())

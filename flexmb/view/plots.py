@@ -1,0 +1,81 @@
+"""`plot`: sensors over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from flexmb.errors import FlexmbError
+
+__all__ = ["plot"]
+
+COLORS = ("#1f5fa8", "#d1495b", "#3a8f5c", "#c98a2b", "#6d597a", "#26303a")
+
+
+def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=(9.0, 2.6)) -> Path:
+    """Plot sensors over time, one below the other, and return the path.
+
+    Parameters
+    ----------
+    solution : Solution
+    names : str, sequence of str, or None
+        Sensors; None plots all.
+    path : path
+        The ending chooses the format: .png, .svg, .pdf.
+    size : (float, float), inch
+        Width of the figure and height per sensor.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    names = solution.sensor_names if names is None else (names,) if isinstance(names, str) else tuple(names)
+    if not names:
+        raise FlexmbError("Plot", found="there is no sensor to plot", expected="at least one",
+                          remedy="Add sensors to the model")
+    path = Path(path)
+    figure = Figure(figsize=(size[0], size[1] * len(names)), layout="constrained", dpi=130)
+    canvas = FigureCanvasAgg(figure)
+    known = tuple(ending for ending in canvas.get_supported_filetypes())
+    if path.suffix.lstrip(".") not in known:
+        raise FlexmbError(f"Plot '{path}'", found=f"the ending '{path.suffix}'",
+                          expected=f"One of: {', '.join('.' + ending for ending in sorted(known))}",
+                          remedy="Use .png, .svg or .pdf")
+    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for name, ax in zip(names, axes, strict=True):
+        _draw(ax, solution.t, solution[name], name, solution.column_titles(name))
+    axes[-1].set_xlabel("time [s]")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path)
+    return path
+
+
+def _draw(ax, t, values, name, titles):
+    """Draw one sensor; columns with different units (force and moment) share the axis only if they are one."""
+    values = values.reshape(len(t), -1)
+    units = [title[title.index("[") :] if "[" in title else "" for title in titles]
+    for k, title in enumerate(titles):
+        other = units[k] != units[0]
+        target = _second_axis(ax, units[k]) if other else ax
+        label = title.replace(units[k], "").strip() if units[k] else title
+        target.plot(t, values[:, k], color=COLORS[k % len(COLORS)], lw=1.4, ls="--" if other else "-", label=label)
+    ax.set_title(name, loc="left", fontsize=10, fontweight="bold", color="#26303a")
+    ax.set_ylabel(units[0] or titles[0])
+    ax.grid(color="#dfe6ee", lw=0.8)
+    ax.set_axisbelow(True)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    if len(titles) > 1:
+        pairs = [ax.get_legend_handles_labels()]
+        if getattr(ax, "second", None) is not None:
+            pairs.append(ax.second.get_legend_handles_labels())
+        ax.legend([h for p in pairs for h in p[0]], [x for p in pairs for x in p[1]], frameon=False, fontsize=8,
+                  ncols=len(titles), loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.1)
+    ax.margins(x=0)
+
+
+def _second_axis(ax, unit):
+    if getattr(ax, "second", None) is None:
+        ax.second = ax.twinx()
+        ax.second.set_ylabel(unit)
+        ax.second.spines["top"].set_visible(False)
+    return ax.second

@@ -1,0 +1,195 @@
+"""`Stage`: the parts of a scene as pyvista meshes with colours, light and camera."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flexmb.io.cell_types import flat_cells
+from flexmb.io.scene import DrawnPart, Scene
+
+__all__ = ["Look", "Stage", "camera_position"]
+
+VIEW_ANGLE = 20.0  # degrees; a long lens keeps parallel links nearly parallel
+
+MEGA = 1e-6
+COLORS = {"flexible": "#6f9fc8", "rigid": "#a3acb5", "joints": "#33404d", "springs": "#c98a2b", "supports": "#6b747d"}
+ELASTIC_LABEL = "von Mises stress [MPa]"
+
+
+class Look(NamedTuple):
+    """How a state is drawn: opacity, and the colour of bodies that show no stress (None: that of their family)."""
+
+    opacity: float = 1.0
+    color: str | None = None
+
+
+class Stage:
+    """A window that is never shown, with one state of the scene on it.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : (int, int)
+        Width and height of the picture in pixels.
+    largest_stress : float, Pa
+        End of the colour scale; 0 draws no scale.
+    scale : float
+        Factor on elastic displacements.
+    """
+
+    def __init__(self, scene: Scene, size, largest_stress: float, scale: float = 1.0):
+        import pyvista
+        from vtkmodules.vtkCommonCore import vtkLogger
+
+        self.scene, self.scale, self.largest_stress = scene, scale, largest_stress
+        # VTK tries X first and says so on the terminal before it turns to EGL
+        self._verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
+        self.plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
+        self.plotter.set_background("#dfe6ee", top="white")
+        self.plotter.enable_anti_aliasing("ssaa")
+        self._drawn: list[tuple[DrawnPart, Any, np.ndarray, list]] = []
+
+    def add_state(self, frame: int, look: Look | None = None) -> None:
+        """Add all parts as they are at a frame."""
+        look = look or Look()
+        for part in self.scene.parts:
+            if look.color is None or part.look != "supports":  # what stands still would be drawn twice
+                self._add(part, frame, look)
+
+    def move_to(self, frame: int) -> None:
+        """Move what has been added to another frame."""
+        for part, surface, ids, edges in self._drawn:
+            points, mises = self._state(part, frame)
+            surface.points = points[ids]
+            surface.compute_normals(inplace=True, split_vertices=False)
+            if mises is not None:
+                surface.point_data[ELASTIC_LABEL] = mises[ids]
+            for line, line_ids in edges:
+                line.points = points[line_ids]
+
+    def look_from(self, camera, up) -> None:
+        """Place the camera; `camera` is a direction to look from, a pyvista camera position, or None."""
+        if camera is not None and np.shape(camera) != (3,):
+            self.plotter.camera_position = camera
+            return
+        points = np.vstack([surface.points for _, surface, _, _ in self._drawn])
+        width, height = self.plotter.window_size
+        room = 0.22 if self.largest_stress > 0.0 else 0.0
+        self.plotter.camera.view_angle = VIEW_ANGLE
+        self.plotter.camera_position = camera_position(points, camera, up, width / height, room)
+        self.plotter.renderer.reset_camera_clipping_range()
+
+    def picture(self) -> np.ndarray:
+        """Return the picture, (height, width, 3) uint8."""
+        self.plotter.render()
+        return self.plotter.screenshot(None, return_img=True)
+
+    def close(self) -> None:
+        """Free the window."""
+        from vtkmodules.vtkCommonCore import vtkLogger
+
+        self.plotter.close()
+        vtkLogger.SetStderrVerbosity(self._verbosity)
+
+    def _state(self, part, frame):
+        snapshot = self.scene.snapshot(part, frame)
+        points = snapshot.points
+        if snapshot.displacement is not None and self.scale != 1.0:
+            points = points + (self.scale - 1.0) * snapshot.displacement
+        return points, None if snapshot.von_mises is None else MEGA * snapshot.von_mises
+
+    def _add(self, part, frame, look):
+        import pyvista
+
+        points, mises = self._state(part, frame)
+        connectivity, ends, types = flat_cells(part.cells)
+        starts = np.concatenate([[0], ends[:-1]])
+        cells = np.insert(connectivity, starts, ends - starts)
+        grid = pyvista.UnstructuredGrid(cells, types, points)
+        # VTK's own record of the original points is wrong for quadratic cells: carry the numbers as a field
+        grid.point_data["number"] = np.arange(len(points), dtype=float)
+        surface = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=1)
+        ids = np.rint(surface.point_data.pop("number")).astype(int)
+        shading: dict[str, Any] = {"color": look.color or COLORS[part.look]}
+        if mises is not None and look.color is None and self.largest_stress > 0.0:
+            surface.point_data[ELASTIC_LABEL] = mises[ids]
+            shading = {"scalars": ELASTIC_LABEL, "cmap": _colors(), "clim": (0.0, MEGA * self.largest_stress),
+                       "scalar_bar_args": _bar(), "interpolate_before_map": True}
+        thin = surface.n_lines > 0
+        self.plotter.add_mesh(
+            surface, smooth_shading=not thin, split_sharp_edges=False, opacity=look.opacity, specular=0.35,
+            specular_power=20, ambient=0.12, render_lines_as_tubes=thin, line_width=6 if thin else 1, **shading)
+        edges = []
+        if part.look == "flexible" and not thin:
+            line = surface.extract_feature_edges(feature_angle=40, boundary_edges=False, manifold_edges=False)
+            if line.n_points:
+                line_ids = ids[_nearest(surface.points, line.points)]
+                self.plotter.add_mesh(line, color="#26303a", line_width=1.2, opacity=0.6 * look.opacity)
+                edges.append((line, line_ids))
+        self._drawn.append((part, surface, ids, edges))
+
+
+def _nearest(points, wanted):
+    """Return the numbers of the points that are equal to the wanted ones."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(points).query(wanted)[1]
+
+
+def _colors():
+    """Return turbo without its black ends, which would hide the shading."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps["turbo"](np.linspace(0.07, 0.97, 256)))
+
+
+def _bar():
+    return {"title": ELASTIC_LABEL + "\n", "vertical": False, "position_x": 0.34, "position_y": 0.02, "width": 0.32,
+            "height": 0.08, "title_font_size": 22, "label_font_size": 18, "color": "#26303a", "n_labels": 5,
+            "fmt": "%.4g", "font_family": "arial", "unconstrained_font_size": True}
+
+
+def camera_position(points, camera, up, aspect: float, room: float):
+    """Return (eye, focus, up) for pyvista, as near as all points allow.
+
+    Parameters
+    ----------
+    points : (n, 3), m
+        What shall be seen.
+    camera : (3,) or None
+        Direction to look from. None looks along the thinnest side of the points' box, a little from above and from the
+        side: a planar mechanism shows its plane.
+    up : (3,)
+        Direction that is up in the picture.
+    aspect : float
+        Width of the picture by its height.
+    room : float
+        Part of the height at the bottom that stays free, for the colour scale.
+    """
+    up = np.asarray(up, float) / np.linalg.norm(up)
+    if camera is None:
+        size = np.ptp(points, axis=0)
+        across = [k for k in range(3) if abs(up[k]) < 0.9]
+        ahead = -np.eye(3)[across[int(np.argmin(size[across]))]]
+        direction = ahead + 0.32 * np.cross(ahead, up) + 0.28 * up
+    else:
+        direction = np.asarray(camera, float)
+    direction = direction / np.linalg.norm(direction)
+    if abs(direction @ up) > 0.999:
+        up = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    right = np.cross(up, direction)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(direction, right), direction])
+    seen = points @ axes.T
+    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+    x, y = np.abs(seen - middle)[:, :2].T
+    depth = (seen - middle)[:, 2]
+    slope = np.tan(np.radians(VIEW_ANGLE / 2.0))
+    distance = max(np.max(x / (0.92 * aspect * slope) + depth), np.max(y / (0.92 * (1.0 - room) * slope) + depth))
+    middle[1] -= room * slope * distance
+    focus = middle @ axes
+    return [tuple(focus + distance * direction), tuple(focus), tuple(up)]

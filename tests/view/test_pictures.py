@@ -1,0 +1,121 @@
+"""Pictures: the right values on the right points, everything in the frame, and messages where nothing can be drawn."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from results.every_cell import every_cell_data
+from results.spinning import observe, spinning_model, spinning_phase
+
+from flexmb.errors import FlexmbError
+from flexmb.io.scene import Scene
+from flexmb.model.model import Model
+from flexmb.results import Solution
+from flexmb.view import graphics, overlay, render
+from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position
+
+
+@pytest.fixture
+def solution(monkeypatch):
+    """Half a turn in five samples; the flexible body has one cell of every type."""
+    monkeypatch.setattr("flexmb.system.observe", observe, raising=False)
+    model = spinning_model()
+    bodies = [replace(body, data=every_cell_data()) if body.name == "block" else body for body in model.bodies]
+    return Solution(phases=(spinning_phase(Model(bodies=bodies, joints=model.joints), t=np.linspace(0, 0.08, 5)),))
+
+
+@pytest.mark.render
+def test_values_sit_on_their_points(solution):
+    """Surfaces of quadratic cells: each point shown is a node with that node's stress, also after a move."""
+    scene = Scene(solution)
+    stage = Stage(scene, (64, 64), 1e6)
+    stage.add_state(1)
+    for frame in (1, 3):
+        stage.move_to(frame)
+        for part, surface, ids, _ in stage._drawn:
+            snapshot = scene.snapshot(part, frame)
+            np.testing.assert_allclose(surface.points, snapshot.points[ids], rtol=0, atol=1e-6)
+            if part.name == "block":
+                np.testing.assert_allclose(surface.point_data[ELASTIC_LABEL], 1e-6 * snapshot.von_mises[ids], rtol=1e-6)
+    stage.close()
+
+
+@pytest.mark.render
+def test_elastic_displacement_can_be_magnified(solution):
+    scene = Scene(solution)
+    stage = Stage(scene, (64, 64), 0.0, scale=50.0)
+    stage.add_state(4, Look())
+    part, surface, ids, _ = next(entry for entry in stage._drawn if entry[0].name == "block")
+    plain = scene.snapshot(part, 4)
+    np.testing.assert_allclose(surface.points, (plain.points + 49.0 * plain.displacement)[ids], rtol=0, atol=1e-5)
+    stage.close()
+
+
+@pytest.mark.render
+def test_still_picture(solution, tmp_path):
+    import pyvista
+
+    path = render(solution, tmp_path / "out" / "spin.png", times=0.04, size=(320, 180))
+    image = pyvista.read(path).point_data.active_scalars
+    assert image.shape[0] == 320 * 180
+    assert len(np.unique(image, axis=0)) > 500
+
+
+@pytest.mark.render
+def test_states_over_one_another(solution, tmp_path):
+    import pyvista
+
+    one = render(solution, tmp_path / "one.png", size=(320, 180), camera=(0, 0, 1))
+    several = overlay(solution, tmp_path / "several.png", times=(0.0, 0.04, 0.08), size=(320, 180), camera=(0, 0, 1))
+    a, b = (pyvista.read(path).point_data.active_scalars.astype(float) for path in (one, several))
+    assert np.abs(a - b).max() > 30
+
+
+@pytest.mark.render
+def test_animation_has_every_sample(solution, tmp_path):
+    imageio = pytest.importorskip("imageio.v2")
+    path = render(solution, tmp_path / "spin.gif", size=(160, 90))
+    frames = imageio.mimread(path)
+    assert len(frames) == 5
+    assert np.abs(frames[0].astype(float) - frames[2]).max() > 30
+
+
+def test_everything_is_in_the_frame(rng):
+    """Projected by hand: no point leaves the picture or falls into the room for the colour scale."""
+    slope, aspect, room = np.tan(np.radians(VIEW_ANGLE / 2)), 16 / 9, 0.22
+    for camera in (None, (1.0, -2.0, 0.5), (0.0, 0.0, 1.0)):
+        points = rng.normal(size=(40, 3)) * (3.0, 0.4, 1.0) + (5.0, 1.0, -2.0)
+        eye, focus, up = (np.array(x) for x in camera_position(points, camera, (0, 0, 1), aspect, room))
+        ahead = (focus - eye) / np.linalg.norm(focus - eye)
+        right = np.cross(ahead, up)
+        right /= np.linalg.norm(right)
+        seen = (points - eye) @ np.stack([right, np.cross(right, ahead), ahead], 1)
+        x, y = seen[:, 0] / (seen[:, 2] * slope * aspect), seen[:, 1] / (seen[:, 2] * slope)
+        assert np.abs(x).max() <= 1.0
+        assert y.max() <= 1.0
+        assert y.min() >= -1.0 + 1.5 * room
+        assert max(np.abs(x).max(), (y.max() - y.min()) / 2 / (1 - room)) > 0.5
+
+
+def test_planar_mechanisms_show_their_plane(rng):
+    """A mechanism in the plane x-z is seen mainly along y, with z up."""
+    points = rng.normal(size=(20, 3)) * (1.0, 0.01, 1.0)
+    eye, focus, up = (np.array(x) for x in camera_position(points, None, (0, 0, 1), 1.5, 0.0))
+    direction = (eye - focus) / np.linalg.norm(eye - focus)
+    assert np.argmax(np.abs(direction)) == 1
+    assert direction[2] > 0.1
+    np.testing.assert_array_equal(up, (0, 0, 1))
+
+
+def test_messages(solution, tmp_path, monkeypatch):
+    with pytest.raises(FlexmbError, match=r"the ending '.bmp'.*\.png, \.jpg"):
+        render(solution, tmp_path / "x.bmp")
+    with pytest.raises(FlexmbError, match=r"the ending '.gif'"):
+        overlay(solution, tmp_path / "x.gif", times=(0, 1))
+    monkeypatch.setattr(graphics, "_outcome", lambda: -11)
+    with pytest.raises(FlexmbError, match=r"trial picture ended with code -11.*libegl1.*mesa-libEGL"):
+        render(solution, tmp_path / "x.png")
+    monkeypatch.setitem(sys.modules, "imageio.v2", None)
+    with pytest.raises(FlexmbError, match=r"the package imageio.* is not installed.*pip install"):
+        render(solution, tmp_path / "x.gif")
