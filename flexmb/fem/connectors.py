@@ -78,7 +78,7 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
     part = f"Spring at node {number} of '{fe.name}'"
     matrix = np.asarray(stiffness, float)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
-    if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or np.linalg.eigvalsh(matrix).min() < 0.0:
+    if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not _semidefinite(matrix):
         raise MeshError(
             part,
             found=f"a stiffness of shape {np.shape(stiffness)}",
@@ -232,6 +232,12 @@ def _check_independent(fe: FEModel, numbers: np.ndarray, directions: np.ndarray)
             expected="nodes with freedoms of their own",
             remedy="Hold the reference node of the link instead",
         )
+
+
+def _semidefinite(matrix: np.ndarray) -> bool:
+    """Whether a small symmetric matrix has no negative eigenvalue beyond rounding."""
+    values = np.linalg.eigvalsh(matrix)
+    return bool(values[0] >= -1e-9 * max(values[-1], 0.0))
 
 
 def _symmetric(matrix) -> sparse.csr_matrix:

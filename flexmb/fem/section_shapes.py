@@ -26,6 +26,8 @@ def torsion_rectangle(width: float, height: float) -> float:
     (Timoshenko & Goodier, Theory of Elasticity, art. 109). Forty terms leave 1e-10.
     """
     a, b = max(width, height), min(width, height)
+    if b <= 0.0:
+        return 0.0  # `Section` says what is wrong
     series = sum(tanh(min(n * pi * a / (2 * b), 300.0)) / n**5 for n in range(1, 80, 2))
     return a * b**3 / 3.0 * (1.0 - 192.0 * b / (pi**5 * a) * series)
 

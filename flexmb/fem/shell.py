@@ -104,7 +104,7 @@ def _thickness(part: str, thickness, count: int, groups: Mapping[str, np.ndarray
             remedy += ". " + " ".join(did_you_mean(group, groups) for group in wrong) if wrong else ""
         raise MeshError(
             part,
-            found=f"cell {cell} has the thickness {values[cell]!r} m",
+            found=f"cell {cell} has the thickness {values[cell]:g} m",
             expected="a positive number",
             remedy=remedy,
         )
