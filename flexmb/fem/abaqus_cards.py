@@ -76,6 +76,7 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
     """Read numbers, sets and surfaces, and the NODE and ELEMENT blocks as plain text."""
     cards, nodes, elements = AbaqusCards(), ["*NODE"], []
     for keyword, options, data in sections(path):
+        _check_system(path, keyword, options, data)
         if keyword == "NODE":
             nodes += data
             ids = [int(line.split(",")[0]) for line in data]
@@ -94,8 +95,23 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
     if len(nodes) == 1:
         raise MeshError(f"Mesh file '{path}'", found="no *NODE keyword", expected="an Abaqus input file with a mesh",
                         remedy="Write the mesh again")
+    if len(set(cards.node_ids)) < len(cards.node_ids):
+        twice = len(cards.node_ids) - len(set(cards.node_ids))
+        raise MeshError(f"Mesh file '{path}'", found=f"{twice} node numbers twice", expected="one flat mesh with unique numbers",
+                        remedy="Export without parts and instances (Abaqus/CAE: model attribute of the input file)")
     cards.mesh_text = "\n".join([*nodes, *elements, ""])
     return cards
+
+
+def _check_system(path: Path, keyword: str, options: dict[str, str], data: list[str]) -> None:
+    """Raise MeshError where the coordinates in the file are not those of the model."""
+    moved = keyword == "INSTANCE" and any(float(word) != 0.0 for word in ",".join(data).split(",") if word.strip())
+    turned = keyword == "SYSTEM" and data
+    curved = keyword == "NODE" and options.get("SYSTEM", "R").upper() != "R"
+    if moved or turned or curved:
+        raise MeshError(f"Mesh file '{path}'", found=f"*{keyword} moves or turns the coordinates of its nodes",
+                        expected="Cartesian coordinates as they are", remedy="Export a flat input file, without parts "
+                        "and instances and in the global system")
 
 
 def add(sets: dict[str, np.ndarray], name: str | None, numbers: np.ndarray) -> None:

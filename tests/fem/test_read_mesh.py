@@ -250,6 +250,17 @@ def test_unsupported_cells(write, tmp_path):
     message(path, "1 cells of the type 'pyramid'", "tetra10", "Mesh again")
 
 
+@pytest.mark.parametrize(("keyword", "name"), [
+    ("*INSTANCE, NAME=a, PART=b\n0., 0., 1.\n", "INSTANCE"), ("*SYSTEM\n0., 0., 1.\n", "SYSTEM"),
+    ("*NODE, SYSTEM=C\n50, 0., 0., 0.\n", "NODE")])
+def test_moved_coordinates(write, keyword, name):
+    message(write("a.inp", keyword + ABAQUS), rf"\*{name} moves or turns", "flat input file")
+
+
+def test_parts_with_their_own_numbers(write):
+    message(write("a.inp", ABAQUS + ABAQUS), "12 node numbers twice", "without parts and instances")
+
+
 def test_half_an_element(write):
     message(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=C3D4\n1, 1, 1\n"), "3 numbers", "multiple of 5")
 
