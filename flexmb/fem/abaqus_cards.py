@@ -97,7 +97,8 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
                         remedy="Write the mesh again")
     if len(set(cards.node_ids)) < len(cards.node_ids):
         twice = len(cards.node_ids) - len(set(cards.node_ids))
-        raise MeshError(f"Mesh file '{path}'", found=f"{twice} node numbers twice", expected="one flat mesh with unique numbers",
+        raise MeshError(f"Mesh file '{path}'", found=f"{twice} node numbers twice",
+                        expected="one flat mesh with unique numbers",
                         remedy="Export without parts and instances (Abaqus/CAE: model attribute of the input file)")
     cards.mesh_text = "\n".join([*nodes, *elements, ""])
     return cards
