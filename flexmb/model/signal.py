@@ -333,18 +333,18 @@ def _fraction(start: float, duration: float) -> tuple[tuple[int, float], ...]:
     return (op.TIME, 0.0), (op.CONSTANT, start), (op.SUBTRACT, 0.0), (op.CONSTANT, duration), (op.DIVIDE, 0.0)
 
 
-def ramp(*, rate: float, rise: float = 0.0, start: float = 0.0) -> Ramp:
+def ramp(rate: float, rise: float = 0.0, start: float = 0.0) -> Ramp:
     """Return a value whose rate grows smoothly from 0 to `rate` (per second) during `rise` (s) and then stays."""
     return Ramp(rate=rate, rise=rise, start=start)
 
 
-def step(*, value: float, initial: float = 0.0, at: float = 0.0, rise: float = 0.0) -> Step:
+def step(value: float, initial: float = 0.0, at: float = 0.0, rise: float = 0.0) -> Step:
     """Return a change from `initial` to `value` that begins `at` (s) and is smooth if `rise` (s) is positive."""
     return Step(value=value, initial=initial, at=at, rise=rise)
 
 
 def harmonic(
-    *, amplitude: float, frequency: float, phase: float = 0.0, offset: float = 0.0, start: float = 0.0
+    amplitude: float, frequency: float, phase: float = 0.0, offset: float = 0.0, start: float = 0.0
 ) -> Harmonic:
     """Return offset + amplitude sin(2 pi frequency (t - start) + phase); frequency in Hz, phase in rad."""
     return Harmonic(amplitude=amplitude, frequency=frequency, phase=phase, offset=offset, start=start)
