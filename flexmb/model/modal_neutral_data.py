@@ -191,6 +191,12 @@ class ModalNeutralData:
             load_shapes=np.hstack([self.load_shapes[:, :6], self.load_shapes[:, 6:][:, j]]),
             stress_modes=None if self.stress_modes is None else self.stress_modes[..., j])
 
+    def report(self) -> str:
+        """Return the quality report as text: frequencies against the full model, mass, statics, modes, warnings."""
+        from flexmb.model.modal_neutral_report import report
+
+        return report(self)
+
     def save(self, path: str | Path) -> Path:
         """Write the data to an HDF5 file (schema-versioned) and return its path."""
         from flexmb.model.modal_neutral_file import save

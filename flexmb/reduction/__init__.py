@@ -1,5 +1,6 @@
 """FE model to modal neutral data: Craig-Bampton, inertia invariants, geometric stiffness, load shapes, report."""
 
+from flexmb.model.modal_neutral_report import report
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
@@ -17,4 +18,5 @@ __all__ = [
     "Rigid",
     "UpTo",
     "reduce",
+    "report",
 ]

@@ -6,36 +6,31 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.reduction.basis import Basis, NormalModes
-from flexmb.reduction.interfaces import DIRECTIONS
+from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
+from flexmb.reduction.interfaces import DIRECTIONS, Coupling
 from flexmb.reduction.statics import HeldBody
 
 __all__ = ["quality_numbers"]
+
+_POOR = 0.05  # relative frequency error that deserves a warning
+_HEAVIEST = 25e3  # kg/m3; osmium has 22.6e3
+_FASTEST = 20e3  # m/s; diamond has 18e3
 
 
 def quality_numbers(
     body: HeldBody, normal: NormalModes, basis: Basis, exact: NormalModes | None, clamped: int | None
 ) -> dict[str, Any]:
-    """Return the report as numbers and text that JSON can hold (see `report` for the wording)."""
+    """Return the report as numbers and text that JSON can hold (flexmb.model.modal_neutral_report words it)."""
     fe = body.fe
-    reduced = basis if clamped is None else _buckens(body, normal)
-    return {
+    reduced = basis if clamped is None else orthonormal_basis(body, normal, None)
+    numbers = {
         "model": {
             "name": fe.name,
             "nodes": len(fe.nodes),
             "freedoms": fe.ndof,
             "factor_entries": int(body.nnz),
         },
-        "interfaces": [
-            {
-                "name": c.name,
-                "kind": c.label,
-                "nodes": len(c.nodes),
-                "freedoms": c.freedoms.tolist(),
-                "position": c.position.tolist(),
-            }
-            for c in body.couplings
-        ],
+        "interfaces": [_interface(c) for c in body.couplings],
         "normal_modes": len(normal.w2),
         "fixed_interface_frequencies": (np.sqrt(normal.w2) / (2.0 * np.pi)).tolist(),
         "mass": _mass(body),
@@ -49,12 +44,54 @@ def quality_numbers(
         "frequencies": _frequencies(reduced, exact),
         "modes": _mode_table(body, normal, basis),
     }
+    return {**numbers, "warnings": _warnings(body, numbers)}
 
 
-def _buckens(body: HeldBody, normal: NormalModes) -> Basis:
-    from flexmb.reduction.basis import orthonormal_basis
+def _interface(coupling: Coupling) -> dict[str, Any]:
+    return {
+        "name": coupling.name,
+        "kind": coupling.label,
+        "nodes": len(coupling.nodes),
+        "freedoms": coupling.freedoms.tolist(),
+        "position": coupling.position.tolist(),
+    }
 
-    return orthonormal_basis(body, normal, None)
+
+def _warnings(body: HeldBody, numbers: dict[str, Any]) -> list[str]:
+    """Say what looks wrong and what to do about it."""
+    found = []
+    poor = [n for n, row in enumerate(numbers["frequencies"]) if row["error"] > _POOR]
+    if poor:
+        row = numbers["frequencies"][poor[0]]
+        found.append(
+            f"The reduced frequency {poor[0] + 1} ({row['reduced']:.4g} Hz) is {100 * row['error']:.1f} % above "
+            f"the full model. Take more modes, or modes='up to {row['full']:.3g} Hz within 1 %'."
+        )
+    if numbers["static_error"] > 1e-6:
+        found.append(
+            f"Interface loads meet a static error of {numbers['static_error']:.1e}: the stiffness matrix is badly "
+            "scaled or nearly singular. Look for very soft or very stiff elements."
+        )
+    if body.grounding > 1e-8:
+        found.append(
+            f"Rigid motions meet a relative force of {body.grounding:.1e}. Matrices written with few digits do "
+            "this; so does a weak spring to the ground: remove it."
+        )
+    extent = np.ptp(body.fe.nodes, axis=0)
+    solid = extent.min() > 0.02 * extent.max()  # the box of a beam or a sheet says nothing
+    density = numbers["mass"]["mass"] / np.prod(extent) if solid else 0.0
+    if density > _HEAVIEST:
+        found.append(
+            f"The mass fills its bounding box with {density:.3g} kg/m3, more than any metal. Check the units: metres, "
+            "kilograms, newtons, seconds (a mesh in millimetres needs points * 1e-3)."
+        )
+    speed = max((row["full"] for row in numbers["frequencies"][:1]), default=0.0) * body.length
+    if speed > _FASTEST:
+        found.append(
+            f"The first frequency times the size is {speed:.3g} m/s, faster than sound in any solid. Check "
+            "the units of stiffness and mass."
+        )
+    return found
 
 
 def _mass(body: HeldBody) -> dict[str, Any]:
@@ -75,15 +112,12 @@ def _inertia_coupling(body: HeldBody, basis: Basis) -> float:
 
 
 def _effective_mass(body: HeldBody, normal: NormalModes) -> dict[str, Any]:
-    """Share of the rigid-body mass and inertia behind the interfaces that the normal modes hold, per direction."""
-    fe = body.fe
-    moving = body.rigid.copy()
-    for coupling in body.couplings:
-        if not coupling.averaging:
-            moving[coupling.rows] = 0.0
-    total = np.einsum("ij,ij->j", moving, fe.M @ moving)
-    participation = (fe.M @ normal.vectors).T @ body.rigid
-    share = participation**2 / np.where(total > 0.0, total, 1.0)
+    """Share of the body's mass and inertia (about its centroid) that the normal modes move, per direction.
+
+    The sum falls short of one by the mass that moves with the interfaces.
+    """
+    participation = (body.fe.M @ normal.vectors).T @ body.rigid
+    share = participation**2 / np.diag(body.rigid_mass)
     return {
         "directions": [DIRECTIONS[d] for d in body.motions],
         "per_mode": share.tolist(),

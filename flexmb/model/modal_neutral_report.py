@@ -1,0 +1,115 @@
+"""The quality report of modal neutral data as text: how good is it, up to which frequency, what was lost?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from flexmb.model.modal_neutral_data import ModalNeutralData
+
+__all__ = ["report"]
+
+
+def report(data: ModalNeutralData) -> str:
+    """Return the quality report, one paragraph per question; every number stands in ``data.quality`` too.
+
+    Parameters
+    ----------
+    data : ModalNeutralData
+        Fresh from the reduction or read from a file.
+    """
+    q = data.quality
+    title = f"Modal neutral data '{data.name}'"
+    lines = [title, "=" * len(title), *_body(data)]
+    if q:
+        lines += [
+            "",
+            *_mass(data, q),
+            "",
+            *_interfaces(q),
+            "",
+            *_frequencies(q),
+            "",
+            *_effective_mass(q),
+            "",
+            *_modes(q),
+        ]
+        lines += ["", *_warnings(q)]
+    return "\n".join(lines)
+
+
+def _body(data: ModalNeutralData) -> list[str]:
+    f = data.frequencies
+    span = f"{f.min():.6g} to {f.max():.6g} Hz" if len(f) else "no modes"
+    rows = [f"{len(data.nodes)} nodes, {data.n_modes} flexible coordinates ({span}), frame: {data.frame}"]
+    extras = [f"{len(data.load_names)} load shapes ({', '.join(data.load_names)})"] if data.load_names else []
+    extras += ["geometric stiffness"] if data.geometric is not None else []
+    extras += ["stress modes"] if data.stress_modes is not None else []
+    return [
+        *rows,
+        f"with {', '.join(extras)}" if extras else "without load shapes, geometric stiffness, stress modes",
+    ]
+
+
+def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
+    mesh = q["mass"]
+    vector = lambda a: "(" + ", ".join(f"{x:.6g}" for x in a) + ")"  # noqa: E731
+    scale = max(np.abs(mesh["inertia"]).max(), 1e-300)
+    error = np.abs(data.inertia - np.array(mesh["inertia"])).max() / scale
+    return [
+        "Mass",
+        f"  mass            {data.mass:.9g} kg (mesh {mesh['mass']:.9g} kg)",
+        f"  centre of mass  {vector(data.center_of_mass)} m",
+        f"  inertia         {vector(np.diag(data.inertia))} kg m2 about it, off-diagonal "
+        f"{vector(data.inertia[[0, 1, 2], [1, 2, 0]])}; difference from the mesh {error:.1e}",
+        f"  rigid motions   {q['rigid_modes']['removed']} removed; relative force in the FE model "
+        f"{q['rigid_modes']['grounding']:.1e} (zero if nothing ties it to the ground)",
+    ]
+
+
+def _interfaces(q: dict[str, Any]) -> list[str]:
+    rows = [f"  {i['name']:<16} {i['kind']:<11} {i['nodes']:>6} nodes  {len(i['freedoms'])} freedoms  at "
+            f"({', '.join(f'{x:.6g}' for x in i['position'])}) m" for i in q["interfaces"]]  # fmt: skip
+    return [
+        "Interfaces",
+        *rows,
+        f"  static error    {q['static_error']:.1e} (interface loads: zero if statics is exact)",
+    ]
+
+
+def _frequencies(q: dict[str, Any]) -> list[str]:
+    if not q["frequencies"]:
+        return ["Frequencies", "  not compared with the full model (compare=0)"]
+    rows = [f"  {n + 1:>4} {r['full']:>14.6g} {r['reduced']:>14.6g} {100 * r['error']:>10.3g} %"
+            for n, r in enumerate(q["frequencies"])]  # fmt: skip
+    good = 0.0
+    for row in q["frequencies"]:
+        if row["error"] > 0.01:
+            break
+        good = row["full"]
+    return [f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {q['normal_modes']} fixed-interface modes)",
+            f"  {'mode':>4} {'full model Hz':>14} {'reduced Hz':>14} {'error':>12}", *rows]  # fmt: skip
+
+
+def _effective_mass(q: dict[str, Any]) -> list[str]:
+    table = q["effective_mass"]
+    cells = ", ".join(
+        f"{name} {100 * share:.1f} %" for name, share in zip(table["directions"], table["sum"], strict=True)
+    )
+    return [
+        "Effective mass: share of mass and inertia that the fixed-interface modes move",
+        f"  {cells or 'none'}",
+    ]
+
+
+def _modes(q: dict[str, Any]) -> list[str]:
+    rows = [f"  {r['number']:>4} {r['frequency']:>14.6g}  {r['kind']:<22} {100 * r['normal']:>5.1f} %  "
+            + "  ".join(f"{name} {100 * share:.1f} %" for name, share in r["interfaces"].items())
+            for r in q["modes"]]  # fmt: skip
+    return ["Modal coordinates (shares of kinetic energy: normal modes, then each interface)", *rows]
+
+
+def _warnings(q: dict[str, Any]) -> list[str]:
+    return ["Warnings", *(f"  - {text}" for text in q["warnings"])] if q.get("warnings") else ["No warnings."]

@@ -1,0 +1,111 @@
+"""The quality report: numbers that can be held against closed forms, and the warnings with their remedies."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reduction.beams import planar_beam
+from reduction.solids import block
+from scipy.linalg import eigh
+
+from flexmb import reduction
+from flexmb.model.modal_neutral_data import ModalNeutralData
+
+BOTH = {"a": "left", "b": "right"}
+
+
+@pytest.fixture(scope="module")
+def data():
+    return reduction.reduce(
+        block(), BOTH, modes=8, loads={"air": "top"}, stations={"m": "mid"}, geometric_stiffness=True
+    )
+
+
+def test_report_is_json_and_survives_the_file(data, tmp_path):
+    loaded = ModalNeutralData.load(data.save(tmp_path / "block.h5"))
+    assert loaded.quality == json.loads(json.dumps(data.quality))
+    assert loaded.report() == data.report() == reduction.report(data)
+
+
+def test_text_answers_the_questions(data):
+    text = data.report()
+    parts = """14 flexible coordinates|frame: buckens|1 load shapes (air)|geometric stiffness|stress modes|6 removed
+        |mass            7.536 kg (mesh 7.536 kg)|a                rigid|static error|within 1 % up to
+        |8 fixed-interface modes|Effective mass|normal mode 0|interface a""".split("|")
+    for part in map(str.strip, parts):
+        assert part in text, part
+
+
+def test_data_without_a_report_still_say_what_they_are(data):
+    assert "14 flexible coordinates" in replace(data, quality={}).report()
+
+
+def test_full_frequencies_are_those_of_the_free_beam(reference):
+    data = reduction.reduce(planar_beam(), BOTH, modes=4)
+    found = [row["full"] for row in data.quality["frequencies"]]
+    np.testing.assert_allclose(found, reference("CB01")["reference"]["full_elastic_Hz"], rtol=1e-8)
+
+
+def test_effective_mass():
+    """The first mode of a clamped-clamped beam holds 69.0 % of the mass.
+
+    Closed form for uniform beams: (int phi dx)^2 / (L int phi^2 dx) = 0.8309^2 = 0.6904 (Blevins).
+    """
+    data = reduction.reduce(planar_beam(n_el=30), BOTH, modes=58)
+    table = data.quality["effective_mass"]
+    assert table["directions"] == ["y", "rotation z"]
+    np.testing.assert_allclose(table["per_mode"][0][0], 0.6904, atol=5e-3)
+    np.testing.assert_allclose(
+        table["sum"][0], 1.0, atol=0.05
+    )  # the consistent mass couples to the end nodes
+
+
+def test_rows_of_the_mode_table(data):
+    rows = data.quality["modes"]
+    np.testing.assert_allclose([row["frequency"] for row in rows], data.frequencies)
+    for row in rows:
+        np.testing.assert_allclose(sum(row["interfaces"].values()) + row["normal"], 1.0)
+
+
+def test_clamped_frame_is_compared_by_its_free_frequencies():
+    fe = block()
+    clamped = reduction.reduce(fe, BOTH, modes=8, frame="a")
+    free = reduction.reduce(fe, BOTH, modes=8)
+    for a, b in zip(clamped.quality["frequencies"], free.quality["frequencies"], strict=True):
+        np.testing.assert_allclose(a["reduced"], b["reduced"], rtol=1e-9)
+
+
+def test_poor_frequencies_are_warned_about():
+    data = reduction.reduce(planar_beam(), BOTH, modes=0)
+    assert data.quality["warnings"][0].startswith(
+        "The reduced frequency 1 (31.88 Hz) is 19.9 % above the full model."
+    )
+    assert "modes='up to 26.6 Hz within 1 %'" in data.report()
+
+
+def test_units_are_looked_at():
+    fe = block()
+    millimetres = replace(fe, nodes=fe.nodes * 1e-2)  # mass of metres in a box of centimetres
+    warnings = reduction.reduce(millimetres, BOTH, modes=8, stress=False).quality["warnings"]
+    assert any("kg/m3, more than any metal. Check the units" in text for text in warnings)
+    stiff = replace(fe, K=fe.K * 1e6)
+    warnings = reduction.reduce(stiff, BOTH, modes=8, stress=False).quality["warnings"]
+    assert any("m/s, faster than sound in any solid. Check the units" in text for text in warnings)
+
+
+def test_a_weak_ground_spring_is_reported():
+    fe = planar_beam()
+    K = fe.K.tolil()
+    K[20, 20] *= 1.0 + 1e-6
+    data = reduction.reduce(replace(fe, K=K.tocsr()), BOTH, modes=4)
+    assert any("a weak spring to the ground: remove it" in text for text in data.quality["warnings"])
+
+
+def test_good_data_have_no_warning():
+    fe = planar_beam()
+    data = reduction.reduce(fe, BOTH, modes=10)
+    assert data.quality["warnings"] == []
+    assert data.report().endswith("No warnings.")
+    exact = np.sqrt(eigh(fe.K.toarray(), fe.M.toarray(), eigvals_only=True)[2:8]) / (2 * np.pi)
+    np.testing.assert_allclose([row["full"] for row in data.quality["frequencies"]], exact, rtol=1e-8)
