@@ -21,7 +21,9 @@ _ROOMS = {
     "flexmb.forces": "PointLoad SpringDamper",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "
     "Position Reaction Stress Velocity",
-    "flexmb.integrate": "GeneralizedAlpha IDA check simulate",
+    "flexmb.events": "Change Event Lock Release Stop",
+    "flexmb.integrate": "Augmented Baumgarte GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations check linearize "
+    "simulate statics",
     "flexmb.results": "Solution Status",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }

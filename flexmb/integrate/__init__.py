@@ -1,7 +1,27 @@
 """Analyses: what happens to a system over time, and about a state."""
 
+from flexmb.integrate.accelerations import Accelerations, accelerations
 from flexmb.integrate.check import Report, check
+from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
+from flexmb.integrate.ida import IDA
+from flexmb.integrate.linearize import Linearization, linearize
 from flexmb.integrate.simulate import simulate
+from flexmb.integrate.statics import statics
 
-__all__ = ["GeneralizedAlpha", "Report", "check", "simulate"]
+__all__ = [
+    "IDA",
+    "Accelerations",
+    "Augmented",
+    "Baumgarte",
+    "GeneralizedAlpha",
+    "Linearization",
+    "NullSpace",
+    "Report",
+    "UdwadiaPhohomsiri",
+    "accelerations",
+    "check",
+    "linearize",
+    "simulate",
+    "statics",
+]

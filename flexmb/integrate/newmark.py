@@ -92,6 +92,20 @@ def _norm(v, d, tolerance):
 
 
 @kernel
+def _accelerations_settled(v, scale, left):
+    """Is what is left of the correction, as acceleration, a small part of the accelerations?
+
+    In a step much shorter than its error allows, a displacement within tolerance still is a large acceleration, and the
+    multipliers would be noise.
+    """
+    largest, correction = 0.0, 0.0
+    for i in range(len(v.u)):
+        largest = max(largest, abs(v.a1[i]) * v.extent[i])
+        correction = max(correction, abs(v.d[i]) * v.extent[i])
+    return left * correction <= max(1e-4 * largest * scale, 1e-12 * v.reach[0])
+
+
+@kernel
 def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or the reason of failure."""
     nu, ng = len(v.u), len(v.lam)
@@ -126,7 +140,8 @@ def _iterate(program, work, v, c, h):
                 return STALLED
             rate = min(max(rate, 1e-3), 0.99)
         # what is left after this correction is about rate / (1 - rate) of it
-        if size * rate / (1.0 - rate) <= c.newton and (iteration > 0 or size <= 1.0):
+        left = rate / (1.0 - rate)
+        if size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, scale, left):
             for i in range(3):
                 v.powers[i] = work.energy[3 + i]
             return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.model.model import Model
-from flexmb.results import Phase, RunFile, Solution, Status, floating_data
+from flexmb.integrate.record import Recorder, joined_rows
+from flexmb.integrate.watch import LOOKS, Watch, next_phase
+from flexmb.results import Solution, Status
 from flexmb.system import assemble
 
 __all__ = ["simulate"]
@@ -39,34 +42,102 @@ def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
     return times if times[0] == t_start else np.concatenate([[t_start], times])
 
 
-class _Recorder:
-    """Collects rows in memory and, if a path is given, in the run file."""
+class _Phases:
+    """A run through the phases that events divide it into."""
 
-    def __init__(self, model, system, path, write_model):
-        self.model, self.system = model, system
-        self.rows: list[dict[str, np.ndarray]] = []
-        self.file = None if path is None else RunFile(path, floating_data(model))
-        if self.file is not None:
-            self.file.begin(write_model(model) if write_model is not None else "")
+    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress):
+        self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
+        self.statistics: dict[str, Any] = {}
+        self.t = float(times[0])
 
-    def add(self, rows: dict[str, np.ndarray]) -> None:
-        """Keep a block of samples."""
-        if len(rows["t"]):
-            self.rows.append(rows)
-            if self.file is not None:
-                self.file.append(*rows.values())
+    def run(self, model: Model) -> Status:
+        """Run all phases and return how the run ended."""
+        state, works, began = None, np.zeros(3), self.t
+        while True:
+            system, start = assemble(model, t=began, state=state)
+            self.recorder.begin(model, system)
+            ended = self._phase(model, system, start, works)
+            if not isinstance(ended, tuple):
+                self.recorder.end(ended.kind)
+                return ended
+            event, rows, watch = ended
+            self.recorder.end(event.name)
+            began = self.t = float(rows["t"][-1])
+            works = rows["works"][-1]
+            following = next_phase(model, event, watch.series(rows))
+            if following is None:
+                return Status.stopped(event.name, began)
+            state = carried(system, following, rows["q"][-1], rows["u"][-1])
+            model = following
+            if began >= self.times[-1]:
+                return Status.finished(began)
 
-    def solution(self, status: Status, statistics: dict[str, Any]) -> Solution:
-        """Return the solution of all blocks; finish the file with the values of the sensors."""
-        joined = {name: np.concatenate([rows[name] for rows in self.rows]) for name in self.rows[0]}
-        phase = Phase(model=self.model, system=self.system, ended=status.kind, **joined)
-        solution = Solution(phases=(phase,), status=status, statistics=statistics)
-        if self.file is not None:
-            names = [sensor.name for sensor in self.model.sensors]
-            tables = {name: solution[name] for name in names}
-            self.file.end(status.kind, tables, {name: solution.column_titles(name) for name in names})
-            self.file.finish(status, statistics)
-        return solution
+    def _phase(self, model, system, start, works):
+        """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
+        work = system.workspace()
+        variables = self.integrator.start(system, start, work, float(self.times[-1]))
+        watch = Watch(model, system, self.integrator, work)
+        timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
+        due = timed[0] if timed and timed[0].at <= self.times[-1] else None
+        end = max(due.at, self.t) if due is not None else float(self.times[-1])
+        times = self.times[(self.times > self.t) & (self.times < end)]
+        times = np.concatenate([[self.t], times, [end] if end > self.t else []])
+        marks = times if not watch.events else _refined(times, (self.times[-1] - self.times[0]) / LOOKS)
+        first, block, last_row = 0, 1, None
+        try:
+            while first < len(marks):
+                last = min(len(marks), first + block)
+                clock = time.perf_counter()
+                outcome = self.integrator.run(system, work, variables, marks, first, last)
+                rows = {**outcome.rows, "works": outcome.rows["works"] + works}
+                found = None
+                if watch.events and len(rows["t"]):
+                    looked = rows if last_row is None else joined_rows([last_row, rows])
+                    found = watch.first(looked, begins=last_row is None)
+                if found is not None:
+                    event, k = found
+                    after = _row(looked, k)
+                    if k > 0:
+                        after = watch.locate(event, _row(looked, k - 1), after)
+                    self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
+                    self.recorder.add(after)
+                    return event, after, watch
+                self._keep(rows, times)
+                if outcome.failure:
+                    return Status.failed(outcome.failure, outcome.remedy)
+                last_row, first = _row(rows, -1), last
+                self.t = float(marks[last - 1])
+                if self.progress is not None:
+                    self.progress(self.t, float(self.times[-1]))
+                spent = time.perf_counter() - clock
+                block = max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4))))
+        except KeyboardInterrupt:
+            return Status.interrupted(self.t)
+        finally:
+            for name, count in self.integrator.statistics(variables).items():
+                self.statistics[name] = self.statistics.get(name, 0) + count
+        return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _keep(self, rows, times) -> None:
+        """Record the rows whose times are samples (others were only looked at for events)."""
+        keep = np.isin(rows["t"], times)
+        self.recorder.add({name: x[keep] for name, x in rows.items()})
+
+
+def _row(rows, k: int) -> dict[str, np.ndarray]:
+    return {name: x[k:][:1] if k >= 0 else x[-1:] for name, x in rows.items()}
+
+
+def _refined(times: np.ndarray, longest: float) -> np.ndarray:
+    """Return the times with more between them, so that no gap is longer than `longest`."""
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1] for a, b in pairwise(times)]
+    return np.concatenate([*parts, times[-1:]])
+
+
+def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
+    """Return the start (q, u) of the next phase by body name: bodies keep their coordinates and velocities."""
+    return {name: (q[iq], u[iu]) for name, (iq, iu) in system.body_slices.items()
+            if any(body.name == name for body in model.bodies)}
 
 
 def simulate(
@@ -112,32 +183,13 @@ def simulate(
     """
     integrator = GeneralizedAlpha() if integrator is None else integrator
     times = sample_times(t_start, t_end, samples)
-    began = time.perf_counter()
-    system, state = assemble(model, t=t_start)
-    work = system.workspace()
-    variables = integrator.start(system, state, work, t_end)
-    recorder = _Recorder(model, system, output, write_model)
-    status, outcome = Status.finished(t_end), None
-    first, block = 0, 1
-    try:
-        while first < len(times):
-            last = min(len(times), first + block)
-            clock = time.perf_counter()
-            outcome = integrator.run(system, work, variables, times, first, last)
-            recorder.add(outcome.rows)
-            if outcome.failure:
-                status = Status.failed(outcome.failure, outcome.remedy)
-                break
-            first = last
-            if progress is not None:
-                progress(float(times[last - 1]), t_end)
-            spent = time.perf_counter() - clock
-            block = max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4))))
-    except KeyboardInterrupt:
-        status = Status.interrupted(float(times[first - 1]) if first else t_start)
-    statistics = {**integrator.statistics(variables), "seconds": time.perf_counter() - began}
-    solution = recorder.solution(status, statistics)
-    if status.kind == "failed" and outcome is not None:
-        raise IntegrationError(f"Model '{model.name}'", found=outcome.failure,
-                               expected="a motion that the integrator can follow", remedy=outcome.remedy, solution=solution)
+    clock = time.perf_counter()
+    assemble(model, t=t_start)  # whatever is wrong shows before a file is made
+    recorder = Recorder(model, output, write_model)
+    phases = _Phases(integrator, recorder, times, progress)
+    status = phases.run(model)
+    solution = recorder.solution(status, {**phases.statistics, "seconds": time.perf_counter() - clock})
+    if status.kind == "failed":
+        raise IntegrationError(f"Model '{model.name}'", found=status.message,
+                               expected="a motion that the integrator can follow", remedy=status.remedy, solution=solution)
     return solution

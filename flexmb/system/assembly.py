@@ -27,7 +27,7 @@ def worst_equations(system: System, work, count: int = 3) -> str:
     return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
 
 
-def assemble(model: Model, *, t: float = 0.0, tolerance: float = 1e-11) -> tuple[System, State]:
+def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-11) -> tuple[System, State]:
     """Compile a model, find dependent equations and assemble its initial configuration and velocity.
 
     Parameters
@@ -35,6 +35,8 @@ def assemble(model: Model, *, t: float = 0.0, tolerance: float = 1e-11) -> tuple
     model : Model
     t : float, s
         Time of the start.
+    state : dict of body name to (q, u), optional
+        Where bodies are and how they move, instead of what is described.
     tolerance : float, m or rad
         Largest residual of the constraints.
 
@@ -50,7 +52,10 @@ def assemble(model: Model, *, t: float = 0.0, tolerance: float = 1e-11) -> tuple
     """
     system = compile(model)
     work = system.workspace()
-    state = system.state(t)
+    given, state = state or {}, system.state(t)
+    for name, (q, u) in given.items():
+        iq, iu = system.body_slices[name]
+        state.q[iq], state.u[iu] = q, u
     system = _regularised(system, state, work, tolerance)
     right = np.zeros(system.nu + system.ng)
     scale = max(1.0, _size(system))

@@ -1,0 +1,91 @@
+"""`Event`: what happens when."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.kinds import Part
+
+__all__ = ["Action", "Event"]
+
+
+class Action:
+    """A pure function of models: what an event does."""
+
+    def check(self, model, asker: str) -> None:
+        """Raise ModelError if the action names something that `model` does not have."""
+
+    def apply(self, model, series):
+        """Return the model of the next phase, or None to end the run; `series` holds the state at the event."""
+        raise TypeError(f"{type(self).__name__} does nothing")
+
+
+@dataclass(frozen=True, eq=False)
+class Event(Part):
+    """End a phase at a time, or when a sensor passes a threshold, and change the model. It happens once.
+
+    Parameters
+    ----------
+    name : str
+    sensor : str, optional
+        Name of the sensor to watch.
+    above, below : float, in the sensor's unit
+        The event happens when the value rises above, or falls below this.
+    at : float, s
+        The event happens at this time (without a sensor).
+    column : int, optional
+        Column of a sensor with several values.
+    then : Release, Lock, Stop or Change, or a sequence of them
+        What happens, in this order.
+    """
+
+    name: str
+    _: KW_ONLY
+    then: Any
+    sensor: str | None = None
+    above: float | None = None
+    below: float | None = None
+    at: float | None = None
+    column: int | None = None
+
+    family: ClassVar[str] = "Event"
+
+    def __post_init__(self):
+        super().__post_init__()
+        given = [name for name in ("above", "below", "at") if getattr(self, name) is not None]
+        right = given == ["at"] if self.sensor is None else given in (["above"], ["below"])
+        if not right or not np.isfinite(getattr(self, given[0])):
+            raise ModelError(self.title, found=f"sensor = {self.sensor!r} with {', '.join(given) or 'no threshold'}",
+                             expected="at= (a time), or sensor= with one of above= and below=",
+                             remedy="Write at=0.65, or sensor='force', above=1e4")
+        actions = self.then if isinstance(self.then, tuple | list) else (self.then,)
+        if not actions or not all(isinstance(a, Action) for a in actions):
+            raise ModelError(self.title, found=f"then = {self.then!r}", expected="Release, Lock, Stop or Change",
+                             remedy="Write then=flexmb.Release('strut')")
+        object.__setattr__(self, "then", tuple(actions))
+
+    def check(self, model) -> None:
+        """Raise ModelError if the sensor, or what the actions name, does not exist."""
+        if self.sensor is not None:
+            sensors = {s.name: s for s in model.sensors}
+            if self.sensor not in sensors:
+                raise ModelError(self.title, found=f"sensor '{self.sensor}' does not exist",
+                                 expected=f"The model has: {', '.join(sorted(sensors)) or 'none'}",
+                                 remedy=did_you_mean(self.sensor, sensors) or "Add the sensor to the model")
+            columns = len(sensors[self.sensor].columns(model))
+            if columns > 1 and (self.column is None or not 0 <= self.column < columns):
+                raise ModelError(self.title, found=f"column = {self.column!r} of sensor '{self.sensor}'",
+                                 expected=f"0 to {columns - 1}: {', '.join(sensors[self.sensor].columns(model))}",
+                                 remedy="Say which column is watched")
+        for action in self.then:
+            action.check(model, self.title)
+
+    def distance(self, values: np.ndarray) -> np.ndarray:
+        """Return how far sensor values (nt,) or (nt, k) are past the threshold; the event happens above zero."""
+        values = np.asarray(values, float)
+        one = values if values.ndim == 1 else values[:, self.column or 0]
+        return one - self.above if self.above is not None else self.below - one

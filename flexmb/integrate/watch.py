@@ -1,0 +1,104 @@
+"""Watching events: which happens first, and exactly when."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from flexmb.errors import IntegrationError
+from flexmb.integrate.record import joined_rows
+from flexmb.results import Phase, Series
+from flexmb.system.assembly import consistent_start
+
+__all__ = ["Watch", "next_phase"]
+
+LOOKS = 1000
+"""Sensors of events are looked at in every sample, and at least so many times over the run."""
+
+
+class Watch:
+    """The events of one phase.
+
+    Parameters
+    ----------
+    model, system
+        Of the phase.
+    integrator
+        Used again to locate the time of an event inside an interval.
+    """
+
+    def __init__(self, model, system, integrator, work):
+        self.model, self.system, self.integrator, self.work = model, system, integrator, work
+        self.events = [e for e in model.events if e.sensor is not None]
+        self.sensors = {s.name: s for s in model.sensors}
+        self.last: dict[str, np.ndarray] = {}
+
+    def series(self, rows: dict[str, np.ndarray]) -> Series:
+        """Return what sensors read in a block of rows."""
+        return Series(Phase(model=self.model, system=self.system, **rows))
+
+    def _values(self, event, rows) -> np.ndarray:
+        """Return the watched sensor's values; angles count on from the row before."""
+        sensor = self.sensors[event.sensor]
+        values = np.asarray(sensor.values(self.series(rows)), float)
+        if event.name in self.last:
+            values = sensor.joined([self.last[event.name][None], values])[1:]
+        return values
+
+    def first(self, rows: dict[str, np.ndarray], begins: bool) -> tuple[Any, int] | None:
+        """Return the event that happens first in a block of rows, and the number of the row; None if none does.
+
+        The first row of a block is the last of the block before, unless the phase `begins` with it.
+        """
+        found, values = None, {event.name: self._values(event, rows) for event in self.events}
+        for event in self.events:
+            past = np.flatnonzero(event.distance(values[event.name]) > 0.0)
+            past = past if begins else past[past > 0]
+            if len(past) and (found is None or past[0] < found[1]):
+                found = (event, int(past[0]))
+        keep = len(rows["t"]) - 1 if found is None else max(found[1] - 1, 0)
+        self.last = {name: array[keep] for name, array in values.items()}
+        return found
+
+    def locate(self, event, before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the row just past the event between two neighbouring rows: the step is computed again to its time."""
+        t0, t1 = float(before["t"][-1]), float(after["t"][-1])
+        rows: dict[float, dict[str, np.ndarray]] = {t0: before, t1: after}
+
+        def distance(t: float) -> float:
+            if t not in rows:
+                rows[t] = self._again(before, t)
+            pair = joined_rows([before, rows[t]]) if t > t0 else before
+            return float(event.distance(self._values(event, pair))[-1])
+
+        if distance(t0) >= 0.0:
+            return before
+        t = brentq(distance, t0, t1, xtol=1e-12 * max(1.0, abs(t1)), rtol=1e-14)
+        while distance(t) < 0.0 and t < t1:
+            t = min(t1, t + 1e-12 * max(1.0, abs(t1)))
+        return rows[t]
+
+    def _again(self, before, t: float) -> dict[str, np.ndarray]:
+        """Integrate from a row to time t."""
+        system = self.system
+        state = consistent_start(system, system.state(before["t"][-1], before["q"][-1], before["u"][-1]), self.work)
+        variables = self.integrator.start(system, state, self.work, t)
+        outcome = self.integrator.run(system, self.work, variables, np.array([state.t, t]), 1, 2)
+        if outcome.failure:
+            raise IntegrationError(f"Model '{self.model.name}'", found=outcome.failure, expected="a step to an event",
+                                   remedy=outcome.remedy)
+        return {**outcome.rows, "works": outcome.rows["works"] + before["works"][-1]}
+
+
+def next_phase(model, event, series):
+    """Return the model after the event (None: stop), without the event itself."""
+    model = replace(model, events=tuple(e for e in model.events if e.name != event.name))
+    for action in event.then:
+        action.check(model, event.title)
+        model = action.apply(model, series)
+        if model is None:
+            return None
+    return model
