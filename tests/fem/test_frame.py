@@ -168,3 +168,17 @@ def test_messages_of_meshes():
     )
     with pytest.raises(MeshError, match="beam 1 has no section"):
         fem.frame(mesh=lines, section={"a": SECTION}, material=STEEL)
+
+
+def test_planar_beam_of_the_reduction_cases():
+    """CB01 and CB02 use the textbook Hermite matrices (4 x 4, consistent mass): the frame has them in its
+    bending plane."""
+    from reduction.beams import planar_beam
+
+    expected = planar_beam()
+    fe = fem.frame(straight(20, 2.0), section=Section.rectangle(0.02, 0.04), material=STEEL, shear=False,
+                   rotary_inertia=False)  # fmt: skip
+    planar = fem.with_supports(fe, directions=(0, 2, 3, 4))
+    np.testing.assert_array_equal(planar.dofs, expected.dofs)
+    for found, matrix in ((planar.K, expected.K), (planar.M, expected.M)):
+        assert abs(found - matrix).max() < MACHINE * abs(matrix).max()

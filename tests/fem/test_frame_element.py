@@ -163,7 +163,9 @@ def test_taper_deflection_against_closed_form():
     root, tip, length = Section.rectangle(0.05, 0.05), Section.rectangle(0.05, 0.02), 1.0
     from scipy.integrate import quad
 
-    inertia = lambda x: 0.05 * (0.05 - 0.03 * x) ** 3 / 12
+    def inertia(x):
+        return 0.05 * (0.05 - 0.03 * x) ** 3 / 12
+
     expected = quad(
         lambda x: (length - x) ** 2 / (STEEL.young * inertia(x)), 0, length, epsabs=0, epsrel=1e-12
     )[0]
