@@ -44,7 +44,7 @@ def normal_modes(body: HeldBody, count: int, start: np.ndarray | None = None) ->
         return NormalModes(np.zeros((fe.ndof, 0)), np.zeros(0))
     available = len(body.interior)
     w2, vectors = (
-        (np.zeros(0), None)
+        (np.zeros(0), np.zeros((fe.ndof, 0)))
         if count > available
         else lowest_modes(body.solve, lambda x: fe.M @ x, fe.ndof, count, start=start)
     )

@@ -64,7 +64,9 @@ def geometric_stiffness(
     )
     displacement = fe.field(body.solve_supported(forces, support))
     modes = fe.field(shapes)
-    matrices = sum(block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks)
+    matrices = np.sum(
+        [block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0
+    )
     matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))
     inertia, interface, shape, constant = np.split(
         matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]])

@@ -131,8 +131,8 @@ def _least_squares(
 
 def _surroundings(fe: FEModel, nearest: int) -> np.ndarray:
     """Nodes of the elements around a node, or the nearest nodes where the model has no elements."""
-    around = [b.connectivity[np.any(b.connectivity == nearest, axis=1)].ravel() for b in fe.blocks]
-    around = np.unique(np.concatenate([*around, [nearest]]).astype(int))
+    cells = [b.connectivity[np.any(b.connectivity == nearest, axis=1)].ravel() for b in fe.blocks]
+    around = np.unique(np.concatenate([*cells, [nearest]]).astype(int))
     used = np.unique(fe.dofs[:, 0])
     if len(around) < 4:
         count = min(_NEIGHBOURS, len(used))
@@ -197,7 +197,8 @@ def _nearest_line(fe: FEModel, point: np.ndarray) -> tuple[int, int, float] | No
         distance = np.linalg.norm(first + fraction[:, None] * along - point, axis=1)
         i = int(np.argmin(distance))
         if distance[i] < best:
-            best, found = distance[i], (*map(int, block.connectivity[i, :2]), float(fraction[i]))
+            ends = block.connectivity[i]
+            best, found = distance[i], (int(ends[0]), int(ends[1]), float(fraction[i]))
     return found
 
 
