@@ -30,7 +30,8 @@ def summed(
     present = (i >= 0) & (j >= 0)
     entries = element_matrices.ravel()[present]
     matrix = sparse.coo_matrix((entries, (i[present], j[present])), shape=(ndof, ndof)).tocsr()
-    return (0.5 * (matrix + matrix.T)).tocsr()  # exactly symmetric: the order of the sums leaves the last digit
+    # exactly symmetric: the order of the sums leaves the last digit
+    return (0.5 * (matrix + matrix.T)).tocsr()
 
 
 def rotated(element_matrices: np.ndarray, axes: np.ndarray) -> np.ndarray:
