@@ -6,9 +6,10 @@ from flexmb.constraints.distance import Distance
 from flexmb.constraints.freedoms import Ball, Slide, Turn, TurnOfSecond
 from flexmb.constraints.in_plane import InPlane
 from flexmb.constraints.perpendicular import Perpendicular
+from flexmb.model.kinds import Equation
 
 __all__ = ["EQUATIONS", "Angle", "Ball", "Coincident", "Distance", "InPlane", "Perpendicular", "Slide", "Turn",
            "TurnOfSecond"]
 
-EQUATIONS = (Coincident, InPlane, Perpendicular, Distance, Angle)
+EQUATIONS: tuple[type[Equation], ...] = (Coincident, InPlane, Perpendicular, Distance, Angle)
 """All primitive equations, in the order in which tables are evaluated."""

@@ -42,6 +42,7 @@ def read_calculix(path: Path, mass: Path | None) -> FileMatrices:
         i, j = (entries[:, :2].T - 1).astype(int)
         matrices.append(symmetric_from_entries(f"Matrix file '{file}'", i, j, entries[:, 2], len(words)))
     mesh = path.with_suffix(".inp")
+    K, M = matrices
     return FileMatrices(
-        *matrices, labels=labels, directions=directions - 1, nodes=mesh if mesh.is_file() else None
+        K, M, labels=labels, directions=directions - 1, nodes=mesh if mesh.is_file() else None
     )

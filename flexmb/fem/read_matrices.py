@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -32,19 +33,17 @@ def read_matrices(
 ) -> FEModel:
     """Return the FE model of matrices in a file, checked as by `from_matrices`.
 
-    ============ ============================================
-    ==================================================== suffix       format
-          mass, nodes when not given ============ ============================================
-          ====================================================
-    .npz         ``write_matrices``, or `scipy.sparse`        in the same file, or `mass` and `nodes`
-    .mtx         Matrix-Market                                must be given
-    .mtx         Abaqus ``*MATRIX OUTPUT, FORMAT=MATRIX       MASS for STIF in the name; `nodes` must be given
-                 INPUT`` or ``LABELS``
-    .sti         CalculiX ``SOLVER=MATRIXSTORAGE``            .mas, .dof and .inp of the same name
-    .pch .dmig   Nastran DMIG punch (KAAX, MAAX)              in the same file (GRID cards), or `nodes`
+    ================ ===================================== =========================================
+    suffix           format                                mass, nodes when not given
+    ================ ===================================== =========================================
+    .npz             `write_matrices`, or scipy.sparse     in the same file, or `mass` and `nodes`
+    .mtx             Matrix-Market                         must be given
+    .mtx             Abaqus ``*MATRIX OUTPUT``, format     MASS for STIF in the name; `nodes` must
+                     MATRIX INPUT or LABELS                be given
+    .sti             CalculiX ``SOLVER=MATRIXSTORAGE``     .mas, .dof and .inp of the same name
+    .pch .dmig       Nastran DMIG punch (KAAX, MAAX)       in the same file (GRID cards), or `nodes`
     .bdf .dat
-    ============ ============================================
-    ====================================================
+    ================ ===================================== =========================================
 
     Parameters
     ----------
@@ -81,7 +80,7 @@ def read_matrices(
 def write_matrices(path: str | Path, fe: FEModel) -> None:
     """Write K, M, nodes, dofs and node sets of an FE model to an .npz file that `read_matrices` and numpy
     read."""
-    arrays = {"nodes": fe.nodes, "dofs": fe.dofs}
+    arrays: dict[str, Any] = {"nodes": fe.nodes, "dofs": fe.dofs}
     for symbol, matrix in (("K", fe.K.tocsr()), ("M", fe.M.tocsr())):
         arrays |= {
             f"{symbol}_data": matrix.data,
@@ -142,7 +141,7 @@ def _located(path: Path, matrices: FileMatrices, table: NodeTable):
     positions = table.positions[np.searchsorted(table.labels, labels)]
     dofs = None
     if matrices.labels is not None:
-        dofs = np.stack([np.searchsorted(labels, matrices.labels), matrices.directions], axis=1)
+        dofs = np.stack([np.searchsorted(labels, matrices.labels), np.asarray(matrices.directions)], axis=1)
     sets = {
         key: np.searchsorted(labels, found)
         for key, numbers in table.node_sets.items()
@@ -175,9 +174,9 @@ def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
                 expected="K_data, K_indices, K_indptr, the same of M, nodes, dofs (fem.write_matrices)",
                 remedy="For two files of scipy.sparse.save_npz give mass='M.npz' and nodes",
             )
-        matrices = [
+        K, M = (
             sparse.csr_matrix((file[f"{s}_data"], file[f"{s}_indices"], file[f"{s}_indptr"])) for s in "KM"
-        ]
+        )
         sets = {key.removeprefix("set_"): file[key] for key in file.files if key.startswith("set_")}
         table = NodeTable(labels=np.arange(len(file["nodes"])), positions=file["nodes"], node_sets=sets)
-        return FileMatrices(*matrices, labels=file["dofs"][:, 0], directions=file["dofs"][:, 1], nodes=table)
+        return FileMatrices(K, M, labels=file["dofs"][:, 0], directions=file["dofs"][:, 1], nodes=table)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from math import pi
+from typing import Any
 
 from flexmb.errors import MeshError
 from flexmb.fem import section_shapes as shapes
@@ -119,10 +120,10 @@ class Section:
             shear_z=shear_z,
             product_yz=product_yz,
             polar=polar,
-            area_center=tuple(area_center),
-            shear_center=tuple(shear_center),
-            mass_center=tuple(mass_center),
-            fibres=tuple(tuple(point) for point in fibres),
+            area_center=(*area_center,),
+            shear_center=(*shear_center,),
+            mass_center=(*mass_center,),
+            fibres=tuple((*point,) for point in fibres),
         )
 
     @classmethod
@@ -237,7 +238,8 @@ class Section:
     ) -> Section:
         """Return this section at other places (y, z), m, from the line of nodes; None keeps the place."""
         given = {"area_center": area_center, "shear_center": shear_center, "mass_center": mass_center}
-        return replace(self, **{name: tuple(point) for name, point in given.items() if point is not None})
+        moved: dict[str, Any] = {name: tuple(point) for name, point in given.items() if point is not None}
+        return replace(self, **moved)
 
     def between(self, other: Section, fraction: float) -> Section:
         """Return the section at a fraction (0..1) of a linear taper from this one to `other`.

@@ -74,7 +74,7 @@ class ShellBlock:
     def stiffness(self) -> np.ndarray:
         """Return the element stiffness matrices (ne, 6 c, 6 c) in body axes, N/m (shells.md, eq.
         (shell-stiffness))."""
-        total, t = 0.0, self.thickness
+        total, t = np.zeros(()), self.thickness
         for at in self.points():
             strain, curvature = self.strains(at.xi, at.eta), curvature_rows(self.corners, at)
             total = total + _weighted(strain, self.elasticity, at.weight * t)
@@ -91,7 +91,7 @@ class ShellBlock:
         linear functions.
         """
         count = self.connectivity.shape[1]
-        total, rotation = 0.0, np.zeros((len(self.connectivity), count, count))
+        total, rotation = np.zeros(()), np.zeros((len(self.connectivity), count, count))
         for point in mass_points(count):
             at = functions(self.corners, *point)
             share = np.diag(at.value) if lumped else np.outer(at.value, at.value)
@@ -161,7 +161,7 @@ class ShellBlock:
 
     def _geometric(self, local: np.ndarray) -> np.ndarray:
         """Return (ne, 6 c, 6 c, k) in local axes (eq. (shell-geometric))."""
-        total = 0.0
+        total = np.zeros(())
         for at in self.points():
             n_x, n_y, n_xy = np.moveaxis(self._membrane_forces(local, at), 1, 0)[:, :, 0]
             tensor = np.stack([np.stack([n_x, n_xy], axis=1), np.stack([n_xy, n_y], axis=1)], axis=1)

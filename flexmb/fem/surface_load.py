@@ -20,7 +20,9 @@ def pressure_load(fe: FEModel, facets: str | np.ndarray, pressure: float = 1.0) 
     return _load(fe, facets, lambda normal: -pressure * normal)
 
 
-def traction_load(fe: FEModel, facets: str | np.ndarray, traction: tuple[float, float, float]) -> np.ndarray:
+def traction_load(
+    fe: FEModel, facets: str | np.ndarray, traction: tuple[float, float, float] | np.ndarray
+) -> np.ndarray:
     """Return nodal forces (ndof,), N, of a traction vector (3,), Pa, in body axes, eq. (fe-traction)."""
     t = np.asarray(traction, float)
     return _load(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t)

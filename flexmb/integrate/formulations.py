@@ -45,8 +45,8 @@ class Augmented:
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
         nu, ng = e.M.shape[0], e.G.shape[0]
-        M, L, G, f, scale = _balanced(e) if nu + ng <= 200 else (None,) * 5
-        if M is not None:
+        if nu + ng <= 200:
+            M, L, G, f, scale = _balanced(e)
             matrix = np.block([[M, -L], [G, np.zeros((ng, ng))]])
             x = _least(matrix, np.concatenate([f, e.b]))
             return scale * x[:nu], x[nu:]
@@ -81,7 +81,9 @@ class NullSpace:
 
 @dataclass(frozen=True)
 class UdwadiaPhohomsiri:
-    """The closed form for singular mass matrices and dependent constraints: ``a = [(I - L L^+) M; G]^+ [(I - L L^+) f; b]``.
+    """The closed form for singular mass matrices and dependent constraints.
+
+    ``a = [(I - L L^+) M; G]^+ [(I - L L^+) f; b]``.
 
     Source: Udwadia & Phohomsiri 2006, eq. 3.13; unique if [M; G] has full column rank, which is checked.
     """

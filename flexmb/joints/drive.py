@@ -56,7 +56,9 @@ class Drive(Joint):
         if wanted not in joint.permits:
             motion = "turn" if self.angle is not None else "slide"
             permitted = ", ".join(str(f) for f in joint.permits) or "nothing"
-            raise ModelError(self.title, found=f"joint '{self.joint}' ({type(joint).__name__}) forbids the {motion} about or along z",
+            kind = type(joint).__name__
+            raise ModelError(self.title,
+                             found=f"joint '{self.joint}' ({kind}) forbids the {motion} about or along z",
                              expected=f"a motion that the joint permits: {permitted}",
                              remedy="Drive another joint, or give the other of angle= and displacement=")
 

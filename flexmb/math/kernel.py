@@ -27,7 +27,7 @@ def watch_sources(cache, function) -> None:
     numba itself looks only at the function's own file, although the code of called kernels is compiled into it.
     """
     file = getattr(cache, "_cache_file", None)
-    if hasattr(file, "_source_stamp"):
+    if file is not None and hasattr(file, "_source_stamp"):
         file._source_stamp = tuple(sorted(_stamps(function.__module__)))
 
 

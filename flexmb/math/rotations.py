@@ -40,7 +40,7 @@ def euler_to_matrix(p, R):
 
 @kernel
 def matrix_to_euler(R, p):
-    """Write the Euler parameters of `R` to `p`, scalar part >= 0; the largest component is the pivot (Shepperd 1978)."""
+    """Write the Euler parameters of `R` to `p`, scalar part >= 0 (Shepperd 1978: largest pivot)."""
     trace = R[0, 0] + R[1, 1] + R[2, 2]
     k = 0
     largest = trace

@@ -52,7 +52,8 @@ class Model:
             object.__setattr__(self, family, parts)
             for part in parts:
                 if not isinstance(part, Part):
-                    raise ModelError(title, found=f"{family} holds {part!r}", expected="parts such as flexmb.RigidBody(...)",
+                    raise ModelError(title, found=f"{family} holds {part!r}",
+                                     expected="parts such as flexmb.RigidBody(...)",
                                      remedy="Put the parts themselves into the list")
             check_names(parts, parts[0].family if parts else family)
         for family in ("joints", "forces", "sensors", "events"):
@@ -106,24 +107,27 @@ class Model:
             if name not in every:
                 raise ModelError(f"Model '{self.name}'", found=f"there is no part '{name}' to leave out",
                                  expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(name, every))
-        return replace(self, **{f: tuple(p for p in getattr(self, f) if p.name not in names) for f in FAMILIES})
+        kept: dict[str, Any] = {f: tuple(p for p in getattr(self, f) if p.name not in names) for f in FAMILIES}
+        return replace(self, **kept)
 
     def with_parts(self, **parts: Iterable[Any]) -> Model:
         """Return the model with parts added: ``model.with_parts(forces=[...], sensors=[...])``."""
-        return replace(self, **{family: (*getattr(self, family), *added) for family, added in parts.items()})
+        longer: dict[str, Any] = {family: (*getattr(self, family), *added) for family, added in parts.items()}
+        return replace(self, **longer)
 
     def changed(self, part: str, **values: Any) -> Model:
         """Return the model with fields of one part replaced: ``model.changed("crank", mass=2.0)``."""
         for family in FAMILIES:
             old = getattr(self, family)
             if any(p.name == part for p in old):
-                return replace(self, **{family: tuple(p.replaced(**values) if p.name == part else p for p in old)})
+                new: dict[str, Any] = {family: tuple(p.replaced(**values) if p.name == part else p for p in old)}
+                return replace(self, **new)
         every = [p.name for family in FAMILIES for p in getattr(self, family)]
         raise ModelError(f"Model '{self.name}'", found=f"there is no part '{part}' to change",
                          expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(part, every))
 
     def placed(self, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None) -> Model:
-        """Return the model with "prefix_" before every name, moved by `at` (m) and turned by `rotation` in W.
+        """Return the model with ``prefix_`` before every name, moved by `at` (m) and turned by `rotation` in W.
 
         Ground markers become "ground.prefix_name"; "ground.prefix_origin" is the placement.
         """

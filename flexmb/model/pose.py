@@ -22,7 +22,7 @@ def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
     if array.shape != (3,) or not np.all(np.isfinite(array)):
         raise ModelError(part, found=f"{field} = {value!r}", expected="three finite numbers (x, y, z)",
                          remedy=f"Write {field} = (0.0, 0.0, 0.0)")
-    return tuple(float(x) for x in array)
+    return float(array[0]), float(array[1]), float(array[2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,8 @@ class Pose:
         else:
             j, b = (i + 1) % 3, np.eye(3)[int(np.argmin(np.abs(a)))]
         if np.linalg.norm(a) == 0.0 or np.linalg.norm(np.cross(a, b)) < 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
-            raise ModelError("Pose.axes", found="directions that are zero or parallel", expected="two different directions",
+            raise ModelError("Pose.axes", found="directions that are zero or parallel",
+                             expected="two different directions",
                              remedy="Give another second direction")
         a = a / np.linalg.norm(a)
         b = b - a * (a @ b)

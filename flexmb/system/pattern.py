@@ -18,7 +18,8 @@ from flexmb.math.block_lu import BlockPattern
 __all__ = ["block_pattern", "elimination_order"]
 
 
-def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int]]) -> tuple[list[int], list[list[int]]]:
+def elimination_order(sizes: np.ndarray, n_bodies: int,
+                      neighbours: list[set[int]]) -> tuple[list[int], list[list[int]]]:
     """Return the order of the nodes and for each node its later neighbours including fill.
 
     Nodes below `n_bodies` are bodies, the others joints; `neighbours` is the symmetric adjacency, which is consumed.

@@ -110,7 +110,7 @@ class System:
         return replace(self, program=self.program._replace(pattern=pattern))
 
     def owner(self, unknown: int) -> str:
-        """Return the title of the body or the name of the equation to which an unknown (velocity, multiplier) belongs."""
+        """Return the title of the body or the name of the equation to which an unknown belongs."""
         if unknown >= self.nu:
             return f"Equation '{self.equation_names[unknown - self.nu]}'"
         for name, (_, span) in self.body_slices.items():
