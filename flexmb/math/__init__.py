@@ -1,1 +1,1 @@
-"""."""
+"""Mathematics without mechanics: kernels, vectors, rotations, tables, sparse factorisation and eigenmodes."""

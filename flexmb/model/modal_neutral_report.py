@@ -57,13 +57,14 @@ def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
     mesh = q["mass"]
     vector = lambda a: "(" + ", ".join(f"{x:.6g}" for x in a) + ")"  # noqa: E731
     scale = max(np.abs(mesh["inertia"]).max(), 1e-300)
+    off = np.where(np.abs(data.inertia) > 1e-12 * scale, data.inertia, 0.0)[[0, 1, 2], [1, 2, 0]]
     error = np.abs(data.inertia - np.array(mesh["inertia"])).max() / scale
     return [
         "Mass",
         f"  mass            {data.mass:.9g} kg (mesh {mesh['mass']:.9g} kg)",
         f"  centre of mass  {vector(data.center_of_mass)} m",
         f"  inertia         {vector(np.diag(data.inertia))} kg m2 about it, off-diagonal "
-        f"{vector(data.inertia[[0, 1, 2], [1, 2, 0]])}; difference from the mesh {error:.1e}",
+        f"{vector(off)}; difference from the mesh {error:.1e}",
         f"  rigid motions   {q['rigid_modes']['removed']} removed; relative force in the FE model "
         f"{q['rigid_modes']['grounding']:.1e} (zero if nothing ties it to the ground)",
     ]

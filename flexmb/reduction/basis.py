@@ -43,11 +43,9 @@ def normal_modes(body: HeldBody, count: int, start: np.ndarray | None = None) ->
     if count == 0:
         return NormalModes(np.zeros((fe.ndof, 0)), np.zeros(0))
     available = len(body.interior)
-    w2, vectors = (
-        (np.zeros(0), np.zeros((fe.ndof, 0)))
-        if count > available
-        else lowest_modes(body.solve, lambda x: fe.M @ x, fe.ndof, count, start=start)
-    )
+    w2, vectors = np.zeros(0), np.zeros((fe.ndof, 0))
+    if count <= available:
+        w2, vectors = lowest_modes(body.solve, lambda x: fe.M @ x, fe.ndof, count, start=start)
     if len(w2) < count:
         raise ReductionError(
             f"FE model '{fe.name}'",

@@ -30,10 +30,21 @@ def test_report_is_json_and_survives_the_file(data, tmp_path):
 
 def test_text_answers_the_questions(data):
     text = data.report()
-    parts = """14 flexible coordinates|frame: buckens|1 load shapes (air)|geometric stiffness|stress modes|6 removed
-        |mass            7.536 kg (mesh 7.536 kg)|a                rigid|static error|within 1 % up to
-        |8 fixed-interface modes|Effective mass|normal mode 0|interface a""".split("|")
-    for part in map(str.strip, parts):
+    parts = [
+        "14 flexible coordinates",
+        "frame: buckens",
+        "1 load shapes (air)",
+        "geometric stiffness",
+        "stress modes",
+    ]
+    parts += [
+        "mass            7.536 kg (mesh 7.536 kg)",
+        "6 removed",
+        "a                rigid",
+        "static error",
+    ]
+    parts += ["within 1 % up to", "8 fixed-interface modes", "Effective mass", "normal mode 0", "interface a"]
+    for part in parts:
         assert part in text, part
 
 
