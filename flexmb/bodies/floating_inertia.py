@@ -1,6 +1,6 @@
 """Inertia of a floating body from its invariants: mass matrix, quadratic velocity terms and their derivatives.
 
-With u = (v, w, eta'), momentum ``P = M_b(eta) u`` and W_j = dM_ww/deta_j (theory: floating frame, equations of motion)::
+With u = (v, w, eta'), momentum ``P = M_b(eta) u`` and W_j = dM_ww/deta_j (theory: floating frame)::
 
     force  = d/dt P_v + w x P_v
     moment = d/dt P_w + w x P_w + v x P_v

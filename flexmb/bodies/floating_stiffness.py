@@ -1,12 +1,10 @@
 """Geometric stiffness of a floating body: inertia loads, interface loads, load shapes, preload (Banerjee 1993).
 
-The modal rows gain ``sum_i s_i G_i eta``; the scales s_i are the acceleration field ``a(x) = A + B x`` of the body frame
-(gravity included in A), the total wrench on each interface in body axes, the amounts of the load shapes, and 1.
+The modal rows gain ``sum_i s_i G_i eta``; the scales s_i are the acceleration field ``a(x) = A + B x`` of the body
+frame (gravity included in A), the total wrench on each interface in body axes, the amounts of the load shapes, 1.
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from flexmb.math.kernel import kernel
 from flexmb.math.vectors import matvec_t

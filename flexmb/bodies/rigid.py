@@ -213,7 +213,8 @@ class RigidBody(Body):
         J = np.diag(J) if J.shape == (3,) else J
         if J.shape != (3, 3) or not np.all(np.isfinite(J)) or not np.allclose(J, J.T, rtol=1e-9):
             raise ModelError(self.title, found=f"inertia = {self.inertia!r}",
-                             expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre of mass",
+                             expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre "
+                             "of mass",
                              remedy="Write inertia=(Jx, Jy, Jz)")
         principal = np.linalg.eigvalsh(J)
         if principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-6) + 1e-300:

@@ -64,7 +64,8 @@ class Lock(Action):
         pose = model.body(body).marker_poses()[marker]
         relative = here.R[-1].T
         at = np.array(pose.at) + pose.matrix @ relative @ (other.r[-1] - here.r[-1])
-        held = {**model.body(body).markers, f"{joint.name}_locked": Pose(tuple(at), pose.matrix @ relative @ other.R[-1])}
+        held_pose = Pose(tuple(at), pose.matrix @ relative @ other.R[-1])
+        held = {**model.body(body).markers, f"{joint.name}_locked": held_pose}
         bodies = tuple(p.replaced(markers=held) if p.name == body else p for p in model.bodies)
         ends = (f"{body}.{joint.name}_locked", names[1 - side])
         fixed = Fixed(joint.name, markers=ends if side == 0 else ends[::-1])

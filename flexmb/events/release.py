@@ -13,7 +13,8 @@ __all__ = ["Release", "without_dependents"]
 def _refers(part, names: set[str]) -> bool:
     """Does the part name one of the joints, forces or sensors?"""
     references = [getattr(part, field, None) for field in ("joint", "force", "sensor")]
-    return any(r in names for r in references if isinstance(r, str)) or bool(names & set(getattr(part, "joints", ()) or ()))
+    references += getattr(part, "joints", ()) or ()
+    return any(r in names for r in references if isinstance(r, str))
 
 
 def without_dependents(model, name: str):

@@ -83,7 +83,8 @@ class PointLoad(Force):
         for field in ("force", "moment"):
             value = getattr(self, field)
             if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
-                raise ModelError(self.title, found=f"{field} = {value!r}", expected="three numbers or signals (x, y, z)",
+                raise ModelError(self.title, found=f"{field} = {value!r}",
+                                 expected="three numbers or signals (x, y, z)",
                                  remedy=f"Write {field}=(0, 0, -100.0)")
             signals = tuple(as_signal(v, self.title, f"{field}[{i}]") for i, v in enumerate(value))
             object.__setattr__(self, field, signals)

@@ -44,7 +44,8 @@ class Accelerations:
     def __getitem__(self, body: str) -> np.ndarray:
         slices = self.system.body_slices
         if body not in slices:
-            raise FlexmbError("Accelerations", found=f"body '{body}' does not exist", expected=f"One of: {', '.join(slices)}",
+            raise FlexmbError("Accelerations", found=f"body '{body}' does not exist",
+                              expected=f"One of: {', '.join(slices)}",
                               remedy=did_you_mean(body, slices))
         q, u = slices[body]
         if not self.system.model.body(body).has_frame:

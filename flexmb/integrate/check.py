@@ -53,7 +53,8 @@ class Report:
             f"  assembly error as described {self.assembly_error:.3g}, largest motion of assembly {self.moved:.3g}",
         ]
         if self.redundant:
-            lines.append(f"  {len(self.redundant)} dependent equations; their reactions are not unique (least norm is given):")
+            lines.append(f"  {len(self.redundant)} dependent equations; their reactions are not unique "
+                         "(least norm is given):")
             lines += [f"    {name}" for name in self.redundant]
             lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")
             lines.append("  for example a Revolute by a Cylindrical, Universal or Spherical joint.")

@@ -45,7 +45,7 @@ def extents(system, state, work, size: float, smallest: float) -> tuple[np.ndarr
         extent[span] = np.sqrt(diagonal[span] / mass) if mass > 0.0 else 1.0
         start = span.start
         if body.has_frame:
-            # a rotation error of a body moves its markers, not only its mass: its reach counts, at least 1e-3 of the model
+            # a rotation error of a body moves its markers, not only its mass: at least 1e-3 of the model counts
             extent[start : start + 3] = 1.0
             extent[start + 3 : start + 6] = np.maximum(extent[start + 3 : start + 6], 1e-3 * size)
             start += 6

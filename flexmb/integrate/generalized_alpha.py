@@ -119,7 +119,8 @@ class GeneralizedAlpha:
         n = last - first
         rows = {"t": np.zeros(n), "q": np.zeros((n, system.nq)), "u": np.zeros((n, system.nu)),
                 "a": np.zeros((n, system.nu)), "lam": np.zeros((n, system.ng)), "works": np.zeros((n, 3))}
-        reached, reason = run_steps(system.program, work, variables, self.controls(), samples, first, last, *rows.values())
+        reached, reason = run_steps(system.program, work, variables, self.controls(), samples, first, last,
+                                    *rows.values())
         rows = {name: array[: reached - first] for name, array in rows.items()}
         return Outcome(rows=rows, failure="" if reason == 0 else self._reason(system, work, variables, reason))
 
@@ -127,7 +128,7 @@ class GeneralizedAlpha:
     def _reason(system, work, v: Variables, reason: int) -> str:
         t = v.times[0]
         if reason == SINGULAR:
-            return f"the iteration matrix is singular at t = {t:.9g} s (dead centre, or equations that became dependent)"
+            return f"the iteration matrix is singular at t = {t:.9g} s (dead centre, or dependent equations)"
         if reason == STALLED:
             worst = int(np.argmax(np.abs(v.right[: system.nu]) * v.extent)) if system.nu else 0
             equations = f"; worst equations: {worst_equations(system, work)}" if system.ng else ""

@@ -25,7 +25,7 @@ Variables = namedtuple(
 )
 """State and scratch of the integration.
 
-q, u, a, lam, alg : configuration, velocity, acceleration, multipliers, algorithmic acceleration at the start of the step
+q, u, a, lam, alg : configuration, velocity, acceleration, multipliers, algorithmic acceleration at the step's start
 q1, u1, a1, lam1, alg1 : the same at its end; dx: increment over the step; d, right: scratch
 a_last, lam_last : at the start of the previous step, for the prediction
 extent (nu,) : length, m, that makes an increment a displacement (radius of gyration for rotations)
@@ -107,7 +107,7 @@ def _accelerations_settled(v, scale, left):
 
 @kernel
 def _iterate(program, work, v, c, h):
-    """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or the reason of failure."""
+    """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
     nu, ng = len(v.u), len(v.lam)
     scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
     work.coefficients[0] = 1.0

@@ -51,7 +51,8 @@ class Recorder:
         if self.file is not None and self.model is not None:
             one = Solution(phases=(phase,))
             names = [sensor.name for sensor in self.model.sensors]
-            self.file.end(reason, {name: one[name] for name in names}, {name: one.column_titles(name) for name in names})
+            columns = {name: one.column_titles(name) for name in names}
+            self.file.end(reason, {name: one[name] for name in names}, columns)
 
     def solution(self, status: Status, statistics: dict[str, Any]) -> Solution:
         """Return the solution of all phases and finish the file."""

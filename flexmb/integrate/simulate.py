@@ -12,9 +12,9 @@ import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
-from flexmb.model.model import Model
 from flexmb.integrate.record import Recorder, joined_rows
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
+from flexmb.model.model import Model
 from flexmb.results import Solution, Status
 from flexmb.system import assemble
 
@@ -27,12 +27,14 @@ CHUNK = 0.2
 def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
     """Return the times at which the state is kept, from a count or from given times."""
     if not np.isfinite(t_end) or t_end <= t_start:
-        raise ModelError("simulate", found=f"t_end = {t_end!r} s", expected=f"a time after the start, t = {t_start:g} s",
+        raise ModelError("simulate", found=f"t_end = {t_end!r} s",
+                         expected=f"a time after the start, t = {t_start:g} s",
                          remedy="Give t_end in seconds")
     if np.isscalar(samples):
         count = int(samples)
         if count < 2:
-            raise ModelError("simulate", found=f"samples = {samples!r}", expected="at least 2 (start and end), or the times",
+            raise ModelError("simulate", found=f"samples = {samples!r}",
+                             expected="at least 2 (start and end), or the times",
                              remedy="samples=1001 gives a sample every thousandth of the time")
         return np.linspace(t_start, t_end, count)
     times = np.asarray(samples, float)
@@ -191,5 +193,6 @@ def simulate(
     solution = recorder.solution(status, {**phases.statistics, "seconds": time.perf_counter() - clock})
     if status.kind == "failed":
         raise IntegrationError(f"Model '{model.name}'", found=status.message,
-                               expected="a motion that the integrator can follow", remedy=status.remedy, solution=solution)
+                               expected="a motion that the integrator can follow", remedy=status.remedy,
+                               solution=solution)
     return solution

@@ -97,8 +97,8 @@ def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations
             break
         if step is None:
             # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
-            mass = tangent.M.diagonal() * 1.0
-            step = np.sqrt(0.02 * size / max(np.max(np.abs(force) * extent / np.maximum(mass, 1e-300), initial=0.0), 1e-30))
+            pull = np.abs(force) * extent / np.maximum(tangent.M.diagonal(), 1e-300)
+            step = np.sqrt(0.02 * size / max(np.max(pull, initial=0.0), 1e-30))
         elif np.isfinite(unbalanced):
             step *= min(4.0, max(0.3, (before / max(unbalanced, 1e-300)) ** 0.7))
         before = unbalanced

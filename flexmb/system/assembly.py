@@ -64,7 +64,8 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
         g = np.abs(work.equations["g"])
         if done == -2 or not np.all(np.isfinite(g)) or g.max() > tolerance * scale:
             raise CompileError(
-                f"Model '{model.name}'", found=f"the mechanism cannot be assembled; worst equations: {worst_equations(system, work)}",
+                f"Model '{model.name}'",
+                found=f"the mechanism cannot be assembled; worst equations: {worst_equations(system, work)}",
                 expected="positions that satisfy all joints near the described ones",
                 remedy="Check lengths and marker positions of these joints, or move the parts nearer to their places")
     # the dependent equations may be others in the assembled configuration
@@ -108,7 +109,7 @@ def _size(system: System) -> float:
 
 
 def _regularised(system: System, state: State, work, tolerance: float) -> System:
-    """Return the system with its dependent equations found at `state`, and the multipliers regularised if there are any."""
+    """Return the system with its dependent equations found at `state`, and its multipliers regularised then."""
     if system.ng == 0:
         return system
     work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.math.kernel import kernel
-from flexmb.math.tables import State
+from flexmb.math.tables import State, call_row_kernel
 from flexmb.system.program import energies
 from flexmb.system.system import System
 
@@ -89,11 +89,8 @@ def _observe(program, work, t, q, u, a, lam, signals, second, joint_of, single, 
             wrench = work.markers[measured[f]].wrench
             for i in range(6):
                 wrench[i] = 0.0
-            number = 0
-            for function in program.forces:
-                if number == single[f, 0]:
-                    function(program.raw[single[f, 1] : single[f, 2]], program.bulk, state, work)
-                number += 1
+            rows = program.raw[single[f, 1] : single[f, 2]]
+            call_row_kernel(program.forces[single[f, 0]], rows, program.bulk, state, work)
             for i in range(6):
                 force[k, f, i] = wrench[i]
 
