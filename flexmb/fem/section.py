@@ -48,8 +48,8 @@ class Section:
 
     Examples
     --------
-    >>> Section.rectangle(0.02, 0.01).inertia_z          # 0.01 * 0.02**3 / 12
-    6.666666666666667e-09
+    >>> round(Section.rectangle(0.02, 0.01).inertia_z * 1e9, 3)     # 10 * 20**3 / 12 mm4 = 6667 mm4
+    6.667
     """
 
     area: float
