@@ -16,7 +16,7 @@ MAY_KNOW = {
     "joints": ("math", "model", "constraints"),
     "forces": ("math", "model"),
     "sensors": ("math", "model"),
-    "events": ("math", "model"),
+    "events": ("math", "model", "constraints", "joints"),
     "system": ("math", "model", "constraints"),
     "tree": ("math", "model", "constraints", "system"),
     "results": ("hdf5", "math", "model", "system"),

@@ -50,7 +50,7 @@ def test_every_room_is_described():
 
 @pytest.mark.parametrize("here", [entry for entry in MAY_KNOW if (PACKAGE / entry).is_dir()])
 def test_kinds_are_no_neighbours(here):
-    """Bodies, joints, forces, sensors and events never know one another: N + M, not N x M."""
-    kinds = {"bodies", "joints", "forces", "sensors", "events"}
+    """Bodies, joints, forces and sensors never know one another: N + M, not N x M."""
+    kinds = {"bodies", "joints", "forces", "sensors"}
     if here in kinds:
         assert not (kinds - {here}) & {target.split(".")[0] for target in MAY_KNOW[here]}
