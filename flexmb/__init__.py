@@ -23,7 +23,7 @@ _ROOMS = {
     "Position Reaction Stress Velocity",
     "flexmb.events": "Change Event Lock Release Stop",
     "flexmb.integrate": "Augmented Baumgarte GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations "
-    "check linearize simulate statics",
+    "check inverse_dynamics kinematics linearize simulate statics",
     "flexmb.results": "Solution Status",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }

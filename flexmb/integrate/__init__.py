@@ -5,6 +5,7 @@ from flexmb.integrate.check import Report, check
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
+from flexmb.integrate.kinematics import inverse_dynamics, kinematics
 from flexmb.integrate.linearize import Linearization, linearize
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.statics import statics
@@ -21,6 +22,8 @@ __all__ = [
     "UdwadiaPhohomsiri",
     "accelerations",
     "check",
+    "inverse_dynamics",
+    "kinematics",
     "linearize",
     "simulate",
     "statics",

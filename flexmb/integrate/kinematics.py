@@ -1,0 +1,126 @@
+"""`kinematics`: the motion that drives alone determine; `inverse_dynamics`: the drive forces for a wanted motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints import Turn
+from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.integrate.simulate import sample_times
+from flexmb.joints import Drive
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import State
+from flexmb.model.model import Model
+from flexmb.results import Phase, Solution, Status
+from flexmb.system import assemble, mobility
+from flexmb.system.assembly import worst_equations
+from flexmb.system.program import accelerations, advance, project
+
+__all__ = ["inverse_dynamics", "kinematics"]
+
+
+@kernel
+def _follow(program, work, times, q0, u0, signals, right, tolerance, sweeps, q, u, a, lam, works):
+    """Project, time by time, from the extrapolated motion onto g(q, t) = 0 and its derivatives; return the last row + 1."""
+    here, speed = q0.copy(), u0.copy()
+    acceleration, multipliers = np.zeros(len(u0)), np.zeros(lam.shape[1])
+    power = np.zeros(3)
+    for k in range(len(times)):
+        if k > 0:
+            h = times[k] - times[k - 1]
+            advance(program, q[k - 1], speed + 0.5 * h * acceleration, h, here)
+            speed += h * acceleration
+        state = State(times[k], here, speed, acceleration, multipliers, signals)
+        if project(program, state, work, right, here, tolerance, 60) < 0:
+            return k
+        if accelerations(program, state, work, right, sweeps) >= 0:
+            return k
+        q[k], u[k], a[k], lam[k] = here, speed, acceleration, multipliers
+        if k > 0:
+            for i in range(3):
+                works[k, i] = works[k - 1, i] + 0.5 * (times[k] - times[k - 1]) * (power[i] + work.energy[3 + i])
+        for i in range(3):
+            power[i] = work.energy[3 + i]
+    return len(times)
+
+
+def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float = 0.0) -> Solution:
+    """Compute positions, velocities, accelerations and reactions of a mechanism whose drives determine its motion.
+
+    Every sample satisfies the constraints at position, velocity and acceleration level; reactions and drive forces
+    follow from the equations of motion (inverse dynamics), so loads and inertia count in full.
+
+    Parameters
+    ----------
+    model : Model
+        With mobility 0: as many independent drives as freedoms, no flexible coordinates.
+    t_end, samples, t_start
+        As in `simulate`.
+
+    Raises
+    ------
+    CompileError
+        If freedoms are left that no drive determines.
+    IntegrationError
+        If the mechanism cannot follow its drives (lock-up); ``error.solution`` holds all samples before.
+    """
+    times = sample_times(t_start, t_end, samples)
+    system, start = assemble(model, t=t_start)
+    free = mobility(system).mobility
+    if free:
+        flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]
+        raise CompileError(f"Model '{model.name}'", found=f"{free} freedoms that no drive determines",
+                           expected="mobility 0 for kinematics",
+                           remedy=f"Set rigid=True on {', '.join(flexible)}" if flexible else
+                           "Add drives, or use simulate for free motions")
+    nt, nu, ng = len(times), system.nu, system.ng
+    rows = {"q": np.zeros((nt, system.nq)), "u": np.zeros((nt, nu)), "a": np.zeros((nt, nu)),
+            "lam": np.zeros((nt, ng)), "works": np.zeros((nt, 3))}
+    work = system.workspace()
+    size = max(1.0, float(np.ptp(system.tables["markers"]["r"])))
+    reached = _follow(system.program, work, times, start.q, start.u, start.signals, np.zeros(nu + ng), 1e-11 * size,
+                      12 if system.redundant else 2, *rows.values())
+    rows = {name: x[:reached] for name, x in rows.items()}
+    if reached == 0:
+        raise CompileError(f"Model '{model.name}'", found="the start does not satisfy the constraints",
+                           expected="an assembled start", remedy="Look at flexmb.check(model)")
+    found = f"the mechanism cannot follow its drives at t = {times[min(reached, nt - 1)]:.6g} s"
+    status = Status.finished(t_end) if reached == nt else Status.failed(found, "Look for a dead centre at that time")
+    phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
+    solution = Solution(phases=(phase,), status=status, statistics={"samples": reached})
+    if reached < nt:
+        raise IntegrationError(f"Model '{model.name}'", found=f"{found}; worst equations: {worst_equations(system, work)}",
+                               expected="a position that satisfies all joints", solution=solution,
+                               remedy="Shorten the drive's range, or change the lengths of the linkage")
+    return solution
+
+
+def inverse_dynamics(model: Model, motion: Mapping[str, Any], t_end: float, *, samples: Any = 201) -> Solution:
+    """Compute the drive forces that move joints as wanted.
+
+    Parameters
+    ----------
+    model : Model
+        Without drives of these joints.
+    motion : mapping of joint name to signal
+        Turn (rad) or slide (m) of each joint over time; together they determine the motion.
+    t_end, samples
+        As in `simulate`.
+
+    Returns
+    -------
+    Solution
+        `Reaction` sensors of the drives, named "drive of <joint>", give the forces and moments.
+    """
+    drives = []
+    for name, signal in motion.items():
+        joint = model.joint(name, "inverse_dynamics")
+        if any(j.prescribes and getattr(j, "joint", "") == name for j in model.joints):
+            raise ModelError("inverse_dynamics", found=f"joint '{name}' already has a drive", expected="a free joint",
+                             remedy=f"Leave '{name}' out of the motion, or its drive out of the model")
+        turns = Turn("z") in joint.permits
+        drives.append(Drive(f"drive of {name}", joint=name, **{"angle" if turns else "displacement": signal}))
+    return kinematics(model.with_parts(joints=drives), t_end, samples=samples)
