@@ -49,12 +49,12 @@ class Linearization:
 
     @property
     def frequencies(self) -> np.ndarray:
-        """Damped natural frequencies |Im s| / 2 pi, (k,), Hz."""
+        """Damped natural frequencies ``|Im s| / 2 pi``, (k,), Hz."""
         return np.abs(self.eigenvalues.imag) / (2.0 * np.pi)
 
     @property
     def damping_ratios(self) -> np.ndarray:
-        """Fractions of critical damping, -Re s / |s|, (k,); negative for an unstable mode."""
+        """Fractions of critical damping, ``-Re s / |s|``, (k,); negative for an unstable mode."""
         size = np.abs(self.eigenvalues)
         return np.where(size > 0.0, -self.eigenvalues.real / np.where(size > 0.0, size, 1.0), 0.0)
 

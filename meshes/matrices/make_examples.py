@@ -56,7 +56,7 @@ def beam() -> fem.FEModel:
 
 
 def write_block(folder: Path) -> None:
-    """Write block.inp, the Abaqus pair block_STIF1.mtx, block_MASS1.mtx, the Matrix-Market pair block_K.mtx, block_M.mtx."""
+    """Write block.inp and its matrices: Abaqus block_STIF1.mtx, block_MASS1.mtx, Matrix-Market block_K.mtx, block_M.mtx."""
     positions = block_positions()
     lines = [f"{number}, {x:.2f}, {y:.2f}, {z:.2f}" for number, (x, y, z) in enumerate(positions, start=1)]
     (folder / "block.inp").write_text(BLOCK.format(nodes="\n".join(lines)))
@@ -77,7 +77,10 @@ def write_beam(folder: Path) -> None:
     model = beam()
     fem.write_matrices(folder / "beam.npz", model)
     lines = ["$ Steel tube of 0.6 m, K and M as DMIG, with its grid points"]
-    lines += [f"{'GRID*':8s}{101 + k:16d}{'':16s}{x:16.9f}{y:16.9f}\n{'*':8s}{z:16.9f}" for k, (x, y, z) in enumerate(model.nodes)]
+    lines += [
+        f"{'GRID*':8s}{101 + k:16d}{'':16s}{x:16.9f}{y:16.9f}\n{'*':8s}{z:16.9f}"
+        for k, (x, y, z) in enumerate(model.nodes)
+    ]
     for name, matrix in (("KAAX", model.K), ("MAAX", model.M)):
         lines.append(f"{'DMIG':8s}{name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':8s}{'':8s}{model.ndof:8d}")
         lower = sparse.tril(matrix).tocsc()
