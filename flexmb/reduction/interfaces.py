@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.surface_load import traction_load
 from flexmb.reduction.selection import nodes_of
 
 __all__ = ["Averaging", "Coupling", "Nodes", "Rigid", "independent_columns", "resolve", "rigid_block"]
@@ -27,7 +28,7 @@ class Rigid:
     ----------
     where : set name, node numbers or coordinates
     at : (3,), m, or None
-        Reference point; the mean of the nodes if None.
+        Reference point; None for the centroid of the surface, or the mean of the nodes where there are no facets.
     """
 
     where: Any
@@ -130,7 +131,7 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
     if isinstance(kind, Nodes):
         return [_bare(fe, name if len(nodes) == 1 else f"{name}_{node}", node) for node in nodes]
-    point = fe.nodes[nodes].mean(axis=0) if kind.at is None else np.asarray(kind.at, float)
+    point = _center(fe, kind.where, nodes) if kind.at is None else np.asarray(kind.at, float)
     if isinstance(kind, Averaging):
         return [_averaging(fe, name, kind, nodes, rows, point, whole)]
     block = rigid_block(fe, rows, point)
@@ -138,6 +139,14 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
         fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node"
     )
     return [Coupling(name, point, nodes, rows, block[:, freedoms], freedoms)]
+
+
+def _center(fe: FEModel, where, nodes: np.ndarray) -> np.ndarray:
+    """Centroid int x dA / A of a named surface: the mean of its nodes depends on where the mesh is fine."""
+    if not isinstance(where, str) or where not in fe.facet_sets:
+        return fe.nodes[nodes].mean(axis=0)
+    area = fe.field(traction_load(fe, where, (1.0, 0.0, 0.0)))[:, 0, 0]  # int N dA of each node
+    return area @ fe.nodes / area.sum()
 
 
 def _bare(fe: FEModel, name: str, node: int) -> Coupling:

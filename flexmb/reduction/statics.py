@@ -89,11 +89,8 @@ class HeldBody:
         self.prescribed = np.concatenate(prescribed) if prescribed else np.zeros(0, int)
         scaled = self.rigid / np.where(self.motions < 3, 1.0, self.length)
         fixed = scaled[self.prescribed]
-        _, size, turn = (
-            np.linalg.svd(fixed, full_matrices=True)
-            if len(fixed)
-            else (0, np.zeros(0), np.eye(scaled.shape[1]))
-        )
+        held = np.linalg.qr(np.vstack([fixed, np.zeros((1, scaled.shape[1]))]), mode="r")
+        _, size, turn = np.linalg.svd(held)
         rank = int(np.sum(size > 1e-6 * size.max(initial=0.0)))
         loose = scaled @ turn[rank:].T
         loose[self.prescribed] = 0.0

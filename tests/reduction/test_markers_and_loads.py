@@ -1,5 +1,7 @@
 """Markers follow rigid motion and strain exactly; load shapes have the resultants of their loads; damping proposals."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from reduction.solids import STEEL, block
@@ -199,3 +201,14 @@ def test_damping_proposals(fe):
 def test_refused_damping(fe, damping, match):
     with pytest.raises(ReductionError, match=match):
         ratios(damping, fe)
+
+
+def test_interface_of_a_surface_sits_at_its_centroid():
+    """The bores of the connecting rod lie at the origin and at x = 0.32 m; their mean is a millimetre off."""
+    rod = fem.solid(fem.read_mesh(Path(__file__).parents[2] / "meshes" / "conrod.msh"), STEEL)
+    a, b = resolve(rod, {"a": "bore_a", "b": "bore_b"})
+    np.testing.assert_allclose(a.position, [0.0, 0.0, 0.0], atol=2e-6)
+    np.testing.assert_allclose(b.position, [0.32, 0.0, 0.0], atol=2e-6)
+    assert np.linalg.norm(rod.nodes[a.nodes].mean(axis=0)) > 1e-3
+    given = resolve(rod, {"a": reduction.Rigid("bore_a", at=(0.0, 0.0, 0.01))})[0]
+    np.testing.assert_array_equal(given.position, [0.0, 0.0, 0.01])
