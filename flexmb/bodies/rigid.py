@@ -12,6 +12,7 @@ from flexmb.bodies.frame_markers import MARKER_SIZE, add_load_stiffness, pack_ma
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_skew, add_to_residual
 from flexmb.errors import ModelError
+from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import add_cross, cross, dot, matvec, matvec_t
@@ -49,6 +50,43 @@ def place(raw, data, state, work):
             s = data[start : start + 3]
             axes = data[start + 3 : start + MARKER_SIZE].reshape((3, 3))
             place_marker(work.markers[row.marker + k], work.J, q[0:3], R, u, s, axes, scratch)
+
+
+@kernel
+def _add_tangent(row, v, w, weights, B):
+    """Add mass and gyroscopic damping to the body block, and h/2 M ad(u).
+
+    The last term: the variation at the end of a step is not the increment over it (theory: integrators).
+    """
+    m, c, J = row.mass, row.c, row.inertia
+    cm, cd, half = weights[0], weights[1], weights[4]
+    Jw = np.empty(3)
+    t = np.empty(3)
+    for i in range(3):
+        B[i, i] += cm * m
+        for j in range(3):
+            B[3 + i, 3 + j] += cm * J[i, j]
+    add_skew(B, 0, 3, -cm * m, c)
+    add_skew(B, 3, 0, cm * m, c)
+    if cd == 0.0:
+        return
+    matvec(J, w, Jw)
+    add_skew(B, 0, 0, (cd + half) * m, w)
+    add_product_skew(B, 3, 0, (cd + half) * m, c, w)
+    add_skew(B, 0, 3, (half - cd) * m, v)
+    cross(w, c, t)
+    add_skew(B, 0, 3, -cd * m, t)
+    add_product_skew(B, 0, 3, -cd * m, w, c)
+    add_product_skew(B, 0, 3, -half * m, c, w)
+    add_product_skew(B, 3, 3, (half - cd) * m, c, v)
+    add_skew(B, 3, 3, -cd, Jw)
+    for j in range(3):
+        # columns of w~ J and of J w~
+        k, n = (j + 1) % 3, (j + 2) % 3
+        for i in range(3):
+            i1, i2 = (i + 1) % 3, (i + 2) % 3
+            B[3 + i, 3 + j] += cd * (w[i1] * J[i2, j] - w[i2] * J[i1, j])
+            B[3 + i, 3 + j] += half * (J[i, k] * w[n] - J[i, n] * w[k])
 
 
 @row_kernel
@@ -108,32 +146,9 @@ def inertia(raw, data, state, work):
             add_to_residual(work, iu, work.markers[row.marker + k])
         if weights[3] == 0.0:
             continue
-        cm, cd, ck, half = weights[0], weights[1], weights[2], weights[4]
         B[:] = 0.0
-        for i in range(3):
-            B[i, i] = cm * m
-            for j in range(3):
-                B[3 + i, 3 + j] = cm * J[i, j]
-        add_skew(B, 0, 3, -cm * m, c)
-        add_skew(B, 3, 0, cm * m, c)
-        if cd != 0.0:
-            # damping, and M ad(u) h/2: the increment over the step is not the variation at its end (theory, eq. T)
-            add_skew(B, 0, 0, (cd + half) * m, w)
-            add_product_skew(B, 3, 0, (cd + half) * m, c, w)
-            add_skew(B, 0, 3, -cd * m + half * m, v)
-            cross(w, c, t)
-            add_skew(B, 0, 3, -cd * m, t)
-            add_product_skew(B, 0, 3, -cd * m, w, c)
-            add_product_skew(B, 0, 3, -half * m, c, w)
-            add_product_skew(B, 3, 3, (half - cd) * m, c, v)
-            add_skew(B, 3, 3, -cd, Jw)
-            for j in range(3):
-                # columns of w~ J and of J w~
-                k, l = (j + 1) % 3, (j + 2) % 3
-                for i in range(3):
-                    i1, i2 = (i + 1) % 3, (i + 2) % 3
-                    B[3 + i, 3 + j] += cd * (w[i1] * J[i2, j] - w[i2] * J[i1, j])
-                    B[3 + i, 3 + j] += half * (J[i, k] * w[l] - J[i, l] * w[k])
+        _add_tangent(row, v, w, weights, B)
+        ck = weights[2]
         if ck != 0.0:
             for i in range(3):
                 t[i] = m * fall[i]

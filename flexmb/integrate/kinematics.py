@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from flexmb.constraints import Turn
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.simulate import sample_times
-from flexmb.joints import Drive
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
@@ -98,29 +96,27 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     return solution
 
 
-def inverse_dynamics(model: Model, motion: Mapping[str, Any], t_end: float, *, samples: Any = 201) -> Solution:
-    """Compute the drive forces that move joints as wanted.
+def inverse_dynamics(model: Model, drives: Sequence[Any], t_end: float, *, samples: Any = 201) -> Solution:
+    """Compute the forces of drives that move a mechanism as wanted.
 
     Parameters
     ----------
     model : Model
         Without drives of these joints.
-    motion : mapping of joint name to signal
-        Turn (rad) or slide (m) of each joint over time; together they determine the motion.
+    drives : sequence of Drive
+        The wanted motion of each joint; together they determine the motion.
     t_end, samples
         As in `simulate`.
 
     Returns
     -------
     Solution
-        `Reaction` sensors of the drives, named "drive of <joint>", give the forces and moments.
+        ``solution[flexmb.Reaction("torque", joint="motor")]`` is what the drive "motor" exerts, (nt, 6).
     """
-    drives = []
-    for name, signal in motion.items():
-        joint = model.joint(name, "inverse_dynamics")
-        if any(j.prescribes and getattr(j, "joint", "") == name for j in model.joints):
-            raise ModelError("inverse_dynamics", found=f"joint '{name}' already has a drive", expected="a free joint",
-                             remedy=f"Leave '{name}' out of the motion, or its drive out of the model")
-        turns = Turn("z") in joint.permits
-        drives.append(Drive(f"drive of {name}", joint=name, **{"angle" if turns else "displacement": signal}))
+    driven = {getattr(j, "joint", ""): j.name for j in model.joints if j.prescribes}
+    for drive in drives:
+        if drive.joint in driven:
+            other = driven[drive.joint]
+            raise ModelError("inverse_dynamics", found=f"joint '{drive.joint}' already has the drive '{other}'",
+                             expected="a free joint", remedy=f"Leave '{drive.name}' or '{other}' out")
     return kinematics(model.with_parts(joints=drives), t_end, samples=samples)

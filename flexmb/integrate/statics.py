@@ -74,61 +74,75 @@ def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations
         If no equilibrium is found; ``error.solution`` holds the path.
     """
     system, start = assemble(model, t=t)
-    q = start.q.copy() if state is None else np.array(state.q, float)
     work = system.workspace()
-    size = model_size(system)
-    extent, _ = extents(system, start, work, size, 1e-4 * size)
-    lam = np.zeros(system.ng)
-    path: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    step, before, largest = None, np.inf, 0.0
-    ended, found = "failed", False
-    for iteration in range(iterations):
-        now = system.state(t, q, lam=lam)
-        now.u[:] = _rates_of_drives(system, now, work)
-        tangent = tangent_at(system, now, work)
-        force, g = work.residual.copy(), work.equations["g"].copy()
-        lam_force = np.abs(tangent.L) @ np.abs(lam) if system.ng else 0.0
-        largest = max(largest, float(np.max(np.abs(force / extent), initial=0.0)) if iteration == 0 else 0.0,
-                      float(np.max(lam_force / extent, initial=0.0)))
-        unbalanced = float(np.max(np.abs(force / extent), initial=0.0))
-        path.append((q.copy(), now.u.copy(), lam.copy()))
-        if unbalanced <= tolerance * max(largest, 1e-30) and np.max(np.abs(g), initial=0.0) <= 1e-9 * size:
-            ended, found = "finished", True
-            break
-        if step is None:
-            # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
-            pull = np.abs(force) * extent / np.maximum(tangent.M.diagonal(), 1e-300)
-            step = np.sqrt(0.02 * size / max(np.max(pull, initial=0.0), 1e-30))
-        elif np.isfinite(unbalanced):
-            step *= min(4.0, max(0.3, (before / max(unbalanced, 1e-300)) ** 0.7))
-        before = unbalanced
-        block = tangent.M / step**2 + tangent.K
-        try:
-            x = splu(_saddle(block, tangent, 1e-13)).solve(-np.concatenate([force, g]))
-        except RuntimeError:
-            step *= 0.5
-            continue
-        stride = np.max(np.abs(x[: system.nu]) * extent, initial=0.0) / size
-        if stride > 0.2:
-            step *= 0.5
-        advanced = np.zeros(system.nq)
-        scale = min(1.0, 0.3 / stride) if stride > 0.0 else 1.0
-        advance(system.program, q, x[: system.nu], scale, advanced)
-        q = advanced
-        lam = lam + scale * x[system.nu :]
+    q = start.q.copy() if state is None else np.array(state.q, float)
+    iteration = _Descent(system, start, work, t, q)
+    found = any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations))
     status = Status.finished(t) if found else Status.failed(
-        f"no equilibrium after {iterations} iterations; unbalanced force {before:.3g} N",
+        f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N",
         "Begin nearer to the equilibrium, add supports to free motions, or raise iterations")
-    solution = _solution(model, system, t, path, status, ended)
+    solution = _solution(model, system, t, iteration.path, status)
     if not found:
         raise IntegrationError(f"Model '{model.name}'", found=status.message, expected="a stable equilibrium",
                                remedy=status.remedy, solution=solution)
     return solution
 
 
-def _solution(model, system, t, path, status, ended) -> Solution:
+class _Descent:
+    """Newton's method with an artificial inertia M / step^2 that fades with the unbalanced forces."""
+
+    def __init__(self, system, start, work, t: float, q: np.ndarray):
+        self.system, self.work, self.t, self.q = system, work, t, q
+        self.size = model_size(system)
+        self.extent, _ = extents(system, start, work, self.size, 1e-4 * self.size)
+        self.lam = np.zeros(system.ng)
+        self.path: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self.step, self.unbalanced, self.largest = 0.0, np.inf, 0.0
+
+    def balanced(self, tolerance: float) -> bool:
+        """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
+        now = self.system.state(self.t, self.q, lam=self.lam)
+        now.u[:] = _rates_of_drives(self.system, now, self.work)
+        self.tangent = tangent_at(self.system, now, self.work)
+        self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
+        before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
+        reactions = abs(self.tangent.L) @ np.abs(self.lam)
+        self.largest = max(self.largest, self._greatest(reactions / self.extent),
+                           self.unbalanced if not self.path else 0.0)
+        self.path.append((self.q.copy(), now.u.copy(), self.lam.copy()))
+        if len(self.path) == 1:
+            # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
+            pull = self._greatest(self.force * self.extent / np.maximum(self.tangent.M.diagonal(), 1e-300))
+            self.step = np.sqrt(0.02 * self.size / max(pull, 1e-30))
+        elif np.isfinite(self.unbalanced):
+            self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
+        return self.unbalanced <= tolerance * max(self.largest, 1e-30) and self._greatest(self.g) <= 1e-9 * self.size
+
+    def advance(self) -> bool:
+        """Move by one iteration, at most three tenths of the model's size; never done by itself."""
+        block = self.tangent.M / self.step**2 + self.tangent.K
+        try:
+            x = splu(_saddle(block, self.tangent, 1e-13)).solve(-np.concatenate([self.force, self.g]))
+        except RuntimeError:  # exactly singular: more inertia helps
+            self.step *= 0.5
+            return False
+        stride = self._greatest(x[: self.system.nu] * self.extent) / self.size
+        if stride > 0.2:
+            self.step *= 0.5
+        scale = min(1.0, 0.3 / stride) if stride > 0.0 else 1.0
+        q = np.zeros(self.system.nq)
+        advance(self.system.program, self.q, x[: self.system.nu], scale, q)
+        self.q, self.lam = q, self.lam + scale * x[self.system.nu :]
+        return False
+
+    @staticmethod
+    def _greatest(x: np.ndarray) -> float:
+        return float(np.max(np.abs(x), initial=0.0))
+
+
+def _solution(model, system, t, path, status) -> Solution:
     q, u, lam = (np.array([row[k] for row in path]) for k in range(3))
     n = len(path)
     phase = Phase(model=model, system=system, t=np.full(n, t), q=q, u=u, a=np.zeros((n, system.nu)),
-                  lam=lam.reshape(n, system.ng), works=np.zeros((n, 3)), ended=ended)
+                  lam=lam.reshape(n, system.ng), works=np.zeros((n, 3)), ended=status.kind)
     return Solution(phases=(phase,), status=status, statistics={"iterations": n})
