@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from flexmb.model.pose import Pose
 from flexmb.model.signal import Constant, Expression, Signal
 from flexmb.model.table_signal import SIGNALS
 
-__all__ = ["Context", "call", "find_kind", "located", "same", "toml_fields", "toml_value"]
+__all__ = ["Context", "call", "find_kind", "located", "own_kind", "same", "toml_fields", "toml_value"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,8 @@ class Context:
         Files read so far: bodies of one file share their data.
     stored : mapping of body name to ModalNeutralData, optional
         Where reduced bodies come from instead of files.
+    signals : mapping of name to Signal
+        Those of the table [signals]; ``"= name"`` is the signal.
     """
 
     path: Path
@@ -47,6 +50,7 @@ class Context:
     kinds: Mapping[str, type]
     cache: dict[Path, ModalNeutralData] = field(default_factory=dict)
     stored: Mapping[str, ModalNeutralData] | None = None
+    signals: Mapping[str, Signal] = field(default_factory=dict)
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""
@@ -67,6 +71,8 @@ class Context:
         text = raw.strip().removeprefix("=").strip()
         if text in self.parameters:
             return self.parameters[text]
+        if text in self.signals:
+            return self.signals[text]
         try:
             used = expression.names(text)
             if "t" in used:
@@ -118,7 +124,10 @@ def located(error: FlexmbError, where: str) -> ModelError:
 
 
 def find_kind(name: Any, kinds: Mapping[str, type], where: str) -> Callable[..., Any]:
-    """Return the class called `name`, or its constructor for "Class.constructor"."""
+    """Return the class called `name`, or its constructor for "Class.constructor".
+
+    A class that has a field ``kind`` itself takes its value after the dot: "Energy.strain".
+    """
     text, dot, constructor = str(name).partition(".")
     if text not in kinds:
         raise ModelError(
@@ -130,6 +139,8 @@ def find_kind(name: Any, kinds: Mapping[str, type], where: str) -> Callable[...,
     kind = kinds[text]
     if not dot:
         return kind
+    if own_kind(kind):
+        return partial(kind, kind=constructor)
     known = sorted(
         n for n, entry in vars(kind).items() if isinstance(entry, classmethod | staticmethod) and n[0] != "_"
     )
@@ -143,15 +154,17 @@ def find_kind(name: Any, kinds: Mapping[str, type], where: str) -> Callable[...,
     return getattr(kind, constructor)
 
 
+def own_kind(kind: type) -> bool:
+    """Has a class a field ``kind``? In a file that word names the class."""
+    return is_dataclass(kind) and any(f.name == "kind" for f in fields(kind))
+
+
 def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any:
     """Return make(**values); ModelError for unknown and missing fields, and with the place for any other."""
-    signature = {n: p for n, p in inspect.signature(make).parameters.items() if p.kind is not p.VAR_KEYWORD}
-    if len(signature) < len(inspect.signature(make).parameters):  # a constructor that passes other fields on
-        passed = inspect.signature(make.__self__).parameters  # type: ignore[attr-defined]
-        signature = {**{n: p.replace(default=None) for n, p in passed.items()}, **signature}
+    signature = _parameters(make)
     title = getattr(make, "__qualname__", str(make))
     for name in values:
-        if name not in signature:
+        if name not in signature and not _takes_any(make):
             raise ModelError(
                 where,
                 found=f"there is no field '{name}'",
@@ -177,6 +190,27 @@ def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any
             expected=f"values as in the reference of {title}",
             remedy="Compare the fields with the reference",
         ) from error
+
+
+def _parameters(make: Callable[..., Any]) -> dict[str, inspect.Parameter]:
+    """Return the parameters that may be given by name; a constructor that passes others on has those of its class."""
+    own = inspect.signature(make).parameters
+    named = {name: p for name, p in own.items() if p.kind is not p.VAR_KEYWORD}
+    if len(named) < len(own) and not _takes_any(make):
+        passed = inspect.signature(make.__self__).parameters  # type: ignore[attr-defined]
+        return {**{name: p.replace(default=None) for name, p in passed.items()}, **named}
+    return named
+
+
+def _takes_any(make: Callable[..., Any]) -> bool:
+    """Does a class itself take any name, as `Change` does?"""
+    return isinstance(make, type) and _collected(make) is not None
+
+
+def _collected(kind: type) -> str | None:
+    """Return the name of the parameter ``**name`` of a class, or None."""
+    own = inspect.signature(kind).parameters.values()
+    return next((p.name for p in own if p.kind is p.VAR_KEYWORD), None)
 
 
 def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], str]) -> Any:
@@ -221,9 +255,15 @@ def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], s
 
 def toml_fields(value: Any, where: str, data_name: Callable[[ModalNeutralData], str]) -> dict[str, Any]:
     """Return the fields of a dataclass that differ from their defaults, as TOML can hold them."""
-    entries = {}
+    entries: dict[str, Any] = {}
+    collected = _collected(type(value))
     for f in fields(value):
         own = getattr(value, f.name)
+        if f.name == collected:
+            entries.update(
+                {name: toml_value(entry, f"{where}.{name}", data_name) for name, entry in own.items()}
+            )
+            continue
         default = f.default_factory() if f.default_factory is not MISSING else f.default
         unturned = f.name == "rotation" and default is None and same(own, np.eye(3))
         if f.init and own is not None and not unturned and not same(own, default):

@@ -9,7 +9,7 @@ __all__ = ["FAMILIES", "TABLES", "integrators", "parts", "values"]
 FAMILIES = {"body": "bodies", "joint": "joints", "force": "forces", "sensor": "sensors", "event": "events"}
 """Name of the table in a file: family of the model."""
 
-TABLES = ("name", "gravity", "parameters", *FAMILIES, "assembly", "simulation")
+TABLES = ("name", "gravity", "parameters", "signals", *FAMILIES, "assembly", "simulation")
 """What a model file may hold at its top."""
 
 
@@ -29,7 +29,7 @@ def values() -> dict[str, type]:
     from flexmb.fem.section import Section
     from flexmb.model.material import Material
 
-    known: dict[str, type] = {"Material": Material, "Section": Section}
+    known: dict[str, type] = {"Material": Material, "Section": Section, **events.ACTIONS}
     for room in (bodies, joints, forces, sensors, events):
         known.update(getattr(room, "VALUES", {}))
     return known

@@ -22,6 +22,7 @@ from flexmb.model.material import MATERIALS
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
+from flexmb.model.signal import as_signal
 
 __all__ = ["load_model", "load_simulation", "read_model_text"]
 
@@ -103,6 +104,7 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
         )
     _check_top(tables, path.name)
     context = replace(given, parameters=resolve(tables, given.parameters, path.name))
+    context = replace(context, signals=_signals(tables, context))
     assemblies = [
         _assembly(raw, f"{path.name}, [[assembly]] {number}", context, (*chain, own))
         for number, raw in enumerate(_rows(tables, "assembly", path.name), 1)
@@ -140,6 +142,22 @@ def _check_top(tables: dict[str, Any], file: str) -> None:
                 if plural
                 else near or "Values of your own go into [parameters]",
             )
+
+
+def _signals(tables: dict[str, Any], context: Context) -> dict[str, Any]:
+    """Return the signals of the table [signals] by name; each may use those above it."""
+    where, signals = f"{context.path.name}, [signals]", {}
+    for name, raw in tables.get("signals", {}).items():
+        if name in context.parameters or not name.isidentifier():
+            raise ModelError(
+                f"{where}, {name}",
+                found=f"'{name}' is {'a parameter too' if name in context.parameters else 'not a name'}",
+                expected="letters, digits and _, no parameter's name",
+                remedy="Choose another name",
+            )
+        value = replace(context, signals=signals).value(raw, f"{where}, {name}")
+        signals[name] = as_signal(value, where, name)
+    return signals
 
 
 def _rows(tables: dict[str, Any], name: str, file: str) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.io import kind_lists
-from flexmb.io.field_values import toml_fields
+from flexmb.io.field_values import own_kind, toml_fields
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import table_lines
 from flexmb.model.modal_neutral_data import ModalNeutralData
@@ -57,7 +57,10 @@ def _text(model: Model, simulation: Simulation | None, data_name: Callable[[Moda
         for part in getattr(model, family):
             entries = toml_fields(part, part.title, data_name)
             entries.pop("name", None)
-            lines += table_lines(f"[[{table}]]", {"kind": type(part).__name__, "name": part.name, **entries})
+            kind = type(part).__name__
+            if own_kind(type(part)) and "kind" in entries:
+                kind += f".{entries.pop('kind')}"
+            lines += table_lines(f"[[{table}]]", {"kind": kind, "name": part.name, **entries})
     if simulation is not None:
         lines += table_lines("[simulation]", toml_fields(simulation, "Simulation", data_name))
     return "\n".join(lines)

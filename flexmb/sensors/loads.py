@@ -14,8 +14,25 @@ __all__ = ["ForceOf", "Reaction"]
 WRENCH = ("fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]")
 
 
+class _Wrench(Sensor):
+    """What both sensors share: components in W, or in the axes of a marker."""
+
+    axes: str | None
+
+    def markers_read(self, model) -> tuple[str, ...]:
+        """Return the marker whose axes the components refer to."""
+        return () if self.axes is None else (self.axes,)
+
+    def _turned(self, series, wrench: np.ndarray) -> np.ndarray:
+        """Return force and moment (nt, 6) of W in the axes asked for."""
+        if self.axes is None:
+            return wrench
+        R = series.marker(self.axes).R
+        return np.einsum("tji,tkj->tki", R, wrench.reshape(-1, 2, 3)).reshape(-1, 6)
+
+
 @dataclass(frozen=True, eq=False)
-class Reaction(Sensor):
+class Reaction(_Wrench):
     """Force and moment that a joint exerts on the body of its second marker, at that marker, in W, (nt, 6), N and N m.
 
     Zero in phases whose model has lost the joint.
@@ -25,25 +42,30 @@ class Reaction(Sensor):
     name : str
     joint : str
         Name of the joint (or drive).
+    axes : str, optional
+        "body.marker" whose axes the components refer to: along a strut that turns, the first one is its axial force.
     """
 
     _: KW_ONLY
     joint: str
+    axes: str | None = None
 
     titles: ClassVar[tuple[str, ...]] = WRENCH
     absent: ClassVar[float] = 0.0
 
     def check(self, model) -> None:
-        """Raise ModelError if the joint does not exist."""
+        """Raise ModelError if the joint or the marker does not exist."""
         model.joint(self.joint, self.title)
+        if self.axes is not None:
+            model.marker(self.axes, self.title)
 
     def values(self, series) -> np.ndarray:
-        """Return the wrench (nt, 6), N and N m, in W."""
-        return series.reaction(self.joint)
+        """Return the wrench (nt, 6), N and N m, in W or in the axes asked for."""
+        return self._turned(series, series.reaction(self.joint))
 
 
 @dataclass(frozen=True, eq=False)
-class ForceOf(Sensor):
+class ForceOf(_Wrench):
     """Force and moment that a force exerts on the body of its second (or only) marker, there, in W, (nt, 6), N, N m.
 
     Zero in phases whose model has lost the force.
@@ -53,18 +75,23 @@ class ForceOf(Sensor):
     name : str
     force : str
         Name of the force.
+    axes : str, optional
+        "body.marker" whose axes the components refer to.
     """
 
     _: KW_ONLY
     force: str
+    axes: str | None = None
 
     titles: ClassVar[tuple[str, ...]] = WRENCH
     absent: ClassVar[float] = 0.0
 
     def check(self, model) -> None:
-        """Raise ModelError if the force does not exist."""
+        """Raise ModelError if the force or the marker does not exist."""
         model.force(self.force, self.title)
+        if self.axes is not None:
+            model.marker(self.axes, self.title)
 
     def values(self, series) -> np.ndarray:
-        """Return the wrench (nt, 6), N and N m, in W."""
-        return series.force(self.force)
+        """Return the wrench (nt, 6), N and N m, in W or in the axes asked for."""
+        return self._turned(series, series.force(self.force))

@@ -30,12 +30,27 @@ VALUES = {
     "sensor": "s",
 }
 MORE = {
+    "Event": {
+        "sensor": "s",
+        "above": 0.1,
+        "column": 2,
+        "then": (
+            fmb.Release("spring"),
+            fmb.Lock("A"),
+            fmb.Change("b", mass=3.0, at=(1, 2, 3)),
+            fmb.Change("spring", preload=fmb.ramp(rate=2.0)),
+            fmb.Stop(),
+        ),
+    },
     "Ground": {"name": "ground", "markers": {"A": fmb.Pose((1, 2, 3), (0.1, 0.2, 0.3)), "ramp": (0, 0, 0)}},
     "RigidBody": {"at": (1, 2, 3), "rotation": (0.1, 0.2, 0.3), "markers": {"m": (1 / 3, 0, 0)}},
     "PointMass": {"markers": None},
-    "FloatingBody": {"markers": None, "at": (1, 2, 3), "modes": (0, 2, 3), "damping": (0.01, 0.02, 0.03)},
+    "FloatingBody": {"markers": {"a": fmb.Pose.axes(z=(0, 1, 0))}, "at": (1, 2, 3), "modes": (0, 2, 3), "damping": (0.01, 0.02, 0.03)},
     "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
     "Rod": {"length": 0.3},
+    "Energy": {"kind": "strain"},
+    "JointCoordinate": {"kind": "turn"},
+    "Reaction": {"axes": "b.A"},
     "PointLoad": {
         "force": (fmb.table([0, 1, 2], [1, 2, 4], of=fmb.ramp(rate=1.0)), 0, fmb.step(value=2.0)),
         "axes": "b.A",

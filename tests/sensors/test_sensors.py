@@ -190,3 +190,15 @@ def test_titles_carry_units(solution):
     for sensor in (sensors.Position("x", marker="rod.end"), sensors.Reaction("x", joint="hinge"), sensors.Momentum("x"),
                    sensors.Orientation("x", marker="rod.end"), sensors.Deflection("x", marker="rod.end")):
         assert len(sensor.columns(solution.model)) == solution[sensor].shape[1]
+
+
+def test_wrench_in_the_axes_of_a_marker(solution):
+    """R^T F, with the same length as F; unknown axes are refused."""
+    world = solution[sensors.Reaction("w", joint="hinge")]
+    turned = solution[sensors.Reaction("m", joint="hinge", axes="rod.end")]
+    R = solution.series().marker("rod.end").R
+    np.testing.assert_allclose(np.einsum("tij,tj->ti", R, turned[:, :3]), world[:, :3], atol=MACHINE * np.abs(world).max())
+    np.testing.assert_allclose(np.linalg.norm(turned[:, 3:], axis=1), np.linalg.norm(world[:, 3:], axis=1), atol=1e-9)
+    assert np.abs(turned - world).max() > 0.1 * np.abs(world).max()
+    with pytest.raises(ModelError, match=r"rod\.tip"):
+        solution[sensors.Reaction("m", joint="hinge", axes="rod.tip")]
