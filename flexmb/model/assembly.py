@@ -7,6 +7,7 @@ ground is one: its markers keep their names with the prefix ("ground.t2_A"), and
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -200,11 +201,12 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
         new = [_renamed(field, entry, prefix, names) for entry in value]
         return value if all(a is b for a, b in zip(new, value)) else type(value)(new)
     if is_dataclass(value) and not isinstance(value, type) and field == "then":  # actions of events
-        changes = {
-            f.name: _renamed(f.name, getattr(value, f.name), prefix, names) for f in fields(value) if f.init
-        }
-        changes = {name: new for name, new in changes.items() if new is not getattr(value, name)}
-        return replace(value, **changes) if changes else value
+        twin = copy(value)
+        for f in fields(value):
+            object.__setattr__(twin, f.name, _renamed(f.name, getattr(value, f.name), prefix, names))
+        return twin
+    if isinstance(value, Mapping) and field == "values":  # new values of fields
+        return {key: _renamed(key, entry, prefix, names) for key, entry in value.items()}
     if isinstance(value, Mapping) and field in _PART_REFERENCES:
         return {f"{prefix}_{key}" if key in names else key: entry for key, entry in value.items()}
     return value

@@ -214,5 +214,5 @@ def test_an_interrupted_run_stays_readable(fall, tmp_path, number):
     assert "interrupted" in written
     found = open_run(tmp_path / "one")
     assert found.status.kind == "interrupted"
-    assert len(found.t) > 100
+    assert len(found.t) > 1
     assert len(table(tmp_path / "one" / "sensors.csv")[1]) == len(found.t)

@@ -1,17 +1,15 @@
 """Placed and added models."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from tolerances import MACHINE
 
 from flexmb.bodies import Ground, PointMass, RigidBody
 from flexmb.errors import ModelError
+from flexmb.events import Change, Event, Lock, Release, Stop
 from flexmb.forces import PointLoad, SpringDamper
 from flexmb.joints import Drive, Revolute
 from flexmb.math.rotations import rotation_matrix
-from flexmb.model.kinds import Part
 from flexmb.model.model import Model
 from flexmb.model.pose import Pose
 from flexmb.sensors import Position, Reaction
@@ -140,15 +138,17 @@ def test_what_is_no_model(arm):
 
 
 def test_actions_of_events_are_renamed(arm):
-    @dataclass(frozen=True)
-    class Release:
-        joint: str
-
-    @dataclass(frozen=True, eq=False)
-    class Happening(Part):
-        sensor: str = "p"
-        then: tuple = (Release("A"),)
-
-    placed = arm.with_parts(events=[Happening("breaks")]).placed("left")
+    event = Event(
+        "breaks",
+        sensor="p",
+        above=1.0,
+        column=0,
+        then=[Release("spring"), Lock("A"), Change("pull", marker="bar.center", force=(0, 0, 0)), Stop()],
+    )
+    placed = arm.with_parts(events=[event]).placed("left")
+    release, lock, change, stop = placed.events[0].then
     assert placed.events[0].sensor == "left_p"
-    assert placed.events[0].then == (Release("left_A"),)
+    assert (release.part, lock.joint, change.part) == ("left_spring", "left_A", "left_pull")
+    assert change.values == {"marker": "left_bar.center", "force": (0, 0, 0)}
+    assert isinstance(stop, Stop)
+    assert event.then[0].part == "spring"
