@@ -22,7 +22,7 @@ __all__ = ["inverse_dynamics", "kinematics"]
 
 @kernel
 def _follow(program, work, times, q0, u0, signals, right, tolerance, sweeps, q, u, a, lam, works):
-    """Project, time by time, from the extrapolated motion onto g(q, t) = 0 and its derivatives; return the last row + 1."""
+    """Project, time by time, from the extrapolated motion onto g(q, t) = 0 and its derivatives; return the rows done."""
     here, speed = q0.copy(), u0.copy()
     acceleration, multipliers = np.zeros(len(u0)), np.zeros(lam.shape[1])
     power = np.zeros(3)
@@ -90,7 +90,8 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
     solution = Solution(phases=(phase,), status=status, statistics={"samples": reached})
     if reached < nt:
-        raise IntegrationError(f"Model '{model.name}'", found=f"{found}; worst equations: {worst_equations(system, work)}",
+        worst = worst_equations(system, work)
+        raise IntegrationError(f"Model '{model.name}'", found=f"{found}; worst equations: {worst}",
                                expected="a position that satisfies all joints", solution=solution,
                                remedy="Shorten the drive's range, or change the lengths of the linkage")
     return solution
