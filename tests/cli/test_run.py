@@ -74,7 +74,40 @@ def test_the_solution_of_a_run_has_its_model(fall):
 
 def test_check(fall, capsys):
     assert main(["check", "fall.toml"]) == 0
-    assert "mobility 3" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "mobility 3" in printed
+    assert "frequencies about the start: 3 without oscillation" in printed
+
+
+def test_check_tells_frequencies(fall, capsys):
+    """A mass of 2 kg between springs of 2 * 400 N/m: 3.183 Hz along them; a second model is fully driven."""
+    springs = """
+[[body]]
+kind = "Ground"
+markers = { left = [-1, 0, 0], right = [1, 0, 0] }
+[[body]]
+kind = "PointMass"
+name = "m"
+mass = 2.0
+[[force]]
+kind = "SpringDamper"
+name = "a"
+markers = ["ground.left", "m.center"]
+stiffness = 400.0
+[[force]]
+kind = "SpringDamper"
+name = "b"
+markers = ["ground.right", "m.center"]
+stiffness = 400.0
+"""
+    fall.write_text(springs)
+    assert main(["check", "fall.toml"]) == 0
+    assert "3.183 Hz" in capsys.readouterr().out
+    fall.write_text(
+        springs + '[[joint]]\nkind = "Spherical"\nname = "s"\nmarkers = ["ground.origin", "m.center"]\n'
+    )
+    assert main(["check", "fall.toml"]) == 0
+    assert "frequencies" not in capsys.readouterr().out
 
 
 def test_export(fall, tmp_path, capsys):
