@@ -56,7 +56,7 @@ def beam() -> fem.FEModel:
 
 
 def write_block(folder: Path) -> None:
-    """Write block.inp and its matrices: Abaqus block_STIF1.mtx, block_MASS1.mtx, Matrix-Market block_K.mtx, block_M.mtx."""
+    """Write block.inp and its matrices: Abaqus block_STIF1.mtx and block_MASS1.mtx, Matrix-Market block_[KM].mtx."""
     positions = block_positions()
     lines = [f"{number}, {x:.2f}, {y:.2f}, {z:.2f}" for number, (x, y, z) in enumerate(positions, start=1)]
     (folder / "block.inp").write_text(BLOCK.format(nodes="\n".join(lines)))
