@@ -11,21 +11,18 @@ kinds calls it through a pointer and a new kind needs no change elsewhere:
 
 from __future__ import annotations
 
-import warnings
 from collections import namedtuple
 from functools import cached_property
 
 import numpy as np
 from numba import from_dtype, types
 from numba.core.ccallback import CFunc
-from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba.extending import intrinsic
 
 from flexmb.math.kernel import watch_sources
 
-__all__ = ["EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "RowKernel", "State", "Work", "no_operation", "row_kernel"]
-
-# A first-class function type is the documented way to call through a pointer; its warning says only that it is young.
-warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
+__all__ = ["EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "RowKernel", "State", "Work", "call_row_kernel",
+           "row_kernel"]
 
 MARKER = np.dtype(
     [
@@ -146,7 +143,8 @@ class RowKernel:
     @cached_property
     def compiled(self):
         """The machine code, from the cache on disk if it is there."""
-        code = CFunc(self.function, (ROW_KERNEL.args, ROW_KERNEL.return_type), locals={}, options={"error_model": "numpy"})
+        signature = ROW_KERNEL.args, ROW_KERNEL.return_type
+        code = CFunc(self.function, signature, locals={}, options={"error_model": "numpy"})
         code.enable_caching()
         watch_sources(code._cache, self.function)
         code.compile()
@@ -158,6 +156,14 @@ def row_kernel(function) -> RowKernel:
     return RowKernel(function)
 
 
-@row_kernel
-def no_operation(raw, data, state, work):
-    """Do nothing: fills the unused places of a kernel table."""
+@intrinsic
+def call_row_kernel(context, address, raw, data, state, work):
+    """Call the row kernel at `address` (an integer): its compiled form follows the C convention."""
+    prototype = types.FunctionType(ROW_KERNEL).ftype
+
+    def generate(target, builder, signature, values):
+        function = builder.inttoptr(values[0], target.get_value_type(prototype))
+        builder.call(function, values[1:])
+        return target.get_dummy_value()
+
+    return types.void(types.int64, *ROW_KERNEL.args), generate

@@ -14,7 +14,7 @@ from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
 from flexmb.system.pattern import block_pattern
-from flexmb.system.program import SLOTS, Program, kernel_slots
+from flexmb.system.program import Program, kernel_table
 from flexmb.system.system import System
 
 __all__ = ["compile"]
@@ -126,14 +126,11 @@ class _Layout:
         return self.iu[body + 1] - self.iu[body]
 
 
-def _grouped(items: list[tuple[Table, tuple]], slots: int, family: str) -> tuple[list[Table], list[np.ndarray]]:
+def _grouped(items: list[tuple[Table, tuple]]) -> tuple[list[Table], list[np.ndarray]]:
     """Return the tables and their record arrays, in order of first use."""
     tables: dict[str, tuple[Table, list[tuple]]] = {}
     for table, row in items:
         tables.setdefault(table.name, (table, []))[1].append(row)
-    if len(tables) > slots:
-        raise CompileError(f"Family '{family}'", found=f"{len(tables)} kinds in one model", expected=f"{slots} at most",
-                           remedy="Raise SLOTS in flexmb/system/program.py")
     return [t for t, _ in tables.values()], [np.array(rows, t.row) for t, rows in tables.values()]
 
 
@@ -159,7 +156,7 @@ def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
         first = layout.first_marker[k]
         header = (layout.iq[k], layout.iu[k], first, layout.first_marker[k + 1] - first)
         items.append((body.table, header + tuple(body.record(compiler, compiler))))
-    return _grouped(items, SLOTS["bodies"], "bodies")
+    return _grouped(items)
 
 
 class _Constraints:
@@ -187,7 +184,7 @@ class _Constraints:
             self.slices[joint.name] = slice(start, len(self.names))
         order = {kind.table.name: k for k, kind in enumerate(EQUATIONS)}
         items.sort(key=lambda item: order[item[0].name])
-        self.tables, self.rows = _grouped(items, SLOTS["equations"], "equations")
+        self.tables, self.rows = _grouped(items)
         self.legs = legs
 
 
@@ -302,7 +299,7 @@ def compile(model: Model) -> System:
     body_tables, body_rows = _body_rows(model, compiler, layout)
     constraints = _Constraints(model, compiler)
     force_items = [(force.table, tuple(force.record(compiler))) for force in model.forces]
-    force_tables, force_rows = _grouped(force_items, SLOTS["forces"], "forces")
+    force_tables, force_rows = _grouped(force_items)
     markers, size_J = _markers(compiler, layout)
     for body in model.bodies:
         body.stiffen(compiler, markers)
@@ -310,13 +307,13 @@ def compile(model: Model) -> System:
         model, compiler, layout, constraints, markers)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     program = Program(
-        kernel_slots([t.kernels["place"] for t in body_tables], SLOTS["bodies"]),
-        kernel_slots([t.kernels["inertia"] for t in body_tables], SLOTS["bodies"]),
-        kernel_slots([t.kernels["energy"] for t in body_tables], SLOTS["bodies"]),
-        kernel_slots([t.kernels["evaluate"] for t in constraints.tables], SLOTS["equations"]),
-        kernel_slots([t.kernels["apply"] for t in force_tables], SLOTS["forces"]),
-        raw, starts, np.array([len(body_tables), len(constraints.tables), len(force_tables)], np.int64),
-        compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames, layout.vectors, pattern,
+        kernel_table([t.kernels["place"] for t in body_tables]),
+        kernel_table([t.kernels["inertia"] for t in body_tables]),
+        kernel_table([t.kernels["energy"] for t in body_tables]),
+        kernel_table([t.kernels["evaluate"] for t in constraints.tables]),
+        kernel_table([t.kernels["apply"] for t in force_tables]),
+        raw, starts, compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames,
+        layout.vectors, pattern,
         np.zeros(len(equations)), np.zeros(len(equations), np.int64))
     return System(
         model=model, program=program, q0=layout.q, u0=layout.u, n_signals=len(compiler.signals),

@@ -13,22 +13,19 @@ from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import advance_frame, relative_frame
-from flexmb.math.tables import no_operation
+from flexmb.math.tables import call_row_kernel
 
-__all__ = ["SLOTS", "Program", "accelerations", "advance", "evaluate", "increment", "kernel_slots", "project"]
-
-SLOTS = {"bodies": 8, "equations": 12, "forces": 16}
-"""Places for kinds in the kernel tables. Tables have a fixed size, so one machine code serves every model."""
+__all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "kernel_table", "project"]
 
 Program = namedtuple(
     "Program",
-    "place inertia energy equations forces raw starts counts bulk "
+    "place inertia energy equations forces raw starts bulk "
     "signal_starts signal_ops signal_args signal_tables signal_table_starts "
     "frames vectors pattern regularisation equation_level",
 )
-"""place, inertia, energy, equations, forces : kernel tables (tuples of SLOTS size)
-raw : all record tables as bytes; starts (slots + 1,): where each begins: bodies, equations, forces
-counts (3,) : kinds used of each family
+"""place, inertia, energy, equations, forces : addresses of the kernels of every kind; numbers, because function objects
+would be inspected one by one in every call from Python
+raw : all record tables as bytes; starts (kinds + 1,): where each begins: bodies, equations, forces
 bulk : numbers which rows index
 frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 3): iq, iu and length of plain vectors
 pattern : BlockPattern of the iteration matrix
@@ -37,22 +34,17 @@ equation_level (ng,) : 0 for a holonomic equation
 """
 
 
-def kernel_slots(kernels, size: int) -> tuple:
-    """Return compiled kernels padded to the fixed size of their table."""
-    compiled = [k.compiled for k in kernels]
-    return tuple(compiled + [no_operation.compiled] * (size - len(compiled)))
+def kernel_table(kernels) -> np.ndarray:
+    """Return the addresses of the machine code of row kernels."""
+    return np.array([k.compiled.address for k in kernels], np.int64)
 
 
 @kernel
-def run_kernels(kernels, first, count, program, state, work):
-    """Call the first `count` kernels on their record tables."""
-    k = 0
-    for function in kernels:
-        if k >= count:
-            break
+def run_kernels(addresses, first, program, state, work):
+    """Call the kernels on their record tables, the first of which is number `first`."""
+    for k in range(len(addresses)):
         start, stop = program.starts[first + k], program.starts[first + k + 1]
-        function(program.raw[start:stop], program.bulk, state, work)
-        k += 1
+        call_row_kernel(addresses[k], program.raw[start:stop], program.bulk, state, work)
 
 
 @kernel
@@ -140,11 +132,11 @@ def evaluate(program, state, work):
                 pair.D[:] = 0.0
     sample_signals(state.t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
                    program.signal_table_starts, state.signals)
-    n_bodies, n_equations, n_forces = program.counts[0], program.counts[1], program.counts[2]
-    run_kernels(program.place, 0, n_bodies, program, state, work)
-    run_kernels(program.equations, n_bodies, n_equations, program, state, work)
-    run_kernels(program.forces, n_bodies + n_equations, n_forces, program, state, work)
-    run_kernels(program.inertia, 0, n_bodies, program, state, work)
+    n_bodies, n_equations = len(program.inertia), len(program.equations)
+    run_kernels(program.place, 0, program, state, work)
+    run_kernels(program.equations, n_bodies, program, state, work)
+    run_kernels(program.forces, n_bodies + n_equations, program, state, work)
+    run_kernels(program.inertia, 0, program, state, work)
     for n in range(len(work.equations)):
         equation = work.equations[n]
         work.energy[4] -= equation.force * equation.rate
@@ -157,7 +149,7 @@ def evaluate(program, state, work):
 def energies(program, state, work):
     """Evaluate, and add the energies of the bodies to work.energy."""
     evaluate(program, state, work)
-    run_kernels(program.energy, 0, program.counts[0], program, state, work)
+    run_kernels(program.energy, 0, program, state, work)
 
 
 @kernel
@@ -249,7 +241,7 @@ def accelerations(program, state, work, right, sweeps):
 
 @kernel
 def project(program, state, work, right, q, tolerance, iterations):
-    """Move q with least motion (in the metric of M) onto g = 0, then u onto G u + dg/dt = 0; q is the storage of state.q.
+    """Move q with least motion (in the metric of M) onto g = 0, then u onto G u + dg/dt = 0; q is that of state.
 
     Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
     """

@@ -1,0 +1,209 @@
+"""`IDA`: SUNDIALS' variable-order backward differentiation formulas on the stabilised index-2 equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.stabilised import FAR, jacobian, kinematics, layout, residual
+from flexmb.system.assembly import worst_equations
+from flexmb.system.program import accelerations, evaluate
+
+__all__ = ["IDA"]
+
+DENSE = 300
+"""Up to this number of unknowns a dense factorisation is faster than the sparse one."""
+
+
+class _NotFinite(ArithmeticError):
+    """The residual is not a number: IDA itself would go on silently."""
+
+
+class _Run:
+    """What a run of IDA keeps between samples: the solver and the storage of its callbacks."""
+
+    def __init__(self, settings: IDA, system, state, work, t_end: float):
+        self.system, self.work = system, work
+        size = model_size(system)
+        self.extent, _ = extents(system, state, work, size, size)
+        # the attraction to unit length only has to beat the drift over the whole run
+        self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300))
+        self.powers = np.zeros(3)
+        self.y, self.yp = self._start(state)
+        self.t = state.t
+        self.latest = state.t, self.y.copy(), self.yp.copy()
+        self.counts = {"residuals": 0, "factorisations": 0}
+        self._structure()
+        self.solver = self._solver(settings)
+        self.solver.init_step(state.t, self.y, self.yp)
+
+    def _start(self, state):
+        """Return consistent values and rates."""
+        system, nq, nu, ng = self.system, self.system.nq, self.system.nu, self.system.ng
+        y, yp = np.zeros(nq + nu + 2 * ng + 3), np.zeros(nq + nu + 2 * ng + 3)
+        y[:nq], y[nq : nq + nu], y[nq + nu : nq + nu + ng] = state.q, state.u, state.lam
+        y[nq + nu : nq + nu + ng] *= self.form.active
+        kinematics(system.program, 0.0, y, state.u, yp)
+        yp[nq : nq + nu] = state.a
+        self.work.coefficients[3] = 0.0
+        evaluate(system.program, state, self.work)
+        yp[-3:] = self.work.energy[3:6]
+        return y, yp
+
+    def _structure(self) -> None:
+        """Find the pattern of the Jacobian from one evaluation."""
+        form = self.form
+        most = 33 * len(self.system.program.frames) + 40 * len(form.own) + 40
+        most = most * 2 + 2 * len(self.y) + 10 * len(form.gradient) + len(form.transposed)
+        self.rows, self.columns, self.values = np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most)
+        count = jacobian(self.system.program, self.work, form, 0.0, 1.0, self.y, self.yp,
+                         self.rows, self.columns, self.values)
+        self.rows, self.columns, self.values = self.rows[:count], self.columns[:count], self.values[:count]
+        keys, self.address = np.unique(self.columns * len(self.y) + self.rows, return_inverse=True)
+        self.keys = keys
+
+    def _solver(self, settings: IDA):
+        from scipy import sparse
+        from sksundae.ida import IDA as Solver
+
+        n, ng = len(self.y), self.system.ng
+        atol = np.full(n, FAR)
+        free = n - 2 * ng - 3
+        atol[:free] = settings.atol
+        for iq, iu, size in self.system.program.vectors:
+            atol[iq : iq + size] /= self.extent[iu : iu + size]
+            atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
+        options: dict[str, Any] = {"linsolver": "lapackdense"}
+        if n > DENSE:
+            columns = np.searchsorted(self.keys, np.arange(n + 1) * n)
+            pattern = sparse.csc_matrix((np.ones(len(self.keys)), self.keys % n, columns), shape=(n, n))
+            options = {"linsolver": "sparse", "sparsity": pattern}
+        return Solver(self.residual, jacfn=self.jacobian, rtol=settings.rtol, atol=atol,
+                      algebraic_idx=list(range(free, n - 3)), max_order=settings.max_order,
+                      max_step=settings.largest or 0.0, max_num_steps=settings.most_steps, **options)
+
+    def residual(self, t, y, yp, res) -> None:
+        """Callback of the solver."""
+        residual(self.system.program, self.work, self.form, t, y, yp, res)
+        if not np.all(np.isfinite(res)):
+            raise _NotFinite(t)
+        self.latest = t, y, yp
+
+    def jacobian(self, t, y, yp, res, cj, JJ) -> None:
+        """Callback of the solver."""
+        jacobian(self.system.program, self.work, self.form, t, cj, y, yp, self.rows, self.columns, self.values)
+        summed = np.bincount(self.address, weights=self.values, minlength=len(self.keys))
+        if JJ.ndim == 1:
+            JJ[:] = summed
+        else:
+            JJ[:] = 0.0
+            JJ[self.keys % len(self.y), self.keys // len(self.y)] = summed
+
+    def advance(self, t: float) -> str:
+        """Integrate to `t`; return what went wrong, or an empty text."""
+        if t <= self.t:
+            return ""
+        try:
+            result = self.solver.step(t)
+        except _NotFinite:
+            return f"the equations of motion are not finite{self._where()}"
+        self.counts.update({"residuals": int(result.nfev), "factorisations": int(result.njev)})
+        if not result.success:
+            reason = str(result.message).strip().rstrip(".")
+            return f"IDA stopped ({reason}){self._where()}"
+        self.t, self.y, self.yp = t, np.array(result.y).ravel(), np.array(result.yp).ravel()
+        return ""
+
+    def _where(self) -> str:
+        """Return time, part and equations at which the latest evaluation was worst."""
+        t, y, yp = self.latest
+        system = self.system
+        out = np.zeros(len(y))
+        residual(system.program, self.work, self.form, t, y, yp, out)
+        size = np.abs(yp[system.nq : system.nq + system.nu]) * self.extent
+        worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
+        equations = f"; worst equations: {worst_equations(system, self.work)}" if system.ng else ""
+        return f" at t = {t:.9g} s near {system.owner(worst)}{equations}"
+
+    def sample(self, t: float):
+        """Return t, q, u, a, lam, works; accelerations and multipliers from the equations of motion at q and u."""
+        system, nq, nu = self.system, self.system.nq, self.system.nu
+        q = self.y[:nq].copy()
+        for iq, _ in system.program.frames:
+            q[iq + 3 : iq + 7] /= np.linalg.norm(q[iq + 3 : iq + 7])
+        state = system.state(t, q, self.y[nq : nq + nu])
+        right = np.zeros(nu + system.ng)
+        accelerations(system.program, state, self.work, right, 12 if system.redundant else 2)
+        return t, state.q, state.u, state.a, state.lam, self.y[-3:].copy()
+
+
+@dataclass(frozen=True, kw_only=True)
+class IDA:
+    """SUNDIALS' IDA: backward differentiation of order 1 to 5 on the stabilised index-2 equations.
+
+    Accelerations and multipliers of the samples are those of the equations of motion at the sample's positions and
+    velocities; the solver's own multipliers have no controlled accuracy. Equations that depend on others at the start
+    are left out.
+
+    Parameters
+    ----------
+    rtol : float, -
+        Relative tolerance of every coordinate and velocity.
+    atol : float, m, rad and per second
+        Absolute tolerance of every coordinate and velocity.
+    max_order : int
+        Highest order, 1 to 5; 2 for lightly damped high frequencies, which higher orders cannot damp.
+    largest : float, s, optional
+        Largest step size.
+    most_steps : int
+        Steps between two samples after which the run fails.
+
+    Source: Hindmarsh et al. 2005; Gear, Gupta & Leimkuhler 1985.
+    """
+
+    rtol: float = 1e-6
+    atol: float = 1e-8
+    max_order: int = 5
+    largest: float | None = None
+    most_steps: int = 100_000
+
+    def __post_init__(self):
+        for name in ("rtol", "atol", "largest"):
+            value = getattr(self, name)
+            if value is not None and not value > 0.0:
+                raise ModelError("IDA", found=f"{name} = {value!r}", expected="a positive number",
+                                 remedy=f"Leave {name} out for its default")
+        if self.max_order not in range(1, 6):
+            raise ModelError("IDA", found=f"max_order = {self.max_order!r}", expected="1, 2, 3, 4 or 5",
+                             remedy="Leave max_order out for 5")
+        if not self.most_steps > 0:
+            raise ModelError("IDA", found=f"most_steps = {self.most_steps!r}", expected="a positive count",
+                             remedy="Leave most_steps out for its default")
+
+    def start(self, system, state, work, t_end: float) -> _Run:
+        """Return the solver at the start."""
+        return _Run(self, system, state, work, t_end)
+
+    def run(self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended."""
+        rows = {"t": np.zeros(last - first)}
+        for name, size in (("q", system.nq), ("u", system.nu), ("a", system.nu), ("lam", system.ng), ("works", 3)):
+            rows[name] = np.zeros((last - first, size))
+        for k in range(first, last):
+            failure = variables.advance(float(samples[k]))
+            if failure:
+                return Outcome(rows={name: array[: k - first] for name, array in rows.items()}, failure=failure)
+            values = variables.sample(float(samples[k]))
+            for name, value in zip(rows, values, strict=True):
+                rows[name][k - first] = value
+        return Outcome(rows=rows)
+
+    @staticmethod
+    def statistics(variables: _Run) -> dict[str, Any]:
+        """Return the numbers of the run."""
+        return dict(variables.counts)

@@ -1,0 +1,307 @@
+"""Stabilised index-2 form (Gear, Gupta & Leimkuhler 1985) of the equations of a system, and its Jacobian.
+
+The unknowns are ``y = (q, u, lam, mu, works)``; Euler parameters are four of the coordinates. Theory: integrators,
+"IDA with stabilised index two". One function writes the entries of the Jacobian, in an order that depends on the
+structure only; called once at the start it gives their rows and columns, so pattern and values cannot disagree.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.math.kernel import kernel
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.tables import State
+from flexmb.system.program import constraint_velocity, evaluate
+
+__all__ = ["FAR", "Stabilised", "jacobian", "kinematics", "layout", "residual"]
+
+FAR = 1e8
+"""Absolute tolerance that takes a variable out of the error test."""
+
+Stabilised = namedtuple(
+    "Stabilised",
+    "q u a lam mu signals active metric kin speed length_rate frame_of offset coordinate own transposed gradient K",
+)
+"""State and constant tables of the stabilised form.
+
+q, u, a, lam, mu, signals : the state; Euler parameters normalised
+active (ng,) : 0 for an equation that depends on others and is left out
+metric (nu,) : W of q' = T (u + W G^T mu), the inverse squares of the extents: increments are compared as displacements
+kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of the attraction of |p| to 1, 1/s
+frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
+own, transposed, gradient (n, 3) : position in S, row and column of the entries of the blocks (u, u), (u, lam), (lam, u)
+K : values of the iteration matrix with unit stiffness weight
+"""
+
+
+@kernel
+def half_product(p, L):
+    """Write the (4, 3) matrix of p' = L w, L w = 1/2 p o (0, w), to `L`."""
+    L[0, 0], L[0, 1], L[0, 2] = -0.5 * p[1], -0.5 * p[2], -0.5 * p[3]
+    L[1, 0], L[1, 1], L[1, 2] = 0.5 * p[0], -0.5 * p[3], 0.5 * p[2]
+    L[2, 0], L[2, 1], L[2, 2] = 0.5 * p[3], 0.5 * p[0], -0.5 * p[1]
+    L[3, 0], L[3, 1], L[3, 2] = -0.5 * p[2], 0.5 * p[1], 0.5 * p[0]
+
+
+@kernel
+def kinematics(program, length_rate, y, kin, out):
+    """Write q' = T(q) kin to `out`: r' = R v, p' = 1/2 p o (0, w) + kappa (1 - |p|^2) p, eta' as it is."""
+    R = np.empty((3, 3))
+    L = np.empty((4, 3))
+    unit = np.empty(4)
+    for n in range(len(program.frames)):
+        iq, iu = program.frames[n, 0], program.frames[n, 1]
+        square = 0.0
+        for i in range(4):
+            square += y[iq + 3 + i] ** 2
+        for i in range(4):
+            unit[i] = y[iq + 3 + i] / square**0.5
+        euler_to_matrix(unit, R)
+        half_product(y[iq + 3 : iq + 7], L)
+        for i in range(3):
+            out[iq + i] = R[i, 0] * kin[iu] + R[i, 1] * kin[iu + 1] + R[i, 2] * kin[iu + 2]
+        for i in range(4):
+            turn = L[i, 0] * kin[iu + 3] + L[i, 1] * kin[iu + 4] + L[i, 2] * kin[iu + 5]
+            out[iq + 3 + i] = turn + length_rate * (1.0 - square) * y[iq + 3 + i]
+    for n in range(len(program.vectors)):
+        iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
+        for i in range(size):
+            out[iq + i] = kin[iu + i]
+
+
+@kernel
+def _unpack(program, s, y, yp):
+    """Copy the state out of `y`; Euler parameters are normalised there, so nothing depends on their length."""
+    nq, nu, ng = len(s.q), len(s.u), len(s.lam)
+    s.q[:] = y[:nq]
+    for n in range(len(program.frames)):
+        p = s.q[program.frames[n, 0] + 3 : program.frames[n, 0] + 7]
+        length = (p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + p[3] ** 2) ** 0.5
+        for i in range(4):
+            p[i] /= length
+    s.u[:] = y[nq : nq + nu]
+    s.a[:] = yp[nq : nq + nu]
+    s.lam[:] = y[nq + nu : nq + nu + ng]
+    s.mu[:] = y[nq + nu + ng : nq + nu + 2 * ng]
+
+
+@kernel
+def residual(program, work, s, t, y, yp, out):
+    """Write the residual: kinematics, motion, velocity constraints (row of lam), constraints (row of mu), works."""
+    _unpack(program, s, y, yp)
+    nq, nu, ng = len(s.q), len(s.u), len(s.lam)
+    work.coefficients[3] = 0.0
+    evaluate(program, State(t, s.q, s.u, s.a, s.lam, s.signals), work)
+    s.kin[:] = s.u
+    for n in range(len(work.legs)):
+        leg = work.legs[n]
+        marker = work.markers[leg.marker]
+        for k in range(6):
+            x = leg.gradient[k] * s.mu[leg.equation]
+            if x != 0.0:
+                for j in range(marker.nu):
+                    i = marker.iu + j
+                    s.kin[i] += s.metric[i] * x * work.J[marker.iJ + k * marker.nu + j]
+    kinematics(program, s.length_rate[0], y, s.kin, out)
+    for i in range(nq):
+        out[i] = yp[i] - out[i]
+    out[nq : nq + nu] = work.residual
+    constraint_velocity(work, s.u, s.speed)
+    for k in range(ng):
+        out[nq + nu + k] = s.speed[k] if s.active[k] == 1 else s.lam[k]
+        out[nq + nu + ng + k] = work.equations[k].g if s.active[k] == 1 else s.mu[k]
+    end = nq + nu + 2 * ng
+    for i in range(3):
+        out[end + i] = yp[end + i] - work.energy[3 + i]
+
+
+@kernel
+def _put(rows, columns, values, n, row, column, value):
+    rows[n] = row
+    columns[n] = column
+    values[n] = value
+    return n + 1
+
+
+@kernel
+def _put_row(s, R, L, row, j, value, rows, columns, values, n):
+    """Write the entries of d(row)/dq that follow from d(row)/d(variation j) = `value`."""
+    f, o, c = s.frame_of[j], s.offset[j], s.coordinate[j]
+    if f < 0:
+        return _put(rows, columns, values, n, row, c, value)
+    if o < 3:
+        for i in range(3):
+            n = _put(rows, columns, values, n, row, c + i, value * R[f, i, o])
+    else:
+        # dtheta = 2 vec(p^-1 o dp) / |p| = 4 L^T dp at unit length
+        for i in range(4):
+            n = _put(rows, columns, values, n, row, c + 3 + i, 4.0 * value * L[f, i, o - 3])
+    return n
+
+
+@kernel
+def _put_kinematics(program, s, cj, y, R, L, rows, columns, values, n):
+    """Write the entries of the rows q' - T(q) (u + W G^T mu) against q and u."""
+    nq = len(s.q)
+    for f in range(len(program.frames)):
+        iq, iu = program.frames[f, 0], program.frames[f, 1]
+        w = s.kin[iu + 3 : iu + 6]
+        p = y[iq + 3 : iq + 7]
+        square = p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + p[3] ** 2
+        kappa = s.length_rate[0]
+        for i in range(3):
+            n = _put(rows, columns, values, n, iq + i, iq + i, cj)
+            for j in range(3):
+                n = _put(rows, columns, values, n, iq + i, nq + iu + j, -R[f, i, j])
+            for m in range(4):
+                # d(R v) = R (dtheta x v), dtheta = 4 L^T dp
+                value = 0.0
+                for k in range(3):
+                    a, b = (k + 1) % 3, (k + 2) % 3
+                    value += R[f, i, k] * 4.0 * (L[f, m, a] * s.kin[iu + b] - L[f, m, b] * s.kin[iu + a])
+                n = _put(rows, columns, values, n, iq + i, iq + 3 + m, -value)
+        for i in range(4):
+            for j in range(3):
+                n = _put(rows, columns, values, n, iq + 3 + i, nq + iu + 3 + j, -L[f, i, j])
+            for m in range(4):
+                value = 2.0 * kappa * p[i] * p[m]
+                if i == m:
+                    value += cj - kappa * (1.0 - square)
+                elif i == 0:
+                    value += 0.5 * w[m - 1]
+                elif m == 0:
+                    value -= 0.5 * w[i - 1]
+                else:
+                    # -1/2 (p_vec x w): the sign of the permutation (i, m, other)
+                    other = 6 - i - m
+                    value += (0.5 if (m - i) % 3 == 2 else -0.5) * w[other - 1]
+                n = _put(rows, columns, values, n, iq + 3 + i, iq + 3 + m, value)
+    for v in range(len(program.vectors)):
+        iq, iu, size = program.vectors[v, 0], program.vectors[v, 1], program.vectors[v, 2]
+        for i in range(size):
+            n = _put(rows, columns, values, n, iq + i, iq + i, cj)
+            n = _put(rows, columns, values, n, iq + i, nq + iu + i, -1.0)
+    return n
+
+
+@kernel
+def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
+    """Write the entries of dF/dy + cj dF/dyp one after another and return their number.
+
+    Left out are d(G u)/dq and d(G^T mu)/dq: they are of the size of an angle per step beside G, and cost Newton's
+    method less than their evaluation would.
+    """
+    _unpack(program, s, y, yp)
+    nq, nu, ng = len(s.q), len(s.u), len(s.lam)
+    R = np.empty((len(program.frames), 3, 3))
+    L = np.empty((len(program.frames), 4, 3))
+    for f in range(len(program.frames)):
+        iq = program.frames[f, 0]
+        euler_to_matrix(s.q[iq + 3 : iq + 7], R[f])
+        half_product(s.q[iq + 3 : iq + 7], L[f])
+    state = State(t, s.q, s.u, s.a, s.lam, s.signals)
+    work.coefficients[:] = 0.0
+    work.coefficients[2] = 1.0
+    work.coefficients[3] = 1.0
+    evaluate(program, state, work)
+    s.K[:] = work.S
+    work.coefficients[0] = cj
+    work.coefficients[1] = 1.0
+    work.coefficients[2] = 0.0
+    evaluate(program, state, work)
+    s.kin[:] = s.u
+    n = _put_kinematics(program, s, cj, y, R, L, rows, columns, values, 0)
+    for e in range(len(s.own)):
+        at, i, j = s.own[e, 0], s.own[e, 1], s.own[e, 2]
+        n = _put(rows, columns, values, n, nq + i, nq + j, work.S[at])
+        n = _put_row(s, R, L, nq + i, j, s.K[at], rows, columns, values, n)
+    for e in range(len(s.transposed)):
+        at, i, k = s.transposed[e, 0], s.transposed[e, 1], s.transposed[e, 2]
+        n = _put(rows, columns, values, n, nq + i, nq + nu + k, work.S[at])
+    lam, mu = nq + nu, nq + nu + ng
+    for e in range(len(s.gradient)):
+        at, k, j = s.gradient[e, 0], s.gradient[e, 1], s.gradient[e, 2]
+        G = work.S[at] * s.active[k]
+        n = _put(rows, columns, values, n, lam + k, nq + j, G)
+        n = _put_row(s, R, L, mu + k, j, G, rows, columns, values, n)
+        # d(T W G^T mu)/dmu
+        G *= -s.metric[j]
+        f, o, c = s.frame_of[j], s.offset[j], s.coordinate[j]
+        if f < 0:
+            n = _put(rows, columns, values, n, c, mu + k, G)
+        elif o < 3:
+            for i in range(3):
+                n = _put(rows, columns, values, n, c + i, mu + k, R[f, i, o] * G)
+        else:
+            for i in range(4):
+                n = _put(rows, columns, values, n, c + 3 + i, mu + k, L[f, i, o - 3] * G)
+    for k in range(ng):
+        n = _put(rows, columns, values, n, lam + k, lam + k, 1.0 - s.active[k])
+        n = _put(rows, columns, values, n, mu + k, mu + k, 1.0 - s.active[k])
+    for i in range(3):
+        n = _put(rows, columns, values, n, mu + ng + i, mu + ng + i, cj)
+    return n
+
+
+def _block_entries(system) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (position in S, row, column) of the entries of the blocks (u, u), (u, lam) and (lam, u), without fill."""
+    pattern, tables = system.program.pattern, system.tables
+    used = np.zeros(int(pattern.row_start[-1]), bool)
+    for _, span in system.body_slices.values():
+        for i in range(span.start, span.stop):
+            start = tables["rows"][i]
+            used[start : start + span.stop - span.start] = True
+    markers = tables["markers"]
+    for leg in tables["legs"]:
+        size = markers[leg["marker"]]["nu"]
+        used[leg["iS"] : leg["iS"] + size] |= size > 0
+        used[tables["transposed"][leg["iT"] : leg["iT"] + size]] = True
+    for pair in tables["pairs"]:
+        a, b = (int(markers[pair[side]]["nu"]) for side in "ab")
+        start = pair["iS"]
+        for rows, columns in ((a, a), (a, b), (b, a), (b, b)):
+            if pair["active"] and rows and columns:
+                for at in tables["pair_rows"][start : start + rows]:
+                    used[at : at + columns] = True
+                start += rows
+    row, column = np.empty(len(used), np.int64), np.empty(len(used), np.int64)
+    for place, block in enumerate(pattern.row_block):
+        at = pattern.row_start[place]
+        row[at : pattern.row_start[place + 1]] = pattern.order[place]
+        for k in range(pattern.segment_start[block], pattern.segment_start[block + 1]):
+            first, size = pattern.column[k], pattern.length[k]
+            column[at : at + size] = pattern.order[first : first + size]
+            at += size
+    nu = system.nu
+    lam_row, lam_column = row >= nu, column >= nu
+    own, transposed, gradient = (
+        np.stack([places, row[places] - rows, column[places] - columns], axis=1)
+        for places, rows, columns in (
+            (np.flatnonzero(used & ~lam_row & ~lam_column), 0, 0),
+            (np.flatnonzero(used & ~lam_row & lam_column), 0, nu),
+            (np.flatnonzero(used & lam_row & ~lam_column), nu, 0),
+        )
+    )
+    return own, transposed, gradient
+
+
+def layout(system, extent: np.ndarray, length_rate: float) -> Stabilised:
+    """Return the state and tables for a system; `extent` as in the room's `extents`, `length_rate` kappa in 1/s."""
+    nu, ng = system.nu, system.ng
+    frame_of, offset, coordinate = np.full(nu, -1), np.zeros(nu, np.int64), np.zeros(nu, np.int64)
+    for f, (iq, iu) in enumerate(system.program.frames):
+        frame_of[iu : iu + 6], offset[iu : iu + 6], coordinate[iu : iu + 6] = f, np.arange(6), iq
+    for iq, iu, size in system.program.vectors:
+        coordinate[iu : iu + size] = iq + np.arange(size)
+    active = np.ones(ng, np.int64)
+    active[list(system.redundant)] = 0
+    own, transposed, gradient = _block_entries(system)
+    state = system.state()
+    return Stabilised(
+        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, active=active,
+        metric=1.0 / extent**2, kin=np.zeros(nu), speed=np.zeros(ng), length_rate=np.array([length_rate]),
+        frame_of=frame_of, offset=offset, coordinate=coordinate, own=own, transposed=transposed, gradient=gradient,
+        K=np.zeros(int(system.program.pattern.row_start[-1])))
