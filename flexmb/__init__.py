@@ -16,7 +16,7 @@ _ROOMS = {
     "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
-    "flexmb.bodies": "FloatingBody Ground PointMass RigidBody",
+    "flexmb.bodies": "Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
     "flexmb.joints": "Cylindrical Drive Fixed Planar Prismatic Revolute Rod Spherical Universal",
     "flexmb.forces": "PointLoad SpringDamper",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "

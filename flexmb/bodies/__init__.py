@@ -4,8 +4,9 @@ from flexmb.bodies.floating import FloatingBody
 from flexmb.bodies.ground import Ground
 from flexmb.bodies.point_mass import PointMass
 from flexmb.bodies.rigid import RigidBody
+from flexmb.bodies.shape import VALUES, Box, Extrusion, Tube
 
 KINDS = {kind.__name__: kind for kind in (Ground, RigidBody, PointMass, FloatingBody)}
 """All bodies by name: read by the model files, the contract tests and the reference pages."""
 
-__all__ = ["KINDS", *KINDS]
+__all__ = ["KINDS", "VALUES", *KINDS, "Box", "Extrusion", "Tube"]

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.bodies.shape import checked_shapes
 from flexmb.model.kinds import Body
 from flexmb.model.pose import Pose, as_pose
 
@@ -22,11 +23,14 @@ class Ground(Body):
     ----------
     markers : mapping of name to pose
         Positions (m) and orientations in W. The marker ``origin`` always exists.
+    shape : shape or sequence of shapes, optional
+        What is drawn of the surroundings: `Box`, `Tube`, `Extrusion`.
     """
 
     name: str = "ground"
     _: KW_ONLY
     markers: Mapping[str, Any] = field(default_factory=dict)
+    shape: Any = ()
 
     has_frame: ClassVar[bool] = False
 
@@ -34,6 +38,7 @@ class Ground(Body):
         super().__post_init__()
         poses = {name: as_pose(pose, self.title, f"marker {name}") for name, pose in (self.markers or {}).items()}
         object.__setattr__(self, "markers", poses)
+        object.__setattr__(self, "shape", checked_shapes(self))
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the markers by name, ``origin`` first."""

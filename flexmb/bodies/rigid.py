@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.bodies.frame_markers import MARKER_SIZE, add_load_stiffness, pack_markers, place_marker
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_skew, add_to_residual
+from flexmb.bodies.shape import checked_shapes
 from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
@@ -199,6 +200,8 @@ class RigidBody(Body):
         Of the body's origin at the start, in world axes.
     markers : mapping of name to pose
         In body axes. The marker ``center`` (centre of mass) always exists.
+    shape : shape or sequence of shapes, optional
+        What is drawn: `Box`, `Tube`, `Extrusion`; without it bars between the markers.
 
     Examples
     --------
@@ -216,6 +219,7 @@ class RigidBody(Body):
     velocity: Any = (0.0, 0.0, 0.0)
     angular_velocity: Any = (0.0, 0.0, 0.0)
     markers: Mapping[str, Any] = field(default_factory=dict)
+    shape: Any = ()
 
     table: ClassVar[Table] = Table("RigidBody", ROW, {"place": place, "inertia": inertia, "energy": energy})
 
@@ -239,6 +243,7 @@ class RigidBody(Body):
         object.__setattr__(self, "inertia", J)
         poses = {name: as_pose(pose, self.title, f"marker {name}") for name, pose in (self.markers or {}).items()}
         object.__setattr__(self, "markers", poses)
+        object.__setattr__(self, "shape", checked_shapes(self))
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the markers by name, ``center`` first."""

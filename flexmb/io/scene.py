@@ -15,6 +15,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.io import solids
 from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
+from flexmb.io.shape_surfaces import shape_surface
 from flexmb.results import recover
 
 __all__ = ["DrawnPart", "Scene", "Snapshot"]
@@ -201,6 +202,10 @@ def _parts(model, e):
         elif not body.n_velocities:
             used = {m for part in (*model.joints, *model.forces) for m in _markers(part, model)}
             supports += [f"{body.name}.{m}" for m in poses if f"{body.name}.{m}" in used]
+            if body.shape:
+                yield _fixed(body.name, "supports", _shapes(body, next(iter(poses))))
+        elif getattr(body, "shape", ()):
+            yield _fixed(body.name, "rigid", _shapes(body, ""))
         else:
             surface = _rigid_shape(body, poses, e)
             if body.has_frame:
@@ -229,6 +234,14 @@ def _parts(model, e):
         yield _fixed("springs", "springs", springs)
 
 
+def _shapes(body, default):
+    """Return the pieces (carrier, surface) of a body's shapes: on markers, or in its own axes."""
+    for shape in body.shape:
+        on = shape.on or default
+        carrier = ("marker", f"{body.name}.{on}", None) if on else ("body", body.name, None)
+        yield carrier, shape_surface(shape)
+
+
 def _carrier(end, markers, owner):
     return ("link", *markers, owner) if end == "link" else ("marker", markers["ab".index(end)], owner)
 
@@ -241,6 +254,7 @@ def _markers(part, model):
 
 def _fixed(name, look, pieces) -> DrawnPart:
     """Make a part of pieces (carrier, surface)."""
+    pieces = list(pieces)
     carriers = tuple(dict.fromkeys(carrier for carrier, _ in pieces))
     surface = solids.joined(piece for _, piece in pieces)
     numbers = np.concatenate(

@@ -97,7 +97,8 @@ def joined(*models):
             parts[family].extend(getattr(other, family))
     grounds = [body for body in parts["bodies"] if body.name == GROUND]
     if len(grounds) > 1:
-        whole = grounds[0].replaced(markers=_one_set_of_markers(grounds))
+        shapes = tuple(shape for ground in grounds for shape in ground.shape)
+        whole = grounds[0].replaced(markers=_one_set_of_markers(grounds), shape=shapes)
         parts["bodies"] = [whole, *(body for body in parts["bodies"] if body.name != GROUND)]
     return replace(
         first,
@@ -145,7 +146,8 @@ def _placed_part(part: Part, prefix: str, names: set[str], pose: Pose) -> Part:
         if new is not value:
             values[name] = new
     if part.name == GROUND:
-        values.update(name=GROUND, markers=_placed_ground(part, prefix, pose))
+        shapes = tuple(replace(shape, on=f"{prefix}_{shape.on or 'origin'}") for shape in part.shape)
+        values.update(name=GROUND, markers=_placed_ground(part, prefix, pose), shape=shapes)
     else:
         values["name"] = f"{prefix}_{part.name}"
         values.update(_moved(part, prefix, pose))

@@ -45,7 +45,12 @@ MORE = {
     "Ground": {"name": "ground", "markers": {"A": fmb.Pose((1, 2, 3), (0.1, 0.2, 0.3)), "ramp": (0, 0, 0)}},
     "RigidBody": {"at": (1, 2, 3), "rotation": (0.1, 0.2, 0.3), "markers": {"m": (1 / 3, 0, 0)}},
     "PointMass": {"markers": None},
-    "FloatingBody": {"markers": {"a": fmb.Pose.axes(z=(0, 1, 0))}, "at": (1, 2, 3), "modes": (0, 2, 3), "damping": (0.01, 0.02, 0.03)},
+    "FloatingBody": {
+        "markers": {"a": fmb.Pose.axes(z=(0, 1, 0))},
+        "at": (1, 2, 3),
+        "modes": (0, 2, 3),
+        "damping": (0.01, 0.02, 0.03),
+    },
     "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
     "Rod": {"length": 0.3},
     "Energy": {"kind": "strain"},
