@@ -101,7 +101,7 @@ def checked_shapes(body) -> tuple[Shape, ...]:
     given = () if body.shape is None else (body.shape,) if isinstance(body.shape, Shape) else body.shape
     if not isinstance(given, Iterable) or not all(isinstance(shape, Shape) for shape in given):
         raise ModelError(body.title, found=f"shape = {body.shape!r}", expected=f"one or more of {', '.join(VALUES)}",
-                         remedy="Write shape=fmb.Box(size=(0.4, 0.1, 0.1)); a body without shape is drawn by its markers")
+                         remedy="Write shape=fmb.Box(size=(0.4, 0.1, 0.1)), or leave shape out")
     markers = body.marker_poses()
     for shape in given:
         if shape.on and shape.on not in markers:
