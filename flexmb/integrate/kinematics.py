@@ -22,7 +22,7 @@ __all__ = ["inverse_dynamics", "kinematics"]
 
 @kernel
 def _follow(program, work, times, q0, u0, signals, right, tolerance, sweeps, q, u, a, lam, works):
-    """Project, time by time, from the extrapolated motion onto g(q, t) = 0 and its derivatives; return the rows done."""
+    """Project, time by time, from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows done."""
     here, speed = q0.copy(), u0.copy()
     acceleration, multipliers = np.zeros(len(u0)), np.zeros(lam.shape[1])
     power = np.zeros(3)
@@ -75,8 +75,8 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
                            remedy=f"Set rigid=True on {', '.join(flexible)}" if flexible else
                            "Add drives, or use simulate for free motions")
     nt, nu, ng = len(times), system.nu, system.ng
-    rows = {"q": np.zeros((nt, system.nq)), "u": np.zeros((nt, nu)), "a": np.zeros((nt, nu)),
-            "lam": np.zeros((nt, ng)), "works": np.zeros((nt, 3))}
+    rows: dict[str, Any] = {"q": np.zeros((nt, system.nq)), "u": np.zeros((nt, nu)), "a": np.zeros((nt, nu)),
+                            "lam": np.zeros((nt, ng)), "works": np.zeros((nt, 3))}
     work = system.workspace()
     size = max(1.0, float(np.ptp(system.tables["markers"]["r"])))
     reached = _follow(system.program, work, times, start.q, start.u, start.signals, np.zeros(nu + ng), 1e-11 * size,

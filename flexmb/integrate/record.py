@@ -13,7 +13,7 @@ from flexmb.results import Phase, RunFile, Solution, Status, floating_data
 __all__ = ["Recorder", "joined_rows"]
 
 
-def joined_rows(rows: Sequence[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def joined_rows(rows: Sequence[dict[str, np.ndarray]]) -> dict[str, Any]:
     """Return blocks of rows as one block."""
     return {name: np.concatenate([block[name] for block in rows]) for name in rows[0]}
 

@@ -36,7 +36,7 @@ class Watch:
         self.sensors = {s.name: s for s in model.sensors}
         self.last: dict[str, np.ndarray] = {}
 
-    def series(self, rows: dict[str, np.ndarray]) -> Series:
+    def series(self, rows: dict[str, Any]) -> Series:
         """Return what sensors read in a block of rows."""
         return Series(Phase(model=self.model, system=self.system, **rows))
 
