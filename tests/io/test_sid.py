@@ -1,0 +1,189 @@
+"""SID files: the identities of the format, and nothing lost on the way there and back."""
+
+import re
+
+import numpy as np
+import pytest
+from reduction.solids import block
+from tolerances import MACHINE
+
+from flexmb import reduction
+from flexmb.errors import DataFileError
+from flexmb.io.sid import read_sid, skew, write_sid
+from flexmb.io.sid_text import read_sid_text
+
+
+@pytest.fixture(scope="module", params=["buckens", "a"])
+def data(request):
+    return reduction.reduce(
+        block(divisions=(4, 2, 1)),
+        {"a": "left", "b": "right"},
+        modes=3,
+        frame=request.param,
+        compare=0,
+        damping=0.02,
+        stations={"m": "mid"},
+    )
+
+
+@pytest.fixture(scope="module")
+def stiffened():
+    return reduction.reduce(
+        block(divisions=(4, 2, 1)),
+        {"a": "left", "b": "right"},
+        modes=3,
+        frame="a",
+        compare=0,
+        geometric_stiffness=True,
+        loads={"air": "top"},
+        preload={"air": 1e6},
+    )
+
+
+def blocks_of(path):
+    return read_sid_text(path.read_text(), "test").blocks
+
+
+def test_identities_of_the_format(data, tmp_path):
+    """Ct0 = mdCM1^T, Ge = 2 Cr1, Cr1 antisymmetric, Oe0 = -J1/2 and -J1 (checked on published files; formats 1)."""
+    b = blocks_of(write_sid(data, tmp_path / "x.sid"))
+    size = max(np.abs(b["Ct"].m0).max(), np.abs(b["J"].m1).max() * 1e-3)
+    assert np.abs(b["Ct"].m0 - b["mdCM"].m1[:, :, 0]).max() < MACHINE * size
+    m = data.n_modes
+    Cr1 = b["Cr"].m1.transpose(1, 2, 0)
+    assert np.abs(b["Ge"].m0.reshape(m, 3, m) - 2 * Cr1).max() < MACHINE
+    assert np.abs(Cr1 + Cr1.transpose(2, 1, 0)).max() < 100 * MACHINE * np.abs(Cr1).max()
+    J1 = b["J"].m1[:, :, 0]  # xx yy zz xy xz yz
+    expected = np.column_stack(
+        [-0.5 * J1[:, 0], -0.5 * J1[:, 1], -0.5 * J1[:, 2], -J1[:, 3], -J1[:, 5], -J1[:, 4]]
+    )
+    np.testing.assert_allclose(b["Oe"].m0, expected, atol=MACHINE * np.abs(J1).max())
+
+
+def test_gyroscopic_rows_are_those_of_the_lumped_sum(tmp_path):
+    """Gr_k = -2 sum m r~ phi_k~ (Wallrapp), for a lumped mass matrix computed node by node."""
+    from dataclasses import replace
+
+    from scipy import sparse
+
+    fe = block(divisions=(3, 1, 1))
+    fe = replace(fe, M=sparse.diags(np.repeat(np.linspace(1.0, 2.0, len(fe.nodes)), 3)).tocsr())
+    data = reduction.reduce(fe, {"a": "left", "b": "right"}, modes=2, compare=0, stress=False)
+    Gr = blocks_of(write_sid(data, tmp_path / "x.sid"))["Gr"].m0
+    mass = np.linspace(1.0, 2.0, len(fe.nodes))
+    for k in range(data.n_modes):
+        expected = -2.0 * np.einsum("n,nab,nbc->ac", mass, skew(fe.nodes), skew(data.shapes[:, :, k]))
+        np.testing.assert_allclose(Gr[:, 3 * k : 3 * k + 3], expected, atol=1e-11 * np.abs(Gr).max())
+
+
+def assert_same_inertia(a, b, order_two=True):
+    for name in ("vv", "vw0", "vw1", "vn", "ww0", "ww1", "wn0", "wn1", "nn"):
+        x, y = getattr(a, name), getattr(b, name)
+        np.testing.assert_allclose(x, y, atol=1e-10 * max(np.abs(x).max(initial=0.0), 1e-3), err_msg=name)
+    if order_two:  # only the symmetric part enters M_ww
+        np.testing.assert_allclose(a.ww2 + a.ww2.swapaxes(0, 1), b.ww2 + b.ww2.swapaxes(0, 1), atol=1e-10)
+
+
+def test_there_and_back(data, tmp_path):
+    back = read_sid(write_sid(data, tmp_path / "body.sid"))
+    assert back.name == "body"
+    assert back.marker_names == data.marker_names
+    assert_same_inertia(data.invariants, back.invariants)
+    for name in (
+        "marker_positions",
+        "marker_translations",
+        "marker_rotations",
+        "stiffness",
+        "frequencies",
+        "damping_ratios",
+    ):
+        np.testing.assert_allclose(
+            getattr(back, name), getattr(data, name), rtol=MACHINE, atol=MACHINE, err_msg=name
+        )
+    assert back.geometric is None
+
+
+def test_geometric_stiffness_there_and_back(stiffened, tmp_path):
+    """Modal rows for any motion: K0t A + K0r alpha + (K0w + centrifugal) w w, joint loads and preload."""
+    back = read_sid(write_sid(stiffened, tmp_path / "body.sid"))
+    assert_same_inertia(stiffened.invariants, back.invariants, order_two=False)
+    rng = np.random.default_rng(1)
+    w, alpha, A = rng.standard_normal((3, 3))
+    B = skew(alpha) + skew(w) @ skew(w)
+    rows = []
+    for body in (stiffened, back):
+        ww2 = body.invariants.ww2 + body.invariants.ww2.swapaxes(0, 1)
+        rows.append(
+            np.einsum("i,iab->ab", np.r_[A, B.ravel()], body.geometric.inertia)
+            - 0.5 * np.einsum("a,jkab,b->jk", w, ww2, w)
+        )
+    np.testing.assert_allclose(rows[1], rows[0], atol=1e-10 * np.abs(rows[0]).max())
+    g, h = stiffened.geometric, back.geometric
+    np.testing.assert_allclose(h.interface, g.interface, atol=1e-12 * np.abs(g.interface).max())
+    np.testing.assert_allclose(h.preload, g.preload, rtol=1e-12, atol=1e-9)
+
+
+def test_other_programs_write_other_layouts(data, tmp_path):
+    """m1 as (row, column, mode), Fortran exponents, Ge by mode: read as the same body."""
+    path = write_sid(data, tmp_path / "x.sid")
+    m = data.n_modes
+
+    def swap(match):
+        return f"m1({match[1]},{match[3]},{match[2]}) ="
+
+    text = re.sub(r"m1\(\s*(\d+),\s*(\d+),\s*(\d+)\) =", swap, path.read_text())
+    head, ge, tail = re.split(r"(^ +Ge\n.*?end Ge\n)", text, flags=re.S | re.M)
+
+    def by_mode(match):
+        axis, mode = divmod(int(match[2]) - 1, m)
+        return f"m0({match[1]},{3 * mode + axis + 1})"
+
+    ge = re.sub(r"m0\(\s*(\d+),\s*(\d+)\)", by_mode, ge)
+    other = tmp_path / "other.sid"
+    other.write_text((head + ge + tail).replace("e+", "D+").replace("e-", "D-"))
+    back = read_sid(other)
+    assert_same_inertia(data.invariants, back.invariants)
+    np.testing.assert_allclose(back.stiffness, data.stiffness, rtol=1e-14)
+
+
+def damaged(data, tmp_path, change):
+    path = write_sid(data, tmp_path / "x.sid")
+    path.write_text(change(path.read_text()))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (lambda t: t[: len(t) // 3], r"SID file '.*x\.sid': the block '\w+' has no end\. an ASCII SID file"),
+        (lambda t: "hello\nworld\n", r"no Taylor block \(mdCM, J, Ct, \.\.\.\)"),
+        (lambda t: re.sub(r" +Cr\n.*?end Cr\n", "", t, flags=re.S), r"no block Cr\. mdCM, J, Ct, Cr, Me, Ke"),
+        (
+            lambda t: t.replace("m0(    1,    1)       = ", "m0(    1,    1)       = ****"),
+            r"'\*\*\*\*.*' in place of a number",
+        ),
+        (
+            lambda t: t.replace("m0(    1,    1)", "m0(   99,    1)", 1),
+            r"an index outside of block 'phi|AP|origin' ",
+        ),
+        (
+            lambda t: re.sub(
+                r"( +Ge\n)(.*?)(end Ge)",
+                lambda x: x[1] + re.sub(r"= -?[1-9]\.", "= 7.", x[2]) + x[3],
+                t,
+                flags=re.S,
+            ),
+            r"Ge differs from 2 Cr1 by .* in the best layout\. an identity",
+        ),
+    ],
+)
+def test_damaged_files(data, tmp_path, change, match):
+    with pytest.raises(DataFileError, match=match):
+        read_sid(damaged(data, tmp_path, change))
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(
+        DataFileError, match=r"SID file '.*nothing\.sid': the file does not exist\..*Check the path"
+    ):
+        read_sid(tmp_path / "nothing.sid")
