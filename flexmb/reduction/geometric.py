@@ -30,6 +30,36 @@ def inertia_loads(fe: FEModel) -> np.ndarray:
     return -(fe.M @ fe.vectors(field))
 
 
+def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> np.ndarray:
+    """Return the geometric stiffness of the rigid couplings for every load case, (loads, m, m).
+
+    A coupling that turns by theta takes its nodes along ``theta x s + theta x (theta x s) / 2``; the second part works
+    against the forces r = K u - f that hold the nodes in it: ``theta^T (sym(sum r s^T) - (sum r . s) I) theta / 2``.
+    Without it a body frame that turns against a coupling (Buckens) meets a stiffness that is not there, wherever the
+    coupling holds back lateral contraction.
+
+    Parameters
+    ----------
+    static : (ndof, loads), displacement u; direct : (ndof, loads), loads f that act on nodes, not through interfaces
+    """
+    fe = body.fe
+    out = np.zeros((static.shape[1], shapes.shape[1], shapes.shape[1]))
+    for coupling, marker in zip(body.couplings, interfaces, strict=True):
+        rows = coupling.rows[fe.dofs[coupling.rows, 1] < 3]
+        if coupling.averaging or len(coupling.nodes) == 1:  # an average prescribes nothing; one node has no arm
+            continue
+        node, direction = fe.dofs[rows, 0], fe.dofs[rows, 1]
+        held = fe.K[rows] @ static - direct[rows]
+        arm = fe.nodes[node] - coupling.position
+        moments = np.zeros((3, 3, static.shape[1]))  # sum r s^T
+        np.add.at(moments, direction, arm[:, :, None] * held[:, None, :])
+        turn = marker.matrix[3:] @ shapes
+        matrix = 0.5 * (moments + moments.transpose(1, 0, 2))
+        matrix -= np.eye(3)[:, :, None] * np.trace(moments)
+        out += np.einsum("ia,ijl,jb->lab", turn, matrix, turn, optimize=True)
+    return out
+
+
 def geometric_stiffness(
     body: HeldBody,
     shapes: np.ndarray,
@@ -50,7 +80,7 @@ def geometric_stiffness(
         Statically determinate support that balances the unit loads; the actual loads are in equilibrium, so its
         reactions cancel in the sum and any choice gives the same motion.
     """
-    fe = body.fe
+    fe, inertia = body.fe, inertia_loads(body.fe)
     if not fe.blocks:
         raise ReductionError(
             f"FE model '{fe.name}'",
@@ -59,14 +89,15 @@ def geometric_stiffness(
             remedy="Use geometric_stiffness=False for foreign matrices",
         )
     m = shapes.shape[1]
-    forces = np.hstack(
-        [inertia_loads(fe), *(marker.matrix.T.toarray() for marker in interfaces), loads, preload[:, None]]
-    )
-    displacement = fe.field(body.solve_supported(forces, support))
-    modes = fe.field(shapes)
+    wrenches = [marker.matrix.T.toarray() for marker in interfaces]
+    forces = np.hstack([inertia, *wrenches, loads, preload[:, None]])
+    static = body.solve_supported(forces, support)
+    displacement, modes = fe.field(static), fe.field(shapes)
     matrices = np.sum(
         [block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0
     )
+    direct = np.hstack([inertia, *(np.zeros_like(w) for w in wrenches), loads, preload[:, None]])
+    matrices += _coupling_stiffness(body, static, direct, interfaces, shapes)
     matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))
     inertia, interface, shape, constant = np.split(
         matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]])
