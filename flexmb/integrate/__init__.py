@@ -2,6 +2,7 @@
 
 from flexmb.integrate.accelerations import Accelerations, accelerations
 from flexmb.integrate.check import Report, check
+from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
@@ -15,6 +16,7 @@ __all__ = [
     "Accelerations",
     "Augmented",
     "Baumgarte",
+    "Explicit",
     "GeneralizedAlpha",
     "Linearization",
     "NullSpace",
