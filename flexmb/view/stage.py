@@ -47,9 +47,10 @@ class Stage:
         # VTK tries X first and says so on the terminal before it turns to EGL
         self._verbosity = vtkLogger.GetCurrentVerbosityCutoff()
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
-        self.plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
-        self.plotter.set_background("#dfe6ee", top="white")
-        self.plotter.enable_anti_aliasing("ssaa")
+        plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
+        plotter.set_background("#dfe6ee", top="white")
+        plotter.enable_anti_aliasing("ssaa")
+        self.plotter = plotter
         self._drawn: list[tuple[DrawnPart, Any, np.ndarray, list]] = []
 
     def add_state(self, frame: int, look: Look | None = None) -> None:
