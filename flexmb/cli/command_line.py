@@ -13,12 +13,12 @@ import warnings
 from collections.abc import Sequence
 from types import ModuleType
 
-from flexmb.cli import check, export, reduce, run
+from flexmb.cli import check, demo, export, reduce, run
 from flexmb.errors import FlexmbError
 
 __all__ = ["VERBS", "main"]
 
-VERBS: tuple[ModuleType, ...] = (reduce, check, run, export)
+VERBS: tuple[ModuleType, ...] = (reduce, check, run, export, demo)
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 
 FAILED, INTERRUPTED = 2, 130
@@ -53,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="flexmb",
         description="Flexible multibody dynamics from finite element meshes.",
-        epilog="`flexmb VERB --help` says more.",
+        epilog="`flexmb VERB --help` says more; `flexmb demo` shows it at work.",
     )
     parser.add_argument("--version", action="version", version=_version())
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)

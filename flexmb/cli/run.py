@@ -15,12 +15,13 @@ import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, new_run
-from flexmb.errors import IntegrationError
+from flexmb.errors import DataFileError, IntegrationError
 
 NAME = "run"
 SUMMARY = "simulate a model file and write a run folder"
 
 FAILED, INTERRUPTED = 2, 130
+ZERO = 1e-9  # of the largest component of a sensor: what is less is rounding
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,20 +43,30 @@ def execute(arguments: argparse.Namespace) -> int:
     simulation = fmb.load_simulation(path, given, t_end=arguments.t_end, samples=arguments.samples)
     folder = new_run(Path(arguments.out) if arguments.out else Path("runs") / path.stem, path)
     with Log(folder / LOG) as log:
-        log.line(shlex.join(["flexmb", *sys.argv[1:]]))
-        log.line(repr(model))
-        log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
-        fmb.save_model(model, folder / MODEL, simulation)
-        solution = _simulate(model, simulation, folder, log)
-        fmb.write_table(solution, folder / TABLE)
-        for name, number in solution.statistics.items():
-            log.line(f"{name}: {number}")
+        solution = record(model, simulation, folder, log)
         if arguments.vtk:
-            target = fmb.write_vtk(solution, folder / f"{path.stem}.pvd")
-            log.line(f"ParaView files: {target}")
-        log.line(str(solution.status))
+            log.line(f"ParaView files: {fmb.write_vtk(solution, folder / f'{path.stem}.pvd')}")
     print(_summary(solution, folder))
+    return exit_code(solution)
+
+
+def exit_code(solution: fmb.Solution) -> int:
+    """Return how the command ends after a simulation."""
     return 0 if solution.status.ok else INTERRUPTED if solution.status.kind == "interrupted" else FAILED
+
+
+def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log) -> fmb.Solution:
+    """Simulate a model into a run folder and return the solution, complete or as far as it came."""
+    log.line(shlex.join(["flexmb", *sys.argv[1:]]))
+    log.line(repr(model))
+    log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
+    fmb.save_model(model, folder / MODEL, simulation)
+    solution = _simulate(model, simulation, folder, log)
+    fmb.write_table(solution, folder / TABLE)
+    for name, number in solution.statistics.items():
+        log.line(f"{name}: {number}")
+    log.line(str(solution.status))
+    return solution
 
 
 def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
@@ -77,32 +88,43 @@ def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
         return error.solution
     except KeyboardInterrupt:
         log.line("interrupted")
-        if (folder / SOLUTION).is_file():
+        try:
             return fmb.Solution.load(folder / SOLUTION, model=model)
-        raise
+        except DataFileError:  # before the first sample
+            raise KeyboardInterrupt from None
 
 
-def _summary(solution, folder: Path) -> str:
-    """Return status, place and the range of every sensor as text."""
+def _summary(solution: fmb.Solution, folder: Path) -> str:
+    """Return status, place and the range of every sensor as text; columns that stay zero are counted only."""
     import numpy as np
 
+    from flexmb import io
+
+    rows, zero = [], 0
+    for name in solution.sensor_names:
+        values = np.asarray(solution[name], float).reshape(len(solution.t), -1)
+        negligible = ZERO * np.abs(values).max(initial=0.0)
+        for label, column in zip(io.labels(solution, name), values.T):
+            if len(values.T) > 1 and np.abs(column).max() <= negligible:
+                zero += 1
+            else:
+                rows.append((label, *(f"{x:.6g}" for x in (column.min(), column.max(), column[-1]))))
     lines = [
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",
     ]
-    rows = []
-    for name in solution.sensor_names:
-        values = np.asarray(solution[name], float).reshape(len(solution.t), -1)
-        for title, column in zip(solution.column_titles(name), values.T):
-            rows.append(
-                (f"{name} {title}".strip(), *(f"{x:.6g}" for x in (column.min(), column.max(), column[-1])))
-            )
     if rows:
-        head = ("sensor", "least", "greatest", "at the end")
-        wide = [max(len(row[k]) for row in (head, *rows)) for k in range(4)]
-        lines += [
-            "  ".join([row[0].ljust(wide[0]), *(row[k].rjust(wide[k]) for k in (1, 2, 3))])
-            for row in (head, *rows)
-        ]
+        lines += aligned([("sensor", "least", "greatest", "at the end"), *rows])
+    if zero:
+        lines.append(f"({zero} columns are zero throughout)")
     lines.append(f"Run folder: {folder}. ParaView files: flexmb export {folder} --vtk")
     return "\n".join(lines)
+
+
+def aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    """Return rows of cells as lines of columns, the first to the left, the others to the right."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows)]
+    return [
+        "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, widths)))
+        for row in rows
+    ]

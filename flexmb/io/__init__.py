@@ -3,12 +3,13 @@
 from flexmb.io.file_parameters import parse_setting
 from flexmb.io.model_file import load_model, load_simulation, read_model_text
 from flexmb.io.save_model import model_text, save_model
-from flexmb.io.sensor_tables import write_table
+from flexmb.io.sensor_tables import labels, write_table
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.vtk_output import write_vtk
 
 __all__ = [
     "Simulation",
+    "labels",
     "load_model",
     "load_simulation",
     "model_text",

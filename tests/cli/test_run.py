@@ -222,9 +222,9 @@ def test_an_interrupted_run_stays_readable(fall, tmp_path, number):
         "run",
         "fall.toml",
         "--t-end",
-        "1e6",
+        "1e5",
         "--samples",
-        "2000001",
+        "200001",
         "--out",
         "one",
     ]
