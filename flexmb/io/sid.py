@@ -66,7 +66,7 @@ def write_sid(data: ModalNeutralData, path: str | Path) -> Path:
 
 def _node_blocks(data: ModalNeutralData, number: int) -> dict:
     translation, rotation = data.marker_translations[number], data.marker_rotations[number]
-    stiff = [None, None]
+    stiff: list[np.ndarray | None] = [None, None]
     if data.geometric is not None and number < data.n_interfaces:  # on the side of the forces: minus
         stiff = [-data.geometric.interface[number, s].transpose(2, 0, 1) for s in (slice(0, 3), slice(3, 6))]
     return {

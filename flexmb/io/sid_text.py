@@ -97,7 +97,9 @@ def read_sid_text(text: str, part: str) -> SidText:
 
 def _parse(text: str, part: str):
     """Return the raw Taylor blocks (node, name, sizes, entries) and the plain values."""
-    sid, raw, node, current = SidText(), [], None, None
+    sid, raw = SidText(), []
+    node: str | None = None
+    current: tuple[str | None, str, dict, list] | None = None
     lines = text.splitlines()[1:]
     for line in (line.strip() for line in lines):
         if line in _TAYLOR and current is None:

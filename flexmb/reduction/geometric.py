@@ -46,7 +46,9 @@ def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> n
     out = np.zeros((static.shape[1], shapes.shape[1], shapes.shape[1]))
     for coupling, marker in zip(body.couplings, interfaces, strict=True):
         rows = coupling.rows[fe.dofs[coupling.rows, 1] < 3]
-        if coupling.averaging or len(coupling.nodes) == 1:  # an average prescribes nothing; one node has no arm
+        if (
+            coupling.averaging or len(coupling.nodes) == 1
+        ):  # an average prescribes nothing; one node has no arm
             continue
         node, direction = fe.dofs[rows, 0], fe.dofs[rows, 1]
         held = fe.K[rows] @ static - direct[rows]

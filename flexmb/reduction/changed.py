@@ -1,0 +1,221 @@
+"""Reduced bodies in other axes or units: moved, mirrored, rescaled, without a new reduction.
+
+With new axes x' = Q (x - p), det Q = s (s = -1 for a mirror), the velocities of the body change by a constant matrix,
+u = H u' with H = [[Q^T, p~ s Q^T, 0], [0, s Q^T, 0], [0, 0, I]], and every coefficient of the body mass matrix becomes
+H^T (.) H.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ReductionError
+from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+
+__all__ = ["mirrored", "moved", "rescaled"]
+
+_TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of stress xx, yy, zz, xy, yz, zx
+
+
+def moved(data: ModalNeutralData, rotation: Any = None, origin: Any = (0.0, 0.0, 0.0)) -> ModalNeutralData:
+    """Return the data in other body axes.
+
+    Parameters
+    ----------
+    rotation : (3, 3), rotation vector (3,), scipy Rotation, or None
+        Orientation of the new axes in the old ones.
+    origin : (3,), m
+        Origin of the new axes in the old ones.
+    """
+    from scipy.spatial.transform import Rotation
+
+    if rotation is None:
+        axes = np.eye(3)
+    elif isinstance(rotation, Rotation):
+        axes = rotation.as_matrix()
+    else:
+        given = np.asarray(rotation, float)
+        axes = Rotation.from_rotvec(given).as_matrix() if given.shape == (3,) else given
+    if axes.shape != (3, 3) or np.abs(axes.T @ axes - np.eye(3)).max() > 1e-9 or np.linalg.det(axes) < 0.0:
+        raise ReductionError(
+            f"Modal neutral data '{data.name}'",
+            found=f"a rotation {np.array2string(np.asarray(axes), precision=4)}",
+            expected="a proper orthogonal matrix (3, 3), a rotation vector (3,) or a scipy Rotation",
+            remedy="Use reduction.mirrored for reflections",
+        )
+    return _in_axes(data, axes.T, np.asarray(origin, float))
+
+
+def mirrored(data: ModalNeutralData, normal: Any, name: str | None = None) -> ModalNeutralData:
+    """Return the mirror image at the plane through the origin with the normal (3,): the part of the other side."""
+    n = np.asarray(normal, float)
+    if n.shape != (3,) or not np.linalg.norm(n) > 0.0:
+        raise ReductionError(
+            f"Modal neutral data '{data.name}'",
+            found=f"the normal {normal!r}",
+            expected="three numbers, not all zero",
+            remedy="Give the normal of the mirror plane in body axes, e.g. (0, 1, 0)",
+        )
+    n = n / np.linalg.norm(n)
+    image = _in_axes(data, np.eye(3) - 2.0 * np.outer(n, n), np.zeros(3))
+    return replace(image, name=name or data.name)
+
+
+def rescaled(
+    data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, time: float = 1.0
+) -> ModalNeutralData:
+    """Return the data in other units: how many new units one old unit of length, mass and time is.
+
+    From tonnes, millimetres, seconds to SI: ``rescaled(data, length=1e-3, mass=1e3)``. Load shapes keep the unit in
+    which their intensity is counted.
+    """
+    if not min(length, mass, time) > 0.0:
+        raise ReductionError(
+            f"Modal neutral data '{data.name}'",
+            found=f"unit factors {length!r}, {mass!r}, {time!r}",
+            expected="positive numbers",
+            remedy="A millimetre is 1e-3 of a metre: length=1e-3",
+        )
+    L, m, t = length, mass, time
+    power = {"vv": 0, "vw0": 1, "vw1": 0, "vn": 0, "ww0": 2, "ww1": 1, "ww2": 0, "wn0": 1, "wn1": 0, "nn": 0}
+    invariants = InertiaInvariants(
+        **{key: getattr(data.invariants, key) * m * L**p for key, p in power.items()}
+    )
+    geometric = data.geometric
+    if geometric is not None:
+        fields_ = np.where(np.arange(12) < 3, m / L, m)[:, None, None]
+        loads = np.where(np.arange(6) < 3, 1.0 / L, 1.0 / L**2)[:, None, None]
+        geometric = GeometricStiffness(
+            inertia=geometric.inertia * fields_,
+            interface=geometric.interface * loads,
+            loads=geometric.loads * m / t**2,
+            preload=geometric.preload * m / t**2,
+        )
+    force = (
+        m
+        * L
+        / t**2
+        * np.where((np.arange(6 + data.n_modes) >= 3) & (np.arange(6 + data.n_modes) < 6), L, 1.0)
+    )
+    return _with_quality(
+        replace(
+            data,
+            nodes=data.nodes * L,
+            marker_positions=data.marker_positions * L,
+            rotation_shapes=None if data.rotation_shapes is None else data.rotation_shapes / L,
+            marker_rotations=data.marker_rotations / L,
+            stiffness=data.stiffness * m / t**2,
+            frequencies=data.frequencies / t,
+            invariants=invariants,
+            geometric=geometric,
+            load_shapes=data.load_shapes * force,
+            stress_modes=None if data.stress_modes is None else data.stress_modes * m / (L * t) ** 2,
+        )
+    )
+
+
+def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutralData:
+    s = float(np.sign(np.linalg.det(Q)))
+    loads = data.load_shapes.copy()
+    loads[:, :3] = data.load_shapes[:, :3] @ Q.T
+    loads[:, 3:6] = s * (data.load_shapes[:, 3:6] - np.cross(p, data.load_shapes[:, :3])) @ Q.T
+    turn = lambda shapes, sign=1.0: sign * np.einsum("ab,nbj->naj", Q, shapes)  # noqa: E731
+    return _with_quality(
+        replace(
+            data,
+            nodes=(data.nodes - p) @ Q.T,
+            shapes=turn(data.shapes),
+            rotation_shapes=None if data.rotation_shapes is None else turn(data.rotation_shapes, s),
+            marker_positions=(data.marker_positions - p) @ Q.T,
+            marker_translations=turn(data.marker_translations),
+            marker_rotations=turn(data.marker_rotations, s),
+            invariants=_invariants(data.invariants, Q, p, s),
+            geometric=None if data.geometric is None else _geometric(data.geometric, Q, p, s),
+            load_shapes=loads,
+            stress_modes=None if data.stress_modes is None else _stress(data.stress_modes, Q),
+        )
+    )
+
+
+def _invariants(i: InertiaInvariants, Q: np.ndarray, p: np.ndarray, s: float) -> InertiaInvariants:
+    m = len(i.nn)
+    zero = np.zeros((3, m))
+    H = np.eye(6 + m)
+    H[:3, :3], H[3:6, 3:6] = Q.T, s * Q.T
+    H[:3, 3:6] = s * np.column_stack([np.cross(p, axis) for axis in np.eye(3)]) @ Q.T
+    constant = np.block([[i.vv, i.vw0, i.vn], [i.vw0.T, i.ww0, i.wn0], [i.vn.T, i.wn0.T, i.nn]])
+    constant = H.T @ constant @ H
+    first = [
+        np.block([[np.zeros((3, 3)), vw, zero], [vw.T, ww, wn], [zero.T, wn.T, np.zeros((m, m))]])
+        for vw, ww, wn in zip(i.vw1, i.ww1, i.wn1, strict=True)
+    ]
+    linear = H.T @ np.array(first).reshape(m, 6 + m, 6 + m) @ H
+    v, w, n = slice(0, 3), slice(3, 6), slice(6, None)
+    return InertiaInvariants(
+        vv=constant[v, v],
+        vw0=constant[v, w],
+        vn=constant[v, n],
+        ww0=constant[w, w],
+        wn0=constant[w, n],
+        nn=constant[n, n],
+        vw1=linear[:, v, w],
+        ww1=linear[:, w, w],
+        wn1=linear[:, w, n],
+        ww2=Q @ i.ww2 @ Q.T,
+    )
+
+
+def _geometric(g: GeometricStiffness, Q: np.ndarray, p: np.ndarray, s: float) -> GeometricStiffness:
+    """Loads of the old axes from those of the new: A = Q^T A' - B p, B = Q^T B' Q, f = Q^T f', moment s Q^T m'."""
+    uniform, gradient = g.inertia[:3], g.inertia[3:].reshape(3, 3, *g.inertia.shape[1:])
+    gradient = gradient - np.einsum("kab,l->klab", uniform, p)
+    inertia = np.concatenate(
+        [
+            np.einsum("ik,kab->iab", Q, uniform),
+            np.einsum("ik,jl,klab->ijab", Q, Q, gradient).reshape(9, *g.inertia.shape[1:]),
+        ]
+    )
+    interface = np.concatenate(
+        [
+            np.einsum("ik,nkab->niab", Q, g.interface[:, :3]),
+            s * np.einsum("ik,nkab->niab", Q, g.interface[:, 3:]),
+        ],
+        axis=1,
+    )
+    return GeometricStiffness(inertia=inertia, interface=interface, loads=g.loads, preload=g.preload)
+
+
+def _stress(modes: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    tensor = np.einsum("ia,jb,nabk->nijk", Q, Q, modes[:, _TENSOR])
+    rows = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]
+    return np.stack([tensor[:, a, b] for a, b in rows], axis=1)
+
+
+def _with_quality(data: ModalNeutralData) -> ModalNeutralData:
+    """Bring the numbers of the report that depend on axes and units up to date."""
+    if not data.quality:
+        return data
+    mass = {
+        "mass": data.mass,
+        "center_of_mass": data.center_of_mass.tolist(),
+        "inertia": data.inertia.tolist(),
+    }
+    factor = data.frequencies[0] / data.quality["modes"][0]["frequency"] if data.n_modes else 1.0
+    scale = lambda rows, keys: [{**row, **{key: row[key] * factor for key in keys}} for row in rows]  # noqa: E731
+    interfaces = [
+        {**row, "position": position.tolist()}
+        for row, position in zip(data.quality["interfaces"], data.marker_positions)
+    ]
+    return replace(
+        data,
+        quality={
+            **data.quality,
+            "mass": mass,
+            "interfaces": interfaces,
+            "modes": scale(data.quality["modes"], ["frequency"]),
+            "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
+        },
+    )

@@ -1,0 +1,149 @@
+"""Data in other axes or units equal the reduction of the FE model in these axes or units."""
+
+import numpy as np
+import pytest
+from reduction.solids import STEEL, block_mesh
+from scipy.spatial.transform import Rotation
+
+from flexmb import fem, reduction
+from flexmb.errors import ReductionError
+from flexmb.model.material import Material
+
+OPTIONS = {
+    "modes": 3,
+    "geometric_stiffness": True,
+    "loads": {"air": "top"},
+    "stations": {"m": "mid"},
+    "compare": 2,
+}
+
+
+def reduced(points=lambda x: x, material=STEEL, **options):
+    mesh = block_mesh((0.4, 0.06, 0.04), (4, 2, 1))
+    cells, tops = mesh.cells[0][1], mesh.facet_sets["top"]
+    moved = points(mesh.points)
+    if (
+        np.linalg.det(points(np.eye(3)) - points(np.zeros((3, 3)))) < 0
+    ):  # a mirror turns cells and facets inside out
+        cells, tops = cells[:, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]], tops[:, [0, 2, 1, 5, 4, 3]]
+    model = fem.solid(
+        fem.Mesh(
+            points=moved, cells=(("tetra10", cells),), node_sets=mesh.node_sets, facet_sets={"top": tops}
+        ),
+        material,
+    )
+    return reduction.reduce(model, {"a": "left", "b": "right"}, **(OPTIONS | options))
+
+
+def assert_same_body(found, expected, tolerance=1e-7):
+    """Equal up to the signs of the modes."""
+    signs = np.sign(np.einsum("naj,naj->j", found.shapes, expected.shapes))
+    for name in ("nodes", "marker_positions", "frequencies"):
+        np.testing.assert_allclose(
+            getattr(found, name), getattr(expected, name), atol=1e-9 * np.abs(getattr(expected, name)).max()
+        )
+    both = np.outer(signs, signs)
+
+    def close(a, b, sign, name):
+        np.testing.assert_allclose(
+            a * sign, b, atol=tolerance * max(np.abs(b).max(initial=0.0), 1e-12), err_msg=name
+        )
+
+    for name in ("shapes", "marker_translations", "marker_rotations", "stress_modes"):
+        close(getattr(found, name), getattr(expected, name), signs, name)
+    close(found.load_shapes, expected.load_shapes, np.r_[np.ones(6), signs], "load_shapes")
+    i, j = found.invariants, expected.invariants
+    size = np.abs(j.ww0).max()
+    for name, sign in (
+        ("vv", 1),
+        ("vw0", 1),
+        ("ww0", 1),
+        ("vw1", signs[:, None, None]),
+        ("ww1", signs[:, None, None]),
+        ("ww2", both[:, :, None, None]),
+        ("nn", both),
+        ("wn1", signs[:, None, None] * signs),
+    ):
+        np.testing.assert_allclose(
+            getattr(i, name) * sign, getattr(j, name), atol=tolerance * max(size, 1.0), err_msg=name
+        )
+    for name, sign in (("inertia", both), ("interface", both), ("loads", both), ("preload", both)):
+        close(getattr(found.geometric, name), getattr(expected.geometric, name), sign, name)
+    np.testing.assert_allclose(
+        found.quality["mass"]["inertia"], expected.quality["mass"]["inertia"], atol=1e-9 * size
+    )
+    np.testing.assert_allclose(
+        found.quality["modes"][0]["frequency"], expected.quality["modes"][0]["frequency"], rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("frame", ["buckens", "a"])
+def test_moved(frame):
+    turn, origin = Rotation.from_rotvec([0.3, -0.8, 0.5]), np.array([0.1, -0.3, 0.2])
+    expected = reduced(lambda x: turn.inv().apply(x - origin), frame=frame)
+    found = reduced(frame=frame)
+    for rotation in (turn, turn.as_matrix(), turn.as_rotvec()):
+        assert_same_body(reduction.moved(found, rotation, origin), expected)
+
+
+def test_there_and_back():
+    data = reduced()
+    turn = Rotation.from_rotvec([0.3, -0.8, 0.5])
+    there = reduction.moved(data, turn, (0.1, 0.2, 0.3))
+    assert_same_body(reduction.moved(there, turn.inv(), -turn.inv().apply([0.1, 0.2, 0.3])), data, 1e-12)
+
+
+def test_mirrored():
+    n = np.array([0.6, 0.0, 0.8])
+    expected = reduced(lambda x: x - 2 * np.outer(x @ n, n))
+    image = reduction.mirrored(reduced(), 2 * n, name="right")
+    assert image.name == "right"
+    assert_same_body(image, expected)
+
+
+def test_rescaled_from_tonnes_and_millimetres():
+    """The same part in mm, t, s (E in MPa, density in t/mm3) is the SI part after rescaling."""
+    odd = Material(young=210e3, poisson=0.3, density=7.85e-9)
+    data = reduced(lambda x: 1e3 * x, odd)
+    found, expected = reduction.rescaled(data, length=1e-3, mass=1e3), reduced()
+    np.testing.assert_allclose(found.frequencies, expected.frequencies, rtol=1e-9)
+    np.testing.assert_allclose(found.mass, expected.mass, rtol=1e-12)
+    np.testing.assert_allclose(found.inertia, expected.inertia, atol=1e-12)
+    np.testing.assert_allclose(
+        np.diag(found.stiffness) / np.diag(found.invariants.nn), np.diag(expected.stiffness), rtol=1e-9
+    )
+    tip = [
+        d.marker_translations[1] @ np.linalg.solve(d.stiffness, d.marker_translations[1].T)
+        for d in (found, expected)
+    ]
+    np.testing.assert_allclose(tip[0], tip[1], atol=1e-9 * np.abs(tip[1]).max())  # flexibility, m/N
+    turn = [
+        d.marker_rotations[1] @ np.linalg.solve(d.stiffness, d.marker_translations[1].T)
+        for d in (found, expected)
+    ]
+    np.testing.assert_allclose(turn[0], turn[1], atol=1e-9 * np.abs(turn[1]).max())  # rad/N
+    unit = np.sqrt(np.diag(found.invariants.nn))  # modes of unit mass in tonnes have 1000 kg
+    both = np.outer(unit, unit)
+    signs = np.sign(np.einsum("naj,naj->j", found.shapes, expected.shapes))
+    signs = np.outer(signs, signs)
+    for name in ("inertia", "interface"):
+        a, b = getattr(found.geometric, name) / both * signs, getattr(expected.geometric, name)
+        np.testing.assert_allclose(a, b, atol=1e-7 * np.abs(b).max(), err_msg=name)
+    stress = found.stress_modes @ np.linalg.solve(found.stiffness, found.marker_translations[1, 2])
+    np.testing.assert_allclose(
+        stress,
+        expected.stress_modes @ np.linalg.solve(expected.stiffness, expected.marker_translations[1, 2]),
+        atol=1e-7 * np.abs(stress).max(),
+    )
+
+
+def test_refused_changes():
+    data = reduced()
+    with pytest.raises(
+        ReductionError, match=r"(?s)a rotation .*a proper orthogonal matrix.*Use reduction\.mirrored"
+    ):
+        reduction.moved(data, np.diag([1.0, 1.0, -1.0]))
+    with pytest.raises(ReductionError, match=r"the normal \(0, 0, 0\)\. three numbers, not all zero"):
+        reduction.mirrored(data, (0, 0, 0))
+    with pytest.raises(ReductionError, match=r"unit factors 0\.0, 1\.0, 1\.0\. positive numbers"):
+        reduction.rescaled(data, length=0.0)
