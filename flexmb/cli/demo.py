@@ -3,8 +3,8 @@
 An elastic lever, reduced from a mesh of quadratic tetrahedra, drives a carriage along its rail by a strut; a pendulum
 guides the rear of the flap. The flap extends from retracted to landing under airload, in compressed time.
 
-The folder holds the model file and the reduced lever: change them and run them again,
-flexmb run demo/flap_station.toml --set lever_length=0.58
+The folder holds the mesh, the reduced lever and the model file: change them and run them again,
+flexmb run demo/flap_station.toml --set duration=2
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ NAME = "demo"
 SUMMARY = "the flap station of a transport aircraft, from mesh to ParaView"
 
 DATA = Path(__file__).parent / "demo_data"
-STATION, LEVER = "flap_station.toml", "lever.h5"
+STATION, MESH, LEVER = "flap_station.toml", "lever_arm.msh", "lever.h5"
 ROWS = 11
+CAMERA = (0.16, -1.0, 0.24)
+"""Direction to look from: along the hinges, a little from behind and above."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,47 +37,74 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    began = time.perf_counter()
     folder = Path(arguments.out)
     run = new_run(folder / "run", DATA / STATION)
-    shutil.copyfile(DATA / STATION, folder / STATION)
+    clock = _Clock()
+    for name in (STATION, MESH):
+        shutil.copyfile(DATA / name, folder / name)
 
     print("1  Mesh to flexible body")
-    lever = _reduced_lever(folder / LEVER)
+    lever = _reduced_lever(folder)
     print(
-        f"   {len(lever.nodes)} nodes, {lever.mass:.3f} kg -> {lever.n_modes} flexible coordinates, "
-        f"first frequency {lever.frequencies[0]:.1f} Hz (free)"
+        f"   {MESH}: {len(lever.nodes)} nodes, {lever.mass:.2f} kg -> {LEVER}: {lever.n_modes} flexible "
+        f"coordinates, first frequency {lever.frequencies[0]:.1f} Hz (free)"
     )
+    clock.stop("reduction")
 
     print("2  Mechanism")
     model = fmb.load_model(folder / STATION)
     print("   " + str(fmb.check(model)).replace("\n", "\n   "))
+    clock.stop("check")
 
     print("3  Motion and loads")
-    simulation = fmb.load_simulation(folder / STATION)
     with Log(run / LOG) as log:
-        solution = record(model, simulation, run, log)
+        solution = record(model, fmb.load_simulation(folder / STATION), run, log)
     print("\n".join("   " + line for line in _table(solution)))
     print(f"   {solution.status}")
+    clock.stop("simulation")
 
     print("4  Pictures and ParaView")
     _draw(solution, folder / "flap_station.png")
+    clock.stop("picture")
     target = fmb.write_vtk(solution, folder / "flap_station.pvd", every=2)
-    print(f"   Open in ParaView: {target}")
+    other = fmb.write_vtk(solution, folder / "flap_station.vtkhdf", every=2)
+    clock.stop("ParaView files")
     print(f"   Run folder: {run} (sensors.csv, solution.h5, model.toml, log.txt)")
-    print(
-        f"Done in {time.perf_counter() - began:.1f} s. Go on: flexmb run {folder / STATION} --set damping=0.05"
-    )
+    print(f"   ParaView: open {target} and press Play (the same as VTKHDF: {other})")
+    print(clock)
+    print(f"Go on: flexmb run {folder / STATION} --set duration=2 --out {folder / 'slower'}")
     return exit_code(solution)
 
 
-def _reduced_lever(path: Path) -> fmb.ModalNeutralData:
+class _Clock:
+    """The seconds of every stage, and of compiling kernels."""
+
+    def __init__(self):
+        from flexmb.math import watch_compilation
+
+        self.compiling = watch_compilation(lambda: print("   compiling kernels, first run only"))
+        self.began = self.last = time.perf_counter()
+        self.stages: list[str] = []
+
+    def stop(self, stage: str) -> None:
+        """End a stage."""
+        now = time.perf_counter()
+        self.stages.append(f"{stage} {now - self.last:.1f}")
+        self.last = now
+
+    def __str__(self) -> str:
+        compiling = self.compiling()
+        kernels = f"cold: {compiling:.1f} s of it compiling" if compiling else "warm: kernels from the cache"
+        return f"Done in {self.last - self.began:.1f} s ({kernels}): {', '.join(self.stages)} s"
+
+
+def _reduced_lever(folder: Path) -> fmb.ModalNeutralData:
     """Reduce the lever's mesh and write the flexible body."""
     from flexmb import fem, reduction
 
     with ProgressBar() as progress:
         progress("reading the mesh", 0.0)
-        fe = fem.solid(fem.read_mesh(DATA / "lever_arm.msh"), fmb.MATERIALS["titanium"])
+        fe = fem.solid(fem.read_mesh(folder / MESH), fmb.MATERIALS["titanium"])
         data = reduction.reduce(
             fe,
             interfaces={"root": "bore_root", "tip": "bore_tip"},
@@ -83,24 +112,24 @@ def _reduced_lever(path: Path) -> fmb.ModalNeutralData:
             geometric_stiffness=True,
             progress=progress,
         )
-    data.save(path)
+    data.save(folder / LEVER)
     return data
 
 
 def _table(solution: fmb.Solution) -> list[str]:
-    """Return angles, stroke and forces over the extension as lines."""
+    """Return progress, angles, forces and stress over the extension as lines."""
     import numpy as np
 
-    degree = np.pi / 180.0
+    known, degree = solution.model.parameters, np.pi / 180.0
     columns = {
         "t [s]": solution.t,
+        "progress [-]": (solution["lever angle"] - known["lever_start"]) / known["lever_range"],
         "lever [deg]": solution["lever angle"] / degree,
         "flap [deg]": solution["flap angle"] / degree,
-        "stroke [m]": solution["carriage stroke"],
         "strut [kN]": solution["strut force"][:, 0] / 1e3,
         "pendulum [kN]": solution["pendulum force"][:, 0] / 1e3,
         "torque [kN m]": solution["actuator torque"][:, 5] / 1e3,
-        "lever bends [mm]": solution["lever deflection"][:, 2] * 1e3,
+        "lever stress [MPa]": solution["lever stress"] / 1e6,
     }
     chosen = np.unique(np.linspace(0, len(solution.t) - 1, ROWS).round().astype(int))
     return aligned(
@@ -114,6 +143,7 @@ def _draw(solution: fmb.Solution, path: Path) -> None:
 
     first, last = solution.t[0], solution.t[-1]
     try:
-        print(f"   Picture: {view.overlay(solution, path, times=[first, 0.5 * (first + last), last])}")
+        times = [first, 0.5 * (first + last), last]
+        print(f"   Picture: {view.overlay(solution, path, times=times, camera=CAMERA)}")
     except FlexmbError as error:
         print(f"   No picture. {error}")
