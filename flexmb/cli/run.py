@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import flexmb as fmb
+from flexmb.cli.interruption import Interruption
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, new_run
@@ -71,27 +72,32 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
 
 def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
     """Return the solution; after a failure or an interruption what had been computed until then."""
-    try:
-        with ProgressBar() as progress:
+    with ProgressBar() as bar, Interruption() as interruption:
+
+        def progress(t: float, t_end: float) -> None:
+            interruption.look()
+            bar("simulating", t / t_end)
+
+        try:
             return fmb.simulate(
                 model,
                 **simulation.keywords(),
                 output=folder / SOLUTION,
                 write_model=fmb.model_text,
-                progress=lambda t, t_end: progress("simulating", t / t_end),
+                progress=progress,
             )
-    except IntegrationError as error:
-        log.line(str(error))
-        print(f"flexmb run: {error}", file=sys.stderr)
-        if error.solution is None:
-            raise
-        return error.solution
-    except KeyboardInterrupt:
-        log.line("interrupted")
-        try:
-            return fmb.Solution.load(folder / SOLUTION, model=model)
-        except DataFileError:  # before the first sample
-            raise KeyboardInterrupt from None
+        except IntegrationError as error:
+            log.line(str(error))
+            print(f"flexmb run: {error}", file=sys.stderr)
+            if error.solution is None:
+                raise
+            return error.solution
+        except KeyboardInterrupt:
+            log.line("interrupted")
+            try:
+                return fmb.Solution.load(folder / SOLUTION, model=model)
+            except DataFileError:  # before the first sample
+                raise KeyboardInterrupt from None
 
 
 def _summary(solution: fmb.Solution, folder: Path) -> str:

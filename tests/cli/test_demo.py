@@ -51,7 +51,7 @@ def test_energy_balance(demo):
     s = open_run(demo / "run")
     total = s["total energy"] - s["total energy"][0]
     works = s["work of the drive"] + s["work of the airload"] - s["dissipated energy"]
-    assert np.abs(total - works).max() < 1e-3 * np.abs(s["work of the airload"]).max()
+    assert np.abs(total - works).max() < 1e-4 * np.abs(s["work of the airload"]).max()
 
 
 def test_files(demo):
