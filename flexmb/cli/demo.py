@@ -26,7 +26,7 @@ SUMMARY = "the flap station of a transport aircraft, from mesh to ParaView"
 DATA = Path(__file__).parent / "demo_data"
 STATION, MESH, LEVER = "flap_station.toml", "lever_arm.msh", "lever.h5"
 ROWS = 11
-CAMERA = (0.16, -1.0, 0.24)
+CAMERA = (0.2, -1.0, 0.27)
 """Direction to look from: along the hinges, a little from behind and above."""
 
 

@@ -14,7 +14,9 @@ __all__ = ["Look", "Stage", "camera_position"]
 VIEW_ANGLE = 20.0  # degrees; a long lens keeps parallel links nearly parallel
 
 MEGA = 1e-6
-COLORS = {"flexible": "#6f9fc8", "rigid": "#a3acb5", "joints": "#33404d", "springs": "#c98a2b", "supports": "#6b747d"}
+COLORS = {"flexible": "#6f9fc8", "joints": "#33404d", "springs": "#c98a2b", "supports": "#8b949d"}
+RIGID = ("#9fb1c2", "#c98f5a", "#7fa593", "#e9e6dd", "#9d93b4", "#c7b979")
+"""Rigid bodies take these colours one after the other, so that neighbours are told apart."""
 ELASTIC_LABEL = "von Mises stress [MPa]"
 
 
@@ -102,6 +104,10 @@ class Stage:
             points = points + (self.scale - 1.0) * snapshot.displacement
         return points, None if snapshot.von_mises is None else MEGA * snapshot.von_mises
 
+    def _color(self, part) -> str:
+        rigid = [other.name for other in self.scene.parts if other.look == "rigid"]
+        return COLORS[part.look] if part.look in COLORS else RIGID[rigid.index(part.name) % len(RIGID)]
+
     def _add(self, part, frame, look):
         import pyvista
 
@@ -114,7 +120,7 @@ class Stage:
         grid.point_data["number"] = np.arange(len(points), dtype=float)
         surface = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=1)
         ids = np.rint(surface.point_data.pop("number")).astype(int)
-        shading: dict[str, Any] = {"color": look.color or COLORS[part.look]}
+        shading: dict[str, Any] = {"color": look.color or self._color(part)}
         if mises is not None and look.color is None and self.largest_stress > 0.0:
             surface.point_data[ELASTIC_LABEL] = mises[ids]
             shading = {"scalars": ELASTIC_LABEL, "cmap": _colors(), "clim": (0.0, MEGA * self.largest_stress),
