@@ -138,7 +138,7 @@ def _one_set_of_markers(grounds) -> dict[str, Pose]:
     return markers
 
 
-def _placed_part(part: Part, prefix: str, names: set[str], pose: Pose) -> Part:
+def _placed_part(part: Any, prefix: str, names: set[str], pose: Pose) -> Part:
     """Return the part with its own and all referred names prefixed, and world vectors turned."""
     values: dict[str, Any] = {}
     for name, value in part.fields().items():

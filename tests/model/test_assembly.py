@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tolerances import MACHINE
 
-from flexmb.bodies import Ground, PointMass, RigidBody
+from flexmb.bodies import Box, Ground, PointMass, RigidBody
 from flexmb.errors import ModelError
 from flexmb.events import Change, Event, Lock, Release, Stop
 from flexmb.forces import PointLoad, SpringDamper
@@ -106,6 +106,12 @@ def test_sum_has_one_ground(arm):
     assert both.parameters == {"left_length": 1.0, "right_length": 1.0}
     assert len((Model() + arm).bodies) == 3
     assert (Model() + arm).gravity == arm.gravity
+
+
+def test_what_is_drawn_of_the_ground_goes_along(arm):
+    drawn = arm.changed("ground", shape=[Box(size=(1, 1, 1)), Box(size=(2, 2, 2), on="A")])
+    both = drawn.placed("left") + drawn.placed("right", at=(0, 1, 0))
+    assert [shape.on for shape in both.bodies[0].shape] == ["left_origin", "left_A", "right_origin", "right_A"]
 
 
 def test_one_name_for_two_places(arm):
