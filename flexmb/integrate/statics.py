@@ -22,7 +22,8 @@ __all__ = ["statics"]
 def _rates_of_drives(system, state, work) -> np.ndarray:
     """Return the velocity (nu,) of least kinetic energy that the drives ask for, without deformation rates.
 
-    Deformation is made heavy for that: a reduced body then turns with its drive instead of bending at the hub.
+    A reduced body thus turns with its drive instead of bending at the hub; only where a mechanism cannot move at all
+    without deforming, deformation rates are let in.
     """
     work.coefficients[3] = 0.0
     evaluate(system.program, state, work)
@@ -30,18 +31,24 @@ def _rates_of_drives(system, state, work) -> np.ndarray:
     if not np.any(rate):
         return np.zeros(system.nu)
     tangent = tangent_at(system, state, work)
-    heavy = np.zeros(system.nu)
+    stiff = np.ones(system.nu, bool)
     for body in system.model.bodies:
         if body.has_frame and body.n_vector:
             span = system.body_slices[body.name][1]
-            heavy[span.start + 6 : span.stop] = 1e8 * tangent.M.diagonal()[span.start + 6 : span.stop]
-    matrix = _saddle(tangent.M + sparse.diags(heavy), tangent, 1e-18)
-    return splu(matrix).solve(np.concatenate([np.zeros(system.nu), -rate]))[: system.nu]
+            stiff[span.start + 6 : span.stop] = False
+    for moving in (stiff, np.ones(system.nu, bool)):
+        M, G, u = tangent.M[moving][:, moving], tangent.G[:, moving], np.zeros(system.nu)
+        right = np.concatenate([np.zeros(M.shape[0]), -rate])
+        u[moving] = splu(_saddle(M, G.T, G, 1e-12)).solve(right)[: M.shape[0]]
+        if np.max(np.abs(tangent.G @ u + rate)) <= 1e-6 * np.max(np.abs(rate)):
+            break
+    return u
 
 
-def _saddle(block, tangent, epsilon: float) -> sparse.csc_matrix:
-    scale = epsilon * max(1e-300, abs(block).max())
-    return sparse.bmat([[block, -tangent.L], [tangent.G, -scale * sparse.identity(tangent.G.shape[0])]], format="csc")
+def _saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
+    """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations from being singular."""
+    r = epsilon * (abs(G).power(2) @ (1.0 / np.maximum(np.abs(block.diagonal()), 1e-300)))
+    return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 
 
 def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations: int = 400,
@@ -122,7 +129,7 @@ class _Descent:
         """Move by one iteration, at most three tenths of the model's size; never done by itself."""
         block = self.tangent.M / self.step**2 + self.tangent.K
         try:
-            x = splu(_saddle(block, self.tangent, 1e-13)).solve(-np.concatenate([self.force, self.g]))
+            x = splu(_saddle(block, self.tangent.L, self.tangent.G, 1e-12)).solve(-np.concatenate([self.force, self.g]))
         except RuntimeError:  # exactly singular: more inertia helps
             self.step *= 0.5
             return False
