@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
+from flexmb.reduction.cache import kept
 from flexmb.reduction.damping import damping_ratios
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
 from flexmb.reduction.interfaces import Coupling, resolve
@@ -32,8 +34,8 @@ def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo =
            geometric_stiffness: bool = False, stations: Mapping[str, Any] | None = None,
            loads: Mapping[str, Any] | None = None, frame: str = "buckens", damping: Any = None,
            stress: bool = True, residual_vectors: Sequence[str] = (), preload: Mapping[str, float] | None = None,
-           compare: int = 6, backend: Backend | None = None, progress: Progress | None = None,
-           ) -> ModalNeutralData:  # fmt: skip
+           compare: int = 6, cache: str | Path | None = None, backend: Backend | None = None,
+           progress: Progress | None = None) -> ModalNeutralData:  # fmt: skip
     """Reduce an FE model by Craig-Bampton modes to the data of a flexible body (docs/theory/reduction.md).
 
     Parameters
@@ -58,6 +60,8 @@ def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo =
         Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
+    cache : path or None
+        Folder in which reduced bodies are kept by content: the same model and settings are reduced once.
     backend, progress : Backend, callable (stage, fraction), or None
         Sparse factorisation, see flexmb.math.factor; what to call as the work goes on.
 
@@ -71,36 +75,65 @@ def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo =
     ReductionError
         The interfaces or the FE model do not allow it; the message names the place.
     """
-    say = progress or (lambda stage, fraction: None)
-    stations, loads, choice = stations or {}, loads or {}, parse_modes(modes)
-    _check_names(interfaces, stations, loads, frame, residual_vectors, preload)
+    settings = _Settings(interfaces, parse_modes(modes), geometric_stiffness, stations or {}, loads or {}, frame,
+                         damping, stress, tuple(residual_vectors), preload or {}, compare)  # fmt: skip
+    _check_names(settings)
+    if cache is None:
+        return _reduced(fe, settings, backend, progress or _silent)
+    return kept(cache, fe, (settings,), lambda: _reduced(fe, settings, backend, progress or _silent))
+
+
+@dataclass(frozen=True, eq=False)
+class _Settings:
+    """What `reduce` is asked for, apart from how it is computed."""
+
+    interfaces: Mapping[str, Any]
+    modes: int | UpTo
+    geometric_stiffness: bool
+    stations: Mapping[str, Any]
+    loads: Mapping[str, Any]
+    frame: str
+    damping: Any
+    stress: bool
+    residual_vectors: tuple[str, ...]
+    preload: Mapping[str, float]
+    compare: int
+
+
+def _silent(stage: str, fraction: float) -> None:
+    """Say nothing."""
+
+
+def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progress) -> ModalNeutralData:
     say("interfaces", 0.0)
-    couplings = resolve(fe, interfaces)
-    markers = interface_motions(fe, couplings) + station_motions(fe, stations)
-    forces = load_vectors(fe, loads)
+    couplings = resolve(fe, asked.interfaces)
+    markers = interface_motions(fe, couplings) + station_motions(fe, asked.stations)
+    forces = load_vectors(fe, asked.loads)
+    names = list(asked.loads)
     say("factorisation and constraint modes", 0.05)
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
-    normal, exact = choose_modes(body, choice)
-    normal = with_residuals(body, normal, forces[:, [list(loads).index(name) for name in residual_vectors]])
-    clamped = None if frame == "buckens" else _frame_interface(frame, couplings, body)
+    normal, exact = choose_modes(body, asked.modes)
+    normal = with_residuals(body, normal, forces[:, [names.index(name) for name in asked.residual_vectors]])
+    clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
     basis = orthonormal_basis(body, normal, clamped)
     say("geometric stiffness", 0.6)
-    constant = forces @ np.array([(preload or {}).get(name, 0.0) for name in loads])
+    constant = forces @ np.array([asked.preload.get(name, 0.0) for name in names])
     geometric = unit_load_stiffness(body, basis.shapes, markers[: len(couplings)], forces, constant,
-                                    _support(body, clamped)) if geometric_stiffness else None  # fmt: skip
+                                    _support(body, clamped)) if asked.geometric_stiffness else None  # fmt: skip
     say("full model for comparison", 0.7)
-    exact = free_modes(body, compare, start=basis.shapes) if exact is None and compare else exact
+    if exact is None and asked.compare:
+        exact = free_modes(body, asked.compare, start=basis.shapes)
     say("invariants, stress modes and report", 0.9)
     quality = quality_numbers(body, normal, basis, exact, clamped)
-    data = _data(fe, markers, basis, loads, forces, stress)
-    data = replace(data, n_interfaces=len(couplings), damping_ratios=damping_ratios(damping, basis.w2),
-                   geometric=geometric, frame=frame, quality=quality)  # fmt: skip
+    data = _data(fe, markers, basis, names, forces, asked.stress)
+    data = replace(data, n_interfaces=len(couplings), damping_ratios=damping_ratios(asked.damping, basis.w2),
+                   geometric=geometric, frame=asked.frame, quality=quality)  # fmt: skip
     say("done", 1.0)
     return data
 
 
-def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, loads: Mapping[str, Any], forces: np.ndarray,
+def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, load_names: list[str], forces: np.ndarray,
           stress: bool) -> ModalNeutralData:  # fmt: skip
     """Return what follows from the shapes alone."""
     m, field = len(basis.w2), fe.field(basis.shapes)
@@ -123,7 +156,7 @@ def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, loads: Map
         damping_ratios=np.zeros(m),
         frequencies=np.sqrt(basis.w2) / (2.0 * np.pi),
         invariants=inertia_invariants(fe, basis.shapes),
-        load_names=tuple(loads),
+        load_names=tuple(load_names),
         load_shapes=np.vstack([fe.rigid_motions().T @ forces, basis.shapes.T @ forces]).T,
         stress_modes=_stress_modes(fe, field) if stress and fe.blocks else None,
     )
@@ -162,7 +195,8 @@ def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) 
     return number
 
 
-def _check_names(interfaces, stations, loads, frame, residual_vectors, preload) -> None:
+def _check_names(asked: _Settings) -> None:
+    interfaces, stations, loads, frame = asked.interfaces, asked.stations, asked.loads, asked.frame
     common = sorted(set(interfaces) & set(stations))
     if common:
         raise ReductionError(
@@ -178,7 +212,7 @@ def _check_names(interfaces, stations, loads, frame, residual_vectors, preload) 
             expected=f"'buckens' or one of: {', '.join(interfaces) or 'none'}",
             remedy=did_you_mean(frame, interfaces),
         )
-    for name in [*residual_vectors, *(preload or {})]:
+    for name in [*asked.residual_vectors, *asked.preload]:
         if name not in loads:
             raise ReductionError(
                 f"Load '{name}'",

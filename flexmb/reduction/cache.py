@@ -1,0 +1,84 @@
+"""Reduced bodies kept on disk by content: the same model and settings are reduced once."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import DataFileError
+from flexmb.fem.fe_model import FEModel
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.modal_neutral_file import VERSION
+
+__all__ = ["fingerprint", "kept"]
+
+_RELEASE = "1"  # of the reduction: raise it when the same input gives other data
+
+
+def kept(
+    folder: str | Path, fe: FEModel, settings: tuple, work: Callable[[], ModalNeutralData]
+) -> ModalNeutralData:
+    """Return the data of an earlier reduction of the same content, or do the work and keep its result.
+
+    A file that cannot be read (cut off, of an older release) is made again.
+    """
+    folder = Path(folder).expanduser()
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{fe.name}-{fingerprint(fe, settings)}.h5"
+    if path.is_file():
+        try:
+            return ModalNeutralData.load(path)
+        except DataFileError:
+            path.unlink()
+    data = work()
+    data.save(path)
+    return data
+
+
+def fingerprint(fe: FEModel, settings: tuple) -> str:
+    """Return 20 hexadecimal digits of a hash over matrices, mesh, groups and settings."""
+    digest = hashlib.sha256()
+    cells = [(block.cell_type, np.asarray(block.connectivity)) for block in fe.blocks]
+    content = (
+        _RELEASE,
+        VERSION,
+        fe.name,
+        fe.nodes,
+        fe.dofs,
+        fe.K,
+        fe.M,
+        fe.expansion,
+        cells,
+        fe.node_sets,
+        fe.facet_sets,
+    )
+    for part in _parts((content, settings)):
+        digest.update(part)
+    return digest.hexdigest()[:20]
+
+
+def _parts(value: Any):
+    """Yield the bytes of nested content; the kind and size go with them, so that no two contents look alike."""
+    if isinstance(value, np.ndarray):
+        yield f"array {value.dtype} {value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif sparse.issparse(value):
+        csr = value.tocsr()
+        yield from _parts((csr.shape, csr.indptr, csr.indices, csr.data))
+    elif isinstance(value, Mapping):
+        yield from _parts([item for key in value for item in (key, value[key])])
+    elif isinstance(value, (tuple, list)):
+        yield f"list {len(value)}".encode()
+        for item in value:
+            yield from _parts(item)
+    elif is_dataclass(value) and not isinstance(value, type):
+        yield type(value).__name__.encode()
+        yield from _parts([getattr(value, f.name) for f in fields(value)])
+    else:
+        yield f"{type(value).__name__} {value!r}".encode()
