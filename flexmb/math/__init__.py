@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import perf_counter
 
 __all__ = ["watch_compilation"]
 
@@ -24,7 +25,7 @@ def watch_compilation(announce: Callable[[], None]) -> Callable[[], float]:
 
         def on_start(self, event):
             if not self.depth:
-                self.began = event.timestamp
+                self.began = perf_counter()
                 if not self.seconds:
                     announce()
             self.depth += 1
@@ -32,7 +33,7 @@ def watch_compilation(announce: Callable[[], None]) -> Callable[[], float]:
         def on_end(self, event):
             self.depth -= 1
             if not self.depth:
-                self.seconds += event.timestamp - self.began
+                self.seconds += perf_counter() - self.began
 
     watch = Watch()
     event.register("numba:compile", watch)
