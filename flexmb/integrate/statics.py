@@ -14,7 +14,7 @@ from flexmb.integrate.matrices import tangent_at
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
-from flexmb.system.program import advance, evaluate
+from flexmb.system.program import advance, evaluate, keep_branches
 
 __all__ = ["statics"]
 
@@ -46,7 +46,7 @@ def _rates_of_drives(system, state, work) -> np.ndarray:
 
 
 def _saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
-    """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations from being singular."""
+    """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable."""
     r = epsilon * (abs(G).power(2) @ (1.0 / np.maximum(np.abs(block.diagonal()), 1e-300)))
     return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 
@@ -111,6 +111,7 @@ class _Descent:
         now = self.system.state(self.t, self.q, lam=self.lam)
         now.u[:] = _rates_of_drives(self.system, now, self.work)
         self.tangent = tangent_at(self.system, now, self.work)
+        keep_branches(self.system.program, self.work, self.q)
         self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
         before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
         reactions = abs(self.tangent.L) @ np.abs(self.lam)

@@ -35,7 +35,7 @@ def spin_up_beam(length, EA, EI, rhoA, modes=6, **options):
 
 
 def on_hub(body, angle, radius=0.0, bodies=(), joints=(), **options):
-    """Return the model of a body whose marker "root" is held, `radius` from the axis, by a hub that turns by `angle`."""
+    """Return the model of a body held at its marker "root", `radius` from the axis, by a hub that turns by `angle`."""
     hub = fmb.RigidBody("hub", mass=1.0, inertia=(1.0, 1.0, 1.0), markers={"rim": (radius, 0, 0)})
     return fmb.Model(
         bodies=[fmb.Ground(), hub, body, *bodies],

@@ -1,4 +1,4 @@
-"""GS03: spin-up of Simo & Vu-Quoc (J. Appl. Mech. 53, 1986); reference: geometrically exact elastica, published stretch.
+"""GS03: spin-up of Simo & Vu-Quoc (J. Appl. Mech. 53, 1986); reference: geometrically exact elastica.
 
 The body frame may be Buckens' or clamped at the root: the motion is the same.
 """
