@@ -75,16 +75,18 @@ class _Run:
         atol = np.full(n, FAR)
         free = n - 2 * ng - 3
         atol[:free] = settings.atol
-        for iq, iu, size in self.system.program.vectors:
+        for iq, iu, size, _ in self.system.program.vectors:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
+        branches = list(range(self.system.program.branches, self.system.nq))
+        atol[branches] = FAR
         options: dict[str, Any] = {"linsolver": "lapackdense"}
         if n > DENSE:
             columns = np.searchsorted(self.keys, np.arange(n + 1) * n)
             pattern = sparse.csc_matrix((np.ones(len(self.keys)), self.keys % n, columns), shape=(n, n))
             options = {"linsolver": "sparse", "sparsity": pattern}
         return Solver(self.residual, jacfn=self.jacobian, rtol=settings.rtol, atol=atol,
-                      algebraic_idx=list(range(free, n - 3)), max_order=settings.max_order,
+                      algebraic_idx=[*branches, *range(free, n - 3)], max_order=settings.max_order,
                       max_step=settings.largest or 0.0, max_num_steps=settings.most_steps, **options)
 
     def residual(self, t, y, yp, res) -> None:

@@ -15,7 +15,7 @@ from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble, mobility
 from flexmb.system.assembly import worst_equations
-from flexmb.system.program import accelerations, advance, project
+from flexmb.system.program import accelerations, advance, keep_branches, project
 
 __all__ = ["inverse_dynamics", "kinematics"]
 
@@ -36,6 +36,7 @@ def _follow(program, work, times, q0, u0, signals, right, tolerance, sweeps, q, 
             return k
         if accelerations(program, state, work, right, sweeps) >= 0:
             return k
+        keep_branches(program, work, here)
         q[k], u[k], a[k], lam[k] = here, speed, acceleration, multipliers
         if k > 0:
             for i in range(3):

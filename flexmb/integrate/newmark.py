@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
-from flexmb.system.program import advance, evaluate
+from flexmb.system.program import advance, evaluate, keep_branches
 
 __all__ = ["Controls", "Variables", "run_steps"]
 
@@ -127,7 +127,8 @@ def _iterate(program, work, v, c, h):
         for i in range(nu):
             v.right[i] = -scale * work.residual[i]
         for i in range(ng):
-            v.right[nu + i] = -work.equations[i].g
+            # a velocity-level equation per displacement: u1 varies gamma / (beta h) times as much as the increment
+            v.right[nu + i] = -work.equations[i].g * (c.beta * h / c.gamma if program.equation_level[i] == 1 else 1.0)
         lu_solve(work.S, program.pattern, v.right)
         before = size
         size = _norm(v, v.right, c.tolerance)
@@ -163,7 +164,7 @@ def _step_error(v, c, h):
 
 
 @kernel
-def _accept(program, v, h, powers):
+def _accept(program, work, v, h, powers):
     """Make the end of the step the start of the next."""
     for i in range(len(v.q)):
         v.q[i] = v.q1[i]
@@ -175,6 +176,7 @@ def _accept(program, v, h, powers):
     for i in range(len(v.lam)):
         v.lam_last[i] = v.lam[i]
         v.lam[i] = v.lam1[i]
+    keep_branches(program, work, v.q)
     for i in range(3):
         v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
     for n in range(len(program.vectors)):
@@ -229,7 +231,7 @@ def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works)
                     return k, failure if failure != 0 else TOO_SMALL
                 continue
             now = samples[k] if left - h <= 1e-12 * left else v.times[0] + h
-            _accept(program, v, h, powers)
+            _accept(program, work, v, h, powers)
             v.times[0] = now
             if c.adaptive:
                 growth = min(2.0, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))

@@ -23,12 +23,13 @@ FAR = 1e8
 
 Stabilised = namedtuple(
     "Stabilised",
-    "q u a lam mu signals active metric kin speed length_rate frame_of offset coordinate own transposed gradient K",
+    "q u a lam mu signals active held metric kin speed length_rate frame_of offset coordinate own transposed gradient K",
 )
 """State and constant tables of the stabilised form.
 
 q, u, a, lam, mu, signals : the state; Euler parameters normalised
-active (ng,) : 0 for an equation that depends on others and is left out
+active (ng,) : 0 for an equation that depends on others and is left out; held (ng,): 0 also for velocity-level equations,
+    which have no position to be held
 metric (nu,) : W of q' = T (u + W G^T mu), the inverse squares of the extents: increments are compared as displacements
 kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of the attraction of |p| to 1, 1/s
 frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
@@ -106,13 +107,15 @@ def residual(program, work, s, t, y, yp, out):
                     i = marker.iu + j
                     s.kin[i] += s.metric[i] * x * work.J[marker.iJ + k * marker.nu + j]
     kinematics(program, s.length_rate[0], y, s.kin, out)
-    for i in range(nq):
+    for i in range(program.branches):
         out[i] = yp[i] - out[i]
+    for k in range(len(work.branches)):
+        out[program.branches + k] = y[program.branches + k] - work.branches[k]
     out[nq : nq + nu] = work.residual
     constraint_velocity(work, s.u, s.speed)
     for k in range(ng):
         out[nq + nu + k] = s.speed[k] if s.active[k] == 1 else s.lam[k]
-        out[nq + nu + ng + k] = work.equations[k].g if s.active[k] == 1 else s.mu[k]
+        out[nq + nu + ng + k] = work.equations[k].g if s.held[k] == 1 else s.mu[k]
     end = nq + nu + 2 * ng
     for i in range(3):
         out[end + i] = yp[end + i] - work.energy[3 + i]
@@ -184,6 +187,8 @@ def _put_kinematics(program, s, cj, y, R, L, rows, columns, values, n):
         for i in range(size):
             n = _put(rows, columns, values, n, iq + i, iq + i, cj)
             n = _put(rows, columns, values, n, iq + i, nq + iu + i, -1.0)
+    for i in range(program.branches, nq):
+        n = _put(rows, columns, values, n, i, i, 1.0)
     return n
 
 
@@ -226,6 +231,7 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
         at, k, j = s.gradient[e, 0], s.gradient[e, 1], s.gradient[e, 2]
         G = work.S[at] * s.active[k]
         n = _put(rows, columns, values, n, lam + k, nq + j, G)
+        G *= s.held[k]
         n = _put_row(s, R, L, mu + k, j, G, rows, columns, values, n)
         # d(T W G^T mu)/dmu
         G *= -s.metric[j]
@@ -240,7 +246,7 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
                 n = _put(rows, columns, values, n, c + 3 + i, mu + k, L[f, i, o - 3] * G)
     for k in range(ng):
         n = _put(rows, columns, values, n, lam + k, lam + k, 1.0 - s.active[k])
-        n = _put(rows, columns, values, n, mu + k, mu + k, 1.0 - s.active[k])
+        n = _put(rows, columns, values, n, mu + k, mu + k, 1.0 - s.held[k])
     for i in range(3):
         n = _put(rows, columns, values, n, mu + ng + i, mu + ng + i, cj)
     return n
@@ -294,14 +300,15 @@ def layout(system, extent: np.ndarray, length_rate: float) -> Stabilised:
     frame_of, offset, coordinate = np.full(nu, -1), np.zeros(nu, np.int64), np.zeros(nu, np.int64)
     for f, (iq, iu) in enumerate(system.program.frames):
         frame_of[iu : iu + 6], offset[iu : iu + 6], coordinate[iu : iu + 6] = f, np.arange(6), iq
-    for iq, iu, size in system.program.vectors:
+    for iq, iu, size, _ in system.program.vectors:
         coordinate[iu : iu + size] = iq + np.arange(size)
     active = np.ones(ng, np.int64)
     active[list(system.redundant)] = 0
+    held = np.where(system.program.equation_level == 0, active, 0)
     own, transposed, gradient = _block_entries(system)
     state = system.state()
     return Stabilised(
-        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, active=active,
+        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, active=active, held=held,
         metric=1.0 / extent**2, kin=np.zeros(nu), speed=np.zeros(ng), length_rate=np.array([length_rate]),
         frame_of=frame_of, offset=offset, coordinate=coordinate, own=own, transposed=transposed, gradient=gradient,
         K=np.zeros(int(system.program.pattern.row_start[-1])))

@@ -54,11 +54,12 @@ EQUATION = np.dtype(
     ],
     align=True,
 )
-"""One scalar constraint equation g(q, t) = 0."""
+"""One scalar constraint equation: g(q, t) = 0, or at velocity level A(q, t) u + rate = 0 with its residual in g."""
 
 LEG = np.dtype(
     [
         ("gradient", float, 6),  # derivative of g with respect to the marker's twist in W
+        ("slope", float, 6),  # of a velocity-level equation: derivative of its residual with respect to displacement
         ("marker", np.int64),
         ("equation", np.int64),
         ("iS", np.int64),  # position in work.S of G[equation, first velocity of the body]
@@ -86,7 +87,7 @@ State = namedtuple("State", "t q u a lam signals")
 
 Work = namedtuple(
     "Work",
-    "markers J H equations legs pairs residual S rows transposed pair_rows diagonal coefficients energy loads",
+    "markers J H equations legs pairs residual S rows transposed pair_rows branches coefficients energy loads",
 )
 """What an evaluation writes.
 
@@ -96,7 +97,9 @@ residual : (nu,) M a - forces - G^T lam
 S : values of the iteration matrix in the pattern of its factors
 rows : (nu,) position in S of the first entry of the body's own block in each row
 transposed, pair_rows : positions in S (see LEG and PAIR)
-diagonal : (nu + ng,) positions of the diagonal in S
+branches (nb,) : which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place
+    on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has no
+    history; whoever accepts a state writes them there (`keep_branches`)
 coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted; half the step size (s)
 energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
 loads : (nl,) amount of each load shape
@@ -122,7 +125,7 @@ WORK = types.NamedTuple(
         _array(_i8),
         _array(_i8),
         _array(_i8),
-        _array(_i8),
+        _array(_f8),
         _array(_f8),
         _array(_f8),
         _array(_f8),

@@ -37,8 +37,8 @@ class Table:
 class Compiler:
     """What a part may ask while it writes its row (implemented by the system room).
 
-    ``marker(name) -> int``, ``body(name) -> int``, ``signal(value) -> int``, ``pair(a, b) -> int``,
-    ``load(body, name) -> int``, ``joint(name) -> Joint``.
+    ``marker(name) -> int``, ``pose(marker) -> (r, R)``, ``signal(value) -> int``, ``pair(a, b) -> int``,
+    ``load(body, name) -> int``, ``joint(name) -> Joint``, ``branch(name, value) -> int``, ``bulk(array) -> int``.
     """
 
 
@@ -135,7 +135,13 @@ class Equation:
 
     table: ClassVar[Table]
     count: ClassVar[int] = 1
+    level: ClassVar[int] = 0
+    """0: g(q, t) = 0; 1: A(q, t) u + rate = 0."""
     stiffens: ClassVar[bool] = True
+
+    def involved(self, markers: tuple[int, ...]) -> tuple[int, ...]:
+        """Return the markers on which the equation acts, of those of the joint: one leg each, in this order."""
+        return markers[:2]
 
     def record(self, compiler, markers: tuple[int, ...]) -> tuple:
         """Return the primitive's own fields of the row (after equation, leg, a, b, pair)."""
@@ -158,6 +164,8 @@ class Joint(Part):
     forbids: ClassVar[tuple[Equation, ...]] = ()
     permits: ClassVar[tuple[Freedom, ...]] = ()
     prescribes: ClassVar[bool] = False
+    couples: ClassVar[bool] = False
+    """Does it relate the coordinates of other joints?"""
 
     def __post_init__(self):
         super().__post_init__()
@@ -182,8 +190,8 @@ class Joint(Part):
         """Return the joint with its defaults taken from the marker positions (2, 3), m, in W, as described."""
         return self
 
-    def resolved_markers(self, model) -> tuple[str, str]:
-        """Return the names of the two markers (a drive has those of its joint)."""
+    def resolved_markers(self, model) -> tuple[str, ...]:
+        """Return the names of the two markers (a drive has those of its joint, a coupler the four of both)."""
         return self.markers
 
 
@@ -202,7 +210,7 @@ class Force(Part):
                              remedy="Write markers=('ground.A', 'crank.A')")
         object.__setattr__(self, "markers", tuple(markers))
 
-    def measure(self) -> str | None:
+    def measure(self, model) -> str | None:
         """Return the marker at which `ForceOf` reports the wrench (the second one)."""
         markers = getattr(self, "markers", None)
         return markers[1] if markers else getattr(self, "marker", None)

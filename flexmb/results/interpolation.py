@@ -24,6 +24,9 @@ def instant_at(phase: Phase, t: float) -> Instant:
     s = (t - phase.t[k]) / h
     ends = [(phase.q[i], phase.u[i], phase.a[i]) for i in (k, k + 1)]
     rates = [_rates(phase.model, q, u) for q, u, _ in ends]
+    n = _count(phase.model)
+    for rate in rates:  # what comes after the bodies' coordinates tells branches: a line between the samples will do
+        rate[n:] = (ends[1][0][n:] - ends[0][0][n:]) / h
     q = _hermite(s, h, ends[0][0], rates[0], ends[1][0], rates[1])
     u = _hermite(s, h, ends[0][1], ends[0][2], ends[1][1], ends[1][2])
     for iq, _ in _frames(phase.model):
@@ -49,6 +52,11 @@ def _frames(model):
             yield iq, iu
         iq += 7 * body.has_frame + body.n_vector
         iu += 6 * body.has_frame + body.n_vector
+
+
+def _count(model) -> int:
+    """Return the number of coordinates of all bodies."""
+    return sum(7 * body.has_frame + body.n_vector for body in model.bodies)
 
 
 def _rates(model, q, u):

@@ -11,7 +11,7 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system.compile import compile
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
-from flexmb.system.program import accelerations, evaluate, project
+from flexmb.system.program import accelerations, evaluate, keep_branches, project
 from flexmb.system.system import System
 
 __all__ = ["assemble", "consistent_start", "worst_equations"]
@@ -23,7 +23,7 @@ REGULARISATION = 1e-9
 def worst_equations(system: System, work, count: int = 3) -> str:
     """Return the names and residuals of the equations that are satisfied worst."""
     g = work.equations["g"]
-    order = np.argsort(-np.abs(g))[:count]
+    order = np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
     return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
 
 
@@ -36,7 +36,7 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     t : float, s
         Time of the start.
     state : dict of body name to (q, u), optional
-        Where bodies are and how they move, instead of what is described.
+        Where bodies are and how they move, instead of what is described; ("branch", name) gives that of a branch.
     tolerance : float, m or rad
         Largest residual of the constraints.
 
@@ -53,9 +53,11 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     system = compile(model)
     work = system.workspace()
     given, state = state or {}, system.state(t)
-    for name, (q, u) in given.items():
-        iq, iu = system.body_slices[name]
-        state.q[iq], state.u[iu] = q, u
+    for name, (iq, iu) in system.body_slices.items():
+        if name in given:
+            state.q[iq], state.u[iu] = given[name]
+    for k, branch in enumerate(system.branch_names):
+        state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
     system = _regularised(system, state, work, tolerance)
     right = np.zeros(system.nu + system.ng)
     scale = max(1.0, _size(system))
@@ -84,6 +86,7 @@ def consistent_start(system: System, state: State, work) -> State:
             system.owner(unknown), found="the equations of motion are singular here",
             expected="every freedom to have inertia or a constraint",
             remedy="Give the body mass and inertia, or look at flexmb.check(model) for dependent equations")
+    keep_branches(system.program, work, state.q)
     residual = np.zeros(system.ng)
     _acceleration_error(system, state, work, residual)
     return state

@@ -34,6 +34,7 @@ class _Compiler:
         self.active_pairs: set[int] = set()
         self.load_index: dict[tuple[str, str], int] = {}
         self.size_H = 0
+        self.branches: dict[str, float] = {}
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
 
@@ -44,6 +45,15 @@ class _Compiler:
     def position(self, marker: int) -> np.ndarray:
         """Return the position (3,), m, in W of a marker as described."""
         return self.start_poses[marker][0]
+
+    def pose(self, marker: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return position (3,), m, and axes (3, 3) in W of a marker as described."""
+        return self.start_poses[marker]
+
+    def branch(self, name: str, value: float = 0.0) -> int:
+        """Return the number of the branch coordinate `name`, which begins with `value`."""
+        self.branches.setdefault(name, value)
+        return list(self.branches).index(name)
 
     def signal(self, value) -> int:
         """Return the number of a signal."""
@@ -99,7 +109,7 @@ class _Layout:
             if body.has_frame:
                 frames.append((nq, nu))
             if body.n_vector:
-                vectors.append((nq + 7 * body.has_frame, nu + 6 * body.has_frame, body.n_vector))
+                vectors.append((nq + 7 * body.has_frame, nu + 6 * body.has_frame, body.n_vector, body.has_frame))
             R = np.eye(3)
             origin = np.zeros(3)
             if body.has_frame:
@@ -119,7 +129,7 @@ class _Layout:
         self.first_marker.append(len(compiler.marker_index))
         self.q, self.u = np.concatenate(q), np.concatenate(u)
         self.frames = np.array(frames, np.int64).reshape(-1, 2)
-        self.vectors = np.array(vectors, np.int64).reshape(-1, 3)
+        self.vectors = np.array(vectors, np.int64).reshape(-1, 4)
 
     def size(self, body: int) -> int:
         """Return the number of velocities of a body."""
@@ -164,6 +174,7 @@ class _Constraints:
 
     def __init__(self, model: Model, compiler: _Compiler):
         self.joints, self.names, self.joint_of = [], [], []
+        self.levels: list[int] = []
         self.slices: dict[str, slice] = {}
         items, legs = [], []
         for number, description in enumerate(model.joints):
@@ -172,12 +183,14 @@ class _Constraints:
             self.joints.append(joint)
             start = len(self.names)
             for primitive in joint.equations():
-                a, b = markers
+                involved = primitive.involved(markers)
+                a, b = involved[:2]
                 pair = compiler.pair(a, b, active=primitive.stiffens)
-                row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, markers))
+                row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, involved))
                 items.append((primitive.table, row))
                 for k in range(primitive.count):
-                    legs += [(a, len(self.names)), (b, len(self.names))]
+                    legs += [(marker, len(self.names)) for marker in involved]
+                    self.levels.append(primitive.level)
                     suffix = f"[{'xyz'[k]}]" if primitive.count == 3 else ""
                     self.names.append(f"{joint.name}: {_describe(primitive)}{suffix}")
                     self.joint_of.append(number)
@@ -237,7 +250,9 @@ def _sparsity(model, compiler, layout, constraints, markers):
         bodies = compiler.marker_body[a], compiler.marker_body[b]
         if index in compiler.active_pairs and all(k in node_of_body for k in bodies):
             connect(node_of_body[bodies[0]], node_of_body[bodies[1]])
-    pattern, place = block_pattern(unknowns, len(moving), neighbours)
+    # an equation of two joints may vanish on one of its bodies: it waits for all of them
+    waiting = {node_of_joint[number] for number, joint in enumerate(constraints.joints) if joint.couples}
+    pattern, place = block_pattern(unknowns, len(moving), neighbours, waiting)
 
     rows = np.zeros(nu, np.int64)
     for body, node in node_of_body.items():
@@ -255,6 +270,9 @@ def _sparsity(model, compiler, layout, constraints, markers):
     at = 0
     for k, (marker, equation) in enumerate(constraints.legs):
         legs[k]["marker"], legs[k]["equation"], legs[k]["iT"] = marker, equation, at
+        if equations[equation]["legs"] == 0:
+            equations[equation]["leg"] = k
+        equations[equation]["legs"] += 1
         body = compiler.marker_body[marker]
         if body in node_of_body:
             node, joint = node_of_body[body], node_of_joint[constraints.joint_of[equation]]
@@ -314,9 +332,9 @@ def compile(model: Model) -> System:
         kernel_table([t.kernels["apply"] for t in force_tables]),
         raw, starts, compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames,
         layout.vectors, pattern,
-        np.zeros(len(equations)), np.zeros(len(equations), np.int64))
+        np.zeros(len(equations)), np.array(constraints.levels, np.int64), len(layout.q))
     return System(
-        model=model, program=program, q0=layout.q, u0=layout.u, n_signals=len(compiler.signals),
+        model=model, program=program, q0=np.concatenate([layout.q, list(compiler.branches.values())]), u0=layout.u, n_signals=len(compiler.signals),
         n_loads=len(compiler.load_index), size_J=size_J, size_H=compiler.size_H,
         tables={"markers": markers, "equations": equations, "legs": legs, "pairs": pairs, "rows": rows,
                 "transposed": transposed, "pair_rows": pair_rows},
@@ -325,4 +343,5 @@ def compile(model: Model) -> System:
         force_rows=_force_rows(model, force_tables, starts[len(body_tables) + len(constraints.tables) :]),
         joint_equations=constraints.slices, joints=tuple(constraints.joints),
         body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
-                     for k, b in enumerate(model.bodies)})
+                     for k, b in enumerate(model.bodies)},
+        branch_names=tuple(compiler.branches))

@@ -116,8 +116,9 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
         joint_of[span] = system.joint_index[name]
     measured = np.full(len(model.forces), -1, np.int64)
     for k, part in enumerate(model.forces):
-        if part.measure() is not None:
-            measured[k] = system.marker_index[part.measure()]
+        marker = part.measure(model)
+        if marker is not None:
+            measured[k] = system.marker_index[marker]
     signals = np.zeros((max(1, system.n_signals), 3))
     arrays = [np.ascontiguousarray(x, float) for x in (t, q, u, a, lam)]
     _observe(system.program, work, *arrays, signals, second, joint_of, system.force_rows, measured,

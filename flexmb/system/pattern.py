@@ -18,11 +18,12 @@ from flexmb.math.block_lu import BlockPattern
 __all__ = ["block_pattern", "elimination_order"]
 
 
-def elimination_order(sizes: np.ndarray, n_bodies: int,
-                      neighbours: list[set[int]]) -> tuple[list[int], list[list[int]]]:
+def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int]],
+                      waiting: set[int]) -> tuple[list[int], list[list[int]]]:
     """Return the order of the nodes and for each node its later neighbours including fill.
 
     Nodes below `n_bodies` are bodies, the others joints; `neighbours` is the symmetric adjacency, which is consumed.
+    Joints in `waiting` come after all their bodies.
     """
     bodies_of = {j: {b for b in neighbours[j] if b < n_bodies} for j in range(n_bodies, len(sizes))}
     joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]
@@ -35,6 +36,8 @@ def elimination_order(sizes: np.ndarray, n_bodies: int,
         if node < n_bodies:
             return True
         bodies = bodies_of[node]
+        if node in waiting:
+            return all(done[b] for b in bodies)
         return all(done[b] for b in bodies) or any(done[b] and not used[b] and sizes[node] <= sizes[b] for b in bodies)
 
     def weight(node):
@@ -69,7 +72,7 @@ def elimination_order(sizes: np.ndarray, n_bodies: int,
     return order, [after[node] for node in order]
 
 
-def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]]):
+def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]], waiting: set[int]):
     """Return the pattern of the factors and ``place``: a function (node, node) -> positions of the rows in S.
 
     Parameters
@@ -78,9 +81,11 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         The unknowns of every node; nodes below `n_bodies` are bodies, the others joints.
     neighbours : list of sets
         Adjacency; consumed.
+    waiting : set of int
+        Joints that are eliminated after all their bodies.
     """
     sizes = np.array([len(node) for node in unknowns], np.int64)
-    order, after = elimination_order(sizes, n_bodies, neighbours)
+    order, after = elimination_order(sizes, n_bodies, neighbours, waiting)
     position = {node: k for k, node in enumerate(order)}
     first_of = {}
     total = 0

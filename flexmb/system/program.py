@@ -15,22 +15,25 @@ from flexmb.math.kernel import kernel
 from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import call_row_kernel
 
-__all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "kernel_table", "project"]
+__all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
+           "project"]
 
 Program = namedtuple(
     "Program",
     "place inertia energy equations forces raw starts bulk "
     "signal_starts signal_ops signal_args signal_tables signal_table_starts "
-    "frames vectors pattern regularisation equation_level",
+    "frames vectors pattern regularisation equation_level branches",
 )
 """place, inertia, energy, equations, forces : addresses of the kernels of every kind; numbers, because function objects
 would be inspected one by one in every call from Python
 raw : all record tables as bytes; starts (kinds + 1,): where each begins: bodies, equations, forces
 bulk : numbers which rows index
-frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 3): iq, iu and length of plain vectors
+frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 4): iq, iu and length of plain vectors,
+and 1 for flexible coordinates in a frame
 pattern : BlockPattern of the iteration matrix
 regularisation (ng,) : subtracted from the diagonal of the multipliers (zero unless equations are dependent)
-equation_level (ng,) : 0 for a holonomic equation
+equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
+branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
 """
 
 
@@ -49,20 +52,25 @@ def run_kernels(addresses, first, program, state, work):
 
 @kernel
 def assemble_constraints(program, work):
-    """Write G and -G^T into the iteration matrix, with the part of G^T that stiffens reduced bodies."""
+    """Write G and -G^T into the iteration matrix, with the part of G^T that stiffens reduced bodies.
+
+    The row of a velocity-level equation is that of its residual per displacement, divided by the velocity per
+    displacement gamma / (beta h): A + (beta h / gamma) d(A u)/dq, where c_K / c_D = beta h / gamma.
+    """
+    delay = work.coefficients[2] / work.coefficients[1] if work.coefficients[1] > 0.0 else 0.0
     for n in range(len(work.legs)):
         leg = work.legs[n]
         marker = work.markers[leg.marker]
         nu = marker.nu
         for k in range(6):
             x = leg.gradient[k]
-            if x == 0.0:
+            y = x + delay * leg.slope[k]
+            if x == 0.0 and y == 0.0:
                 continue
             start = marker.iJ + k * nu
             for j in range(nu):
-                value = x * work.J[start + j]
-                work.S[leg.iS + j] += value
-                work.S[work.transposed[leg.iT + j]] -= value
+                work.S[leg.iS + j] += y * work.J[start + j]
+                work.S[work.transposed[leg.iT + j]] -= x * work.J[start + j]
             if marker.iH >= 0:
                 start = marker.iH + k * nu
                 for j in range(6, nu):
@@ -162,6 +170,15 @@ def advance(program, q, d, scale, out):
         iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
         for i in range(size):
             out[iq + i] = q[iq + i] + scale * d[iu + i]
+    for i in range(program.branches, len(q)):
+        out[i] = q[i]
+
+
+@kernel
+def keep_branches(program, work, q):
+    """Write the branches of the latest evaluation to the end of the accepted coordinates `q`."""
+    for k in range(len(work.branches)):
+        q[program.branches + k] = work.branches[k]
 
 
 @kernel
@@ -240,8 +257,19 @@ def accelerations(program, state, work, right, sweeps):
 
 
 @kernel
+def _hold_shape(program, work):
+    """Make deformation expensive in the metric of `project`: bodies are moved together, and bent only if they must."""
+    for n in range(len(program.vectors)):
+        iu, size, flexible = program.vectors[n, 1], program.vectors[n, 2], program.vectors[n, 3]
+        if flexible == 1:
+            for i in range(size):
+                work.S[work.rows[iu + i] + 6 + i] *= 1e6
+
+
+@kernel
 def project(program, state, work, right, q, tolerance, iterations):
-    """Move q with least motion (in the metric of M) onto g = 0, then u onto G u + dg/dt = 0; q is that of state.
+    """Move q with least motion (in the metric of M, without deformation where that is possible) onto g = 0, then u
+    onto G u + dg/dt = 0; q is that of state.
 
     Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
     """
@@ -258,10 +286,12 @@ def project(program, state, work, right, q, tolerance, iterations):
         evaluate(program, state, work)
         largest = 0.0
         for i in range(ng):
-            right[nu + i] = -work.equations[i].g
-            largest = max(largest, abs(work.equations[i].g))
+            right[nu + i] = -work.equations[i].g if program.equation_level[i] == 0 else 0.0
+            largest = max(largest, abs(right[nu + i]))
         if not np.isfinite(largest):
             return -1
+        keep_branches(program, work, q)
+        _hold_shape(program, work)
         if lu_factor(work.S, program.pattern) >= 0:
             return -2
         if largest <= tolerance and iteration > 0:

@@ -34,6 +34,8 @@ class System:
         "joint: primitive" of every equation.
     joint_equations : dict of joint name to slice
     body_slices : dict of body name to (slice of q, slice of u)
+    branch_names : tuple of str
+        What the last coordinates of q count: full turns of a joint, the place on a curve (see `keep_branches`).
     redundant : tuple of int
         Equations that depend on others at the assembled configuration.
     """
@@ -55,6 +57,7 @@ class System:
     joint_equations: dict[str, slice]
     joints: tuple[Any, ...]
     body_slices: dict[str, tuple[slice, slice]]
+    branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
 
     @property
@@ -87,7 +90,7 @@ class System:
             rows=tables["rows"],
             transposed=tables["transposed"],
             pair_rows=tables["pair_rows"],
-            diagonal=np.zeros(0, np.int64),
+            branches=np.zeros(len(self.branch_names)),
             coefficients=np.zeros(5),
             energy=np.zeros(6),
             loads=np.zeros(max(1, self.n_loads)),
