@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -20,6 +21,7 @@ from flexmb.math.nested_dissection import dissect, front_tree, node_graph, pseud
 
 __all__ = ["Multifrontal"]
 
+_PANEL = 128  # columns kept together in the factor of a wide front
 _LEAF = 120  # freedoms of a part that is not divided further (measured: flat between 90 and 200)
 
 
@@ -53,9 +55,7 @@ class MultifrontalFactor:
         self._number(node_of, order, ends, rows_start, rows)
         with _threads().limit(limits=1, user_api="blas"):
             self._factorise(K, parent)
-        self.nnz = sum(
-            a.shape[0] * (a.shape[0] + 1) // 2 + b.size for a, b in zip(self._own, self._below, strict=True)
-        )
+        self.nnz = sum(p.own.shape[0] * (p.own.shape[0] + 1) // 2 + p.below.size for p in self._panels)
 
     def _number(self, node_of, order, ends, rows_start, rows) -> None:
         """Expand nodes to freedoms: permutation, own freedoms [first, last) and boundary freedoms of every front."""
@@ -72,7 +72,7 @@ class MultifrontalFactor:
         place = np.empty(self.n, np.int64)
         place[permutation] = np.arange(self.n)
         local = np.empty(self.n, np.int64)
-        self._own, self._below = [], []
+        self._panels: list[_Panel] = []
         self.weakest_pivot, diagonal = 1.0, K.diagonal()[permutation]
         waiting: list[list] = [[] for _ in parent]
         for f, rows in enumerate(self._rows):
@@ -94,16 +94,13 @@ class MultifrontalFactor:
             if len(rows):
                 below = dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
                 update = dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
-                waiting[parent[f]].append((rows, update))
-            self._own.append(own)
-            self._below.append(below)
+                waiting[parent[f]].append((rows, packed(update)))
+            self._panels += _panels(first, last, own, below, rows)
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return K^-1 B for B (n,) or (n, k): k columns at once cost little more than one."""
         B = np.asarray(B, float)
-        X = B.reshape(self.n, -1)[
-            self._permutation
-        ]  # rows of a front are contiguous: its transpose suits Fortran
+        X = B.reshape(self.n, -1)[self._permutation]  # the rows of a panel transposed are a Fortran array
         with _threads().limit(limits=1, user_api="blas"):
             self._forward(X)
             self._backward(X)
@@ -112,21 +109,42 @@ class MultifrontalFactor:
         return out.reshape(B.shape)
 
     def _forward(self, X: np.ndarray) -> None:
-        for first, last, own, below, rows in zip(
-            self._first, self._last, self._own, self._below, self._rows, strict=True
-        ):
-            Y = dtrsm(1.0, own, X[first:last].T, side=1, lower=1, trans_a=1, overwrite_b=1)
-            X[first:last] = Y.T
-            if len(rows):
-                X[rows] -= dgemm(1.0, Y, below, trans_b=1).T
+        for p in self._panels:
+            Y = dtrsm(1.0, p.own, X[p.first : p.last].T, side=1, lower=1, trans_a=1, overwrite_b=1)
+            X[p.first : p.last] = Y.T
+            if len(p.rows):
+                X[p.rows] -= dgemm(1.0, Y, p.below, trans_b=1).T
 
     def _backward(self, X: np.ndarray) -> None:
-        for f in range(len(self._own) - 1, -1, -1):
-            first, last, rows = self._first[f], self._last[f], self._rows[f]
-            Y = X[first:last].T
-            if len(rows):
-                Y = dgemm(-1.0, X[rows].T, self._below[f], beta=1.0, c=Y, overwrite_c=1)
-            X[first:last] = dtrsm(1.0, self._own[f], Y, side=1, lower=1, overwrite_b=1).T
+        for p in reversed(self._panels):
+            Y = X[p.first : p.last].T
+            if len(p.rows):
+                Y = dgemm(-1.0, X[p.rows].T, p.below, beta=1.0, c=Y, overwrite_c=1)
+            X[p.first : p.last] = dtrsm(1.0, p.own, Y, side=1, lower=1, overwrite_b=1).T
+
+
+class _Panel(NamedTuple):
+    """Columns [first, last) of L: the triangle `own`, and `below` at the freedoms `rows`."""
+
+    first: int
+    last: int
+    own: np.ndarray
+    below: np.ndarray
+    rows: np.ndarray
+
+
+def _panels(first: int, last: int, own: np.ndarray, below: np.ndarray, rows: np.ndarray) -> list[_Panel]:
+    """Cut a wide front into panels: the square of a front wastes its upper half, the squares of panels little."""
+    width = last - first
+    if width <= 2 * _PANEL:
+        return [_Panel(first, last, own, below, rows)]
+    cut = []
+    for a in range(0, width, _PANEL):
+        b = min(a + _PANEL, width)
+        later = np.concatenate([np.arange(first + b, last), rows])
+        cut.append(_Panel(first + a, first + b, np.asfortranarray(own[a:b, a:b]),
+                          np.asfortranarray(np.concatenate([own[b:, a:b], below[:, a:b]])), later))  # fmt: skip
+    return cut
 
 
 def _nodes(n: int, coordinates: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
@@ -161,17 +179,32 @@ def assemble(indptr, indices, data, permutation, place, first, last, local, own,
 
 @kernel
 def extend_add(child, rows, first, last, local, own, below, update):
-    """Add a child's update matrix (lower triangle) to the front; `rows` are its freedoms, ascending."""
-    n = len(rows)
+    """Add a child's packed update matrix to the front; `rows` are its freedoms, ascending."""
+    n, e = len(rows), 0
     split = np.searchsorted(rows, last)
     for j in range(n):
         if j < split:
             c = rows[j] - first
             for i in range(j, split):
-                own[rows[i] - first, c] += child[i, j]
+                own[rows[i] - first, c] += child[e]
+                e += 1
             for i in range(split, n):
-                below[local[rows[i]], c] += child[i, j]
+                below[local[rows[i]], c] += child[e]
+                e += 1
         else:
             c = local[rows[j]]
             for i in range(j, n):
-                update[local[rows[i]], c] += child[i, j]
+                update[local[rows[i]], c] += child[e]
+                e += 1
+
+
+@kernel
+def packed(update):
+    """Return the lower triangle, column by column: waiting updates take half the memory."""
+    n, e = len(update), 0
+    out = np.empty(n * (n + 1) // 2)
+    for j in range(n):
+        for i in range(j, n):
+            out[e] = update[i, j]
+            e += 1
+    return out

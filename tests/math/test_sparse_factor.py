@@ -83,7 +83,7 @@ def test_factor_is_the_cholesky_factor_of_the_permuted_matrix():
     """det K = prod L_ii^2, against the dense logarithm of the determinant."""
     K, x = mixed_freedoms()
     f = Multifrontal()(K, x)
-    mine = 2.0 * sum(np.log(np.diagonal(own)).sum() for own in f._own)
+    mine = 2.0 * sum(np.log(np.diagonal(panel.own)).sum() for panel in f._panels)
     np.testing.assert_allclose(mine, np.linalg.slogdet(K.toarray())[1], rtol=1e-12)
 
 
