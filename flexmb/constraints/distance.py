@@ -44,7 +44,7 @@ def evaluate(raw, data, state, work):
         equation.drift = dot(rate, rate) / row.length
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-        if work.coefficients[3] > 0.0:
+        if work.coefficients[2] != 0.0:
             K = work.pairs[row.pair].K
             k = lam / row.length
             add_block(K, 0, 0, -k, zero, zero, 1.0)

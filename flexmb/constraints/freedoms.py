@@ -24,9 +24,10 @@ class Slide(Freedom):
 
 @dataclass(frozen=True)
 class Turn(Freedom):
-    """Rotation about the named axis of marker a, through its origin."""
+    """Rotation about the named axis of marker a, through its origin; its angle goes to the axis `to` of marker b."""
 
     axis: str
+    to: str = "x"
 
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (k, 6) of marker b in W; `d` = r_b - r_a."""

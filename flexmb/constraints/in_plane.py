@@ -55,7 +55,7 @@ def evaluate(raw, data, state, work):
             equation.drift -= state.signals[row.signal, 2]
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-        if work.coefficients[3] > 0.0:
+        if work.coefficients[2] != 0.0:
             K = work.pairs[row.pair].K
             add_skew(K, 0, 3, -lam, normal)
             add_skew(K, 6, 3, lam, normal)

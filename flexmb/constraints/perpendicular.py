@@ -44,7 +44,7 @@ def evaluate(raw, data, state, work):
         _, equation.drift = rotating_product(a, marker_a.w, b, marker_b.w, scratch)
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, marker_a, marker_b, lam)
-        if work.coefficients[3] > 0.0:
+        if work.coefficients[2] != 0.0:
             K = work.pairs[row.pair].K
             add_block(K, 3, 3, -lam, a, b, -dot(a, b))
             add_block(K, 9, 3, lam, a, b, -dot(a, b))

@@ -21,8 +21,8 @@ from numba.extending import intrinsic
 
 from flexmb.math.kernel import watch_sources
 
-__all__ = ["EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "RowKernel", "State", "Work", "call_row_kernel",
-           "row_kernel"]
+__all__ = ["DAMPED", "EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "STIFF", "RowKernel", "State", "Work",
+           "call_row_kernel", "row_kernel"]
 
 MARKER = np.dtype(
     [
@@ -76,11 +76,14 @@ PAIR = np.dtype(
         ("a", np.int64),
         ("b", np.int64),
         ("iS", np.int64),  # first entry in work.pair_rows of the row positions of blocks aa, ab, ba, bb
-        ("active", np.int64),  # 1 if any kernel writes K or D of this pair
+        ("active", np.int64),  # STIFF if kernels write K, DAMPED if also D, 0 if neither
     ],
     align=True,
 )
 """Two markers between which wrenches depend on relative position or velocity."""
+
+STIFF, DAMPED = 1, 2
+"""What kernels write of a pair: stiffness only (constraints), or stiffness and damping (forces)."""
 
 State = namedtuple("State", "t q u a lam signals")
 """Time (s), configuration (nq,), velocity (nu,), acceleration (nu,), multipliers (ng,), signals (ns, 3)."""

@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.constraints import EQUATIONS
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.math.tables import EQUATION, LEG, MARKER, PAIR
+from flexmb.math.tables import DAMPED, EQUATION, LEG, MARKER, PAIR, STIFF
 from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
@@ -31,7 +31,7 @@ class _Compiler:
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
         self.signals: list[Any] = []
         self.pairs: dict[tuple[int, int], int] = {}
-        self.active_pairs: set[int] = set()
+        self.active_pairs: dict[int, int] = {}
         self.load_index: dict[tuple[str, str], int] = {}
         self.size_H = 0
         self.branches: dict[str, float] = {}
@@ -60,11 +60,11 @@ class _Compiler:
         self.signals.append(as_signal(value, f"Model '{self.model.name}'", "signal"))
         return len(self.signals) - 1
 
-    def pair(self, a: int, b: int, active: bool = True) -> int:
-        """Return the number of a pair of markers; an active one has stiffness or damping."""
+    def pair(self, a: int, b: int, writes: int = DAMPED) -> int:
+        """Return the number of a pair of markers; `writes`: DAMPED, STIFF, or 0 for neither stiffness nor damping."""
         index = self.pairs.setdefault((a, b), len(self.pairs))
-        if active:
-            self.active_pairs.add(index)
+        if writes:
+            self.active_pairs[index] = max(writes, self.active_pairs.get(index, 0))
         return index
 
     def load(self, body: str, name: str) -> int:
@@ -185,7 +185,7 @@ class _Constraints:
             for primitive in joint.equations():
                 involved = primitive.involved(markers)
                 a, b = involved[:2]
-                pair = compiler.pair(a, b, active=primitive.stiffens)
+                pair = compiler.pair(a, b, STIFF if primitive.stiffens else 0)
                 row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, involved))
                 items.append((primitive.table, row))
                 for k in range(primitive.count):
@@ -283,7 +283,8 @@ def _sparsity(model, compiler, layout, constraints, markers):
     pair_rows: list[np.ndarray] = [np.zeros(0, np.int64)]
     at = 0
     for (a, b), k in compiler.pairs.items():
-        pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"], pairs[k]["active"] = a, b, at, k in compiler.active_pairs
+        pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"] = a, b, at
+        pairs[k]["active"] = compiler.active_pairs.get(k, 0)
         nodes = [node_of_body.get(compiler.marker_body[m]) for m in (a, b)]
         if k not in compiler.active_pairs:
             continue

@@ -13,7 +13,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import advance_frame, relative_frame
-from flexmb.math.tables import call_row_kernel
+from flexmb.math.tables import DAMPED, STIFF, call_row_kernel
 
 __all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
            "project"]
@@ -81,24 +81,38 @@ def assemble_constraints(program, work):
 
 @kernel
 def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
-    """Add J_a^T (ck K + cd D) J_b to the block of bodies a and b."""
-    column = np.empty(6)
-    for j in range(b.nu):
-        for k in range(6):
-            column[k] = 0.0
-            for m in range(6):
-                column[k] += (ck * pair.K[ia + k, ib + m] + cd * pair.D[ia + k, ib + m]) * work.J[b.iJ + m * b.nu + j]
+    """Add J_a^T (ck K + cd D) J_b to the block of bodies a and b; most entries of K and D are zero."""
+    column = np.empty(b.nu)
+    for k in range(6):
+        used = False
+        for m in range(6):
+            x = ck * pair.K[ia + k, ib + m]
+            if pair.active == DAMPED:
+                x += cd * pair.D[ia + k, ib + m]
+            if x == 0.0:
+                continue
+            if not used:
+                column[:] = 0.0
+                used = True
+            at = b.iJ + m * b.nu
+            for j in range(b.nu):
+                column[j] += x * work.J[at + j]
+        if not used:
+            continue
         for i in range(a.nu):
-            value = 0.0
-            for k in range(6):
-                value += work.J[a.iJ + k * a.nu + i] * column[k]
-            work.S[work.pair_rows[start + i] + j] += value
+            x = work.J[a.iJ + k * a.nu + i]
+            if x != 0.0:
+                at = work.pair_rows[start + i]
+                for j in range(b.nu):
+                    work.S[at + j] += x * column[j]
 
 
 @kernel
 def assemble_pairs(work):
     """Write the stiffness and damping between pairs of markers into the iteration matrix."""
     cd, ck = work.coefficients[1], work.coefficients[2]
+    if cd == 0.0 and ck == 0.0:
+        return
     for n in range(len(work.pairs)):
         pair = work.pairs[n]
         if pair.active == 0:
@@ -135,8 +149,9 @@ def evaluate(program, state, work):
         work.S[:] = 0.0
         for n in range(len(work.pairs)):
             pair = work.pairs[n]
-            if pair.active == 1:
+            if pair.active >= STIFF:
                 pair.K[:] = 0.0
+            if pair.active == DAMPED:
                 pair.D[:] = 0.0
     sample_signals(state.t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
                    program.signal_table_starts, state.signals)
