@@ -55,7 +55,12 @@ def evaluate(raw, data, state, work):
 
 @dataclass(frozen=True)
 class Distance(Equation):
-    """The distance between the markers is `length` (m)."""
+    """The distance between the markers is given.
+
+    Parameters
+    ----------
+    length : float, m
+    """
 
     length: float
 

@@ -1,0 +1,179 @@
+"""Small random models for the contracts: every registered kind between bodies of every kind, at random states."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+import flexmb as fmb
+from flexmb import bodies, fem, forces, joints, reduction
+from flexmb.model.pose import Pose
+from flexmb.system import compile
+from flexmb.system.program import advance
+
+PAIRS = (
+    "ground-rigid",
+    "rigid-rigid",
+    "floating-ground",
+    "rigid-floating",
+    "floating-floating",
+    "rigid-point",
+)
+"""Which bodies carry marker a and marker b."""
+
+STENCIL = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
+"""First derivative by central differences of sixth order."""
+SECOND = {-3: 2 / 180, -2: -27 / 180, -1: 270 / 180, 0: -490 / 180, 1: 270 / 180, 2: -27 / 180, 3: 2 / 180}
+"""Second derivative, sixth order."""
+
+MARKER = {"ground": "ground.m", "rigid": "{}.m", "floating": "{}.tip", "point": "{}.center"}
+FORCE_FIELDS = {
+    "SpringDamper": {
+        "stiffness": 300.0,
+        "damping": 7.0,
+        "length": 0.4,
+        "preload": fmb.expression("5*sin(3*t)"),
+    },
+    "PointLoad": {
+        "force": (3.0, fmb.expression("2 + t**2"), -1.0),
+        "moment": (0.3, -0.2, fmb.expression("t")),
+    },
+}
+"""Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
+
+
+@cache
+def beam() -> fmb.ModalNeutralData:
+    """A slender steel frame in space, reduced, with geometric stiffness: soft enough to bend visibly."""
+    points = np.column_stack([np.linspace(0.0, 1.0, 6), [0.0, 0.02, 0.03, 0.03, 0.02, 0.0], np.zeros(6)])
+    fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.01), material=fmb.MATERIALS["steel"])
+    return reduction.reduce(
+        fe,
+        interfaces={"root": [0], "tip": [5]},
+        modes=3,
+        stations={"mid": (0.4, 0.03, 0.0)},
+        geometric_stiffness=True,
+    )
+
+
+def _pose(rng) -> Pose:
+    return Pose(tuple(rng.normal(size=3) * 0.3), rng.normal(size=3))
+
+
+def body(kind: str, name: str, rng, spread: float = 0.3):
+    """Return a body of a kind with random properties, pose and twist, and its marker's name."""
+    moving = {"at": rng.normal(size=3) * spread, "velocity": rng.normal(size=3)}
+    turning = {"rotation": rng.normal(size=3), "angular_velocity": rng.normal(size=3)}
+    marker = MARKER[kind].format(name)
+    if kind == "ground":
+        return fmb.Ground(markers={"m": _pose(rng)}), marker
+    if kind == "point":
+        return fmb.PointMass(name, mass=rng.uniform(1, 2), **moving), marker
+    if kind == "floating":
+        return fmb.FloatingBody(name, data=beam(), damping=0.02, **moving, **turning), marker
+    A = rng.normal(size=(3, 3))
+    J = A @ A.T + np.eye(3)
+    inertia = 0.1 * (np.trace(J) * np.eye(3) - J)
+    return fmb.RigidBody(
+        name,
+        mass=rng.uniform(1, 2),
+        inertia=inertia,
+        center_of_mass=rng.normal(size=3) * 0.2,
+        markers={"m": _pose(rng)},
+        **moving,
+        **turning,
+    ), marker
+
+
+def pair(kinds: str, rng):
+    """Return two bodies (and the ground) and the names of their markers."""
+    a, b = kinds.split("-")
+    (body_a, marker_a), (body_b, marker_b) = body(a, "a", rng), body(b, "b", rng)
+    ground = () if "ground" in (a, b) else (fmb.Ground(markers={"m": _pose(rng)}),)
+    return (*ground, body_a, body_b), (marker_a, marker_b)
+
+
+def joint_parts(kind: str, markers, rng) -> tuple:
+    """Return the joints that make one joint of a kind between two markers (a drive needs a joint to drive)."""
+    if kind == "Drive":
+        turn = fmb.expression("0.3 + 0.7*t + 0.2*t**2")
+        return joints.Cylindrical("j", markers=markers), joints.Drive("drive", joint="j", angle=turn)
+    if kind == "Rod":
+        return (joints.Rod("j", markers=markers, length=0.7),)
+    return (joints.KINDS[kind]("j", markers=markers),)
+
+
+def slide_drive(markers) -> tuple:
+    """Return a cylindrical joint with a driven slide."""
+    slide = fmb.expression("0.1 - 0.4*t + 0.3*t**2")
+    return joints.Cylindrical("j", markers=markers), joints.Drive("drive", joint="j", displacement=slide)
+
+
+def force_parts(kind: str, markers, rng) -> tuple:
+    """Return the force of a kind between two markers, or on the second one in the axes of the first."""
+    fields = dict(FORCE_FIELDS[kind])
+    names = (
+        {"markers": markers}
+        if "markers" in forces.KINDS[kind].__dataclass_fields__
+        else {"marker": markers[1], "axes": markers[0]}
+    )
+    return (forces.KINDS[kind]("f", **names, **fields),)
+
+
+def connected(kind: str, kinds: str, rng) -> fmb.Model:
+    """Return a random model in which a joint or force of `kind` connects bodies of `kinds`; gravity acts."""
+    members, markers = pair(kinds, rng)
+    parts = {"joints": ()} | ({"joints": joint_parts(kind, markers, rng)} if kind in joints.KINDS else {})
+    if kind in forces.KINDS:
+        parts["forces"] = force_parts(kind, markers, rng)
+    if kind == "slide":
+        parts["joints"] = slide_drive(markers)
+    return fmb.Model(bodies=members, gravity=tuple(rng.normal(size=3) * 9.0), **parts)
+
+
+def single(kind: str, rng) -> fmb.Model:
+    """Return one free body of a registered kind under gravity."""
+    name = {bodies.RigidBody: "rigid", bodies.PointMass: "point", bodies.FloatingBody: "floating"}[
+        bodies.KINDS[kind]
+    ]
+    return fmb.Model(bodies=(fmb.Ground(), body(name, "b", rng)[0]), gravity=tuple(rng.normal(size=3) * 9.0))
+
+
+def units(system, strain: float = 1e-3) -> np.ndarray:
+    """Return the size of a moderate increment of every velocity: 1 for motion at large, `strain` for deformation."""
+    size = np.ones(system.nu)
+    for _, iu, count, flexible in system.program.vectors:
+        if flexible:
+            size[iu : iu + count] = strain
+    return size
+
+
+def randomise(system, state, rng, strain: float = 1e-3):
+    """Return the state with random flexible coordinates, velocities, accelerations and multipliers."""
+    size = units(system)
+    q, u, a = state.q.copy(), size * rng.normal(size=system.nu), size * rng.normal(size=system.nu)
+    for iq, _, count, flexible in system.program.vectors:
+        if flexible:
+            q[iq : iq + count] = strain * rng.normal(size=count)
+    return system.state(0.37, q, u, a, 3.0 * rng.normal(size=system.ng))
+
+
+def random_state(model, rng, strain: float = 1e-3):
+    """Return the compiled (not assembled) system at a random state."""
+    system = compile(model)
+    return system, randomise(system, system.state(), rng, strain)
+
+
+def moved(system, state, d, h: float, **changes):
+    """Return the state at q [+] h d with the other changes."""
+    q = np.empty(system.nq)
+    advance(system.program, state.q, np.asarray(d, float), h, q)
+    values = {"t": state.t, "u": state.u, "a": state.a, "lam": state.lam} | changes
+    return system.state(q=q, **values)
+
+
+def derivative(f, h: float, stencil=STENCIL):
+    """Return the derivative of f(x) at 0 by central differences of sixth order."""
+    order = 2 if stencil is SECOND else 1
+    return sum(weight * f(k * h) for k, weight in stencil.items()) / h**order
