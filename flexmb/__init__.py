@@ -17,7 +17,8 @@ _ROOMS = {
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.bodies": "Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
-    "flexmb.joints": "Cylindrical Drive Fixed Planar Prismatic Revolute Rod Spherical Universal",
+    "flexmb.joints": "Coupler Cylindrical Drive Fixed Planar Prismatic RackAndPinion Revolute Rod Screw Spherical "
+    "Universal",
     "flexmb.forces": "PointLoad SpringDamper",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "
     "Position Reaction Stress Velocity",

@@ -2,14 +2,16 @@
 
 from flexmb.constraints.angle import Angle
 from flexmb.constraints.coincident import Coincident
+from flexmb.constraints.coordinates import Coordinate, joint_coordinate
+from flexmb.constraints.coupled import Coupled
 from flexmb.constraints.distance import Distance
-from flexmb.constraints.freedoms import Ball, Slide, Turn, TurnOfSecond
+from flexmb.constraints.freedoms import Ball, Helix, Slide, Turn, TurnOfSecond
 from flexmb.constraints.in_plane import InPlane
 from flexmb.constraints.perpendicular import Perpendicular
 from flexmb.model.kinds import Equation
 
-__all__ = ["EQUATIONS", "Angle", "Ball", "Coincident", "Distance", "InPlane", "Perpendicular", "Slide", "Turn",
-           "TurnOfSecond"]
+__all__ = ["EQUATIONS", "Angle", "Ball", "Coincident", "Coordinate", "Coupled", "Distance", "Helix", "InPlane",
+           "Perpendicular", "Slide", "Turn", "TurnOfSecond", "joint_coordinate"]
 
-EQUATIONS: tuple[type[Equation], ...] = (Coincident, InPlane, Perpendicular, Distance, Angle)
+EQUATIONS: tuple[type[Equation], ...] = (Coincident, InPlane, Perpendicular, Distance, Angle, Coupled)
 """All primitive equations, in the order in which tables are evaluated."""

@@ -62,5 +62,4 @@ class Angle(Equation):
         return (markers[1], markers[0]) if self.coordinate.swapped else (markers[0], markers[1])
 
     def record(self, compiler, markers):
-        a, b = markers[::-1] if self.coordinate.swapped else markers
-        return (self.coordinate.record(compiler, a, b, counts=False), compiler.signal(self.angle))
+        return (self.coordinate.record(compiler, *markers, counts=False), compiler.signal(self.angle))

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.model.kinds import Freedom
 
-__all__ = ["Ball", "Slide", "Turn", "TurnOfSecond"]
+__all__ = ["Ball", "Helix", "Slide", "Turn", "TurnOfSecond"]
 
 
 @dataclass(frozen=True)
@@ -53,3 +53,15 @@ class Ball(Freedom):
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (3, 6) of marker b in W."""
         return np.hstack([np.zeros((3, 3)), np.eye(3)])
+
+
+@dataclass(frozen=True)
+class Helix(Freedom):
+    """Rotation about the z-axis of marker a with a translation of `pitch` (m) per turn along it."""
+
+    pitch: float
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (k, 6) of marker b in W; `d` = r_b - r_a."""
+        axis = R_a[:, 2]
+        return np.concatenate([np.cross(axis, d) + self.pitch / (2.0 * np.pi) * axis, axis])[None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
-from flexmb.constraints import Angle, InPlane, Slide, Turn
+from flexmb.constraints import Angle, InPlane, joint_coordinate
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Joint, Part
 from flexmb.model.signal import as_signal
@@ -15,7 +15,7 @@ __all__ = ["Drive"]
 
 @dataclass(frozen=True, eq=False)
 class Drive(Joint):
-    """Prescribe the turn (rad) or the slide (m) of a joint along or about the z-axis of its first marker.
+    """Prescribe a turn (rad) or a slide (m) that a joint permits; other freedoms of the joint stay free.
 
     The reaction of the drive is the force or moment that enforces the motion, on the body of the second marker.
 
@@ -25,15 +25,21 @@ class Drive(Joint):
     joint : str
         Name of the joint that permits the motion.
     angle : signal, rad, optional
-        Angle from the x-axis of marker a to the x-axis of marker b about z of a; any number of turns.
+        Angle from the x-axis of marker a to the x-axis of marker b about z of a (to the z-axis of b in a universal
+        joint); any number of turns.
     displacement : signal, m, optional
-        Position of marker b along z of marker a. Give either angle or displacement.
+        Position of marker b along an axis of marker a. Give either angle or displacement.
+    freedom : str, optional
+        Which one: "turn" about z of marker a or "turn_b" about z of marker b (from the x-axis of b to the z-axis of
+        a, counted against the sense of z of b: positive if b turns forwards); "slide" along z of marker a, "slide_x" or
+        "slide_y". By default "turn" and "slide".
     """
 
     _: KW_ONLY
     joint: str
     angle: Any = None
     displacement: Any = None
+    freedom: str | None = None
     markers: tuple[str, str] = ("", "")
 
     prescribes: ClassVar[bool] = True
@@ -51,21 +57,16 @@ class Drive(Joint):
 
     def check(self, model) -> None:
         """Raise ModelError if the joint does not exist or forbids the driven motion."""
-        joint = model.joint(self.joint, self.title)
-        wanted = Turn("z") if self.angle is not None else Slide("z")
-        if wanted not in joint.permits:
-            motion = "turn" if self.angle is not None else "slide"
-            permitted = ", ".join(str(f) for f in joint.permits) or "nothing"
-            kind = type(joint).__name__
-            raise ModelError(self.title,
-                             found=f"joint '{self.joint}' ({kind}) forbids the {motion} about or along z",
-                             expected=f"a motion that the joint permits: {permitted}",
-                             remedy="Drive another joint, or give the other of angle= and displacement=")
+        self.equations_in(model)
 
-    def resolved_markers(self, model) -> tuple[str, str]:
+    def resolved_markers(self, model) -> tuple[str, ...]:
         """Return the markers of the driven joint."""
         return model.joint(self.joint, self.title).markers
 
-    def equations(self):
+    def equations_in(self, model):
         """Return the one rheonomic equation."""
-        return (Angle(self.angle),) if self.angle is not None else (InPlane("z", self.displacement),)
+        kind = "turn" if self.angle is not None else "slide"
+        coordinate = joint_coordinate(model.joint(self.joint, self.title), self.title, self.freedom or kind, kind)
+        if kind == "turn":
+            return (Angle(self.angle, coordinate),)
+        return (InPlane(coordinate.axis, self.displacement),)

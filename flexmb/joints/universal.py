@@ -22,4 +22,4 @@ class Universal(Joint):
     """
 
     forbids = (Coincident(), Perpendicular("z", "z"))
-    permits = (Turn("z"), TurnOfSecond("z"))
+    permits = (Turn("z", to="z"), TurnOfSecond("z"))

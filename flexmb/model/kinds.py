@@ -186,6 +186,15 @@ class Joint(Part):
         """Return the primitive equations of this joint (of its fields, where they depend on them)."""
         return self.forbids
 
+    @property
+    def coordinates(self) -> tuple[Freedom, ...]:
+        """Freedoms that drives, couplers and forces may act on."""
+        return self.permits
+
+    def equations_in(self, model) -> tuple[Equation, ...]:
+        """Return the primitive equations of this joint, where they depend on other joints of the model."""
+        return self.equations()
+
     def resolved(self, positions: np.ndarray):
         """Return the joint with its defaults taken from the marker positions (2, 3), m, in W, as described."""
         return self

@@ -182,11 +182,11 @@ class _Constraints:
             joint = description.resolved(np.array([compiler.position(m) for m in markers]))
             self.joints.append(joint)
             start = len(self.names)
-            for primitive in joint.equations():
+            for primitive in joint.equations_in(model):
                 involved = primitive.involved(markers)
                 a, b = involved[:2]
                 pair = compiler.pair(a, b, STIFF if primitive.stiffens else 0)
-                row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, involved))
+                row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, markers))
                 items.append((primitive.table, row))
                 for k in range(primitive.count):
                     legs += [(marker, len(self.names)) for marker in involved]
