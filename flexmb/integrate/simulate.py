@@ -17,6 +17,7 @@ from flexmb.integrate.watch import LOOKS, Watch, next_phase
 from flexmb.model.model import Model
 from flexmb.results import Solution, Status
 from flexmb.system import assemble
+from flexmb.system import compile as compile_model
 
 __all__ = ["simulate"]
 
@@ -52,9 +53,9 @@ class _Phases:
         self.statistics: dict[str, Any] = {}
         self.t = float(times[0])
 
-    def run(self, model: Model) -> Status:
-        """Run all phases and return how the run ended."""
-        state, works, began = None, np.zeros(3), self.t
+    def run(self, model: Model, state=None, works=None) -> Status:
+        """Run all phases from a state by body name (default: as described) and return how the run ended."""
+        works, began = np.zeros(3) if works is None else works, self.t
         while True:
             system, start = assemble(model, t=began, state=state)
             self.recorder.begin(model, system)
@@ -149,6 +150,17 @@ def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
     return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}
 
 
+def state_at(start, model: Model):
+    """Return the state by body name of an instant (or the last instant of a solution), for another start of a model."""
+    start = getattr(start, "final", start)
+    system = compile_model(start.model or model)
+    if len(start.q) != system.nq or len(start.u) != system.nu:
+        raise ModelError("simulate", found=f"a start with {len(start.q)} coordinates and {len(start.u)} velocities",
+                         expected=f"{system.nq} and {system.nu}, those of model '{system.model.name}'",
+                         remedy="Give a solution of this model, or an Instant that names its own model")
+    return carried(system, model, start.q, start.u)
+
+
 def simulate(
     model: Model,
     t_end: float,
@@ -156,6 +168,7 @@ def simulate(
     integrator: Any = None,
     samples: Any = 201,
     t_start: float = 0.0,
+    start: Any = None,
     output: str | Path | None = None,
     write_model: Callable[[Model], str] | None = None,
     progress: Callable[[float, float], None] | None = None,
@@ -171,6 +184,9 @@ def simulate(
     samples : int or (nt,) s
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s
+    start : Solution or Instant, optional
+        Where the motion begins, instead of the described positions and velocities: the result of `statics` (its last
+        sample), or an instant of another solution. Bodies are found by name.
     output : path, optional
         Solution file that is written while the run goes on; a run that is cut off leaves what it had.
     write_model : callable Model -> text, optional
@@ -193,10 +209,11 @@ def simulate(
     integrator = GeneralizedAlpha() if integrator is None else integrator
     times = sample_times(t_start, t_end, samples)
     clock = time.perf_counter()
-    assemble(model, t=t_start)  # whatever is wrong shows before a file is made
+    state = None if start is None else state_at(start, model)
+    assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
     recorder = Recorder(model, output, write_model)
     phases = _Phases(integrator, recorder, times, progress)
-    status = phases.run(model)
+    status = phases.run(model, state)
     solution = recorder.solution(status, {**phases.statistics, "seconds": time.perf_counter() - clock})
     if status.kind == "failed":
         raise IntegrationError(f"Model '{model.name}'", found=status.message,
