@@ -53,6 +53,7 @@ MORE = {
     },
     "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
     "Rod": {"length": 0.3},
+    "RackAndPinion": {"joints": ("A", "slide")},
     "Energy": {"kind": "strain"},
     "JointCoordinate": {"kind": "turn"},
     "Reaction": {"axes": "b.A"},
@@ -84,6 +85,7 @@ def stage(data):
         joints=[
             fmb.Revolute("A", markers=("ground.A", "b.A")),
             fmb.Revolute("B", markers=("b.A", "c.center")),
+            fmb.Prismatic("slide", markers=("ground.A", "c.center")),
         ],
         forces=[fmb.SpringDamper("spring", markers=("ground.A", "b.A"), stiffness=1.0)],
         sensors=[fmb.Position("s", marker="b.A")],
@@ -106,8 +108,9 @@ def test_round_trip(table, name, stage, data):
         elif f.name == "markers" and table == "body":
             continue
         elif f.init and (required or f.name in ("markers", "marker")):
-            assert f.name in VALUES, f"what is a value of {name}.{f.name}? Add it to VALUES or MORE"
-            values[f.name] = VALUES[f.name]
+            known = VALUES if f.type != "float" else {f.name: 0.25, **VALUES}
+            assert f.name in known, f"what is a value of {name}.{f.name}? Add it to VALUES or MORE"
+            values[f.name] = known[f.name]
     own = {
         "name": values.get("name", "ground"),
         **{k: v for k, v in values.items() if k != "name" and v is not None},
