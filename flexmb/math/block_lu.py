@@ -1,7 +1,8 @@
 """Sparse LU with a static block pattern: the order and the fill are found once, the numbers often.
 
 Rows are grouped in blocks (the freedoms of a body, the multipliers of a joint); all rows of a block have the same
-columns, stored as contiguous segments, so the inner loops run over contiguous memory. There is no pivoting: the order
+columns, stored as contiguous segments, and which block changes which columns of which is listed beforehand, so the
+inner loops run over contiguous memory. There is no pivoting: the order
 (system room, `pattern`) puts a body before its multipliers, which keeps every pivot away from zero; a vanishing pivot
 is reported with its row. Source of the row-wise form: Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 6.
 """
@@ -16,55 +17,80 @@ from flexmb.math.kernel import kernel
 
 __all__ = ["BlockPattern", "lu_factor", "lu_solve"]
 
-BlockPattern = namedtuple("BlockPattern", "order row_start row_block segment_start column length inverse scratch")
+BlockPattern = namedtuple(
+    "BlockPattern",
+    "order row_start row_block segment_start column length block_start own own_segment step_start source at "
+    "run_start run_to run_from run_length inverse scratch",
+)
 """order (n,): unknown at each place; row_start (n + 1,): first value of each row; row_block (n,);
 segment_start (blocks + 1,); column, length (segments,): first place and number of columns of each segment;
+block_start (blocks + 1,): first row of each block; own, own_segment (blocks,): where its diagonal block is in its rows;
+step_start (blocks + 1,): the earlier blocks to eliminate: source and at (steps,): which, and where they are in the rows;
+run_start (steps + 1,); run_to, run_from, run_length: columns that a step changes, in the rows of both blocks;
 inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,)."""
+
+
+@kernel
+def _eliminate(S, p, s, base, n, width):
+    """Subtract the multiples of an earlier block's rows from `n` rows that begin at `base`."""
+    block = p.source[s]
+    first = p.block_start[block]
+    m = p.block_start[block + 1] - first
+    start = p.row_start[first]
+    stride = p.row_start[first + 1] - start
+    own = p.own[block]
+    for i in range(n):
+        row = base + i * width
+        left = row + p.at[s]
+        for k in range(m):
+            x = S[left + k]
+            if x == 0.0:
+                continue
+            f = x * p.inverse[first + k]
+            S[left + k] = f
+            pivot_row = start + k * stride
+            for t in range(k + 1, m):
+                S[left + t] -= f * S[pivot_row + own + t]
+            for r in range(p.run_start[s], p.run_start[s + 1]):
+                to, source = row + p.run_to[r], pivot_row + p.run_from[r]
+                for t in range(p.run_length[r]):
+                    S[to + t] -= f * S[source + t]
 
 
 @kernel
 def lu_factor(S, p):
     """Factorise S = L U in place; return -1, or the first row (place) whose pivot vanishes or is not finite."""
-    w = p.scratch
-    for row in range(len(p.row_block)):
-        block = p.row_block[row]
-        first, last = p.segment_start[block], p.segment_start[block + 1]
-        at = p.row_start[row]
-        largest = 0.0
-        for s in range(first, last):
-            c, m = p.column[s], p.length[s]
-            for t in range(m):
-                w[c + t] = S[at + t]
-                largest = max(largest, abs(S[at + t]))
-            at += m
-        for s in range(first, last):
-            c = p.column[s]
-            if c >= row:
-                break
-            for k in range(c, min(c + p.length[s], row)):
-                if w[k] == 0.0:
+    for block in range(len(p.own)):
+        first = p.block_start[block]
+        n = p.block_start[block + 1] - first
+        if n == 0:
+            continue
+        base = p.row_start[first]
+        width = p.row_start[first + 1] - base
+        own = p.own[block]
+        for i in range(n):
+            largest = 0.0
+            row = base + i * width
+            for t in range(width):
+                largest = max(largest, abs(S[row + t]))
+            p.scratch[first + i] = largest
+        for s in range(p.step_start[block], p.step_start[block + 1]):
+            _eliminate(S, p, s, base, n, width)
+        for i in range(n):
+            row = base + i * width
+            for k in range(i):
+                x = S[row + own + k]
+                if x == 0.0:
                     continue
-                f = w[k] * p.inverse[k]
-                w[k] = f
-                inner = p.row_block[k]
-                source = p.row_start[k]
-                for r in range(p.segment_start[inner], p.segment_start[inner + 1]):
-                    c2, m2 = p.column[r], p.length[r]
-                    if c2 + m2 > k + 1:
-                        skip = max(0, k + 1 - c2)
-                        for t in range(skip, m2):
-                            w[c2 + t] -= f * S[source + t]
-                    source += m2
-        pivot = w[row]
-        if not abs(pivot) > 1e-14 * largest:
-            return row
-        p.inverse[row] = 1.0 / pivot
-        at = p.row_start[row]
-        for s in range(first, last):
-            c, m = p.column[s], p.length[s]
-            for t in range(m):
-                S[at + t] = w[c + t]
-            at += m
+                f = x * p.inverse[first + k]
+                S[row + own + k] = f
+                above = base + k * width
+                for t in range(own + k + 1, width):
+                    S[row + t] -= f * S[above + t]
+            pivot = S[row + own + i]
+            if not abs(pivot) > 1e-14 * p.scratch[first + i]:
+                return first + i
+            p.inverse[first + i] = 1.0 / pivot
     return -1
 
 
@@ -72,31 +98,36 @@ def lu_factor(S, p):
 def lu_solve(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order."""
     w = p.scratch
-    n = len(p.row_block)
-    for row in range(n):
-        block = p.row_block[row]
-        at = p.row_start[row]
-        x = b[p.order[row]]
-        for s in range(p.segment_start[block], p.segment_start[block + 1]):
-            c = p.column[s]
-            if c >= row:
-                break
-            for k in range(c, min(c + p.length[s], row)):
-                x -= S[at + k - c] * w[k]
-            at += p.length[s]
-        w[row] = x
-    for row in range(n - 1, -1, -1):
-        block = p.row_block[row]
-        at = p.row_start[row]
-        x = w[row]
-        for s in range(p.segment_start[block], p.segment_start[block + 1]):
-            c, m = p.column[s], p.length[s]
-            if c + m > row + 1:
-                for k in range(max(c, row + 1), c + m):
-                    x -= S[at + k - c] * w[k]
-            at += m
-        w[row] = x * p.inverse[row]
-    for row in range(n):
+    blocks = len(p.own)
+    for block in range(blocks):
+        first = p.block_start[block]
+        for row in range(first, p.block_start[block + 1]):
+            start = p.row_start[row]
+            x = b[p.order[row]]
+            at = start
+            for s in range(p.segment_start[block], p.own_segment[block]):
+                c = p.column[s]
+                for t in range(p.length[s]):
+                    x -= S[at + t] * w[c + t]
+                at += p.length[s]
+            for k in range(row - first):
+                x -= S[at + k] * w[first + k]
+            w[row] = x
+    for block in range(blocks - 1, -1, -1):
+        first, last = p.block_start[block], p.block_start[block + 1]
+        for row in range(last - 1, first - 1, -1):
+            at = p.row_start[row] + p.own[block]
+            x = w[row]
+            for k in range(row + 1 - first, last - first):
+                x -= S[at + k] * w[first + k]
+            at += last - first
+            for s in range(p.own_segment[block] + 1, p.segment_start[block + 1]):
+                c = p.column[s]
+                for t in range(p.length[s]):
+                    x -= S[at + t] * w[c + t]
+                at += p.length[s]
+            w[row] = x * p.inverse[row]
+    for row in range(len(p.row_block)):
         b[p.order[row]] = w[row]
 
 

@@ -110,6 +110,7 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         for _ in range(int(sizes[node])):
             row_block.append(k)
             row_start.append(row_start[-1] + at)
+    steps = _steps(order, after, columns, position, sizes, offset_in_row)
     pattern = BlockPattern(
         order=np.array([unknown for node in order for unknown in unknowns[node]], np.int64),
         row_start=np.array(row_start, np.int64),
@@ -117,6 +118,10 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         segment_start=np.array(segment_start, np.int64),
         column=np.array(column, np.int64),
         length=np.array(length, np.int64),
+        block_start=np.cumsum([0, *(int(sizes[node]) for node in order)]).astype(np.int64),
+        own=np.array([offset_in_row[node, node] for node in order], np.int64),
+        own_segment=np.array([segment_start[k] + len(columns[k]) for k in range(len(order))], np.int64),
+        **steps,
         inverse=np.zeros(total),
         scratch=np.zeros(total),
     )
@@ -127,3 +132,25 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         return rows + offset_in_row[row_node, column_node]
 
     return pattern, place
+
+
+def _steps(order, after, columns, position, sizes, offset_in_row) -> dict[str, np.ndarray]:
+    """Return the elimination steps of every block, and the runs of columns that each changes, neighbours joined."""
+    step_start, source, at, run_start = [0], [], [], [0]
+    runs: list[tuple[int, int, int]] = []
+    for k, node in enumerate(order):
+        for earlier in sorted(columns[k], key=position.__getitem__):
+            source.append(position[earlier])
+            at.append(offset_in_row[node, earlier])
+            first = len(runs)
+            for other in sorted(after[position[earlier]], key=position.__getitem__):
+                to, start, length = offset_in_row[node, other], offset_in_row[earlier, other], int(sizes[other])
+                if len(runs) > first and runs[-1][0] + runs[-1][2] == to and runs[-1][1] + runs[-1][2] == start:
+                    to, start, length = runs[-1][0], runs[-1][1], runs.pop()[2] + length
+                runs.append((to, start, length))
+            run_start.append(len(runs))
+        step_start.append(len(source))
+    table = np.array(runs, np.int64).reshape(-1, 3)
+    names = {"step_start": step_start, "source": source, "at": at, "run_start": run_start}
+    arrays = {name: np.array(values, np.int64) for name, values in names.items()}
+    return {**arrays, "run_to": table[:, 0].copy(), "run_from": table[:, 1].copy(), "run_length": table[:, 2].copy()}
