@@ -64,7 +64,9 @@ class GeneralizedAlpha:
         beta = 0.25 * (0.5 + gamma) ** 2
         # a fixed step is chosen for its own accuracy: there the iteration must not be seen at all
         newton = 0.02 if self.step is None else 1e-4
-        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, self.step is None, 1e-14, 12)
+        # the error of accelerations and multipliers is of the order h^2, that is rtol^(2/3)
+        settled = 0.1 * self.rtol ** (2.0 / 3.0) if self.step is None else 1e-8
+        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, settled, self.step is None, 1e-14, 12)
 
     def start(self, system, state, work, t_end: float) -> Variables:
         """Return the integration variables at the start: consistent accelerations, first step size."""
@@ -79,7 +81,7 @@ class GeneralizedAlpha:
             q1=np.zeros(nq), u1=np.zeros(nu), a1=np.zeros(nu), lam1=np.zeros(ng), alg1=np.zeros(nu),
             dx=np.zeros(nu), d=np.zeros(nu), right=np.zeros(nu + ng), a_last=state.a.copy(), lam_last=state.lam.copy(),
             extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3), signals=state.signals.copy(),
-            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest]))
+            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]))
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         variables.powers[:] = work.energy[3:6]

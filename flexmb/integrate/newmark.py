@@ -32,11 +32,12 @@ extent (nu,) : length, m, that makes an increment a displacement (radius of gyra
 reach (nu,) : displacement, m, to which tolerances are relative
 works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates
 counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
-times (4,) : t, size of the next step, size of the last step, largest step
+times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh matrix
 """
 
-Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton adaptive smallest iterations")
-"""Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it."""
+Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations")
+"""Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
+the accelerations, relative to the largest one."""
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
@@ -92,7 +93,7 @@ def _norm(v, d, tolerance):
 
 
 @kernel
-def _accelerations_settled(v, scale, left):
+def _accelerations_settled(v, c, scale, left):
     """Is what is left of the correction, as acceleration, a small part of the accelerations?
 
     In a step much shorter than its error allows, a displacement within tolerance still is a large acceleration, and the
@@ -102,7 +103,7 @@ def _accelerations_settled(v, scale, left):
     for i in range(len(v.u)):
         largest = max(largest, abs(v.a1[i]) * v.extent[i])
         correction = max(correction, abs(v.d[i]) * v.extent[i])
-    return left * correction <= max(1e-4 * largest * scale, 1e-12 * v.reach[0])
+    return left * correction <= max(c.settled * largest * scale, 1e-13 * v.reach[0])
 
 
 @kernel
@@ -114,7 +115,7 @@ def _iterate(program, work, v, c, h):
     work.coefficients[1] = scale * c.gamma / (c.beta * h)
     work.coefficients[2] = scale
     work.coefficients[4] = 0.5 * h
-    size, rate = 0.0, 0.05
+    size, rate = 0.0, v.times[4]
     fresh = True
     for iteration in range(c.iterations):
         work.coefficients[3] = 1.0 if fresh else 0.0
@@ -139,12 +140,17 @@ def _iterate(program, work, v, c, h):
             rate = size / before
             if rate > 1.5 and iteration > 2:
                 return STALLED
-            rate = min(max(rate, 1e-3), 0.99)
+            rate = min(max(rate, 1e-6), 0.99)
+            if iteration == 1:
+                v.times[4] = max(rate, 1e-4)
         # what is left after this correction is about rate / (1 - rate) of it
         left = rate / (1.0 - rate)
-        if size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, scale, left):
+        if size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left):
             for i in range(3):
                 v.powers[i] = work.energy[3 + i]
+            if iteration == 0:
+                # trusted once more, but less and less until it is measured again
+                v.times[4] = min(1.5 * v.times[4], 0.05)
             return 0
         fresh = rate > 0.2
     return STALLED
