@@ -125,6 +125,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
     say("invariants, stress modes and report", 0.9)
+    body.release_factor()
     quality = quality_numbers(body, normal, basis, exact, clamped)
     data = _data(fe, markers, basis, names, forces, asked.stress)
     data = replace(data, n_interfaces=len(couplings), damping_ratios=damping_ratios(asked.damping, basis.w2),

@@ -35,19 +35,23 @@ def inertia_invariants(fe: FEModel, shapes: np.ndarray) -> InertiaInvariants:
     E, PX = rigid[:, :3], rigid[:, 3:]
     P = rotated(fe, shapes)
     ME, MPX, MPhi = np.split(fe.M @ np.hstack([rigid, shapes]), [3, 6], axis=1)
-    MP = np.stack([fe.M @ P[k] for k in range(3)])
-    ww1 = np.einsum("dk,ldj->jkl", PX, MP, optimize=True)
-    ww2 = np.stack([[P[k].T @ MP[l] for l in range(3)] for k in range(3)])  # (k, l, j, i)
+    m = shapes.shape[1]
+    vw1, ww1, ww2, wn1 = (np.zeros(size) for size in ((m, 3, 3), (m, 3, 3), (m, m, 3, 3), (m, 3, m)))
+    for l in range(3):  # one axis at a time: M P_l Phi is as large as the modes
+        MP = fe.M @ P[l]
+        vw1[:, :, l], ww1[:, :, l], wn1[:, l] = MP.T @ E, MP.T @ PX, MP.T @ shapes
+        for k in range(3):
+            ww2[:, :, k, l] = P[k].T @ MP
     return InertiaInvariants(
         vv=_symmetric(E.T @ ME),
         vw0=E.T @ MPX,
-        vw1=np.stack([E.T @ MP[k] for k in range(3)]).transpose(2, 1, 0),
+        vw1=vw1,
         vn=ME.T @ shapes,
         ww0=_symmetric(PX.T @ MPX),
         ww1=ww1 + ww1.transpose(0, 2, 1),
-        ww2=ww2.transpose(2, 3, 0, 1),
+        ww2=ww2,
         wn0=MPX.T @ shapes,
-        wn1=np.stack([MP[k].T @ shapes for k in range(3)], axis=1),
+        wn1=wn1,
         nn=_symmetric(shapes.T @ MPhi),
     )
 

@@ -216,6 +216,10 @@ class HeldBody:
             return out
         return out + self._close(self._on_supports.T @ forces, -self._averages @ out)
 
+    def release_factor(self) -> None:
+        """Give the memory of the factorisation back: nothing can be solved any more, all arrays stay."""
+        self.factor = factor(sparse.csr_matrix((0, 0)))
+
     def solve_supported(self, forces: np.ndarray, support: np.ndarray | None = None) -> np.ndarray:
         """Return the displacement (ndof, k) under forces with the interface coordinates `support` held at zero.
 
