@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.math.block_lu import lu_factor
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system.compile import compile
@@ -62,9 +63,13 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     right = np.zeros(system.nu + system.ng)
     scale = max(1.0, _size(system))
     done = project(system.program, state, work, right, state.q, tolerance * scale, 60)
+    if done == -2:
+        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+        evaluate(system.program, state, work)
+        raise _singular(system, lu_factor(work.S, system.program.pattern))
     if done < 0:
         g = np.abs(work.equations["g"])
-        if done == -2 or not np.all(np.isfinite(g)) or g.max() > tolerance * scale:
+        if not np.all(np.isfinite(g)) or g.max() > tolerance * scale:
             raise CompileError(
                 f"Model '{model.name}'",
                 found=f"the mechanism cannot be assembled; worst equations: {worst_equations(system, work)}",
@@ -81,15 +86,19 @@ def consistent_start(system: System, state: State, work) -> State:
     sweeps = 12 if system.redundant else 2
     failed = accelerations(system.program, state, work, right, sweeps)
     if failed >= 0 or not np.all(np.isfinite(state.a)):
-        unknown = int(system.program.pattern.order[max(failed, 0)])
-        raise CompileError(
-            system.owner(unknown), found="the equations of motion are singular here",
-            expected="every freedom to have inertia or a constraint",
-            remedy="Give the body mass and inertia, or look at flexmb.check(model) for dependent equations")
-    keep_branches(system.program, work, state.q)
+        raise _singular(system, failed)
     residual = np.zeros(system.ng)
     _acceleration_error(system, state, work, residual)
     return state
+
+
+def _singular(system: System, place: int) -> CompileError:
+    """Return the error that names the body or equation at whose place the factorisation found no pivot."""
+    unknown = int(system.program.pattern.order[max(place, 0)])
+    return CompileError(
+        system.owner(unknown), found="the equations of motion are singular here",
+        expected="inertia in every freedom of every body, and equations that do not contradict each other",
+        remedy="Give the body mass and inertia about all axes, or look at flexmb.check(model) for dependent equations")
 
 
 def _acceleration_error(system, state, work, residual):
