@@ -107,8 +107,8 @@ def _reduced_lever(folder: Path) -> fmb.ModalNeutralData:
         fe = fem.solid(fem.read_mesh(folder / MESH), fmb.MATERIALS["titanium"])
         data = reduction.reduce(
             fe,
-            interfaces={"root": "bore_root", "tip": "bore_tip"},
-            modes=8,
+            interfaces={"root": reduction.Averaging("bore_root"), "tip": reduction.Averaging("bore_tip")},
+            modes=12,
             geometric_stiffness=True,
             progress=progress,
         )

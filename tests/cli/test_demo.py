@@ -6,6 +6,8 @@ Reference: high-lift data set "widebody_highlift" 1.0, outcomes 5.1 and 5.3: the
 """
 
 import csv
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -67,3 +69,82 @@ def test_files(demo):
 def test_the_station_can_be_varied(demo):
     rigid = fmb.load_model(demo / "flap_station.toml", {"lever_is_rigid": True})
     assert fmb.check(rigid).mobility == 0
+
+
+def test_pyvista_reads_the_motion(demo):
+    """Frames at 0, 0.5 and 1 s: the lever's nodes and stress are there, and the flap is where its sensor says."""
+    pyvista = pytest.importorskip("pyvista")
+    reader = pyvista.get_reader(demo / "flap_station.pvd")
+    solution = open_run(demo / "run")
+    assert len(reader.time_values) == 101
+    for t in (0.0, 0.5, 1.0):
+        reader.set_active_time_value(t)
+        blocks = {block.n_points: block for block in reader.read()}
+        lever = blocks[9880]
+        assert lever.n_cells == 5466
+        k = int(np.argmin(np.abs(solution.t - t)))
+        assert lever["von_mises"].max() == pytest.approx(solution["lever stress"][k], rel=1e-5)
+        nose = solution[fmb.Position("nose", marker="flap.nose")][k]
+        edge = nose + 2.35 * np.array([np.cos(a := solution["flap angle"][k]), 0.0, -np.sin(a)])
+        reached = min(np.abs(block.points[:, [0, 2]] - edge[[0, 2]]).max(axis=1).min() for block in blocks.values())
+        assert reached < 1e-5
+
+
+READ = """
+import sys
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+from vtkmodules.vtkIOHDF import vtkHDFReader
+xml = vtkXMLUnstructuredGridReader()
+xml.SetFileName(sys.argv[1])
+xml.Update()
+hdf = vtkHDFReader()
+hdf.SetFileName(sys.argv[2])
+hdf.UpdateInformation()
+hdf.SetStep(hdf.GetNumberOfSteps() - 1)
+hdf.Update()
+for grid in (xml.GetOutput(), hdf.GetOutputDataObject(0)):
+    stress = grid.GetPointData().GetArray("von_mises")
+    print(grid.GetNumberOfPoints(), grid.GetNumberOfCells(), stress.GetRange()[1])
+print(hdf.GetNumberOfSteps())
+"""
+
+
+def test_a_vtk_process_reads_both_formats(demo):
+    """The last frame of the lever, by VTK's own readers in a process of their own: VTU and VTKHDF say the same."""
+    files = [str(demo / "flap_station" / "lever_100.vtu"), str(demo / "flap_station_lever.vtkhdf")]
+    child = subprocess.run([sys.executable, "-c", READ, *files], capture_output=True, text=True, check=True)
+    vtu, hdf, steps = (line.split() for line in child.stdout.splitlines())
+    assert vtu == hdf
+    assert vtu[:2] == ["9880", "5466"]
+    assert steps == ["101"]
+    assert float(vtu[2]) == pytest.approx(open_run(demo / "run")["lever stress"][-1], rel=1e-5)
+
+
+@pytest.mark.render
+def test_picture(demo):
+    """Retracted, middle and extended: nothing is cut off at the sides, the lever shows the colours of its stress."""
+    from matplotlib.image import imread
+
+    picture = imread(demo / "flap_station.png")[:, :, :3]
+    assert picture.shape == (900, 1600, 3)
+    border = np.concatenate([picture[:, :8], picture[:, -8:]], axis=1)
+    assert np.ptp(border, axis=1).max() < 0.02  # the mechanism does not touch the sides
+    saturation = picture.max(axis=2) - picture.min(axis=2)
+    assert (saturation[:700] > 0.5).sum() > 2000  # above the scale: on the lever
+
+
+def test_table_and_timings(tmp_path, capsys, monkeypatch, demo):
+    """What is printed: progress, angle, strut force, torque and stress; the file to open; cold or warm, by stage."""
+    from flexmb.cli.demo import _Clock, _table
+
+    lines = _table(open_run(demo / "run"))
+    head = " ".join(lines[0].split())
+    assert head.startswith("t [s] progress [-] lever [deg] flap [deg] strut [kN]")
+    assert head.endswith("torque [kN m] lever stress [MPa]")
+    assert len(lines) == 12
+    assert lines[-1].split()[1] == "1.000"
+    clock = _Clock()
+    clock.stop("reduction")
+    assert "warm: kernels from the cache" in str(clock)
+    clock.compiling = lambda: 7.0
+    assert "cold: 7.0 s of it compiling" in str(clock)
