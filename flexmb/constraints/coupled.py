@@ -65,8 +65,8 @@ class Coupled(Equation):
     Parameters
     ----------
     x, y : Coordinate
-    ratio : float, unit of x per unit of y
-    offset : float, unit of x, optional
+    ratio : float, - (m/rad, rad/m)
+    offset : float, m or rad, optional
         By default that of the configuration as described.
     """
 

@@ -1,9 +1,15 @@
 """The force library: one kind per file, one import line per kind."""
 
+from flexmb.forces.actuator import Actuator
+from flexmb.forces.bi_stop import BiStop
+from flexmb.forces.bushing import Bushing
+from flexmb.forces.one_sided_spring import OneSidedSpring
 from flexmb.forces.point_load import PointLoad
 from flexmb.forces.spring_damper import SpringDamper
+from flexmb.forces.torsion_spring import TorsionSpring
 
-KINDS = {kind.__name__: kind for kind in (SpringDamper, PointLoad)}
+KINDS = {kind.__name__: kind for kind in (SpringDamper, TorsionSpring, Bushing, PointLoad, BiStop, OneSidedSpring,
+                                          Actuator)}
 """All forces by name: read by the model files, the contract tests and the reference pages."""
 
 __all__ = ["KINDS", *KINDS]

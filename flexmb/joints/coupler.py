@@ -29,7 +29,7 @@ class Coupler(Joint):
     name : str
     joints : (str, str)
         Names of the joints A and B.
-    ratio : float, unit of x_A per unit of x_B
+    ratio : float, - (m/rad for a slide and a turn)
         Speed of A over speed of B.
     freedoms : (str, str), optional
         Which freedoms, where a joint has several: "turn", "slide", "turn_b" (about the z-axis of its second marker),

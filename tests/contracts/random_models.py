@@ -39,6 +39,15 @@ FORCE_FIELDS = {
         "force": (3.0, fmb.expression("2 + t**2"), -1.0),
         "moment": (0.3, -0.2, fmb.expression("t")),
     },
+    "TorsionSpring": {"stiffness": 30.0, "damping": 2.0, "free_angle": 0.4},
+    "Actuator": {"effort": fmb.expression("5*sin(3*t)"), "freedom": "slide", "limits": (-4.0, 90.0)},
+    # the contact laws at overlaps where they are smooth
+    "BiStop": {"length": 0.01, "travel": (-0.01, 0.0), "stiffness": 300.0, "exponent": 1.5, "damping": 3.0, "depth": 9.0},
+    "OneSidedSpring": {"length": 9.0, "backlash": 0.1, "stiffness": 30.0, "damping": 3.0, "depth": 20.0},
+    "Bushing": {
+        "stiffness": np.diag((300.0, 200.0, 100.0, 30.0, 20.0, 10.0)) + 5.0,
+        "damping": (3.0, 2.0, 1.0, 0.3, 0.2, 0.1),
+    },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
 
@@ -101,6 +110,11 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return joints.Cylindrical("j", markers=markers), joints.Drive("drive", joint="j", angle=turn)
     if kind == "Rod":
         return (joints.Rod("j", markers=markers, length=0.7),)
+    if kind == "Screw":
+        return (joints.Screw("j", markers=markers, pitch=0.3),)
+    if kind in ("Coupler", "RackAndPinion"):
+        fields = {"ratio": 0.4, "freedoms": ("slide", "turn")} if kind == "Coupler" else {"radius": 0.2}
+        return joints.Cylindrical("j", markers=markers), joints.KINDS[kind]("c", joints=("j", "j"), **fields)
     return (joints.KINDS[kind]("j", markers=markers),)
 
 
@@ -113,20 +127,29 @@ def slide_drive(markers) -> tuple:
 def force_parts(kind: str, markers, rng) -> tuple:
     """Return the force of a kind between two markers, or on the second one in the axes of the first."""
     fields = dict(FORCE_FIELDS[kind])
-    names = (
-        {"markers": markers}
-        if "markers" in forces.KINDS[kind].__dataclass_fields__
-        else {"marker": markers[1], "axes": markers[0]}
-    )
+    own = forces.KINDS[kind].__dataclass_fields__
+    names = {"joint": "j"} if "joint" in own else {"marker": markers[1], "axes": markers[0]}
+    names = {"markers": markers} if "markers" in own else names
     return (forces.KINDS[kind]("f", **names, **fields),)
+
+
+def relative_angle(members, markers) -> float:
+    """Return the angle of the rotation from the axes of the first to those of the second marker, rad."""
+    system = compile(fmb.Model(bodies=members))
+    R_a, R_b = (system.tables["markers"]["R"][system.marker_index[m]] for m in markers)
+    return float(np.arccos(np.clip(0.5 * (np.trace(R_a.T @ R_b) - 1.0), -1.0, 1.0)))
 
 
 def connected(kind: str, kinds: str, rng) -> fmb.Model:
     """Return a random model in which a joint or force of `kind` connects bodies of `kinds`; gravity acts."""
     members, markers = pair(kinds, rng)
+    while kind == "Bushing" and relative_angle(members, markers) > 2.5:  # its rotation vector jumps at half a turn
+        members, markers = pair(kinds, rng)
     parts = {"joints": ()} | ({"joints": joint_parts(kind, markers, rng)} if kind in joints.KINDS else {})
     if kind in forces.KINDS:
         parts["forces"] = force_parts(kind, markers, rng)
+        if getattr(parts["forces"][0], "joint", None):
+            parts["joints"] = (joints.Cylindrical("j", markers=markers),)
     if kind == "slide":
         parts["joints"] = slide_drive(markers)
     return fmb.Model(bodies=members, gravity=tuple(rng.normal(size=3) * 9.0), **parts)

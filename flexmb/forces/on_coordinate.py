@@ -1,0 +1,70 @@
+"""Forces on one coordinate: a freedom of a joint, or the distance or an offset between two markers."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from flexmb.constraints import Coordinate, joint_coordinate
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.kinds import Force
+
+__all__ = ["OnCoordinate", "check_number"]
+
+
+class OnCoordinate(Force):
+    """A force that acts on a coordinate of a joint (fields ``joint``, ``freedom``) or of two markers (``along``)."""
+
+    freedom: str | None
+    motion: ClassVar[str | None] = None
+    """"turn" or "slide" if the force acts on one of them only."""
+
+    def require_place(self) -> None:
+        """Raise ModelError unless exactly one of `joint` and `markers` is given, and `along` is known."""
+        joint, markers = getattr(self, "joint", None), getattr(self, "markers", None)
+        if (joint is None) == (markers is None):
+            raise ModelError(self.title, found="both markers and joint" if joint else "neither markers nor joint",
+                             expected="markers=(a, b), or the joint on whose freedom the force acts",
+                             remedy="Give one of the two")
+        along = getattr(self, "along", "line")
+        if along not in ("line", "x", "y", "z"):
+            raise ModelError(self.title, found=f"along = {along!r}", expected="'line', 'x', 'y' or 'z'",
+                             remedy=did_you_mean(str(along), ("line",)) or "Axes are those of the first marker")
+        if markers is not None:
+            self.require_marker_pair()
+
+    def place(self, model) -> tuple[Coordinate, tuple[str, str]]:
+        """Return the coordinate and the names of its two markers."""
+        fields: Any = self
+        if getattr(self, "joint", None) is not None:
+            joint = model.joint(fields.joint, self.title)
+            return joint_coordinate(joint, self.title, self.freedom, self.motion), joint.markers
+        along = getattr(self, "along", "line")
+        coordinate = Coordinate("distance") if along == "line" else Coordinate("slide", along)
+        return coordinate, fields.markers
+
+    def check(self, model) -> None:
+        """Raise ModelError if the joint or a marker does not exist, or the joint has no such freedom."""
+        _, markers = self.place(model)
+        for marker in markers:
+            model.marker(marker, self.title)
+
+    def measure(self, model) -> str:
+        """Return the second marker."""
+        return self.place(model)[1][1]
+
+    def coordinate_row(self, compiler, counts: bool = True) -> tuple:
+        """Return the row of the coordinate."""
+        coordinate, markers = self.place(compiler.model)
+        return coordinate.record(compiler, *(compiler.marker(m) for m in markers), counts=counts)
+
+    def described(self, compiler) -> float:
+        """Return the coordinate as described."""
+        coordinate, markers = self.place(compiler.model)
+        return coordinate.value(compiler, *(compiler.marker(m) for m in markers))
+
+
+def check_number(part, field: str, low: float, expected: str, remedy: str) -> None:
+    """Raise ModelError if a field is not a finite number >= `low`."""
+    value = getattr(part, field)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value < float("inf"):
+        raise ModelError(part.title, found=f"{field} = {value!r}", expected=expected, remedy=remedy)
