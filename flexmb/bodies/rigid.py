@@ -261,10 +261,17 @@ class RigidBody(Body):
         return (bulk, self.mass, c, origin, compiler.gravity)
 
     @classmethod
-    def rod(cls, name: str, *, length: float, mass: float, radius: float = 0.0, **fields) -> RigidBody:
-        """Make a slender (or round) rod along x from the origin to (length, 0, 0), markers ``start`` and ``end``."""
-        axial = 0.5 * mass * radius**2
-        lateral = mass * (length**2 / 12.0 + radius**2 / 4.0)
+    def rod(cls, name: str, *, length: float, mass: float, radius: float | None = None, **fields) -> RigidBody:
+        """Make a slender (or round) rod along x from the origin to (length, 0, 0), markers ``start`` and ``end``.
+
+        Without a radius the rod is slender: m L^2 / 12 across, exactly, and along its axis the inertia of a round rod
+        of the radius L / 100, because a body without any could not be simulated.
+        """
+        if radius is not None and not radius > 0.0:
+            raise ModelError(f"Body '{name}'", found=f"radius = {radius} m", expected="a positive number",
+                             remedy="Leave the radius out for a slender rod")
+        axial = 0.5 * mass * (0.01 * length if radius is None else radius) ** 2
+        lateral = mass * (length**2 / 12.0 + (0.0 if radius is None else radius) ** 2 / 4.0)
         markers = {"start": (0.0, 0.0, 0.0), "end": (length, 0.0, 0.0), **fields.pop("markers", {})}
         return cls(name, mass=mass, inertia=(axial, lateral, lateral), center_of_mass=(0.5 * length, 0.0, 0.0),
                    markers=markers, **fields)
