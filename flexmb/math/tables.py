@@ -21,8 +21,8 @@ from numba.extending import intrinsic
 
 from flexmb.math.kernel import watch_sources
 
-__all__ = ["DAMPED", "EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "STIFF", "RowKernel", "State", "Work",
-           "call_row_kernel", "row_kernel"]
+__all__ = ["DAMPED", "EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "STIFF", "PointerKernel", "State", "Work",
+           "call_row_kernel", "call_through", "row_kernel"]
 
 MARKER = np.dtype(
     [
@@ -139,17 +139,20 @@ ROW_KERNEL = types.void(_array(types.uint8), _array(_f8), STATE, WORK)
 """The signature of every row kernel."""
 
 
-class RowKernel:
-    """A kernel ``(raw, data, state, work) -> None`` of the common signature, compiled when a system first needs it."""
+class PointerKernel:
+    """A function compiled to one signature when it is first needed, and called through its address.
 
-    def __init__(self, function):
-        self.function = function
+    Its machine code is made once: a caller that is compiled holds a call, not a copy to be optimised again.
+    """
+
+    def __init__(self, function, signature):
+        self.function, self.signature = function, signature
         self.__doc__ = function.__doc__
 
     @cached_property
     def compiled(self):
         """The machine code, from the cache on disk if it is there."""
-        signature = ROW_KERNEL.args, ROW_KERNEL.return_type
+        signature = self.signature.args, self.signature.return_type
         code = CFunc(self.function, signature, locals={}, options={"error_model": "numpy"})
         code.enable_caching()
         watch_sources(code._cache, self.function)
@@ -157,19 +160,24 @@ class RowKernel:
         return code
 
 
-def row_kernel(function) -> RowKernel:
-    """Declare a row kernel."""
-    return RowKernel(function)
+def row_kernel(function) -> PointerKernel:
+    """Declare a row kernel ``(raw, data, state, work) -> None``."""
+    return PointerKernel(function, ROW_KERNEL)
+
+
+def call_through(builder, target, signature, values):
+    """Write the call of the function at the address values[0]; compiled kernels follow the C convention."""
+    prototype = types.FunctionType(signature).ftype
+    function = builder.inttoptr(values[0], target.get_value_type(prototype))
+    builder.call(function, values[1:])
+    return target.get_dummy_value()
 
 
 @intrinsic
 def call_row_kernel(context, address, raw, data, state, work):
-    """Call the row kernel at `address` (an integer): its compiled form follows the C convention."""
-    prototype = types.FunctionType(ROW_KERNEL).ftype
+    """Call the row kernel at `address` (an integer)."""
 
     def generate(target, builder, signature, values):
-        function = builder.inttoptr(values[0], target.get_value_type(prototype))
-        builder.call(function, values[1:])
-        return target.get_dummy_value()
+        return call_through(builder, target, ROW_KERNEL, values)
 
     return types.void(types.int64, *ROW_KERNEL.args), generate

@@ -25,7 +25,7 @@ class Table:
         Unique name of the kind.
     row : numpy dtype
         Record type of a row.
-    kernels : mapping of stage name to RowKernel
+    kernels : mapping of stage name to PointerKernel
         Bodies: "place", "inertia", "energy". Equations: "evaluate". Forces: "apply", "energy" (optional).
     """
 
@@ -223,6 +223,10 @@ class Force(Part):
         """Return the marker at which `ForceOf` reports the wrench (the second one)."""
         markers = getattr(self, "markers", None)
         return markers[1] if markers else getattr(self, "marker", None)
+
+    def complaint(self) -> str:
+        """Return what went wrong while this force was evaluated (forces that call foreign functions)."""
+        return ""
 
     def record(self, compiler) -> tuple:
         """Return the row of this force."""

@@ -14,7 +14,7 @@ from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
 from flexmb.system.pattern import block_pattern
-from flexmb.system.program import Program, kernel_table
+from flexmb.system.program import Program, evaluation, kernel_table
 from flexmb.system.system import System
 
 __all__ = ["compile"]
@@ -35,6 +35,7 @@ class _Compiler:
         self.load_index: dict[tuple[str, str], int] = {}
         self.size_H = 0
         self.branches: dict[str, float] = {}
+        self.equations: dict[str, slice] = {}  # of the joints, when forces are recorded
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
 
@@ -317,6 +318,7 @@ def compile(model: Model) -> System:
                            remedy="Add a RigidBody, PointMass or FloatingBody")
     body_tables, body_rows = _body_rows(model, compiler, layout)
     constraints = _Constraints(model, compiler)
+    compiler.equations = constraints.slices
     force_items = [(force.table, tuple(force.record(compiler))) for force in model.forces]
     force_tables, force_rows = _grouped(force_items)
     markers, size_J = _markers(compiler, layout)
@@ -333,9 +335,10 @@ def compile(model: Model) -> System:
         kernel_table([t.kernels["apply"] for t in force_tables]),
         raw, starts, compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames,
         layout.vectors, pattern,
-        np.zeros(len(equations)), np.array(constraints.levels, np.int64), len(layout.q))
+        np.zeros(len(equations)), np.array(constraints.levels, np.int64), len(layout.q), evaluation.compiled.address)
     return System(
-        model=model, program=program, q0=np.concatenate([layout.q, list(compiler.branches.values())]), u0=layout.u, n_signals=len(compiler.signals),
+        model=model, program=program, q0=np.concatenate([layout.q, list(compiler.branches.values())]), u0=layout.u,
+        n_signals=len(compiler.signals),
         n_loads=len(compiler.load_index), size_J=size_J, size_H=compiler.size_H,
         tables={"markers": markers, "equations": equations, "legs": legs, "pairs": pairs, "rows": rows,
                 "transposed": transposed, "pair_rows": pair_rows},

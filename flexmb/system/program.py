@@ -8,12 +8,14 @@ from __future__ import annotations
 from collections import namedtuple
 
 import numpy as np
+from numba import types
+from numba.extending import intrinsic
 
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import BlockPattern, lu_factor, lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import advance_frame, relative_frame
-from flexmb.math.tables import DAMPED, STIFF, call_row_kernel
+from flexmb.math.tables import DAMPED, STATE, STIFF, WORK, PointerKernel, call_row_kernel, call_through
 
 __all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
            "project"]
@@ -22,7 +24,7 @@ Program = namedtuple(
     "Program",
     "place inertia energy equations forces raw starts bulk "
     "signal_starts signal_ops signal_args signal_tables signal_table_starts "
-    "frames vectors pattern regularisation equation_level branches",
+    "frames vectors pattern regularisation equation_level branches evaluation",
 )
 """place, inertia, energy, equations, forces : addresses of the kernels of every kind; numbers, because function objects
 would be inspected one by one in every call from Python
@@ -31,9 +33,11 @@ bulk : numbers which rows index
 frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 4): iq, iu and length of plain vectors,
 and 1 for flexible coordinates in a frame
 pattern : BlockPattern of the iteration matrix
-regularisation (ng,) : subtracted from the diagonal of the multipliers (zero unless equations are dependent)
+regularisation (ng,) : added to the diagonal of the multipliers (zero unless equations are dependent), with the sign of
+G M^-1 G^T, so that no pivot vanishes near singular configurations
 equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
 branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
+evaluation : int, address of the machine code of `evaluate`
 """
 
 
@@ -76,7 +80,7 @@ def assemble_constraints(program, work):
                 for j in range(6, nu):
                     work.S[work.transposed[leg.iT + j]] += x * work.H[start + j]
     for n in range(len(work.equations)):
-        work.S[work.equations[n].diagonal] -= program.regularisation[n]
+        work.S[work.equations[n].diagonal] += program.regularisation[n]
 
 
 @kernel
@@ -131,12 +135,8 @@ def assemble_pairs(work):
             _add_pair_block(pair, ck, cd, 6, 6, b, b, start, work)
 
 
-@kernel
-def evaluate(program, state, work):
-    """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix.
-
-    ``residual = M(q) a + h(q, u) - f(q, u, t) - G^T lam``; ``equations.g``; ``S = [cm M + cd D + ck K, -G^T; G, 0]``.
-    """
+def _evaluate(program, state, work):
+    """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix: see `evaluate`."""
     tangent = work.coefficients[3] > 0.0
     work.residual[:] = 0.0
     work.energy[:] = 0.0
@@ -166,6 +166,37 @@ def evaluate(program, state, work):
     if tangent:
         assemble_constraints(program, work)
         assemble_pairs(work)
+
+
+_FLOATS, _INTEGERS = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
+_TABLE = types.Array(types.int64, 2, "C")
+PROGRAM = types.NamedTuple(
+    (*[_INTEGERS] * 5, types.Array(types.uint8, 1, "C"), _INTEGERS, _FLOATS,
+     _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _INTEGERS,
+     _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 2), _FLOATS, _FLOATS), BlockPattern),
+     _FLOATS, _INTEGERS, types.int64, types.int64),
+    Program,
+)
+EVALUATION = types.void(PROGRAM, STATE, WORK)
+evaluation = PointerKernel(_evaluate, EVALUATION)
+
+
+@intrinsic
+def _call_evaluation(context, address, program, state, work):
+
+    def generate(target, builder, signature, values):
+        return call_through(builder, target, EVALUATION, values)
+
+    return types.void(types.int64, *EVALUATION.args), generate
+
+
+@kernel
+def evaluate(program, state, work):
+    """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix.
+
+    ``residual = M(q) a + h(q, u) - f(q, u, t) - G^T lam``; ``equations.g``; ``S = [cm M + cd D + ck K, -G^T; G, 0]``.
+    """
+    _call_evaluation(program.evaluation, program, state, work)
 
 
 @kernel
