@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +10,10 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, layout, residual
-from flexmb.system.assembly import worst_equations
+from flexmb.system.assembly import REGULARISATION, worst_equations
 from flexmb.system.program import accelerations, evaluate
 
 __all__ = ["IDA"]
@@ -32,7 +34,7 @@ class _Run:
         size = model_size(system)
         self.extent, _ = extents(system, state, work, size, size)
         # the attraction to unit length only has to beat the drift over the whole run
-        self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300))
+        self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300), self._yielding(state))
         self.powers = np.zeros(3)
         self.y, self.yp = self._start(state)
         self.t = state.t
@@ -42,12 +44,21 @@ class _Run:
         self.solver = self._solver(settings)
         self.solver.init_step(state.t, self.y, self.yp)
 
+    def _yielding(self, state) -> np.ndarray:
+        """Return the compliance of the constraints (2, ng), s: zero unless equations depend on each other."""
+        system = self.system
+        yielding = np.zeros((2, system.ng))
+        if system.redundant:
+            gradient = equations_at(system, state, self.work).G
+            yielding[0] = system.program.regularisation
+            yielding[1] = REGULARISATION * (gradient.multiply(gradient) @ self.extent**-2.0)
+        return yielding
+
     def _start(self, state):
         """Return consistent values and rates."""
         system, nq, nu, ng = self.system, self.system.nq, self.system.nu, self.system.ng
         y, yp = np.zeros(nq + nu + 2 * ng + 3), np.zeros(nq + nu + 2 * ng + 3)
         y[:nq], y[nq : nq + nu], y[nq + nu : nq + nu + ng] = state.q, state.u, state.lam
-        y[nq + nu : nq + nu + ng] *= self.form.active
         kinematics(system.program, 0.0, y, state.u, yp)
         yp[nq : nq + nu] = state.a
         self.work.coefficients[3] = 0.0
@@ -85,9 +96,12 @@ class _Run:
             columns = np.searchsorted(self.keys, np.arange(n + 1) * n)
             pattern = sparse.csc_matrix((np.ones(len(self.keys)), self.keys % n, columns), shape=(n, n))
             options = {"linsolver": "sparse", "sparsity": pattern}
-        return Solver(self.residual, jacfn=self.jacobian, rtol=settings.rtol, atol=atol,
-                      algebraic_idx=[*branches, *range(free, n - 3)], max_order=settings.max_order,
-                      max_step=settings.largest or 0.0, max_num_steps=settings.most_steps, **options)
+        with warnings.catch_warnings():
+            # the solver could find the Jacobian from the pattern by differences, and says that it will not
+            warnings.simplefilter("ignore", UserWarning)
+            return Solver(self.residual, jacfn=self.jacobian, rtol=settings.rtol, atol=atol,
+                          algebraic_idx=[*branches, *range(free, n - 3)], max_order=settings.max_order,
+                          max_step=settings.largest or 0.0, max_num_steps=settings.most_steps, **options)
 
     def residual(self, t, y, yp, res) -> None:
         """Callback of the solver."""
@@ -149,8 +163,8 @@ class IDA:
     """SUNDIALS' IDA: backward differentiation of order 1 to 5 on the stabilised index-2 equations.
 
     Accelerations and multipliers of the samples are those of the equations of motion at the sample's positions and
-    velocities; the solver's own multipliers have no controlled accuracy. Equations that depend on others at the start
-    are left out.
+    velocities; the solver's own multipliers have no controlled accuracy. Where equations depend on each other, the
+    constraints yield a little, so that the multipliers have a unique value.
 
     Parameters
     ----------

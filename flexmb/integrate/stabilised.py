@@ -23,13 +23,14 @@ FAR = 1e8
 
 Stabilised = namedtuple(
     "Stabilised",
-    "q u a lam mu signals active held metric kin speed length_rate frame_of offset coordinate own transposed gradient K",
+    "q u a lam mu signals held yielding metric kin speed length_rate frame_of offset coordinate own transposed gradient K",
 )
 """State and constant tables of the stabilised form.
 
 q, u, a, lam, mu, signals : the state; Euler parameters normalised
-active (ng,) : 0 for an equation that depends on others and is left out; held (ng,): 0 also for velocity-level equations,
-    which have no position to be held
+held (ng,) : 0 for an equation at velocity level, which has no position to be held
+yielding (2, ng) : epsilon of G u + dg/dt + epsilon lam = 0 and g + epsilon mu = 0, s; zero unless equations depend on
+    each other, and then so small that only the multipliers notice, which would not be determined otherwise
 metric (nu,) : W of q' = T (u + W G^T mu), the inverse squares of the extents: increments are compared as displacements
 kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of the attraction of |p| to 1, 1/s
 frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
@@ -114,8 +115,8 @@ def residual(program, work, s, t, y, yp, out):
     out[nq : nq + nu] = work.residual
     constraint_velocity(work, s.u, s.speed)
     for k in range(ng):
-        out[nq + nu + k] = s.speed[k] if s.active[k] == 1 else s.lam[k]
-        out[nq + nu + ng + k] = work.equations[k].g if s.held[k] == 1 else s.mu[k]
+        out[nq + nu + k] = s.speed[k] + s.yielding[0, k] * s.lam[k]
+        out[nq + nu + ng + k] = work.equations[k].g + s.yielding[1, k] * s.mu[k] if s.held[k] == 1 else s.mu[k]
     end = nq + nu + 2 * ng
     for i in range(3):
         out[end + i] = yp[end + i] - work.energy[3 + i]
@@ -229,7 +230,7 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
     lam, mu = nq + nu, nq + nu + ng
     for e in range(len(s.gradient)):
         at, k, j = s.gradient[e, 0], s.gradient[e, 1], s.gradient[e, 2]
-        G = work.S[at] * s.active[k]
+        G = work.S[at]
         n = _put(rows, columns, values, n, lam + k, nq + j, G)
         G *= s.held[k]
         n = _put_row(s, R, L, mu + k, j, G, rows, columns, values, n)
@@ -245,8 +246,8 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
             for i in range(4):
                 n = _put(rows, columns, values, n, c + 3 + i, mu + k, L[f, i, o - 3] * G)
     for k in range(ng):
-        n = _put(rows, columns, values, n, lam + k, lam + k, 1.0 - s.active[k])
-        n = _put(rows, columns, values, n, mu + k, mu + k, 1.0 - s.held[k])
+        n = _put(rows, columns, values, n, lam + k, lam + k, s.yielding[0, k])
+        n = _put(rows, columns, values, n, mu + k, mu + k, s.yielding[1, k] if s.held[k] == 1 else 1.0)
     for i in range(3):
         n = _put(rows, columns, values, n, mu + ng + i, mu + ng + i, cj)
     return n
@@ -294,21 +295,19 @@ def _block_entries(system) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return own, transposed, gradient
 
 
-def layout(system, extent: np.ndarray, length_rate: float) -> Stabilised:
-    """Return the state and tables for a system; `extent` as in the room's `extents`, `length_rate` kappa in 1/s."""
+def layout(system, extent: np.ndarray, length_rate: float, yielding: np.ndarray) -> Stabilised:
+    """Return the state and tables for a system; `extent` as in the room's `extents`, `length_rate` kappa in 1/s, `yielding` (2, ng)."""
     nu, ng = system.nu, system.ng
     frame_of, offset, coordinate = np.full(nu, -1), np.zeros(nu, np.int64), np.zeros(nu, np.int64)
     for f, (iq, iu) in enumerate(system.program.frames):
         frame_of[iu : iu + 6], offset[iu : iu + 6], coordinate[iu : iu + 6] = f, np.arange(6), iq
     for iq, iu, size, _ in system.program.vectors:
         coordinate[iu : iu + size] = iq + np.arange(size)
-    active = np.ones(ng, np.int64)
-    active[list(system.redundant)] = 0
-    held = np.where(system.program.equation_level == 0, active, 0)
+    held = np.where(system.program.equation_level == 0, 1, 0)
     own, transposed, gradient = _block_entries(system)
     state = system.state()
     return Stabilised(
-        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, active=active, held=held,
-        metric=1.0 / extent**2, kin=np.zeros(nu), speed=np.zeros(ng), length_rate=np.array([length_rate]),
+        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, held=held,
+        yielding=yielding, metric=1.0 / extent**2, kin=np.zeros(nu), speed=np.zeros(ng), length_rate=np.array([length_rate]),
         frame_of=frame_of, offset=offset, coordinate=coordinate, own=own, transposed=transposed, gradient=gradient,
         K=np.zeros(int(system.program.pattern.row_start[-1])))

@@ -12,13 +12,13 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system.compile import compile
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
-from flexmb.system.program import accelerations, evaluate, keep_branches, project
+from flexmb.system.program import accelerations, evaluate, project
 from flexmb.system.system import System
 
 __all__ = ["assemble", "consistent_start", "worst_equations"]
 
 REGULARISATION = 1e-9
-"""Subtracted from the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""
+"""Added to the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""
 
 
 def worst_equations(system: System, work, count: int = 3) -> str:
