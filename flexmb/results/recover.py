@@ -86,7 +86,7 @@ def stress(data, eta, nodes=None) -> np.ndarray:
 def _superposed(modes, eta):
     """Return the sum of modes (k, c, m) times eta (nt, m): (nt, k, c)."""
     eta = np.atleast_2d(np.asarray(eta, float))
-    flat = modes.reshape(-1, modes.shape[2])
+    flat = modes.reshape(modes.shape[0] * modes.shape[1], modes.shape[2])  # also for a body without modes
     if len(eta) == 1:  # the product with one vector reads the modes in their order, several times faster
         return (flat @ eta[0]).reshape(1, *modes.shape[:2])
     return (eta @ flat.T).reshape(len(eta), *modes.shape[:2])

@@ -126,9 +126,12 @@ class Stage:
             shading = {"scalars": ELASTIC_LABEL, "cmap": _colors(), "clim": (0.0, MEGA * self.largest_stress),
                        "scalar_bar_args": _bar(), "interpolate_before_map": True}
         thin = surface.n_lines > 0
-        self.plotter.add_mesh(
+        actor = self.plotter.add_mesh(
             surface, smooth_shading=not thin, split_sharp_edges=False, opacity=look.opacity, specular=0.35,
             specular_power=20, ambient=0.12, render_lines_as_tubes=thin, line_width=6 if thin else 1, **shading)
+        if look.opacity < 1.0:  # a face that lies in that of another state is behind it, not half of it
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.5, 1.0)
         edges = []
         if part.look == "flexible" and not thin:
             line = surface.extract_feature_edges(feature_angle=40, boundary_edges=False, manifold_edges=False)

@@ -105,6 +105,7 @@ def test_loops_of_the_rigid_linkage(slow):
         assert stroke == pytest.approx(expected, abs=2e-6)
         assert found == pytest.approx(angle, abs=2e-6)
     assert solution["loop closure"].max() < 1e-9
+    assert not np.any(solution["lever stress"])  # a body without modes is in no stress
     np.testing.assert_allclose(np.degrees(solution["flap angle"])[checked], CHECK["angle_inboard_deg"], atol=1e-3)
     np.testing.assert_allclose(solution["carriage stroke"][checked], CHECK["stroke_2"], atol=1e-5)
 
