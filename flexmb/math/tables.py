@@ -60,6 +60,7 @@ LEG = np.dtype(
     [
         ("gradient", float, 6),  # derivative of g with respect to the marker's twist in W
         ("slope", float, 6),  # of a velocity-level equation: derivative of its residual with respect to displacement
+        ("push", float, 6),  # derivative of the marker's wrench by the multiplier, beyond the gradient (friction)
         ("marker", np.int64),
         ("equation", np.int64),
         ("iS", np.int64),  # position in work.S of G[equation, first velocity of the body]
@@ -101,8 +102,8 @@ S : values of the iteration matrix in the pattern of its factors
 rows : (nu,) position in S of the first entry of the body's own block in each row
 transposed, pair_rows : positions in S (see LEG and PAIR)
 branches (nb,) : which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place
-    on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has no
-    history; whoever accepts a state writes them there (`keep_branches`)
+    on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has
+    no history; whoever accepts a state writes them there (`keep_branches`)
 coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted; half the step size (s)
 energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
 loads : (nl,) amount of each load shape
