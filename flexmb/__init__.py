@@ -19,7 +19,8 @@ _ROOMS = {
     "flexmb.bodies": "Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
     "flexmb.joints": "Coupler Cylindrical Drive Fixed Planar Prismatic RackAndPinion Revolute Rod Screw Spherical "
     "Universal",
-    "flexmb.forces": "Actuator BiStop Bushing OneSidedSpring PointLoad SpringDamper TorsionSpring",
+    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction OneSidedSpring PointLoad Pressure SpringDamper "
+    "TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "
     "Position Reaction Stress Velocity",
     "flexmb.events": "Change Event Lock Release Stop",

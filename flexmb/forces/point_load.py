@@ -7,43 +7,80 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.constraints import joint_coordinate
+from flexmb.constraints.coordinates import COORDINATE, measure
 from flexmb.errors import ModelError
+from flexmb.math.jets import interpolate
+from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Force, Table
-from flexmb.model.signal import as_signal
+from flexmb.model.signal import Constant, Product, as_signal
 
 __all__ = ["PointLoad"]
 
 ROW = np.dtype(
-    [("marker", np.int64), ("axes", np.int64), ("pair", np.int64), ("signals", np.int64, 6)],
+    [
+        ("marker", np.int64),
+        ("axes", np.int64),
+        ("pair", np.int64),
+        ("signals", np.int64, 6),
+        ("tables", np.int64, 6),  # where the table of each component begins in the bulk data, or -1
+        ("x", COORDINATE),  # the argument of the tables
+        ("pairs", np.int64, 2),  # (marker, a) and (marker, b) of the coordinate, or -1
+    ],
     align=True,
 )
 
 
+@kernel
+def _add_slope(row, work, gradient, top, slope):
+    """Add -dF/dx dx/d(...) of a force or moment whose derivative by the coordinate is `slope`."""
+    for side in range(2):
+        K = work.pairs[row.pairs[side]].K
+        for i in range(3):
+            for j in range(6):
+                K[top + i, 6 + j] -= slope[i] * gradient[6 * side + j]
+
+
 @row_kernel
 def apply(raw, data, state, work):
-    """W = (F(t), M(t)), components in W or in the axes of a marker (follower load)."""
+    """W = (F, M), components in W or in the axes of a marker (follower load), of time or of time and a joint."""
     rows = raw.view(ROW)
+    gradient = np.empty(12)
+    load = np.empty(3)
+    slope = np.empty(3)
     for n in range(rows.shape[0]):
         row = rows[n]
         marker = work.markers[row.marker]
+        over = row.pairs[0] >= 0
+        x = 0.0
+        if over:
+            x, _ = measure(row.x, state, work, gradient)
         for half in range(2):
-            load = np.zeros(3)
+            load[:] = 0.0
+            slope[:] = 0.0
             for i in range(3):
-                amount = state.signals[row.signals[3 * half + i], 0]
-                if row.axes < 0:
-                    load[i] += amount
-                else:
-                    for j in range(3):
-                        load[j] += work.markers[row.axes].R[j, i] * amount
+                amount, change = state.signals[row.signals[3 * half + i], 0], 0.0
+                if row.tables[3 * half + i] >= 0:
+                    f, f1, _ = interpolate(x, data[row.tables[3 * half + i] :])
+                    change = amount * f1
+                    amount *= f
+                for j in range(3):
+                    if row.axes >= 0:
+                        share = work.markers[row.axes].R[j, i]
+                    else:
+                        share = 1.0 if i == j else 0.0
+                    load[j] += share * amount
+                    slope[j] += share * change
             for i in range(3):
                 marker.wrench[3 * half + i] += load[i]
-            if half == 0:
-                work.energy[3] += dot(load, marker.v)
-            else:
-                work.energy[3] += dot(load, marker.w)
-            if row.axes >= 0 and work.coefficients[3] > 0.0:
+            work.energy[3] += dot(load, marker.v) if half == 0 else dot(load, marker.w)
+            if work.coefficients[3] == 0.0:
+                continue
+            if over:
+                _add_slope(row, work, gradient, 3 * half, slope)
+            if row.axes >= 0:
                 # a follower load turns with the axes of marker b of the pair: dF = dtheta x F, K = -dW/d(...)
                 K = work.pairs[row.pair].K
                 top = 3 * half
@@ -55,9 +92,22 @@ def apply(raw, data, state, work):
                 K[top + 2, 10] += load[0]
 
 
+def _factors(component) -> tuple[Any, Any]:
+    """Return a component as a signal of time and a table over a joint's coordinate (or None)."""
+    terms = component.terms if isinstance(component, Product) else (component,)
+    tables = [term for term in terms if getattr(term, "joint", None)]
+    rest = tuple(term for term in terms if not getattr(term, "joint", None))
+    signal = Constant(1.0) if not rest else rest[0] if len(rest) == 1 else Product(rest)
+    return signal, tables[0] if len(tables) == 1 else Product(tuple(tables)) if tables else None
+
+
 @dataclass(frozen=True, eq=False)
 class PointLoad(Force):
-    """Apply a force and a moment, given functions of time, to a marker.
+    """Apply a force and a moment to a marker: given functions of time, and tables over the coordinate of a joint.
+
+    A component may be a table over a joint, times a signal: ``fmb.table([0, 0.3, 0.6], [2e3, 5e3, 9e3], of="hinge") *
+    fmb.step(value=1.0, rise=0.1)`` is an airload that grows with the angle of the joint "hinge". Outside the
+    table its first and last values hold.
 
     Parameters
     ----------
@@ -65,8 +115,11 @@ class PointLoad(Force):
     marker : str
         "body.marker" on which the load acts.
     force, moment : three signals, N and N m
+        Numbers, signals, tables over a joint, or products of them; all tables of a load are over one joint.
     axes : str, optional
         A marker whose axes the components refer to (a follower load turns with it); default: world axes.
+    freedom : str, optional
+        Coordinate of the joint, where it has several: "turn", "turn_b", "slide", "slide_x" or "slide_y".
     """
 
     name: str
@@ -75,6 +128,7 @@ class PointLoad(Force):
     force: Any = (0.0, 0.0, 0.0)
     moment: Any = (0.0, 0.0, 0.0)
     axes: str | None = None
+    freedom: str | None = None
 
     table: ClassVar[Table] = Table("PointLoad", ROW, {"apply": apply})
 
@@ -88,16 +142,31 @@ class PointLoad(Force):
                                  remedy=f"Write {field}=(0, 0, -100.0)")
             signals = tuple(as_signal(v, self.title, f"{field}[{i}]") for i, v in enumerate(value))
             object.__setattr__(self, field, signals)
+        tables = [_factors(component)[1] for component in (*self.force, *self.moment)]
+        joints = {getattr(table, "joint", None) for table in tables if table is not None}
+        if len(joints) > 1 or None in joints:
+            raise ModelError(self.title, found="tables over several joints, or a product of two such tables",
+                             expected="tables over one joint", remedy="Make one PointLoad for each joint")
+        object.__setattr__(self, "_joint", next(iter(joints), None))
 
     def check(self, model) -> None:
-        """Raise ModelError if a marker does not exist."""
+        """Raise ModelError if a marker or joint does not exist."""
         for marker in (self.marker, self.axes):
             if marker is not None:
                 model.marker(marker, self.title)
+        if self._joint is not None:
+            joint_coordinate(model.joint(self._joint, self.title), self.title, self.freedom)
 
     def record(self, compiler):
         """Return the row."""
         marker = compiler.marker(self.marker)
         axes = -1 if self.axes is None else compiler.marker(self.axes)
         pair = -1 if axes < 0 else compiler.pair(marker, axes)
-        return (marker, axes, pair, tuple(compiler.signal(s) for s in (*self.force, *self.moment)))
+        factors = [_factors(component) for component in (*self.force, *self.moment)]
+        signals = tuple(compiler.signal(signal) for signal, _ in factors)
+        tables = tuple(-1 if table is None else compiler.bulk(table.numbers()) for _, table in factors)
+        if self._joint is None:
+            return (marker, axes, pair, signals, tables, (0, 0, 1.0, 0, 0, 0, -1), (-1, -1))
+        joint = compiler.joint(self._joint)
+        x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
+        return (marker, axes, pair, signals, tables, x, (compiler.pair(marker, x[3]), compiler.pair(marker, x[4])))

@@ -107,7 +107,7 @@ class _Phases:
                     return event, after, watch
                 self._keep(rows, times)
                 if outcome.failure:
-                    return Status.failed(outcome.failure, outcome.remedy)
+                    return Status.failed(outcome.failure + _complaints(model), outcome.remedy)
                 last_row, first = _row(rows, -1), last
                 self.t = float(marks[last - 1])
                 if self.progress is not None:
@@ -127,6 +127,12 @@ class _Phases:
         places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
         keep = times[places] == rows["t"]
         self.recorder.add({name: x[keep] for name, x in rows.items()})
+
+
+def _complaints(model: Model) -> str:
+    """Return what went wrong in the functions of forces."""
+    told = [f"{force.title}: {force.complaint()}" for force in model.forces if force.complaint()]
+    return "".join(f"; {text}" for text in told)
 
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:

@@ -18,7 +18,7 @@ import numpy as np
 from flexmb.math import operations as op
 from flexmb.math.kernel import kernel
 
-__all__ = ["sample_signals"]
+__all__ = ["interpolate", "sample_signals"]
 
 # Global integers are constants to the compiler.
 _CONSTANT, _TIME, _TABLE, _WHERE, _STACK = op.CONSTANT, op.TIME, op.TABLE, op.WHERE, op.STACK
@@ -110,7 +110,7 @@ def _piecewise(code, x):
 
 
 @kernel
-def _interpolate(x, table):
+def interpolate(x, table):
     """Return f, f', f'' of a piecewise cubic at x: `table` = n, knots (n,), coefficients (n - 1, 4) from x^3 to x^0.
 
     Before the first and after the last knot the value is held.
@@ -232,7 +232,7 @@ def sample_signals(t, starts, ops, args, tables, table_starts, out):
                 x, x1, x2 = stack[top, 0], stack[top, 1], stack[top, 2]
                 if code == _TABLE:
                     j = int(args[k])
-                    f, f1, f2 = _interpolate(x, tables[table_starts[j] : table_starts[j + 1]])
+                    f, f1, f2 = interpolate(x, tables[table_starts[j] : table_starts[j + 1]])
                 elif code >= _SIN:
                     f, f1, f2 = _elementary(code, x)
                 else:

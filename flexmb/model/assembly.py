@@ -16,6 +16,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Part
 from flexmb.model.pose import Pose
+from flexmb.model.signal import Signal
 
 __all__ = ["joined", "placed"]
 
@@ -207,6 +208,10 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
         for f in fields(value):
             object.__setattr__(twin, f.name, _renamed(f.name, getattr(value, f.name), prefix, names))
         return twin
+    if isinstance(value, Signal):  # a table over the coordinate of a joint
+        new = {f.name: _renamed(f.name, getattr(value, f.name), prefix, names) for f in fields(value)}
+        changed = {name: own for name, own in new.items() if own is not getattr(value, name)}
+        return replace(value, **changed) if changed else value
     if isinstance(value, Mapping) and field == "values":  # new values of fields
         return {key: _renamed(key, entry, prefix, names) for key, entry in value.items()}
     if isinstance(value, Mapping) and field in _PART_REFERENCES:

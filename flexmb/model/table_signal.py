@@ -24,8 +24,9 @@ class Table(Signal):
     x : (n,) increasing
         Time in s, or values of the signal `of`.
     y : (n,)
-    of : signal, optional
-        Argument of the function; time unless given. An airload over flap angle is a table of the angle's signal.
+    of : signal or joint's name, optional
+        Argument of the function; time unless given. An airload over flap angle is a table of the angle's signal, or of
+        the joint whose angle it is: such a table can be a component of a `PointLoad`.
     kind : "cubic" or "linear"
         Cubic: the spline with two continuous derivatives and not-a-knot ends (de Boor, A Practical Guide to Splines,
         chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line.
@@ -69,13 +70,28 @@ class Table(Signal):
                 remedy="Sort the points by x and remove repeated ones",
             )
         self._require("kind", self.kind in ("cubic", "linear"), "'cubic' or 'linear'")
-        if self.of is not None:
+        if self.of is not None and self.joint is None:
             object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
 
+    @property
+    def joint(self) -> str | None:
+        """Name of the joint whose coordinate is the argument, if it is one."""
+        return self.of if isinstance(self.of, str) and not self.of.lstrip().startswith("=") else None
+
+    def numbers(self) -> np.ndarray:
+        """Return number of knots, knots, and coefficients, as `flexmb.math.jets.interpolate` reads them."""
+        return np.concatenate([[len(self.x)], self.x, self._coefficients().ravel()])
+
     def program(self) -> Program:
+        if self.joint is not None:
+            raise ModelError(
+                "Signal table",
+                found=f"it is a table over the coordinate of joint '{self.joint}'",
+                expected="a function of time",
+                remedy="Components of a PointLoad may depend on a joint, alone or times a signal",
+            )
         argument = Program.of((op.TIME, 0.0)) if self.of is None else self.of.program()
-        numbers = np.concatenate([[len(self.x)], self.x, self._coefficients().ravel()])
-        return argument.then(Program.of((op.TABLE, 0.0), tables=(numbers,)))
+        return argument.then(Program.of((op.TABLE, 0.0), tables=(self.numbers(),)))
 
     def _coefficients(self) -> np.ndarray:
         """Coefficients of x^3 ... x^0 of each piece, (n - 1, 4)."""

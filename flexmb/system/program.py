@@ -67,8 +67,8 @@ def assemble_constraints(program, work):
         marker = work.markers[leg.marker]
         nu = marker.nu
         for k in range(6):
-            x = leg.gradient[k]
-            y = x + delay * leg.slope[k]
+            x = leg.gradient[k] + leg.push[k]
+            y = leg.gradient[k] + delay * leg.slope[k]
             if x == 0.0 and y == 0.0:
                 continue
             start = marker.iJ + k * nu
@@ -147,6 +147,8 @@ def _evaluate(program, state, work):
             wrench[i] = 0.0
     if tangent:
         work.S[:] = 0.0
+        for n in range(len(work.legs)):
+            work.legs[n].push[:] = 0.0
         for n in range(len(work.pairs)):
             pair = work.pairs[n]
             if pair.active >= STIFF:

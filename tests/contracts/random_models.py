@@ -41,6 +41,24 @@ FORCE_FIELDS = {
     },
     "TorsionSpring": {"stiffness": 30.0, "damping": 2.0, "free_angle": 0.4},
     "Actuator": {"effort": fmb.expression("5*sin(3*t)"), "freedom": "slide", "limits": (-4.0, 90.0)},
+    "JointFriction": {
+        "moving": 0.2,
+        "standing": 0.3,
+        "stribeck": 3.0,
+        "transition": 4.0,
+        "preload": 5.0,
+        "radius": 0.3,
+    },
+    "Contact": {
+        "radius": 4.0,
+        "against": "sphere",
+        "other_radius": 5.0,
+        "stiffness": 3.0,
+        "damping": 0.01,
+        "friction": 0.3,
+        "transition": 3.0,
+    },
+    "UserForce": {"function": lambda t, d, v, R, w: (-30.0 * d - 2.0 * v, -4.0 * (R[:, 0] - R[0]) - 0.3 * w)},
     # the contact laws at overlaps where they are smooth
     "BiStop": {"length": 0.01, "travel": (-0.01, 0.0), "stiffness": 300.0, "exponent": 1.5, "damping": 3.0, "depth": 9.0},
     "OneSidedSpring": {"length": 9.0, "backlash": 0.1, "stiffness": 30.0, "damping": 3.0, "depth": 20.0},
@@ -50,6 +68,7 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
+FORCES = [name for name in forces.KINDS if name != "Pressure"]  # that one acts on a load shape, not on markers
 
 
 @cache

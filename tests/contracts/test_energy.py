@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contracts.random_models import PAIRS, connected, derivative, moved, random_state, single
+from contracts.random_models import FORCES, PAIRS, connected, derivative, moved, random_state, single
 
-from flexmb import bodies, forces
+from flexmb import bodies
 from flexmb.system.program import energies, evaluate
 
 H = 1e-2
@@ -44,7 +44,7 @@ def test_power_of_inertia_gravity_and_elasticity(kind, rng):
     assert power == pytest.approx(change + work.energy[5], rel=DIFFERENCE, abs=DIFFERENCE)
 
 
-@pytest.mark.parametrize("kind", forces.KINDS)
+@pytest.mark.parametrize("kind", FORCES)
 @pytest.mark.parametrize("pair", PAIRS)
 def test_power_of_a_force(kind, pair, rng):
     """Wrenches times twists = work of loads - dissipation - rate of the potential."""

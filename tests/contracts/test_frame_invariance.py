@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contracts.random_models import connected
+from contracts.random_models import FORCES, connected
 from tolerances import SOLVER
 
 import flexmb as fmb
-from flexmb import forces, joints
+from flexmb import joints
 from flexmb.math.rotations import rotation_matrix
 
-KINDS = (*joints.KINDS, "slide", *forces.KINDS)
+KINDS = (*joints.KINDS, "slide", *FORCES)
 AT, ROTATION = (3.0, -2.0, 5.0), (0.4, -1.1, 0.7)
 
 

@@ -6,10 +6,10 @@ Reference: central differences of sixth order along increments of the group.
 import numpy as np
 import pytest
 from scipy.linalg import null_space
-from contracts.random_models import PAIRS, connected, derivative, moved, random_state, single, units
+from contracts.random_models import FORCES, PAIRS, connected, derivative, moved, random_state, single, units
 from tolerances import MACHINE, SOLVER
 
-from flexmb import bodies, forces, joints
+from flexmb import bodies, joints
 from flexmb.integrate.matrices import equations_at, tangent_at
 from flexmb.math.block_lu import stored
 from flexmb.system import assemble
@@ -17,7 +17,7 @@ from flexmb.system.program import evaluate
 
 H = 1e-2
 BODIES = [name for name, kind in bodies.KINDS.items() if kind.table is not None]
-EXACT_EVERYWHERE = [name for name in joints.KINDS if name != "Drive"] + ["slide", *forces.KINDS]
+EXACT_EVERYWHERE = [name for name in joints.KINDS if name != "Drive"] + ["slide", *FORCES]
 CASES = [(kind, pair) for kind in EXACT_EVERYWHERE for pair in PAIRS]
 
 
@@ -80,7 +80,7 @@ def test_of_joints_and_forces_in_motion_and_deformed(kind, pair, rng):
     check(system, state, blocks=("M", "L"))
 
 
-@pytest.mark.parametrize(("kind", "pair"), [case for case in CASES if case[0] in forces.KINDS])
+@pytest.mark.parametrize(("kind", "pair"), [case for case in CASES if case[0] in FORCES])
 def test_damping_in_motion(kind, pair, rng):
     system, state = random_state(connected(kind, pair, rng), rng, strain=0.0)
     check(system, state, blocks=("D",))

@@ -1,0 +1,253 @@
+"""`Contact`: a sphere against a plane, a sphere or a cylinder, by penalty."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.forces.on_coordinate import check_number
+from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import cross, dot
+from flexmb.model.kinds import Force, Table
+
+__all__ = ["Contact"]
+
+AGAINST = ("plane", "sphere", "cylinder")
+
+ROW = np.dtype(
+    [
+        ("a", np.int64),
+        ("b", np.int64),
+        ("pair", np.int64),
+        ("against", np.int64),
+        ("radius", float),  # m, of the sphere at b
+        ("other", float),  # m, of the sphere or cylinder at a
+        ("stiffness", float),  # N/m^e
+        ("exponent", float),
+        ("damping", float),  # s/m
+        ("friction", float),
+        ("transition", float),  # m/s
+    ],
+    align=True,
+)
+
+
+@kernel
+def _normal(row, d, n, N):
+    """Write the normal at the contact and its derivative dn/dd to `n`, `N`; return the penetration."""
+    N[:] = 0.0
+    if row.against == 0:
+        n[0], n[1], n[2] = 0.0, 0.0, 1.0
+        return row.radius - d[2]
+    for i in range(3):
+        n[i] = d[i]
+    if row.against == 2:
+        n[2] = 0.0
+    length = max(dot(n, n) ** 0.5, 1e-150)
+    for i in range(3):
+        n[i] /= length
+    for i in range(3):
+        for j in range(3):
+            N[i, j] = -n[i] * n[j] / length
+        if i < 2 or row.against == 1:
+            N[i, i] += 1.0 / length
+    return row.radius + row.other - length
+
+
+@kernel
+def _tangent(row, V, w, n, N, slip, f, fp, fr, f_t, K, C):
+    """Write -df/d(d, psi) and -df/d(d', w) to `K` and `C` (6, 6); see `apply` for the symbols."""
+    mu, r = row.friction, row.radius
+    q = (dot(slip, slip) + row.transition**2) ** 0.5
+    u = np.empty(3)
+    cross(w, n, u)
+    for i in range(3):
+        u[i] = V[i] - r * u[i]
+    un = dot(u, n)
+    K[:] = 0.0
+    C[:] = 0.0
+    dn = np.empty(3)
+    du = np.empty(3)
+    ds = np.empty(3)
+    dF = np.empty(3)
+    t = np.empty(3)
+    e = np.zeros(3)
+    for j in range(9):  # d, d' and w, one component after another
+        e[:] = 0.0
+        e[j % 3] = 1.0
+        dn[:] = 0.0
+        du[:] = 0.0
+        if j < 3:
+            for i in range(3):
+                dn[i] = N[i, j]
+            cross(w, dn, t)
+            for i in range(3):
+                du[i] = -r * t[i]
+            force = -fp * n[j] - fr * dot(V, dn)
+        elif j < 6:
+            du[j - 3] = 1.0
+            force = -fr * n[j - 3]
+        else:
+            cross(e, n, t)
+            for i in range(3):
+                du[i] = -r * t[i]
+            force = 0.0
+        dun = dot(du, n) + dot(u, dn)
+        for i in range(3):
+            ds[i] = du[i] - dun * n[i] - un * dn[i]
+        along = dot(slip, ds)
+        for i in range(3):
+            dF[i] = -mu * (force * slip[i] + f * (ds[i] - slip[i] * along / (q * q))) / q
+        cross(n, dF, t)
+        cross(dn, f_t, e)
+        for i in range(3):
+            total = force * n[i] + f * dn[i] + dF[i]
+            moment = -r * (t[i] + e[i])
+            if j < 3:
+                K[i, j] = -total
+                K[3 + i, j] = -moment
+            else:
+                C[i, j - 3] = -total
+                C[3 + i, j - 3] = -moment
+
+
+@row_kernel
+def apply(raw, data, state, work):
+    """f = k p^e (1 + D p') n - mu f v_t / sqrt(v_t^2 + v_0^2) at the contact, eq. (contact); all in the axes of a.
+
+    p is the penetration, n the normal from a to b, v_t = (I - n n^T) (d' - r w x n) the slip.
+    """
+    rows = raw.view(ROW)
+    motion = np.empty(9)
+    Q = np.empty((3, 3))
+    n = np.empty(3)
+    N = np.empty((3, 3))
+    slip = np.empty(3)
+    f_t = np.empty(3)
+    t = np.empty(3)
+    f = np.empty(6)
+    K = np.empty((6, 6))
+    C = np.empty((6, 6))
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        a, b = work.markers[row.a], work.markers[row.b]
+        relative_motion(a, b, motion, Q)
+        p = _normal(row, motion[0:3], n, N)
+        if p <= 0.0:
+            continue
+        V, w = motion[3:6], motion[6:9]
+        rate = -dot(n, V)
+        elastic = row.stiffness * p**row.exponent
+        work.energy[2] += elastic * p / (row.exponent + 1.0)
+        force = elastic * (1.0 + row.damping * rate)
+        slope = row.stiffness * row.exponent * p ** (row.exponent - 1.0) * (1.0 + row.damping * rate)
+        damping = elastic * row.damping
+        if force <= 0.0:
+            force, slope, damping = 0.0, 0.0, 0.0
+        cross(w, n, t)
+        for i in range(3):
+            slip[i] = V[i] + rate * n[i] - row.radius * t[i]
+        share = row.friction * force / (dot(slip, slip) + row.transition**2) ** 0.5
+        for i in range(3):
+            f_t[i] = -share * slip[i]
+            f[i] = force * n[i] + f_t[i]
+        cross(n, f_t, t)
+        for i in range(3):
+            f[3 + i] = -row.radius * t[i]
+        work.energy[5] += (force - elastic) * rate - dot(f_t, slip)
+        act_relative(a, b, f)
+        if work.coefficients[3] > 0.0:
+            _tangent(row, V, w, n, N, slip, force, slope, damping, f_t, K, C)
+            add_relative_tangent(work.pairs[row.pair], a, b, f, K, C)
+
+
+@dataclass(frozen=True, eq=False)
+class Contact(Force):
+    """Let a sphere around marker b touch a plane, a sphere or a cylinder of marker a, eq. (contact).
+
+    The normal force of a penetration p is ``stiffness p^exponent (1 + damping p')``, never pulling (Hertz; Hunt & Crossley);
+    friction is Coulomb's, regularised below the speed `transition`. The plane is that of x and y of marker a with the
+    body below it; the axis of the cylinder is z. Steps must resolve the impact: give the integrator `largest`.
+
+    Parameters
+    ----------
+    name : str
+    markers : (str, str)
+        Marker a of the plane, sphere or cylinder; marker b, the centre of the sphere.
+    radius : float, m
+        Of the sphere at b.
+    against : "plane", "sphere" or "cylinder"
+    other_radius : float, m, optional
+        Of the sphere or cylinder at a.
+    stiffness : float, N/m^e
+        See `Contact.hertz_stiffness`.
+    exponent : float, -
+        1.5 for Hertzian contact.
+    damping : float, s/m
+        3/2 (1 - e) / v for a coefficient of restitution e near 1 at the impact speed v.
+    friction : float, -
+    transition : float, m/s
+        Slip at which friction has reached 71 % of its full size.
+
+    Source: Johnson, Contact Mechanics, ch. 4; Hunt & Crossley 1975, eq. 12.
+    """
+
+    name: str
+    _: KW_ONLY
+    markers: tuple[str, str]
+    radius: float
+    against: str = "plane"
+    other_radius: float | None = None
+    stiffness: float
+    exponent: float = 1.5
+    damping: float = 0.0
+    friction: float = 0.0
+    transition: float = 1e-3
+
+    table: ClassVar[Table] = Table("Contact", ROW, {"apply": apply})
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_marker_pair()
+        self.require_positive("radius", "stiffness", "transition")
+        self.require_positive("damping", "friction", zero=True)
+        check_number(self, "exponent", 1.0, "a number >= 1", "Use 1.5 for Hertzian contact")
+        if self.against not in AGAINST:
+            raise ModelError(self.title, found=f"against = {self.against!r}", expected=f"One of: {', '.join(AGAINST)}",
+                             remedy=did_you_mean(str(self.against), AGAINST) or "Use 'plane'")
+        if (self.against == "plane") == (self.other_radius is not None):
+            raise ModelError(self.title, found=f"against a {self.against}, other_radius = {self.other_radius!r}",
+                             expected="other_radius for a sphere or cylinder, none for a plane",
+                             remedy="Give the radius at marker a as other_radius, m")
+        if self.other_radius is not None:
+            self.require_positive("other_radius")
+
+    @staticmethod
+    def hertz_stiffness(radius: float, material, other_radius: float = np.inf, other_material=None) -> float:
+        """Return 4/3 E* sqrt(R*), N/m^1.5, of two spheres (or a sphere on a half-space), 1/R* = 1/R + 1/R'.
+
+        Parameters
+        ----------
+        radius, other_radius : float, m
+        material, other_material : Material
+            One material unless a second is given; 1/E* = (1 - nu^2)/E + (1 - nu'^2)/E'.
+        """
+        second = other_material or material
+        compliance = sum((1.0 - m.poisson**2) / m.young for m in (material, second))
+        return 4.0 / 3.0 / compliance * (1.0 / radius + 1.0 / other_radius) ** -0.5
+
+    def check(self, model) -> None:
+        """Raise ModelError if a marker does not exist."""
+        for marker in self.markers:
+            model.marker(marker, self.title)
+
+    def record(self, compiler):
+        """Return the row."""
+        a, b = (compiler.marker(name) for name in self.markers)
+        return (a, b, compiler.pair(a, b), AGAINST.index(self.against), self.radius, self.other_radius or 0.0,
+                self.stiffness, self.exponent, self.damping, self.friction, self.transition)

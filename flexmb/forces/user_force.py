@@ -1,0 +1,183 @@
+"""`UserForce`: a force computed by a Python function, for prototyping."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
+from importlib import import_module
+from typing import Any, ClassVar
+
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+from flexmb.errors import ModelError
+from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.math.kernel import kernel
+from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
+from flexmb.math.tables import row_kernel
+from flexmb.model.kinds import Force, Table
+
+__all__ = ["UserForce"]
+
+ROW = np.dtype([("a", np.int64), ("b", np.int64), ("pair", np.int64), ("address", np.int64)], align=True)
+POINTER = ctypes.POINTER(ctypes.c_double)
+CALLBACK = ctypes.CFUNCTYPE(None, POINTER, POINTER)
+INPUTS = 19
+"""Numbers given to the function: t, d (3), d' (3), w (3), R (3, 3)."""
+
+
+@intrinsic
+def _call(context, address, inputs, outputs):
+    """Call the C function (double *, double *) at `address`; ctypes takes the interpreter's lock by itself."""
+    def generate(target, builder, signature, values):
+        from llvmlite import ir
+
+        double = ir.DoubleType().as_pointer()
+        function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), [double, double]).as_pointer())
+        builder.call(function, [builder.inttoptr(v, double) for v in values[1:]])
+        return target.get_dummy_value()
+
+    return types.void(types.int64, types.uintp, types.uintp), generate
+
+
+@kernel
+def _ask(address, t, motion, Q, inputs, f):
+    """Write the force and moment of the function at a relative motion to `f` (6,)."""
+    inputs[0] = t
+    inputs[1:10] = motion
+    for i in range(3):
+        for j in range(3):
+            inputs[10 + 3 * i + j] = Q[i, j]
+    _call(address, inputs.ctypes.data, f.ctypes.data)
+
+
+@row_kernel
+def apply(raw, data, state, work):
+    """Force and moment of the function, on b at its marker and back on a; the tangent by central differences."""
+    rows = raw.view(ROW)
+    motion, other = np.empty(9), np.empty(9)
+    Q, turned = np.empty((3, 3)), np.empty((3, 3))
+    inputs = np.empty(INPUTS)
+    f, plus, minus = np.zeros(6), np.zeros(6), np.zeros(6)
+    K, C = np.empty((6, 6)), np.empty((6, 6))
+    p, dp, product = np.empty(4), np.empty(4), np.empty(4)
+    phi = np.zeros(3)
+    step = 1e-6
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        a, b = work.markers[row.a], work.markers[row.b]
+        relative_motion(a, b, motion, Q)
+        _ask(row.address, state.t, motion, Q, inputs, f)
+        act_relative(a, b, f)
+        for i in range(6):
+            work.energy[3] += f[i] * motion[3 + i]
+        if work.coefficients[3] == 0.0:
+            continue
+        matrix_to_euler(Q, p)
+        for j in range(12):
+            for side in range(2):
+                h = step if side == 0 else -step
+                other[:] = motion
+                turned[:] = Q
+                if j < 3:
+                    other[j] += h
+                elif j < 6:
+                    phi[:] = 0.0
+                    phi[j - 3] = h
+                    exp_euler(phi, dp)
+                    euler_product(dp, p, product)
+                    euler_to_matrix(product, turned)
+                else:
+                    other[j - 3] += h
+                _ask(row.address, state.t, other, turned, inputs, plus if side == 0 else minus)
+            for i in range(6):
+                change = (minus[i] - plus[i]) / (2.0 * step)
+                if j < 6:
+                    K[i, j] = change
+                else:
+                    C[i, j - 6] = change
+        add_relative_tangent(work.pairs[row.pair], a, b, f, K, C)
+
+
+class _Callback:
+    """The C function that calls a Python function; what goes wrong there is kept, because no exception can pass."""
+
+    def __init__(self, function: Callable[..., Any]):
+        self.function, self.failure = function, ""
+        self.pointer = CALLBACK(self._run)
+        self.address = ctypes.cast(self.pointer, ctypes.c_void_p).value
+
+    def _run(self, inputs, outputs) -> None:
+        x = np.ctypeslib.as_array(inputs, (INPUTS,))
+        out = np.ctypeslib.as_array(outputs, (6,))
+        try:
+            force, moment = self.function(x[0], x[1:4].copy(), x[4:7].copy(), x[10:19].reshape(3, 3).copy(), x[7:10].copy())
+            out[:3], out[3:] = force, moment
+            if not np.all(np.isfinite(out)):
+                self.failure = self.failure or f"it returned {np.array2string(out, precision=4)} at t = {x[0]:.6g} s"
+        except Exception as error:  # whatever a user's function raises: it cannot pass through compiled code
+            self.failure = self.failure or f"{type(error).__name__}: {error} at t = {x[0]:.6g} s"
+            out[:] = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class UserForce(Force):
+    """Apply what a Python function returns, between two markers: for trying out a law before it gets a kernel.
+
+    The compiled step loop calls back into Python, once for every residual and 25 times for every iteration matrix (its tangent
+    is by differences), about 20 us per call: a hundred times slower than a force with a kernel. The work of the
+    force counts as work of loads.
+
+    Parameters
+    ----------
+    name : str
+    markers : (str, str)
+        The force acts on marker b and, opposite, on marker a.
+    function : callable, or "module:function" in model files
+        ``function(t, d, v, R, w) -> (force, moment)``, N and N m, on the body of b at its marker, all in the axes of a:
+        time, displacement d (3,), m, and velocity v (3,), m/s, of b relative to a, its axes R (3, 3) and its
+        angular velocity w (3,), rad/s. It must depend on its arguments only.
+    """
+
+    name: str
+    _: KW_ONLY
+    markers: tuple[str, str]
+    function: Any
+
+    table: ClassVar[Table] = Table("UserForce", ROW, {"apply": apply})
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_marker_pair()
+        named = isinstance(self.function, str) and self.function.count(":") == 1
+        if not callable(self.function) and not named:
+            raise ModelError(self.title, found=f"function = {self.function!r}",
+                             expected="a function (t, d, v, R, w) -> (force, moment), or 'module:function'",
+                             remedy="Write function=lambda t, d, v, R, w: (-100.0 * d, (0, 0, 0))")
+        object.__setattr__(self, "_callbacks", [])
+
+    def check(self, model) -> None:
+        """Raise ModelError if a marker does not exist."""
+        for marker in self.markers:
+            model.marker(marker, self.title)
+
+    def complaint(self) -> str:
+        """Return what went wrong in the function, if anything did."""
+        return next((c.failure for c in self._callbacks if c.failure), "")
+
+    def record(self, compiler):
+        """Return the row with the address of the function."""
+        function = self.function
+        if isinstance(function, str):
+            module, _, name = function.partition(":")
+            try:
+                function = getattr(import_module(module), name)
+            except (ImportError, AttributeError, ValueError) as error:
+                raise ModelError(self.title, found=f"function = {self.function!r} ({error})",
+                                 expected="'module:function' of a module that can be imported",
+                                 remedy="Check both names, and that the module is on the path") from error
+        self._callbacks.append(_Callback(function))
+        a, b = (compiler.marker(name) for name in self.markers)
+        return (a, b, compiler.pair(a, b), self._callbacks[-1].address)
