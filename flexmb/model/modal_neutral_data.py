@@ -191,6 +191,30 @@ class ModalNeutralData:
             load_shapes=np.hstack([self.load_shapes[:, :6], self.load_shapes[:, 6:][:, j]]),
             stress_modes=None if self.stress_modes is None else self.stress_modes[..., j])
 
+    def rotated(self, rotation) -> ModalNeutralData:
+        """Return the body turned about its origin, x' = R x: rotation (3, 3), rotation vector (3,) or scipy Rotation."""
+        from flexmb.model.changed_data import rotated
+
+        return rotated(self, rotation)
+
+    def translated(self, displacement) -> ModalNeutralData:
+        """Return the body moved by a displacement (3,), m, x' = x + d, so that its origin is another point of it."""
+        from flexmb.model.changed_data import translated
+
+        return translated(self, displacement)
+
+    def mirrored(self, plane, name: str | None = None) -> ModalNeutralData:
+        """Return the image in a mirror through the origin, "xy", "yz", "xz" or given by its normal (3,)."""
+        from flexmb.model.changed_data import mirrored
+
+        return mirrored(self, plane, name)
+
+    def rescaled(self, length: float = 1.0, mass: float = 1.0, time: float = 1.0) -> ModalNeutralData:
+        """Return the data in other units; the factors say how many new units one old unit is (mm to m: 1e-3)."""
+        from flexmb.model.changed_data import rescaled
+
+        return rescaled(self, length, mass, time)
+
     def report(self) -> str:
         """Return the quality report as text: frequencies against the full model, mass, statics, modes, warnings."""
         from flexmb.model.modal_neutral_report import report

@@ -1,7 +1,7 @@
 """FE model to modal neutral data: Craig-Bampton, inertia invariants, geometric stiffness, load shapes, report."""
 
+from flexmb.model.changed_data import mirrored, moved, rescaled
 from flexmb.model.modal_neutral_report import report
-from flexmb.reduction.changed import mirrored, moved, rescaled
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid

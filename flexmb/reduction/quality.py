@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.model.effective_mass import effective_mass_table
 from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
-from flexmb.reduction.interfaces import DIRECTIONS, Coupling
+from flexmb.reduction.interfaces import Coupling
 from flexmb.reduction.statics import HeldBody
 
 __all__ = ["quality_numbers"]
@@ -116,13 +117,10 @@ def _effective_mass(body: HeldBody, normal: NormalModes) -> dict[str, Any]:
 
     The sum falls short of one by the mass that moves with the interfaces.
     """
-    participation = (body.fe.M @ normal.vectors).T @ body.rigid
-    share = participation**2 / np.diag(body.rigid_mass)
-    return {
-        "directions": [DIRECTIONS[d] for d in body.motions],
-        "per_mode": share.tolist(),
-        "sum": share.sum(axis=0).tolist(),
-    }
+    participation, rigid_mass = np.zeros((len(normal.w2), 6)), np.zeros((6, 6))
+    participation[:, body.motions] = (body.fe.M @ normal.vectors).T @ body.rigid
+    rigid_mass[np.ix_(body.motions, body.motions)] = body.rigid_mass
+    return effective_mass_table(participation, rigid_mass)
 
 
 def _static_error(body: HeldBody, basis: Basis) -> float:

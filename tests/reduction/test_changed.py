@@ -99,6 +99,33 @@ def test_mirrored():
     image = reduction.mirrored(reduced(), 2 * n, name="right")
     assert image.name == "right"
     assert_same_body(image, expected)
+    np.testing.assert_array_equal(image.cells[0][1], expected.cells[0][1])
+
+
+def test_planes_by_name():
+    data = reduced(geometric_stiffness=False)
+    for plane, normal in (("yz", (1, 0, 0)), ("xz", (0, 1, 0)), ("xy", (0, 0, 1))):
+        np.testing.assert_array_equal(data.mirrored(plane).nodes, data.mirrored(normal).nodes)
+        np.testing.assert_array_equal(data.mirrored(plane).nodes, data.nodes * (1 - 2 * np.array(normal)))
+
+
+def test_rotated_and_translated():
+    """The part is turned about its origin, then moved: x' = R x + d."""
+    turn, d = Rotation.from_rotvec([0.3, -0.8, 0.5]), np.array([0.1, -0.3, 0.2])
+    expected = reduced(lambda x: turn.apply(x) + d)
+    data = reduced()
+    for rotation in (turn, turn.as_matrix(), turn.as_rotvec()):
+        assert_same_body(data.rotated(rotation).translated(d), expected)
+
+
+@pytest.mark.parametrize("change", [Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix(), np.diag([1.0, -1.0, 1.0])])
+def test_effective_mass_follows_the_axes(change):
+    expected = reduced(lambda x: x @ change.T).quality["effective_mass"]
+    data = reduced()
+    table = (data.mirrored("xz") if change[1, 1] == -1.0 else data.rotated(change)).quality["effective_mass"]
+    assert table["directions"] == expected["directions"]
+    np.testing.assert_allclose(table["per_mode"], expected["per_mode"], atol=1e-8)
+    np.testing.assert_allclose(table["sum"], expected["sum"], atol=1e-8)
 
 
 def test_rescaled_from_tonnes_and_millimetres():
@@ -140,10 +167,13 @@ def test_rescaled_from_tonnes_and_millimetres():
 def test_refused_changes():
     data = reduced()
     with pytest.raises(
-        ReductionError, match=r"(?s)a rotation .*a proper orthogonal matrix.*Use reduction\.mirrored"
+        ReductionError, match=r"(?s)a rotation .*a proper orthogonal matrix.*Use data\.mirrored"
     ):
         reduction.moved(data, np.diag([1.0, 1.0, -1.0]))
-    with pytest.raises(ReductionError, match=r"the normal \(0, 0, 0\)\. three numbers, not all zero"):
-        reduction.mirrored(data, (0, 0, 0))
+    for plane in ((0, 0, 0), "xw", (1, 0)):
+        with pytest.raises(ReductionError, match=r"the plane .* 'xy', 'yz', 'xz', or a normal: three numbers, not all"):
+            data.mirrored(plane)
+    with pytest.raises(ReductionError, match=r"displacement \(1, 2\)\. three numbers, m\. Write \(x, y, z\)"):
+        data.translated((1, 2))
     with pytest.raises(ReductionError, match=r"unit factors 0\.0, 1\.0, 1\.0\. positive numbers"):
         reduction.rescaled(data, length=0.0)

@@ -13,9 +13,14 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ReductionError
+from flexmb.model.effective_mass import effective_mass_table
+from flexmb.model.mirrored_cells import mirrored_cells
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 
-__all__ = ["mirrored", "moved", "rescaled"]
+__all__ = ["mirrored", "moved", "rescaled", "rotated", "translated"]
+
+PLANES = {"yz": (1.0, 0.0, 0.0), "xz": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+"""Normals of the coordinate planes."""
 
 _TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of stress xx, yy, zz, xy, yz, zx
 
@@ -30,34 +35,68 @@ def moved(data: ModalNeutralData, rotation: Any = None, origin: Any = (0.0, 0.0,
     origin : (3,), m
         Origin of the new axes in the old ones.
     """
+    return _in_axes(data, _matrix(data, rotation).T, _vector(data, "origin", origin))
+
+
+def rotated(data: ModalNeutralData, rotation: Any) -> ModalNeutralData:
+    """Return the body turned about its origin, x' = R x."""
+    return _in_axes(data, _matrix(data, rotation), np.zeros(3))
+
+
+def translated(data: ModalNeutralData, displacement: Any) -> ModalNeutralData:
+    """Return the body moved, x' = x + d."""
+    return _in_axes(data, np.eye(3), -_vector(data, "displacement", displacement))
+
+
+def _vector(data: ModalNeutralData, name: str, value: Any) -> np.ndarray:
+    vector = np.asarray(value, float)
+    if vector.shape != (3,) or not np.all(np.isfinite(vector)):
+        raise ReductionError(
+            f"Modal neutral data '{data.name}'",
+            found=f"{name} {value!r}",
+            expected="three numbers, m",
+            remedy="Write (x, y, z) in body axes",
+        )
+    return vector
+
+
+def _matrix(data: ModalNeutralData, rotation: Any) -> np.ndarray:
+    """Return a rotation given as a matrix, a rotation vector, a scipy Rotation or None as (3, 3)."""
     from scipy.spatial.transform import Rotation
 
     if rotation is None:
-        axes = np.eye(3)
-    elif isinstance(rotation, Rotation):
-        axes = rotation.as_matrix()
-    else:
-        given = np.asarray(rotation, float)
-        axes = Rotation.from_rotvec(given).as_matrix() if given.shape == (3,) else given
+        return np.eye(3)
+    if isinstance(rotation, Rotation):
+        return rotation.as_matrix()
+    given = np.asarray(rotation, float)
+    axes = Rotation.from_rotvec(given).as_matrix() if given.shape == (3,) else given
     if axes.shape != (3, 3) or np.abs(axes.T @ axes - np.eye(3)).max() > 1e-9 or np.linalg.det(axes) < 0.0:
         raise ReductionError(
             f"Modal neutral data '{data.name}'",
-            found=f"a rotation {np.array2string(np.asarray(axes), precision=4)}",
+            found=f"a rotation {np.array2string(axes, precision=4)}",
             expected="a proper orthogonal matrix (3, 3), a rotation vector (3,) or a scipy Rotation",
-            remedy="Use reduction.mirrored for reflections",
+            remedy="Use data.mirrored for reflections",
         )
-    return _in_axes(data, axes.T, np.asarray(origin, float))
+    return axes
 
 
-def mirrored(data: ModalNeutralData, normal: Any, name: str | None = None) -> ModalNeutralData:
-    """Return the mirror image at the plane through the origin with the normal (3,): the part of the other side."""
-    n = np.asarray(normal, float)
+def mirrored(data: ModalNeutralData, plane: Any, name: str | None = None) -> ModalNeutralData:
+    """Return the mirror image at a plane through the origin: the part of the other side.
+
+    Parameters
+    ----------
+    plane : "xy", "yz", "xz" or (3,)
+        A coordinate plane of the body axes, or the normal of any plane.
+    name : str, optional
+        Name of the image.
+    """
+    n = np.asarray(PLANES.get(plane, (0.0, 0.0, 0.0)) if isinstance(plane, str) else plane, float)
     if n.shape != (3,) or not np.linalg.norm(n) > 0.0:
         raise ReductionError(
             f"Modal neutral data '{data.name}'",
-            found=f"the normal {normal!r}",
-            expected="three numbers, not all zero",
-            remedy="Give the normal of the mirror plane in body axes, e.g. (0, 1, 0)",
+            found=f"the plane {plane!r}",
+            expected="'xy', 'yz', 'xz', or a normal: three numbers, not all zero",
+            remedy="Give the plane of symmetry in body axes, e.g. 'xz' or (0, 1, 0)",
         )
     n = n / np.linalg.norm(n)
     image = _in_axes(data, np.eye(3) - 2.0 * np.outer(n, n), np.zeros(3))
@@ -100,7 +139,7 @@ def rescaled(
         / t**2
         * np.where((np.arange(6 + data.n_modes) >= 3) & (np.arange(6 + data.n_modes) < 6), L, 1.0)
     )
-    return _with_quality(
+    changed = _with_quality(
         replace(
             data,
             nodes=data.nodes * L,
@@ -115,6 +154,8 @@ def rescaled(
             stress_modes=None if data.stress_modes is None else data.stress_modes * m / (L * t) ** 2,
         )
     )
+    lengths = np.where(np.arange(6) < 3, 1.0, L)
+    return _with_effective_mass(changed, np.sqrt(m) * np.diag(lengths))
 
 
 def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutralData:
@@ -123,10 +164,11 @@ def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutr
     loads[:, :3] = data.load_shapes[:, :3] @ Q.T
     loads[:, 3:6] = s * (data.load_shapes[:, 3:6] - np.cross(p, data.load_shapes[:, :3])) @ Q.T
     turn = lambda shapes, sign=1.0: sign * np.einsum("ab,nbj->naj", Q, shapes)  # noqa: E731
-    return _with_quality(
+    changed = _with_quality(
         replace(
             data,
             nodes=(data.nodes - p) @ Q.T,
+            cells=data.cells if s > 0.0 else mirrored_cells(data.cells),
             shapes=turn(data.shapes),
             rotation_shapes=None if data.rotation_shapes is None else turn(data.rotation_shapes, s),
             marker_positions=(data.marker_positions - p) @ Q.T,
@@ -138,6 +180,9 @@ def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutr
             stress_modes=None if data.stress_modes is None else _stress(data.stress_modes, Q),
         )
     )
+    turn6 = np.zeros((6, 6))
+    turn6[:3, :3], turn6[3:, 3:] = Q, s * Q
+    return _with_effective_mass(changed, turn6)
 
 
 def _invariants(i: InertiaInvariants, Q: np.ndarray, p: np.ndarray, s: float) -> InertiaInvariants:
@@ -215,7 +260,20 @@ def _with_quality(data: ModalNeutralData) -> ModalNeutralData:
             **data.quality,
             "mass": mass,
             "interfaces": interfaces,
+            "fixed_interface_frequencies": [
+                f * factor for f in data.quality["fixed_interface_frequencies"]
+            ],
             "modes": scale(data.quality["modes"], ["frequency"]),
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
         },
     )
+
+
+def _with_effective_mass(data: ModalNeutralData, G: np.ndarray) -> ModalNeutralData:
+    """Change the participation factors (vectors about the centroid) by G (6, 6) and make their shares anew."""
+    table = data.quality.get("effective_mass", {})
+    if "participation" not in table:
+        return data
+    participation = np.array(table["participation"]).reshape(-1, 6) @ G.T
+    changed = effective_mass_table(participation, G @ np.array(table["rigid_mass"]) @ G.T)
+    return replace(data, quality={**data.quality, "effective_mass": changed})
