@@ -9,7 +9,6 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.integrate.formulations import Augmented
-from flexmb.integrate.matrices import equations_at
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.model import Model
 from flexmb.system import assemble, observe
@@ -64,15 +63,15 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
     model : Model
     state : Instant, optional
         Configuration and velocity (``solution.final``, ``solution.state(t)``); by default the assembled start.
-    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Baumgarte
-        All give the same accelerations; multipliers of dependent equations are those of least norm.
+    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive, Baumgarte
+        All give the same accelerations (Baumgarte: where nothing has drifted); multipliers of dependent equations are
+        those of least norm.
     """
     system, start = assemble(model)
     if state is not None:
         start = system.state(state.t, state.q, state.u)
     work = system.workspace()
-    equations = equations_at(system, start, work)
-    a, lam = (formulation or Augmented()).solve(equations)
+    a, lam = (formulation or Augmented()).accelerate(system, start, work)
     seen = observe(system, [start.t], start.q[None], start.u[None], a[None], lam[None])
     reactions = {name: seen.reaction[0, k] for name, k in system.joint_index.items()}
     return Accelerations(system=system, q=start.q, u=start.u, a=a, lam=lam, reactions=reactions)

@@ -7,17 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import CompileError, ModelError
+from flexmb.errors import ModelError
 from flexmb.integrate.extent import model_size
-from flexmb.integrate.matrices import equations_at
+from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
 from flexmb.system.assembly import worst_equations
-from flexmb.system.program import accelerations, evaluate, project
+from flexmb.system.program import evaluate, project
 
 __all__ = ["Explicit"]
 
 METHODS = ("DOP853", "RK45", "Radau")
+FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
 
 
 class _Run:
@@ -45,20 +46,10 @@ class _Run:
         return state
 
     def solve(self, state) -> None:
-        """Fill in accelerations and multipliers by the formulation."""
-        system, formulation = self.system, self.settings.formulation
-        if formulation is None:
-            failed = accelerations(system.program, state, self.work, self.right, 12 if system.redundant else 2)
-            if failed >= 0:
-                unknown = int(system.program.pattern.order[failed])
-                raise CompileError(system.owner(unknown), found=f"singular equations of motion at t = {state.t:.9g} s",
-                                   expected="inertia or a constraint in every freedom",
-                                   remedy="See flexmb.check(model)")
-            return
-        equations = equations_at(system, state, self.work)
-        state.a[:], state.lam[:] = formulation.solve(equations)
+        """Fill in accelerations and multipliers by the formulation, and the powers of work.energy."""
+        state.a[:], state.lam[:] = self.settings.formulation.accelerate(self.system, state, self.work)
         self.work.coefficients[3] = 0.0
-        evaluate(system.program, state, self.work)
+        evaluate(self.system.program, state, self.work)
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """Callback of the solver: q', u' and the rates of work."""
@@ -121,8 +112,8 @@ class Explicit:
         Relative and absolute tolerance of every coordinate and velocity (m, rad, per s).
     drift : float
         Constraint residual, relative to the size of the model, at which the state is projected.
-    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, optional
-        How accelerations are found; by default the compiled sparse factorisation.
+    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte
+        How accelerations are found.
     largest : float, s, optional
         Largest step size.
 
@@ -133,13 +124,16 @@ class Explicit:
     rtol: float = 1e-8
     atol: float = 1e-10
     drift: float = 1e-10
-    formulation: Any = None
+    formulation: Any = Augmented()
     largest: float | None = None
 
     def __post_init__(self):
         if self.method not in METHODS:
             raise ModelError("Explicit", found=f"method = {self.method!r}", expected=f"one of {', '.join(METHODS)}",
                              remedy="DOP853 for smooth motions, Radau for stiff ones")
+        if not hasattr(self.formulation, "accelerate"):
+            raise ModelError("Explicit", found=f"formulation = {self.formulation!r}", expected=f"one of {FORMULATIONS}",
+                             remedy="Give an object: Explicit(formulation=Recursive())")
         for name in ("rtol", "atol", "drift", "largest"):
             value = getattr(self, name)
             if value is not None and not value > 0.0:

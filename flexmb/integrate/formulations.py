@@ -1,4 +1,5 @@
-"""Formulations of the same equations ``M a - L lam = f``, ``G a = b``: each is a small object with one method.
+"""Formulations of the same equations ``M a - L lam = f``, ``G a = b``: each is a small object with the same method,
+``.accelerate(system, state, work) -> (a, lam)``.
 
 Without geometric stiffness L = G^T; with it, the interface loads stiffen reduced bodies and L differs from G^T. All
 formulations below allow for that. Theory: formulations.
@@ -6,7 +7,7 @@ formulations below allow for that. Theory: formulations.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -14,12 +15,19 @@ from scipy.linalg import lstsq, null_space, solve, svd
 from scipy.sparse.linalg import splu
 
 from flexmb.errors import CompileError
-from flexmb.integrate.matrices import Equations
+from flexmb.integrate.matrices import Equations, equations_at
+from flexmb.system.program import accelerations
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
 
 RANK = 1e-10
 """Singular values below this, relative to the largest, count as zero."""
+TURNS = 40
+"""Newton iterations of friction by joint reactions, at most."""
+EXACT = 1e-12
+"""Change of the multipliers, relative, at which they end; and of all unknowns in the last correction of a factorisation."""
+DENSE = 200
+"""Number of unknowns up to which least squares by singular values are affordable."""
 
 
 def _least(A: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -35,17 +43,44 @@ def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray,
             scale * equations.f, scale)
 
 
+class _Formulation:
+    """What the formulations below share: they solve linear equations, which friction by reactions makes tangent ones."""
+
+    def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
+        a, lam = self.solve(equations_at(system, state, work))
+        if any(force.reads_reactions for force in system.model.forces):
+            for _ in range(TURNS):
+                before = lam
+                a, lam = self.solve(equations_at(system, state, work, before))
+                if np.max(np.abs(lam - before), initial=0.0) <= EXACT * np.max(np.abs(lam), initial=1e-9):
+                    break
+        return a, lam
+
+
 @dataclass(frozen=True)
-class Augmented:
+class Augmented(_Formulation):
     """Accelerations and multipliers together from one sparse system (the form that the integrators use).
 
-    Dependent equations: the solution of least norm, by a dense singular value decomposition.
+    The compiled factorisation of the integrators; where it does not converge (dependent equations that the assembled
+    position did not show), the solution of least norm by a dense singular value decomposition.
     """
+
+    def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
+        nu, right = system.nu, np.zeros(system.nu + system.ng)
+        own = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
+        failed = accelerations(system.program, own, work, right, 12 if system.redundant else 2)
+        change, force = np.max(np.abs(right[:nu]), initial=0.0), np.max(np.abs(right[nu:]), initial=0.0)
+        if (failed < 0 and change <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.a), initial=0.0))
+                and force <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.lam), initial=0.0))):
+            return own.a, own.lam
+        return super().accelerate(system, state, work)
 
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
         nu, ng = e.M.shape[0], e.G.shape[0]
-        if nu + ng <= 200:
+        if nu + ng <= DENSE:
             M, L, G, f, scale = _balanced(e)
             matrix = np.block([[M, -L], [G, np.zeros((ng, ng))]])
             x = _least(matrix, np.concatenate([f, e.b]))
@@ -61,7 +96,7 @@ class Augmented:
 
 
 @dataclass(frozen=True)
-class NullSpace:
+class NullSpace(_Formulation):
     """Kane's equations with an orthogonal complement: ``P^T M N z' = P^T (f - M a0)``.
 
     N spans the null space of G, P that of L^T (the same without geometric stiffness); a0 is a particular solution of
@@ -80,7 +115,7 @@ class NullSpace:
 
 
 @dataclass(frozen=True)
-class UdwadiaPhohomsiri:
+class UdwadiaPhohomsiri(_Formulation):
     """The closed form for singular mass matrices and dependent constraints.
 
     ``a = [(I - L L^+) M; G]^+ [(I - L L^+) f; b]``.
@@ -107,7 +142,7 @@ class UdwadiaPhohomsiri:
 
 
 @dataclass(frozen=True)
-class Baumgarte:
+class Baumgarte(_Formulation):
     """Stabilised right-hand side for index-1 forms: ``G a = b - 2 alpha g' - beta^2 g`` around another formulation.
 
     Parameters
@@ -123,8 +158,7 @@ class Baumgarte:
     alpha: float = 10.0
     beta: float = 10.0
 
-    def solve(self, e: Equations, g: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return accelerations (nu,) and multipliers (ng,); `g` (ng,) is the residual of the positions."""
-        position = np.zeros(len(e.b)) if g is None else g
-        b = e.b - 2.0 * self.alpha * e.velocity - self.beta**2 * position
-        return self.formulation.solve(Equations(M=e.M, L=e.L, G=e.G, f=e.f, b=b, velocity=e.velocity))
+    def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations (nu,) and multipliers (ng,)."""
+        b = e.b - 2.0 * self.alpha * e.velocity - self.beta**2 * e.position
+        return self.formulation.solve(replace(e, b=b))

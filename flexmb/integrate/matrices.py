@@ -31,6 +31,8 @@ class Equations:
         What G a must be.
     velocity : (ng,)
         Residual of the velocity constraints, G u + dg/dt.
+    position : (ng,)
+        Residual of the constraints, zero for those at velocity level.
     """
 
     M: sparse.csr_matrix
@@ -39,6 +41,7 @@ class Equations:
     f: np.ndarray
     b: np.ndarray
     velocity: np.ndarray
+    position: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,15 +62,21 @@ def _matrix(system, state, work, mass=0.0, damping=0.0, stiffness=0.0):
     return stored(work.S, program.pattern).tocsr()
 
 
-def equations_at(system, state, work) -> Equations:
-    """Return the equations of motion at a state; its accelerations and multipliers are ignored."""
+def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equations:
+    """Return the equations of motion at a state; its accelerations and multipliers are ignored.
+
+    Friction by joint reactions is not linear in the multipliers: the equations are tangent to it at `lam` (default zero).
+    """
     nu = system.nu
-    rest = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
+    rest = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng) if lam is None else lam)
     S = _matrix(system, rest, work, mass=1.0)
     drift, velocity = np.zeros(system.ng), np.zeros(system.ng)
     constraint_acceleration(work, rest.a, drift)
     constraint_velocity(work, state.u, velocity)
-    return Equations(M=S[:nu, :nu], L=-S[:nu, nu:], G=S[nu:, :nu], f=-work.residual.copy(), b=-drift, velocity=velocity)
+    position = np.where(system.program.equation_level == 0, work.equations["g"], 0.0)
+    L = -S[:nu, nu:]
+    return Equations(M=S[:nu, :nu], L=L, G=S[nu:, :nu], f=-work.residual - L @ rest.lam, b=-drift, velocity=velocity,
+                     position=position)
 
 
 def tangent_at(system, state, work) -> Tangent:

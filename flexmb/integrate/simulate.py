@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
+from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.record import Recorder, joined_rows
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
@@ -167,11 +168,24 @@ def state_at(start, model: Model):
     return carried(system, model, start.q, start.u)
 
 
+def _integrator(integrator, formulation):
+    """Return the integrator that is meant by the arguments of `simulate`."""
+    if formulation is None:
+        return GeneralizedAlpha() if integrator is None else integrator
+    if integrator is not None:
+        raise ModelError("simulate", found=f"both an integrator, {integrator!r}, and a formulation, {formulation!r}",
+                         expected="one of them",
+                         remedy="Write integrator=Explicit(..., formulation=...); GeneralizedAlpha and IDA have no use "
+                         "for a formulation, they solve for positions and reactions together")
+    return Explicit(formulation=formulation)
+
+
 def simulate(
     model: Model,
     t_end: float,
     *,
     integrator: Any = None,
+    formulation: Any = None,
     samples: Any = 201,
     t_start: float = 0.0,
     start: Any = None,
@@ -187,6 +201,8 @@ def simulate(
     t_end : float, s
     integrator : integrator, optional
         `GeneralizedAlpha()` unless given.
+    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
+        How accelerations are found, by `Explicit(formulation=...)`; the other integrators do not ask for accelerations.
     samples : int or (nt,) s
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s
@@ -212,7 +228,7 @@ def simulate(
     IntegrationError
         If the integrator cannot go on; ``error.solution`` holds all samples so far.
     """
-    integrator = GeneralizedAlpha() if integrator is None else integrator
+    integrator = _integrator(integrator, formulation)
     times = sample_times(t_start, t_end, samples)
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model)

@@ -209,6 +209,8 @@ class Force(Part):
     """A force acts on markers or load shapes."""
 
     family: ClassVar[str] = "Force"
+    reads_reactions: ClassVar[bool] = False
+    """Does it depend on the multipliers of joints (friction)?"""
     table: ClassVar[Table]
 
     def require_marker_pair(self) -> None:
