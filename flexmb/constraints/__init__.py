@@ -5,13 +5,17 @@ from flexmb.constraints.coincident import Coincident
 from flexmb.constraints.coordinates import Coordinate, joint_coordinate
 from flexmb.constraints.coupled import Coupled
 from flexmb.constraints.distance import Distance
-from flexmb.constraints.freedoms import Ball, Helix, Slide, Turn, TurnOfSecond
+from flexmb.constraints.freedoms import Ball, Bend, Helix, RollAbout, Slide, Turn, TurnOfSecond
 from flexmb.constraints.in_plane import InPlane
+from flexmb.constraints.no_twist import NoTwist
 from flexmb.constraints.perpendicular import Perpendicular
+from flexmb.constraints.rolling_contact import NoSlip, Touching
 from flexmb.model.kinds import Equation
 
-__all__ = ["EQUATIONS", "Angle", "Ball", "Coincident", "Coordinate", "Coupled", "Distance", "Helix", "InPlane",
-           "Perpendicular", "Slide", "Turn", "TurnOfSecond", "joint_coordinate"]
+__all__ = ["EQUATIONS", "Angle", "Ball", "Bend", "Coincident", "Coordinate", "Coupled", "Distance", "Helix", "InPlane",
+           "NoSlip", "NoTwist", "Perpendicular", "RollAbout", "Slide", "Touching", "Turn", "TurnOfSecond",
+           "joint_coordinate"]
 
-EQUATIONS: tuple[type[Equation], ...] = (Coincident, InPlane, Perpendicular, Distance, Angle, Coupled)
+EQUATIONS: tuple[type[Equation], ...] = (
+    Coincident, InPlane, Perpendicular, Distance, NoTwist, Angle, Coupled, Touching, NoSlip)
 """All primitive equations, in the order in which tables are evaluated."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.constraints.coordinates import COORDINATE, Coordinate, act, add_curvature, measure, second_rate
 from flexmb.constraints.rows import HEADER
-from flexmb.math.tables import row_kernel
+from flexmb.math.tables import STIFF, row_kernel
 from flexmb.model.kinds import Equation, Table
 
 __all__ = ["Angle"]
@@ -62,4 +62,4 @@ class Angle(Equation):
         return (markers[1], markers[0]) if self.coordinate.swapped else (markers[0], markers[1])
 
     def record(self, compiler, markers):
-        return (self.coordinate.record(compiler, *markers, counts=False), compiler.signal(self.angle))
+        return (self.coordinate.record(compiler, *markers, counts=False, writes=STIFF), compiler.signal(self.angle))

@@ -17,6 +17,7 @@ from flexmb.constraints.freedoms import Slide, Turn, TurnOfSecond
 from flexmb.constraints.rows import add_block, add_skew, centripetal, rotating_product
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math.kernel import kernel
+from flexmb.math.tables import DAMPED
 from flexmb.math.vectors import cross, dot, norm
 
 __all__ = ["COORDINATE", "FREEDOMS", "Coordinate", "act", "add_curvature", "add_tangent", "joint_coordinate", "measure",
@@ -225,8 +226,11 @@ class Coordinate:
         e = R_b[:, "xyz".index(self.axis)]
         return float(np.arctan2(R_a[:, 1] @ e, R_a[:, 0] @ e)) * (-1.0 if self.swapped else 1.0)
 
-    def record(self, compiler, a: int, b: int, counts: bool = True) -> tuple:
-        """Return the row of the coordinate; with `counts`, turns are followed through full turns."""
+    def record(self, compiler, a: int, b: int, counts: bool = True, writes: int = DAMPED) -> tuple:
+        """Return the row of the coordinate; with `counts`, turns are followed through full turns.
+
+        `writes` says whether the kernel adds stiffness (STIFF) or also damping (DAMPED) to the pair of markers.
+        """
         branch = -1
         if counts and self.kind == "turn":
             names = {number: name for name, number in compiler.marker_index.items()}
@@ -235,7 +239,7 @@ class Coordinate:
         first, second = (b, a) if self.swapped else (a, b)
         kind = ("turn", "slide", "distance").index(self.kind)
         sign = -1.0 if self.swapped else 1.0
-        return (kind, "xyz".index(self.axis), sign, first, second, compiler.pair(first, second), branch)
+        return (kind, "xyz".index(self.axis), sign, first, second, compiler.pair(first, second, writes), branch)
 
 
 def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | None = None) -> Coordinate:

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.constraints.coordinates import COORDINATE, Coordinate, act, add_curvature, measure, second_rate
 from flexmb.constraints.rows import HEADER
-from flexmb.math.tables import row_kernel
+from flexmb.math.tables import STIFF, row_kernel
 from flexmb.model.kinds import Equation, Table
 
 __all__ = ["Coupled"]
@@ -90,5 +90,5 @@ class Coupled(Equation):
             offset = self.x.value(compiler, a, b) - self.ratio * self.y.value(compiler, c, d)
         legs = self.involved(markers)
         ordered = [*((b, a) if self.x.swapped else (a, b)), *((d, c) if self.y.swapped else (c, d))]
-        return (self.x.record(compiler, a, b), self.y.record(compiler, c, d), [legs.index(m) for m in ordered],
+        return (self.x.record(compiler, a, b, writes=STIFF), self.y.record(compiler, c, d, writes=STIFF), [legs.index(m) for m in ordered],
                 len(legs), self.ratio, offset)

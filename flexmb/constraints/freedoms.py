@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.model.kinds import Freedom
 
-__all__ = ["Ball", "Helix", "Slide", "Turn", "TurnOfSecond"]
+__all__ = ["Ball", "Bend", "Helix", "RollAbout", "Slide", "Turn", "TurnOfSecond"]
 
 
 @dataclass(frozen=True)
@@ -65,3 +65,29 @@ class Helix(Freedom):
         """Return the relative unit twists (k, 6) of marker b in W; `d` = r_b - r_a."""
         axis = R_a[:, 2]
         return np.concatenate([np.cross(axis, d) + self.pitch / (2.0 * np.pi) * axis, axis])[None]
+
+
+@dataclass(frozen=True)
+class Bend(Freedom):
+    """Two shafts bend against each other: rotations in the plane that halves the angle between their z-axes."""
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (2, 6) of marker b in W."""
+        middle = R_a[:, 2] + R_b[:, 2]
+        first = np.cross(middle, R_a[:, 0])
+        return np.hstack([np.zeros((2, 3)), np.stack([first, np.cross(middle, first)])])
+
+
+@dataclass(frozen=True)
+class RollAbout(Freedom):
+    """All three rotations about the point where a disc or sphere of `radius` (m) touches the x-y plane of marker a."""
+
+    radius: float
+    disc: bool
+
+    def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Return the relative unit twists (3, 6) of marker b in W."""
+        n = R_a[:, 2]
+        toward = n - (R_b[:, 2] @ n) * R_b[:, 2] if self.disc else n
+        rho = -self.radius * toward / np.linalg.norm(toward)
+        return np.hstack([np.cross(rho, np.eye(3)), np.eye(3)])

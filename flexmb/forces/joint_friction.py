@@ -142,6 +142,7 @@ class JointFriction(OnCoordinate):
     from_reaction: bool = True
     freedom: str | None = None
 
+    reads_reactions: ClassVar[bool] = True
     table: ClassVar[Table] = Table("JointFriction", ROW, {"apply": apply})
 
     def __post_init__(self):

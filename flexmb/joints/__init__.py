@@ -1,5 +1,6 @@
 """The joint library: one kind per file, one import line per kind."""
 
+from flexmb.joints.constant_velocity import ConstantVelocity
 from flexmb.joints.coupler import Coupler
 from flexmb.joints.cylindrical import Cylindrical
 from flexmb.joints.drive import Drive
@@ -9,14 +10,15 @@ from flexmb.joints.prismatic import Prismatic
 from flexmb.joints.rack_and_pinion import RackAndPinion
 from flexmb.joints.revolute import Revolute
 from flexmb.joints.rod import Rod
+from flexmb.joints.rolling import Rolling
 from flexmb.joints.screw import Screw
 from flexmb.joints.spherical import Spherical
 from flexmb.joints.universal import Universal
 
 KINDS = {
     kind.__name__: kind
-    for kind in (Fixed, Revolute, Prismatic, Cylindrical, Spherical, Universal, Planar, Screw, Rod, Drive, Coupler,
-                 RackAndPinion)
+    for kind in (Fixed, Revolute, Prismatic, Cylindrical, Spherical, Universal, ConstantVelocity, Planar, Screw, Rod,
+                 Rolling, Drive, Coupler, RackAndPinion)
 }
 """All joints by name: read by the model files, the contract tests and the reference pages."""
 

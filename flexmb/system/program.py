@@ -275,19 +275,21 @@ def accelerations(program, state, work, right, sweeps):
     """Solve M a - G^T lam = f, G a = -drift for the accelerations and multipliers, in place of state.a and state.lam.
 
     The equations are linear in both, so one solve suffices; further sweeps refine, and with dependent equations
-    (regularised) converge to the multipliers of least norm. Returns -1 or the place of a vanishing pivot.
+    (regularised) converge to the multipliers of least norm. Where the second solve still changes much, forces depend on
+    the multipliers (friction): Newton's method then goes on. Returns -1 or the place of a vanishing pivot.
     """
     nu, ng = len(state.u), len(state.lam)
+    nonlinear = False
     work.coefficients[0] = 1.0
     work.coefficients[1] = 0.0
     work.coefficients[2] = 0.0
     work.coefficients[4] = 0.0
     state.a[:] = 0.0
     state.lam[:] = 0.0
-    for sweep in range(sweeps):
-        work.coefficients[3] = 1.0 if sweep == 0 else 0.0
+    for sweep in range(40):
+        work.coefficients[3] = 1.0 if sweep == 0 or nonlinear else 0.0
         evaluate(program, state, work)
-        if sweep == 0:
+        if sweep == 0 or nonlinear:
             failed = lu_factor(work.S, program.pattern)
             if failed >= 0:
                 return failed
@@ -299,8 +301,13 @@ def accelerations(program, state, work, right, sweeps):
         lu_solve(work.S, program.pattern, right)
         for i in range(nu):
             state.a[i] += right[i]
+        size, change = 1e-9, 0.0
         for i in range(ng):
             state.lam[i] += right[nu + i]
+            size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
+        nonlinear = nonlinear or (sweep == 1 and change > 1e-6 * size)
+        if sweep + 1 >= sweeps and (not nonlinear or change <= 1e-12 * size):
+            break
     return -1
 
 

@@ -131,6 +131,8 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return (joints.Rod("j", markers=markers, length=0.7),)
     if kind == "Screw":
         return (joints.Screw("j", markers=markers, pitch=0.3),)
+    if kind == "Rolling":
+        return (joints.Rolling("j", markers=markers, radius=0.4),)
     if kind in ("Coupler", "RackAndPinion"):
         fields = {"ratio": 0.4, "freedoms": ("slide", "turn")} if kind == "Coupler" else {"radius": 0.2}
         return joints.Cylindrical("j", markers=markers), joints.KINDS[kind]("c", joints=("j", "j"), **fields)
