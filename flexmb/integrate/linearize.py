@@ -125,7 +125,8 @@ def _eigen(M, C, K) -> tuple[np.ndarray, np.ndarray]:
     keep = values.imag > tiny
     real = np.flatnonzero(np.abs(values.imag) <= tiny)
     # real eigenvalues in pairs: a rigid freedom gives two near zero, an overdamped or unstable mode two real ones
-    order = real[np.argsort(np.abs(values[real]))][::2]
+    pairs = real[np.argsort(np.abs(values[real]))]
+    order = np.array([max(pairs[k : k + 2], key=lambda i: values[i].real) for k in range(0, len(pairs), 2)], int)
     chosen = np.concatenate([order, np.flatnonzero(keep)]).astype(int)
     chosen = chosen[np.argsort(np.abs(values[chosen].imag) + 1e-12 * np.abs(values[chosen].real), kind="stable")]
     return values[chosen], vectors[:n, chosen]

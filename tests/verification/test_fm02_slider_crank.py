@@ -1,4 +1,4 @@
-"""FM02: flexible slider-crank of Simeon (1996) with the consistent longitudinal mass; own minimal-coordinate solution."""
+"""FM02: flexible slider-crank of Simeon (1996) with consistent longitudinal mass; own minimal-coordinate solution."""
 
 import numpy as np
 import pytest
