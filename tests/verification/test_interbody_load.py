@@ -10,7 +10,7 @@ import pytest
 from verification.rotating_beams import angular_frequencies, on_hub, slender
 
 import flexmb as fmb
-from flexmb import fem, reduction
+from flexmb import reduction
 
 
 def light_beam(stiffening=True):
