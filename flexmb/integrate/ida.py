@@ -12,7 +12,8 @@ from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
-from flexmb.integrate.stabilised import FAR, jacobian, kinematics, layout, residual
+from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
+from flexmb.integrate.stabilised_layout import layout
 from flexmb.system.assembly import REGULARISATION, worst_equations
 from flexmb.system.program import accelerations, evaluate
 
@@ -20,6 +21,8 @@ __all__ = ["IDA"]
 
 DENSE = 300
 """Up to this number of unknowns a dense factorisation is faster than the sparse one."""
+YIELDING = 1e-11
+"""Compliance of the constraints where equations depend on each other, s, relative to G M^-1 G^T."""
 
 
 class _NotFinite(ArithmeticError):
@@ -50,8 +53,8 @@ class _Run:
         yielding = np.zeros((2, system.ng))
         if system.redundant:
             gradient = equations_at(system, state, self.work).G
-            yielding[0] = system.program.regularisation
-            yielding[1] = REGULARISATION * (gradient.multiply(gradient) @ self.extent**-2.0)
+            yielding[0] = YIELDING / REGULARISATION * system.program.regularisation
+            yielding[1] = YIELDING * (gradient.multiply(gradient) @ self.extent**-2.0)
         return yielding
 
     def _start(self, state):
@@ -70,7 +73,7 @@ class _Run:
         """Find the pattern of the Jacobian from one evaluation."""
         form = self.form
         most = 33 * len(self.system.program.frames) + 40 * len(form.own) + 40
-        most = most * 2 + 2 * len(self.y) + 10 * len(form.gradient) + len(form.transposed)
+        most = most * 2 + 2 * len(self.y) + 16 * len(form.gradient) + len(form.transposed)
         self.rows, self.columns, self.values = np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most)
         count = jacobian(self.system.program, self.work, form, 0.0, 1.0, self.y, self.yp,
                          self.rows, self.columns, self.values)

@@ -14,16 +14,17 @@ import numpy as np
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
-from flexmb.system.program import constraint_velocity, evaluate
+from flexmb.system.program import advance, constraint_velocity, evaluate, run_kernels
 
-__all__ = ["FAR", "Stabilised", "jacobian", "kinematics", "layout", "residual"]
+__all__ = ["FAR", "Stabilised", "jacobian", "kinematics", "residual"]
 
 FAR = 1e8
 """Absolute tolerance that takes a variable out of the error test."""
 
 Stabilised = namedtuple(
     "Stabilised",
-    "q u a lam mu signals held yielding metric kin speed length_rate frame_of offset coordinate own transposed gradient K",
+    "q u a lam mu signals held yielding metric kin speed length_rate frame_of offset coordinate own transposed "
+    "gradient K colour colours near turning",
 )
 """State and constant tables of the stabilised form.
 
@@ -36,6 +37,8 @@ kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of t
 frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
 own, transposed, gradient (n, 3) : position in S, row and column of the entries of the blocks (u, u), (u, lam), (lam, u)
 K : values of the iteration matrix with unit stiffness weight
+colour (nu,), colours : number of the group of bodies that share no equation, -1 for deformation; number of groups
+near (nq,), turning (n,) : scratch; d(G u)/dq of every entry of the block (lam, u)
 """
 
 
@@ -194,11 +197,40 @@ def _put_kinematics(program, s, cj, y, R, L, rows, columns, values, n):
 
 
 @kernel
+def _turn_gradient(program, work, s, t):
+    """Write d(G u + dg/dt)/dq of every entry of the block (lam, u) to `turning`, by differences.
+
+    The corrections of positions by mu are not smaller in smaller steps, so this block decides about convergence.
+    Bodies of one colour share no equation and are moved at once: six evaluations per colour, of markers and equations.
+    """
+    small = 1e-7
+    n_bodies = len(program.place)
+    d = np.zeros(len(s.u))
+    rest = np.empty(len(s.lam))
+    work.coefficients[3] = 0.0
+    run_kernels(program.place, 0, program, State(t, s.q, s.u, s.a, s.lam, s.signals), work)
+    run_kernels(program.equations, n_bodies, program, State(t, s.q, s.u, s.a, s.lam, s.signals), work)
+    constraint_velocity(work, s.u, rest)
+    for colour in range(s.colours):
+        for o in range(6):
+            for j in range(len(d)):
+                d[j] = 1.0 if s.colour[j] == colour and s.offset[j] == o else 0.0
+            advance(program, s.q, d, small, s.near)
+            state = State(t, s.near, s.u, s.a, s.lam, s.signals)
+            run_kernels(program.place, 0, program, state, work)
+            run_kernels(program.equations, n_bodies, program, state, work)
+            constraint_velocity(work, s.u, s.speed)
+            for e in range(len(s.gradient)):
+                k, j = s.gradient[e, 1], s.gradient[e, 2]
+                if d[j] != 0.0:
+                    s.turning[e] = (s.speed[k] - rest[k]) / small
+
+
+@kernel
 def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
     """Write the entries of dF/dy + cj dF/dyp one after another and return their number.
 
-    Left out are d(G u)/dq and d(G^T mu)/dq: they are of the size of an angle per step beside G, and cost Newton's
-    method less than their evaluation would.
+    Left out is d(G^T mu)/dq: mu vanishes in the exact solution.
     """
     _unpack(program, s, y, yp)
     nq, nu, ng = len(s.q), len(s.u), len(s.lam)
@@ -208,6 +240,7 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
         iq = program.frames[f, 0]
         euler_to_matrix(s.q[iq + 3 : iq + 7], R[f])
         half_product(s.q[iq + 3 : iq + 7], L[f])
+    _turn_gradient(program, work, s, t)
     state = State(t, s.q, s.u, s.a, s.lam, s.signals)
     work.coefficients[:] = 0.0
     work.coefficients[2] = 1.0
@@ -232,6 +265,7 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
         at, k, j = s.gradient[e, 0], s.gradient[e, 1], s.gradient[e, 2]
         G = work.S[at]
         n = _put(rows, columns, values, n, lam + k, nq + j, G)
+        n = _put_row(s, R, L, lam + k, j, s.turning[e], rows, columns, values, n)
         G *= s.held[k]
         n = _put_row(s, R, L, mu + k, j, G, rows, columns, values, n)
         # d(T W G^T mu)/dmu
@@ -251,63 +285,3 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
     for i in range(3):
         n = _put(rows, columns, values, n, mu + ng + i, mu + ng + i, cj)
     return n
-
-
-def _block_entries(system) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (position in S, row, column) of the entries of the blocks (u, u), (u, lam) and (lam, u), without fill."""
-    pattern, tables = system.program.pattern, system.tables
-    used = np.zeros(int(pattern.row_start[-1]), bool)
-    for _, span in system.body_slices.values():
-        for i in range(span.start, span.stop):
-            start = tables["rows"][i]
-            used[start : start + span.stop - span.start] = True
-    markers = tables["markers"]
-    for leg in tables["legs"]:
-        size = markers[leg["marker"]]["nu"]
-        used[leg["iS"] : leg["iS"] + size] |= size > 0
-        used[tables["transposed"][leg["iT"] : leg["iT"] + size]] = True
-    for pair in tables["pairs"]:
-        a, b = (int(markers[pair[side]]["nu"]) for side in "ab")
-        start = pair["iS"]
-        for rows, columns in ((a, a), (a, b), (b, a), (b, b)):
-            if pair["active"] and rows and columns:
-                for at in tables["pair_rows"][start : start + rows]:
-                    used[at : at + columns] = True
-                start += rows
-    row, column = np.empty(len(used), np.int64), np.empty(len(used), np.int64)
-    for place, block in enumerate(pattern.row_block):
-        at = pattern.row_start[place]
-        row[at : pattern.row_start[place + 1]] = pattern.order[place]
-        for k in range(pattern.segment_start[block], pattern.segment_start[block + 1]):
-            first, size = pattern.column[k], pattern.length[k]
-            column[at : at + size] = pattern.order[first : first + size]
-            at += size
-    nu = system.nu
-    lam_row, lam_column = row >= nu, column >= nu
-    own, transposed, gradient = (
-        np.stack([places, row[places] - rows, column[places] - columns], axis=1)
-        for places, rows, columns in (
-            (np.flatnonzero(used & ~lam_row & ~lam_column), 0, 0),
-            (np.flatnonzero(used & ~lam_row & lam_column), 0, nu),
-            (np.flatnonzero(used & lam_row & ~lam_column), nu, 0),
-        )
-    )
-    return own, transposed, gradient
-
-
-def layout(system, extent: np.ndarray, length_rate: float, yielding: np.ndarray) -> Stabilised:
-    """Return the state and tables for a system; `extent` as in the room's `extents`, `length_rate` kappa in 1/s, `yielding` (2, ng)."""
-    nu, ng = system.nu, system.ng
-    frame_of, offset, coordinate = np.full(nu, -1), np.zeros(nu, np.int64), np.zeros(nu, np.int64)
-    for f, (iq, iu) in enumerate(system.program.frames):
-        frame_of[iu : iu + 6], offset[iu : iu + 6], coordinate[iu : iu + 6] = f, np.arange(6), iq
-    for iq, iu, size, _ in system.program.vectors:
-        coordinate[iu : iu + size] = iq + np.arange(size)
-    held = np.where(system.program.equation_level == 0, 1, 0)
-    own, transposed, gradient = _block_entries(system)
-    state = system.state()
-    return Stabilised(
-        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, held=held,
-        yielding=yielding, metric=1.0 / extent**2, kin=np.zeros(nu), speed=np.zeros(ng), length_rate=np.array([length_rate]),
-        frame_of=frame_of, offset=offset, coordinate=coordinate, own=own, transposed=transposed, gradient=gradient,
-        K=np.zeros(int(system.program.pattern.row_start[-1])))
