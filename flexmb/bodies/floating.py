@@ -19,14 +19,14 @@ from flexmb.bodies.floating_row import ROW, geometry, invariants, pack, stiffnes
 from flexmb.bodies.floating_stiffness import add_stiffening, add_stiffening_tangent, load_scales
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import add_own_block, add_to_residual
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, matvec_t
 from flexmb.model.kinds import Body, Table
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.model.pose import Pose
+from flexmb.model.pose import Pose, as_pose
 
 __all__ = ["FloatingBody"]
 
@@ -88,7 +88,7 @@ def _add_step_term(M, u, half, B):
 
 @row_kernel
 def inertia(raw, data, state, work):
-    """Inertia, quadratic velocity terms, gravity, elasticity, geometric stiffness and marker loads, with the tangent."""
+    """Inertia, velocity terms, gravity, elasticity, geometric stiffness and marker loads, with the tangent."""
     rows = raw.view(ROW)
     weights = work.coefficients
     R = np.empty((3, 3))
@@ -161,7 +161,7 @@ def energy(raw, data, state, work):
         eta = state.q[row.iq + 7 : row.iq + 7 + m]
         u = state.u[row.iu : row.iu + 6 + m]
         terms = invariants(data, row.mass, m)
-        vv, vw0, vw1, vn = terms[0], terms[1], terms[2], terms[3]
+        vv, vw0, vn = terms[0], terms[1], terms[3]
         M, W = np.empty((6 + m, 6 + m)), np.empty((m, 6))
         mass_matrix(terms, eta, M, W)
         for i in range(6 + m):
@@ -203,6 +203,9 @@ class FloatingBody(Body):
         True for all groups the data has, or some of "inertia", "interface", "loads", "preload"; False for none.
     rigid : bool
         Leave out all deformation: the same body, rigid, for comparison.
+    markers : mapping of interface or station to pose, optional
+        Their axes, in body axes, where a joint's axis is not the z-axis of the mesh:
+        ``{"bore": Pose.axes(z=(0, 1, 0))}``. Their places are those of the data.
 
     Source: Banerjee 1993, eqs. 17-21, 41; Shabana, Dynamics of Multibody Systems, ch. 5.
     """
@@ -218,7 +221,7 @@ class FloatingBody(Body):
     modes: Any = None
     geometric_stiffness: Any = True
     rigid: bool = False
-    markers: None = None
+    markers: Any = None
 
     table: ClassVar[Table] = Table("FloatingBody", ROW, {"place": place, "inertia": inertia, "energy": energy})
 
@@ -228,12 +231,14 @@ class FloatingBody(Body):
             raise ModelError(self.title, found=f"data = {type(self.data).__name__}", expected="ModalNeutralData",
                              remedy="Make it with flexmb.reduction.reduce, or load it with ModalNeutralData.load")
         check_frame(self)
+        self._check_markers()
         modes = 0 if self.rigid else self.modes
         reduced = self.data if modes is None else self.data.selected(modes)
         object.__setattr__(self, "_reduced", reduced)
         m = reduced.n_modes
         damping = np.asarray(self.damping, float)
-        if (damping.shape not in ((), (self.data.n_modes,), (m,), (m, m)) and m) or np.any(damping < 0.0) and damping.ndim < 2:
+        fits = m == 0 or damping.shape in ((), (self.data.n_modes,), (m,), (m, m))
+        if not fits or (damping.ndim < 2 and np.any(damping < 0.0)):
             raise ModelError(self.title, found=f"damping with the shape {damping.shape}",
                              expected=f"a fraction >= 0, ({m},) fractions, or a matrix ({m}, {m})",
                              remedy="Write damping=0.01 for 1 % of critical damping")
@@ -242,6 +247,23 @@ class FloatingBody(Body):
         if unknown:
             raise ModelError(self.title, found=f"geometric_stiffness names {unknown}", expected=f"some of {STIFFENING}",
                              remedy="Use True for all of them")
+
+    def _check_markers(self) -> None:
+        """Store the given marker axes as poses at the places of the data."""
+        places = dict(zip(self.data.marker_names, self.data.marker_positions, strict=True))
+        poses = {}
+        for name, value in (self.markers or {}).items():
+            if name not in places:
+                raise ModelError(self.title, found=f"markers turns '{name}', which the data does not have",
+                                 expected=f"Interfaces and stations: {', '.join(places)}",
+                                 remedy=did_you_mean(name, places) or "Add it to the reduction as interface or station")
+            pose, at = as_pose(value, self.title, f"marker {name}"), tuple(float(x) for x in places[name])
+            if any(pose.at) and not np.allclose(pose.at, at, rtol=1e-6, atol=1e-9):
+                raise ModelError(self.title, found=f"marker {name} at {pose.at} m",
+                                 expected=f"its place in the data, {at} m",
+                                 remedy="Give axes only, or add a station to the reduction at that place")
+            poses[name] = Pose(at, pose.matrix)
+        object.__setattr__(self, "markers", poses or None)
 
     @property
     def reduced(self) -> ModalNeutralData:
@@ -269,15 +291,16 @@ class FloatingBody(Body):
         if damping.ndim == 2:
             return damping
         if damping.ndim == 1 and len(damping) != m:
-            damping = damping[np.arange(m)] if self.modes is None or np.isscalar(self.modes) else damping[list(self.modes)]
+            damping = damping[:m] if self.modes is None or np.isscalar(self.modes) else damping[list(self.modes)]
         zeta = data.damping_ratios + damping
         k, mass = np.diag(data.stiffness), np.diag(data.invariants.nn)
         return np.diag(2.0 * zeta * np.sqrt(np.maximum(k, 0.0) * mass))
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the interfaces and stations of the data, undeformed."""
-        data = self.reduced
-        return {name: Pose(tuple(at)) for name, at in zip(data.marker_names, data.marker_positions, strict=True)}
+        data, turned = self.reduced, self.markers or {}
+        return {name: turned.get(name, Pose(tuple(at)))
+                for name, at in zip(data.marker_names, data.marker_positions, strict=True)}
 
     def initial_state(self):
         """Return (r, p, eta = 0) and the twist in body axes with eta' = 0."""
