@@ -66,11 +66,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--geometric-stiffness", action="store_true", help="stiffening by loads and rotation")
     parser.add_argument("--no-stress", action="store_true", help="leave out stress modes: a smaller file")
+    parser.add_argument("--no-report", action="store_true", help="do not write the report (.html, .json) beside it")
     parser.add_argument("-o", "--out", metavar="FILE", help="file to write; default: <mesh>.h5")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from flexmb import fem, reduction
+    from flexmb import fem, io, reduction
 
     material = _material(arguments.material)
     interfaces, stations, loads = (
@@ -106,7 +107,12 @@ def execute(arguments: argparse.Namespace) -> int:
             progress=progress,
         )
     out = data.save(arguments.out or Path(arguments.mesh).with_suffix(".h5").name)
+    print(data.report())
+    print()
     print(_summary(data, out))
+    if not arguments.no_report:
+        page, numbers = io.write_report(data, out)
+        print(f"Report: {page}, {numbers}")
     return 0
 
 

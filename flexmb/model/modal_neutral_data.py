@@ -189,10 +189,12 @@ class ModalNeutralData:
             frequencies=self.frequencies[j], invariants=self.invariants.selected(j),
             geometric=None if self.geometric is None else self.geometric.selected(j),
             load_shapes=np.hstack([self.load_shapes[:, :6], self.load_shapes[:, 6:][:, j]]),
-            stress_modes=None if self.stress_modes is None else self.stress_modes[..., j])
+            stress_modes=None if self.stress_modes is None else self.stress_modes[..., j],
+            quality=self.quality if not self.quality else {
+                **self.quality, "modes": [self.quality["modes"][k] for k in j]})
 
     def rotated(self, rotation) -> ModalNeutralData:
-        """Return the body turned about its origin, x' = R x: rotation (3, 3), rotation vector (3,) or scipy Rotation."""
+        """Return the body turned about its origin, x' = R x; R as matrix, rotation vector (3,) or scipy Rotation."""
         from flexmb.model.changed_data import rotated
 
         return rotated(self, rotation)

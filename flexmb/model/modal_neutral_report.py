@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.model.mode_table import mode_table
+
 if TYPE_CHECKING:
     from flexmb.model.modal_neutral_data import ModalNeutralData
 
@@ -34,7 +36,7 @@ def report(data: ModalNeutralData) -> str:
             "",
             *_effective_mass(q),
             "",
-            *_modes(q),
+            *_modes(data),
         ]
         lines += ["", *_warnings(q)]
     return "\n".join(lines)
@@ -105,11 +107,24 @@ def _effective_mass(q: dict[str, Any]) -> list[str]:
     ]
 
 
-def _modes(q: dict[str, Any]) -> list[str]:
-    rows = [f"  {r['number']:>4} {r['frequency']:>14.6g}  {r['kind']:<22} {100 * r['normal']:>5.1f} %  "
-            + "  ".join(f"{name} {100 * share:.1f} %" for name, share in r["interfaces"].items())
-            for r in q["modes"]]  # fmt: skip
-    return ["Modal coordinates (shares of kinetic energy: normal modes, then each interface)", *rows]
+def _modes(data: ModalNeutralData) -> list[str]:
+    """Number, frequency, what it is, its part in static deflection, the mass it moves, what moves in it."""
+    rows = []
+    for row in mode_table(data):
+        kind = row["kind"] + (f" {row['interface']}" if row["kind"] == "interface motion" else "")
+        direction, mass = max(row["effective_mass"].items(), key=lambda item: item[1], default=("", 0.0))
+        moves = f"{direction} {100 * mass:.1f} %" if mass else "-"
+        shares = "  ".join(f"{name} {100 * share:.1f} %" for name, share in row["participation"].items())
+        rows.append(
+            f"  {row['number']:>4} {row['frequency']:>14.6g}  {kind:<24} {100 * row['compliance']:>6.2f} %  "
+            f"{moves:<18} {shares}"
+        )
+    return [
+        "Modal coordinates (compliance: share of the static deflection at the interfaces; effective mass: the largest; "
+        "participation: shares of kinetic energy)",
+        f"  {'no.':>4} {'frequency Hz':>14}  {'kind':<24} {'compliance':>10} {'effective mass':<18}  participation",
+        *rows,
+    ]
 
 
 def _warnings(q: dict[str, Any]) -> list[str]:

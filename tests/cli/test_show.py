@@ -1,0 +1,66 @@
+"""`flexmb show`, and the report that `flexmb reduce` writes."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import flexmb as fmb
+from flexmb.cli import main
+from flexmb.view import graphics
+
+MESH = str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
+
+
+@pytest.fixture
+def bracket(tmp_path, monkeypatch, capsys):
+    """A reduced bracket in the working folder, and what was printed."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["reduce", MESH, "--interface", "a=foot", "--interface", "b=load", "--modes", "4"]) == 0
+    return capsys.readouterr().out
+
+
+def test_reduce_writes_and_prints_the_report(bracket):
+    data = fmb.ModalNeutralData.load("bracket_hex8.h5")
+    assert data.report() in bracket
+    assert "Report: bracket_hex8.html, bracket_hex8.json" in bracket
+    assert len(json.loads(Path("bracket_hex8.json").read_text())["coordinates"]) == data.n_modes
+    assert "Modal coordinates" in Path("bracket_hex8.html").read_text(encoding="utf-8")
+
+
+def test_report_can_be_left_out(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["reduce", MESH, "--interface", "a=foot", "--modes", "2", "--no-report", "-o", "x.h5"]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["x.h5"]
+
+
+@pytest.mark.render
+def test_show(bracket, capsys, tmp_path):
+    assert main(["show", "bracket_hex8.h5", "--modes", "2", "--vtk", "--html"]) == 0
+    printed = capsys.readouterr().out
+    assert fmb.ModalNeutralData.load("bracket_hex8.h5").report() in printed
+    assert Path("bracket_hex8_modes.png").stat().st_size > 5000
+    assert Path("bracket_hex8_modes.pvd").read_text().count("<DataSet") == 2 * 6 + 4 - 6
+    assert "data:image/png;base64," in Path("bracket_hex8.html").read_text(encoding="utf-8")
+
+
+def test_no_picture_is_no_error_unless_asked_for(bracket, capsys, monkeypatch):
+    monkeypatch.setattr(graphics, "_outcome", lambda: -11)
+    assert main(["show", "bracket_hex8.h5"]) == 0
+    assert "No picture. Rendering: a trial picture ended with code -11" in capsys.readouterr().out
+    assert main(["show", "bracket_hex8.h5", "-o", "x.png"]) == 2
+    assert "flexmb show: Rendering: a trial picture ended with code -11" in capsys.readouterr().err
+    assert main(["show", "bracket_hex8.h5", "--modes", "0"]) == 0
+    assert "picture" not in capsys.readouterr().out.lower()
+
+
+def test_data_without_a_mesh(bracket, capsys):
+    replace(fmb.ModalNeutralData.load("bracket_hex8.h5"), cells=()).save("bare.h5")
+    assert main(["show", "bare.h5"]) == 0
+    assert "No picture. Modes of 'bracket_hex8': there is no mesh" in capsys.readouterr().out
+
+
+def test_missing_file(tmp_path, capsys):
+    assert main(["show", str(tmp_path / "none.h5")]) == 2
+    assert "none.h5" in capsys.readouterr().err
