@@ -83,8 +83,8 @@ def test_shares_of_a_coordinate_sum_to_one(data):
 def test_compliance_of_a_clamped_beam():
     """Tip of a cantilever under an end force: the exact share of mode 1 is 12 / 1.8751^4 = 0.9707 (phi(L)^2 = 4 / m).
 
-    Closed form: phi_1(L)^2 / w_1^2 over L^3 / (3 E I) with w_1^2 = 1.8751^4 E I / (m L^3) (Blevins). The table takes the
-    mean with the rotation, 4 sigma^2 lambda^2 / lambda^4 with sigma = 0.7341, of the flexibility L / (E I).
+    Closed form: phi_1(L)^2 / w_1^2 over L^3 / (3 E I) with w_1^2 = 1.8751^4 E I / (m L^3) (Blevins). The table takes
+    the mean with the rotation, 4 sigma^2 lambda^2 / lambda^4 with sigma = 0.7341, of the flexibility L / (E I).
     """
     fe = planar_beam(n_el=40)
     data = reduction.reduce(fe, {"a": "left", "b": "right"}, modes=20, frame="a", compare=0, stress=False)
