@@ -17,8 +17,8 @@ _ROOMS = {
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.bodies": "Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
-    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed Planar Prismatic RackAndPinion Revolute Rod Rolling "
-    "Screw Spherical Universal",
+    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed Planar PointOnCurve Prismatic RackAndPinion Revolute "
+    "Rod Rolling Screw Spherical Universal",
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction OneSidedSpring PointLoad Pressure SpringDamper "
     "TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "

@@ -131,6 +131,9 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return (joints.Rod("j", markers=markers, length=0.7),)
     if kind == "Screw":
         return (joints.Screw("j", markers=markers, pitch=0.3),)
+    if kind == "PointOnCurve":
+        curve = [(0.5 * x, 0.2 * np.sin(x), 0.1 * x * x) for x in (-6.0, -2.0, 2.0, 6.0)]
+        return (joints.PointOnCurve("j", markers=markers, curve=curve),)
     if kind == "Rolling":
         return (joints.Rolling("j", markers=markers, radius=0.4),)
     if kind in ("Coupler", "RackAndPinion"):

@@ -57,6 +57,7 @@ MORE = {
     "Bushing": {"stiffness": (1e3, 1e3, 2e3, 10.0, 10.0, 20.0), "damping": (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)},
     "BiStop": {"travel": (-0.028, 0.012), "joint": None, "depth": 1e-3},
     "OneSidedSpring": {"markers": None, "joint": "A", "backlash": 1e-4, "pulls": True},
+    "PointOnCurve": {"curve": ((0, 0, 0), (1, 0, 0), (2, 0.5, 0)), "along": "z", "ends": "error"},
     "Contact": {"radius": 0.1, "friction": 0.2},
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
