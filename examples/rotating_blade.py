@@ -1,8 +1,7 @@
 """Campbell diagram of a tapered rotor blade.
 
-Problem: a blade on a hub turns with the speed W. Its thickness falls linearly to half at the tip, so its mass per
-length does too, and its flap stiffness falls to an eighth (Hodges & Rutkowski, AIAA Journal 19, 1981). How do its frequencies
-grow with W?
+Problem: a blade on a hub turns with the speed W. Its thickness falls linearly to half at the tip; so does its mass per
+length, and its flap stiffness falls to an eighth (Hodges & Rutkowski, AIAA J. 19, 1981). How do its frequencies grow?
 
            W
           (|)   EI0, m0                    EI0/8, m0/2
