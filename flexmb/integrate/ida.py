@@ -14,7 +14,8 @@ from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.stabilised_layout import layout
-from flexmb.system.assembly import REGULARISATION, worst_equations
+from flexmb.system.assembly import worst_equations
+from flexmb.system.mobility import equation_scale
 from flexmb.system.program import accelerations, evaluate
 
 __all__ = ["IDA"]
@@ -52,9 +53,9 @@ class _Run:
         system = self.system
         yielding = np.zeros((2, system.ng))
         if system.redundant:
-            gradient = equations_at(system, state, self.work).G
-            yielding[0] = YIELDING / REGULARISATION * system.program.regularisation
-            yielding[1] = YIELDING * (gradient.multiply(gradient) @ self.extent**-2.0)
+            equations = equations_at(system, state, self.work)
+            yielding[0] = YIELDING * equation_scale(equations.M, equations.G)
+            yielding[1] = YIELDING * (equations.G.multiply(equations.G) @ self.extent**-2.0)
         return yielding
 
     def _start(self, state):

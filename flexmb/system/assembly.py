@@ -128,6 +128,8 @@ def _regularised(system: System, state: State, work, tolerance: float) -> System
     evaluate(system.program._replace(regularisation=np.zeros(system.ng)), state, work)
     M, G = constraint_matrix(system, work)
     dependent = dependent_equations(M, G)
-    scale = equation_scale(M, G) * (REGULARISATION if len(dependent) else 0.0)
+    scale = equation_scale(M, G)
+    # one number for all equations gives the multipliers of least norm, unless inertias differ by many orders
+    scale = np.minimum(scale.max(), 1e4 * scale) * (REGULARISATION if len(dependent) else 0.0)
     program = system.program._replace(regularisation=scale)
     return replace(system, program=program, redundant=tuple(int(k) for k in dependent))
