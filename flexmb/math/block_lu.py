@@ -24,8 +24,8 @@ BlockPattern = namedtuple(
 )
 """order (n,): unknown at each place; row_start (n + 1,): first value of each row; row_block (n,);
 segment_start (blocks + 1,); column, length (segments,): first place and number of columns of each segment;
-block_start (blocks + 1,): first row of each block; own, own_segment (blocks,): where its diagonal block is in its rows;
-step_start (blocks + 1,): the earlier blocks to eliminate: source and at (steps,): which, and where they are in the rows;
+block_start (blocks + 1,): first row of each block; own, own_segment (blocks,): where its diagonal block is;
+step_start (blocks + 1,): the earlier blocks to eliminate; source and at (steps,): which, and where;
 run_start (steps + 1,); run_to, run_from, run_length: columns that a step changes, in the rows of both blocks;
 inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,)."""
 

@@ -5,41 +5,17 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
-from flexmb.math.block_lu import BlockPattern, lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import kernel
+from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
-from flexmb.math.tables import DAMPED, STATE, STIFF, WORK, PointerKernel, call_row_kernel, call_through
+from flexmb.math.tables import DAMPED, STIFF, PointerKernel, call_row_kernel
 
 __all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
            "project"]
-
-Program = namedtuple(
-    "Program",
-    "place inertia energy equations forces raw starts bulk "
-    "signal_starts signal_ops signal_args signal_tables signal_table_starts "
-    "frames vectors pattern regularisation equation_level branches evaluation",
-)
-"""place, inertia, energy, equations, forces : addresses of the kernels of every kind; numbers, because function objects
-would be inspected one by one in every call from Python
-raw : all record tables as bytes; starts (kinds + 1,): where each begins: bodies, equations, forces
-bulk : numbers which rows index
-frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 4): iq, iu and length of plain vectors,
-and 1 for flexible coordinates in a frame
-pattern : BlockPattern of the iteration matrix
-regularisation (ng,) : added to the diagonal of the multipliers (zero unless equations are dependent), with the sign of
-G M^-1 G^T, so that no pivot vanishes near singular configurations
-equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
-branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
-evaluation : int, address of the machine code of `evaluate`
-"""
-
 
 def kernel_table(kernels) -> np.ndarray:
     """Return the addresses of the machine code of row kernels."""
@@ -170,26 +146,7 @@ def _evaluate(program, state, work):
         assemble_pairs(work)
 
 
-_FLOATS, _INTEGERS = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
-_TABLE = types.Array(types.int64, 2, "C")
-PROGRAM = types.NamedTuple(
-    (*[_INTEGERS] * 5, types.Array(types.uint8, 1, "C"), _INTEGERS, _FLOATS,
-     _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _INTEGERS,
-     _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 2), _FLOATS, _FLOATS), BlockPattern),
-     _FLOATS, _INTEGERS, types.int64, types.int64),
-    Program,
-)
-EVALUATION = types.void(PROGRAM, STATE, WORK)
 evaluation = PointerKernel(_evaluate, EVALUATION)
-
-
-@intrinsic
-def _call_evaluation(context, address, program, state, work):
-
-    def generate(target, builder, signature, values):
-        return call_through(builder, target, EVALUATION, values)
-
-    return types.void(types.int64, *EVALUATION.args), generate
 
 
 @kernel
@@ -198,7 +155,7 @@ def evaluate(program, state, work):
 
     ``residual = M(q) a + h(q, u) - f(q, u, t) - G^T lam``; ``equations.g``; ``S = [cm M + cd D + ck K, -G^T; G, 0]``.
     """
-    _call_evaluation(program.evaluation, program, state, work)
+    call_evaluation(program.evaluation, program, state, work)
 
 
 @kernel

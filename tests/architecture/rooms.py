@@ -14,7 +14,7 @@ MAY_KNOW = {
     "constraints": ("math", "model"),
     "bodies": ("math", "model"),
     "joints": ("math", "model", "constraints"),
-    "forces": ("math", "model"),
+    "forces": ("math", "model", "constraints"),
     "sensors": ("math", "model"),
     "events": ("math", "model", "constraints", "joints"),
     "system": ("math", "model", "constraints"),

@@ -1,0 +1,55 @@
+"""`Program`: the constant input of a compiled evaluation, its type, and the call of the evaluation."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+from numba import types
+from numba.extending import intrinsic
+
+from flexmb.math.block_lu import BlockPattern
+from flexmb.math.tables import STATE, WORK, call_through
+
+__all__ = ["EVALUATION", "PROGRAM", "Program", "call_evaluation"]
+
+Program = namedtuple(
+    "Program",
+    "place inertia energy equations forces raw starts bulk "
+    "signal_starts signal_ops signal_args signal_tables signal_table_starts "
+    "frames vectors pattern regularisation equation_level branches evaluation",
+)
+"""place, inertia, energy, equations, forces : addresses of the kernels of every kind; numbers, because function objects
+would be inspected one by one in every call from Python
+raw : all record tables as bytes; starts (kinds + 1,): where each begins: bodies, equations, forces
+bulk : numbers which rows index
+frames (nf, 2) : first coordinate and velocity of every frame; vectors (nv, 4): iq, iu and length of plain vectors,
+and 1 for flexible coordinates in a frame
+pattern : BlockPattern of the iteration matrix
+regularisation (ng,) : added to the diagonal of the multipliers (zero unless equations are dependent), with the sign of
+G M^-1 G^T, so that no pivot vanishes near singular configurations
+equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
+branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
+evaluation : int, address of the machine code of `evaluate`
+"""
+
+_FLOATS, _INTEGERS = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
+_TABLE = types.Array(types.int64, 2, "C")
+PROGRAM = types.NamedTuple(
+    (*[_INTEGERS] * 5, types.Array(types.uint8, 1, "C"), _INTEGERS, _FLOATS,
+     _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _INTEGERS,
+     _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 2), _FLOATS, _FLOATS), BlockPattern),
+     _FLOATS, _INTEGERS, types.int64, types.int64),
+    Program,
+)
+EVALUATION = types.void(PROGRAM, STATE, WORK)
+"""The signature of the evaluation."""
+
+
+@intrinsic
+def call_evaluation(context, address, program, state, work):
+    """Call the evaluation at `address` (an integer)."""
+
+    def generate(target, builder, signature, values):
+        return call_through(builder, target, EVALUATION, values)
+
+    return types.void(types.int64, *EVALUATION.args), generate
