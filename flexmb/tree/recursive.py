@@ -2,61 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import threading
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import lstsq
 
-from flexmb.errors import CompileError
+from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
 from flexmb.system.program import constraint_acceleration, evaluate
-from flexmb.tree.recursion import factor, joint_multipliers, new_store, solve
+from flexmb.tree.articulated import factor
+from flexmb.tree.loops import add_loads, close, responses, without_stress
+from flexmb.tree.passes import joint_multipliers, solve
 from flexmb.tree.spanning import Spanning, spanning_tree
+from flexmb.tree.store import new_store
 
 __all__ = ["Recursive"]
 
+TURNS = 200
+"""Iterations of friction by joint reactions, at most; each one gains at least the factor of a coefficient of friction."""
 
-@kernel
-def _unit_load(work, equation, out):
-    """Write the generalised force of a unit multiplier, L[:, equation], to `out` (nu,)."""
-    out[:] = 0.0
-    row = work.equations[equation]
-    for n in range(row.leg, row.leg + row.legs):
-        leg = work.legs[n]
-        marker = work.markers[leg.marker]
-        nu = marker.nu
-        for k in range(6):
-            x = leg.gradient[k]
-            for j in range(nu):
-                out[marker.iu + j] += x * work.J[marker.iJ + k * nu + j]
-                if marker.iH >= 0:
-                    out[marker.iu + j] -= x * work.H[marker.iH + k * nu + j]
+
+@lru_cache(maxsize=16)
+def _storage(tree: Spanning, thread: int):
+    """Return the scratch of a tree, one per thread, like a workspace: large arrays are costly to make anew."""
+    return new_store(tree.tables)
 
 
 @kernel
-def _row_products(work, equations, a, out):
-    """Write G[equations] a to `out`."""
-    for e in range(len(equations)):
-        row = work.equations[equations[e]]
-        s = 0.0
-        for n in range(row.leg, row.leg + row.legs):
-            leg = work.legs[n]
-            marker = work.markers[leg.marker]
-            for k in range(6):
-                x = leg.gradient[k]
-                if x != 0.0:
-                    for j in range(marker.nu):
-                        s += x * work.J[marker.iJ + k * marker.nu + j] * a[marker.iu + j]
-        out[e] = s
-
-
-@kernel
-def _responses(tables, work, store, right, accelerations, matrix):
-    """Write the accelerations of unit multipliers of the cut equations, and what they do to those equations."""
-    for n in range(len(tables.cut_equations)):
-        _unit_load(work, tables.cut_equations[n], right)
-        solve(tables, work, store, right, 0.0, accelerations[n])
-        _row_products(work, tables.cut_equations, accelerations[n], matrix[:, n])
+def _solve_all(tables, store, force, a):
+    for tree in range(len(tables.trees) - 1):
+        solve(tables, store, tree, force, 1.0, a)
 
 
 @dataclass(frozen=True)
@@ -64,53 +40,103 @@ class Recursive:
     """The recursive solution of linear cost (Banerjee 1993; rigid bodies: the articulated-body algorithm).
 
     Trees cost the same per body whatever their number. Loops are opened at cut joints; their multipliers follow from the
-    closure of the loops (Banerjee 1993, eq. 81), with least norm where the closing equations depend on each other.
+    closure of the loops (Banerjee 1993, eq. 81), with least norm where the closing equations depend on each other. Theory:
+    recursive.
 
     Parameters
     ----------
     cut : tuple of str
-        Joints that shall be cut; by default those that leave the fewest closing equations.
+        Joints (or drives) that shall be cut; by default those that leave the fewest closing equations.
     """
 
     cut: tuple[str, ...] = ()
-    _trees: dict = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def __post_init__(self):
+        if isinstance(self.cut, str) or not all(isinstance(name, str) for name in self.cut):
+            raise ModelError("Recursive", found=f"cut = {self.cut!r}", expected="names of joints",
+                             remedy='Write cut=("A", "B"), or cut=("A",) for one')
+        object.__setattr__(self, "cut", tuple(self.cut))
 
     def tree(self, system) -> Spanning:
-        """Return the spanning tree of a system (found once)."""
-        known = self._trees.get(id(system.program.raw))
-        if known is None or known[0] is not system.program.raw:
-            self._trees.clear()
-            self._trees[id(system.program.raw)] = known = (system.program.raw, spanning_tree(system, self.cut))
-        return known[1]
+        """Return the spanning tree of a system."""
+        return spanning_tree(system, self.cut)
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
-        """Return accelerations (nu,) and multipliers (ng,) at a state."""
+        """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored.
+
+        Raises
+        ------
+        CompileError
+            If a free motion has no inertia, or equations of one joint depend on each other.
+        """
         tree = self.tree(system)
-        tables, store = tree.tables, new_store(tree.tables, system.nu)
-        state.a[:], state.lam[:] = 0.0, 0.0
+        store = _storage(tree, threading.get_ident())
+        own = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
         work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
-        evaluate(system.program, state, work)
-        factor(tables, work, store)
+        evaluate(system.program, own, work)
+        factor(tree.tables, own, work, store)
         if store.failed[0] >= 0:
-            name = tree.order[int(store.failed[0])]
-            raise CompileError(f"Body '{name}'", found="its articulated inertia is singular",
-                               expected="inertia in every free motion of its joint",
-                               remedy="Give the body mass and inertia about the free axis, or another cut joint")
-        a, lam = np.zeros(system.nu), np.zeros(system.ng)
-        force = -work.residual.copy()
-        solve(tables, work, store, force, 1.0, a)
-        nc = len(tables.cut_equations)
-        if nc:
-            accelerations, matrix = np.zeros((nc, system.nu)), np.zeros((nc, nc))
-            _responses(tables, work, store, np.zeros(system.nu), accelerations, matrix)
-            error = np.zeros(system.ng)
-            constraint_acceleration(work, a, error)
-            cut = lstsq(matrix, -error[tables.cut_equations], cond=1e-11)[0]
-            lam[tables.cut_equations] = cut
-            load = np.zeros(system.nu)
-            for n, equation in enumerate(tables.cut_equations):
-                _unit_load(work, equation, load)
-                force += cut[n] * load
-            solve(tables, work, store, force, 1.0, a)
-        joint_multipliers(tables, store, lam)
+            raise _failure(tree, int(store.failed[0]), int(store.failed[1]))
+        closure = _Closure(tree.tables, work, store, system)
+        a, lam = closure.solve(-work.residual)
+        if any(force.reads_reactions for force in system.model.forces):
+            a, lam = _with_friction(system, own, work, closure, lam)
         return a, lam
+
+
+class _Closure:
+    """The factorised tree with its closing equations, at one state."""
+
+    def __init__(self, tables, work, store, system):
+        self.tables, self.work, self.store, self.system = tables, work, store, system
+        self.values = np.zeros(len(tables.rows))
+        if len(tables.cut_equations):
+            responses(tables, work, store, np.zeros(system.nu), np.zeros(system.nu), self.values)
+
+    def solve(self, force) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations and multipliers at generalised forces (nu,), which are overwritten."""
+        tables, work, store = self.tables, self.work, self.store
+        a, lam = np.zeros(self.system.nu), np.zeros(self.system.ng)
+        _solve_all(tables, store, force, a)
+        stresses = None
+        if len(tables.cut_equations):
+            error = np.zeros(self.system.ng)
+            constraint_acceleration(work, a, error)
+            cut, stresses = close(tables, self.values, error[tables.cut_equations])
+            lam[tables.cut_equations] = cut
+            add_loads(work, tables.cut_equations, cut, force)
+            _solve_all(tables, store, force, a)
+        joint_multipliers(tables, store, lam)
+        if stresses is not None:
+            lam = without_stress(tables, work, store, lam, stresses, np.zeros(self.system.nu))
+        return a, lam
+
+
+def _with_friction(system, own, work, closure, lam):
+    """Return accelerations and multipliers when forces depend on the multipliers, by fixed-point iteration."""
+    work.coefficients[3] = 0.0
+    everything = np.arange(system.ng)
+    for _ in range(TURNS):
+        before = lam
+        own.lam[:] = before
+        evaluate(system.program, own, work)
+        force = -work.residual
+        add_loads(work, everything, -before, force)
+        a, lam = closure.solve(force)
+        if np.max(np.abs(lam - before), initial=0.0) <= 1e-12 * np.max(np.abs(lam), initial=1e-9):
+            return a, lam
+    raise CompileError("Recursive", found=f"friction by joint reactions does not converge in {TURNS} iterations",
+                       expected="joints that friction does not jam",
+                       remedy="Use Augmented(), or a smaller coefficient of friction")
+
+
+def _failure(tree: Spanning, place: int, reason: int) -> CompileError:
+    name = tree.order[place]
+    joint = f" (joint '{tree.joints[name]}')" if name in tree.joints else ""
+    if reason == 2:
+        return CompileError(f"Joint '{tree.joints[name]}'", found="its equations, with its drives, depend on each other",
+                            expected="independent equations in the joint that carries a body",
+                            remedy=f"Remove a drive, or cut it: Recursive(cut=(...,)), the tree goes on to '{name}'")
+    return CompileError(f"Body '{name}'{joint}", found="its articulated inertia is singular",
+                        expected="inertia, its own or carried, in every free motion of its joint",
+                        remedy="Give the body mass and inertia about the free axis, or cut another joint")

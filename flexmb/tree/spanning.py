@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,16 +19,20 @@ __all__ = ["Spanning", "TreeTables", "spanning_tree"]
 
 TreeTables = namedtuple(
     "TreeTables",
-    "iu nu parent inner outer equations start_equation cut_equations i_mass i_modal i_parent",
+    "iu nu iq parent inner outer equations start_equation i_plain i_modal i_eta i_parent trees "
+    "cut_equations cut_trees start_cut_tree rows start_row",
 )
 """Flat tables of the recursion, bodies in an order with parents first.
 
-iu, nu (nb,) : first velocity and their number
+iu, nu, iq (nb,) : first velocity, their number, first coordinate
 parent (nb,) : place of the parent, -1: the ground, or none
-inner, outer (nb,) : marker on the parent's side and on the body's own side of the tree joint; outer = -1: no joint
+inner, outer (nb,) : marker on the parent's side (-1: a free body) and on the body's own side of the tree joint (free: its
+first one; -1: a body without a frame, which neither hangs on a joint nor carries bodies)
 equations (n,), start_equation (nb + 1,) : equations of the tree joint of every body
-cut_equations (nc,) : equations that close loops
-i_mass, i_modal, i_parent (nb + 1,) : first number in the stores of the recursion
+i_plain, i_modal, i_eta, i_parent (nb + 1,) : first number in the stores of the recursion
+trees (nt + 1,) : first body of every tree; trees have only the ground in common
+cut_equations (nc,) : equations that close loops; cut_trees, start_cut_tree (nc + 1,): trees on which each one acts
+rows, start_row (nc + 1,) : cut equations which the multiplier of each one accelerates
 """
 
 
@@ -70,7 +75,7 @@ class _Groups:
         return a != b
 
 
-def _edges(system) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
+def _edges(system, cut) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
     """Return the two markers of every joint that can be a tree joint, and the equations of each with its drives."""
     legs, markers = system.tables["legs"], system.tables["markers"]
     of_equation: dict[int, list[int]] = {}
@@ -81,6 +86,8 @@ def _edges(system) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
     for joint in system.joints:
         span = system.joint_equations[joint.name]
         used = {m for e in range(span.start, span.stop) for m in of_equation[e]}
+        if joint.name in cut:
+            continue
         leader = getattr(joint, "joint", joint.name) if joint.prescribes else joint.name
         if len(used) == 2 and len({int(markers[m]["body"]) for m in used}) == 2:
             if leader == joint.name:
@@ -90,8 +97,9 @@ def _edges(system) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
     return ends, {name: equations[name] for name in ends}
 
 
+@lru_cache(maxsize=16)
 def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
-    """Return a spanning tree of the joints of a system.
+    """Return a spanning tree of the joints of a system (found once for each system).
 
     Parameters
     ----------
@@ -108,43 +116,54 @@ def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
     for name in cut:
         if name not in system.joint_index:
             raise CompileError("Recursive", found=f"joint '{name}' to cut does not exist",
-                               expected=f"One of: {', '.join(system.joint_index)}",
+                               expected=f"one of: {', '.join(system.joint_index)}",
                                remedy=did_you_mean(name, system.joint_index))
-    ends, equations = _edges(system)
+    ends, equations = _edges(system, cut)
     body = system.tables["markers"]["body"]
     moving = [k for k, name in enumerate(names) if system.body_slices[name][1].stop > system.body_slices[name][1].start]
     still = [k for k in range(len(names)) if k not in set(moving)]
     groups = _Groups(len(names))
     for k in still[1:]:
         groups.join(still[0], k)
-    candidates = sorted((n for n in ends if n not in cut), key=lambda n: -len(equations[n]))
-    kept = [n for n in candidates if groups.join(int(body[ends[n][0]]), int(body[ends[n][1]]))
-            and _has_frame(system, names, ends[n], body)]
+    candidates = sorted(ends, key=lambda n: -len(equations[n]))
+    kept = [n for n in candidates if _has_frame(system, names, ends[n], body)
+            and groups.join(int(body[ends[n][0]]), int(body[ends[n][1]]))]
+    order, entry, trees = _walk(kept, ends, body, still, moving)
+    return _finished(system, names, order, entry, trees, ends, equations)
+
+
+def _walk(kept, ends, body, still, moving):
+    """Return the bodies tree by tree, parents first, the joint by which each is entered, and where trees begin."""
     beside: dict[int, list[str]] = {}
     for name in kept:
         for m in ends[name]:
             beside.setdefault(int(body[m]), []).append(name)
+
+    def others(here):
+        for name in beside.get(here, ()):
+            a, b = (int(body[m]) for m in ends[name])
+            yield name, b if a == here else a
+
     order: list[int] = []
     entry: dict[int, str] = {}
+    trees = []
+    roots = [(name, other) for k in still for name, other in others(k)] + [(None, k) for k in moving]
     seen = set(still)
-    for root in [None, *moving]:
-        queue = list(still) if root is None else [root]
-        if root is not None:
-            if root in seen:
+    for joint, root in roots:
+        if root in seen:
+            continue
+        trees.append(len(order))
+        waiting = [(joint, root)]
+        while waiting:
+            name, here = waiting.pop()  # depth first: what is used together lies together
+            if here in seen:
                 continue
-            seen.add(root)
-            order.append(root)
-        while queue:
-            here = queue.pop(0)
-            for name in beside.get(here, ()):
-                a, b = (int(body[m]) for m in ends[name])
-                other = b if a == here else a
-                if other not in seen:
-                    seen.add(other)
-                    order.append(other)
-                    entry[other] = name
-                    queue.append(other)
-    return _finished(system, names, order, entry, ends, equations)
+            seen.add(here)
+            order.append(here)
+            if name is not None:
+                entry[here] = name
+            waiting += others(here)
+    return order, entry, [*trees, len(order)]
 
 
 def _has_frame(system, names, markers, body) -> bool:
@@ -152,13 +171,18 @@ def _has_frame(system, names, markers, body) -> bool:
     return all(system.model.body(names[int(body[m])]).has_frame or system.tables["markers"]["nu"][m] == 0 for m in markers)
 
 
-def _finished(system, names, order, entry, ends, equations) -> Spanning:
+def _offsets(sizes) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+
+def _finished(system, names, order, entry, trees, ends, equations) -> Spanning:
     body = system.tables["markers"]["body"]
     place = {k: n for n, k in enumerate(order)}
-    slices = [system.body_slices[names[k]][1] for k in order]
-    nu = np.array([s.stop - s.start for s in slices], np.int64)
+    first_marker = {int(k): n for n, k in reversed(list(enumerate(body)))}
+    slices = [system.body_slices[names[k]] for k in order]
+    frame = np.array([bool(system.model.body(names[k]).has_frame) and k in first_marker for k in order], bool)
     parent, inner, outer, rows, starts = [], [], [], [], [0]
-    for k in order:
+    for n, k in enumerate(order):
         if k in entry:
             a, b = ends[entry[k]]
             own, other = (a, b) if int(body[a]) == k else (b, a)
@@ -169,23 +193,41 @@ def _finished(system, names, order, entry, ends, equations) -> Spanning:
         else:
             parent.append(-1)
             inner.append(-1)
-            outer.append(-1)
+            outer.append(first_marker[k] if frame[n] else -1)
         starts.append(len(rows))
-    parents = np.array(parent, np.int64)
-    width = np.array([nu[p] if p >= 0 else 0 for p in parent], np.int64)
-    modal = np.maximum(nu - 6, 0)
-    cut_equations = sorted(set(range(system.ng)) - set(rows))
-
-    def offsets(sizes):
-        return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-
+    nu = np.array([u.stop - u.start for _, u in slices], np.int64)
+    modal = np.where(frame, nu - 6, 0)
+    width = np.array([modal[p] if p >= 0 else 0 for p in parent], np.int64)
+    cut_equations = np.array(sorted(set(range(system.ng)) - set(rows)), np.int64)
     tables = TreeTables(
-        iu=np.array([s.start for s in slices], np.int64), nu=nu, parent=parents, inner=np.array(inner, np.int64),
-        outer=np.array(outer, np.int64), equations=np.array(rows, np.int64),
-        start_equation=np.array(starts, np.int64), cut_equations=np.array(cut_equations, np.int64),
-        i_mass=offsets(nu * nu), i_modal=offsets(modal * modal + 12 * modal),
-        i_parent=offsets(12 * width))
+        iu=np.array([u.start for _, u in slices], np.int64), nu=nu, iq=np.array([q.start for q, _ in slices], np.int64),
+        parent=np.array(parent, np.int64), inner=np.array(inner, np.int64), outer=np.array(outer, np.int64),
+        equations=np.array(rows, np.int64), start_equation=np.array(starts, np.int64),
+        i_plain=_offsets(np.where(frame, 0, nu * nu)), i_modal=_offsets(modal * modal + 24 * modal),
+        i_eta=_offsets(modal), i_parent=_offsets(12 * width), trees=np.array(trees, np.int64),
+        cut_equations=cut_equations, **_couplings(system, place, trees, cut_equations))
+    closing = set(cut_equations.tolist())
     of_cut = {j.name for j in system.joints
-              if any(e in set(cut_equations) for e in range(*system.joint_equations[j.name].indices(system.ng)))}
+              if any(e in closing for e in range(*system.joint_equations[j.name].indices(system.ng)))}
     return Spanning(order=tuple(names[k] for k in order), joints={names[k]: entry[k] for k in order if k in entry},
                     cut=tuple(sorted(of_cut)), tables=tables)
+
+
+def _couplings(system, place, trees, cut_equations) -> dict[str, np.ndarray]:
+    """Return on which trees the cut equations act, and by them on which other cut equations."""
+    legs, body = system.tables["legs"], system.tables["markers"]["body"]
+    touched: dict[int, set[int]] = {int(e): set() for e in cut_equations}
+    for leg in legs:
+        k = place.get(int(body[leg["marker"]]))
+        if k is not None and int(leg["equation"]) in touched:
+            touched[int(leg["equation"])].add(int(np.searchsorted(trees, k, side="right")) - 1)
+    acting = [sorted(touched[int(e)]) for e in cut_equations]
+    on_tree: dict[int, list[int]] = {}
+    for n, of_one in enumerate(acting):
+        for tree in of_one:
+            on_tree.setdefault(tree, []).append(n)
+    coupled = [sorted({m for tree in of_one for m in on_tree[tree]}) for of_one in acting]
+    return {"cut_trees": np.array([t for of_one in acting for t in of_one], np.int64),
+            "start_cut_tree": _offsets([len(x) for x in acting]),
+            "rows": np.array([m for of_one in coupled for m in of_one], np.int64),
+            "start_row": _offsets([len(x) for x in coupled])}
