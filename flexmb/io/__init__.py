@@ -1,11 +1,13 @@
 """Files: model files, sensor tables, VTK. Every format has its own file here."""
 
 from flexmb.io.file_parameters import parse_setting
+from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
 from flexmb.io.mode_series import write_modes
 from flexmb.io.model_file import load_model, load_simulation, read_model_text
 from flexmb.io.quality_page import report_numbers, write_report
 from flexmb.io.save_model import model_text, save_model
 from flexmb.io.sensor_tables import labels, write_table
+from flexmb.io.sid import read_sid, write_sid
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.vtk_output import write_vtk
 
@@ -16,11 +18,15 @@ __all__ = [
     "load_simulation",
     "model_text",
     "parse_setting",
+    "read_mbdyn_fem",
     "read_model_text",
+    "read_sid",
     "report_numbers",
     "save_model",
+    "write_mbdyn_fem",
     "write_modes",
     "write_report",
+    "write_sid",
     "write_table",
     "write_vtk",
 ]

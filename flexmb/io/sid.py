@@ -88,7 +88,7 @@ def _body_blocks(data: ModalNeutralData) -> dict:
     Ct1, Oe1, ksigma = None, centrifugal(0.5 * (both + both.swapaxes(2, 3))).transpose(1, 0, 2), None
     Ge = 2.0 * Cr1.transpose(1, 2, 0).reshape(m, 3 * m)  # column m * axis + mode
     if data.geometric is not None:
-        linear, angular, spin = _wallrapp_stiffness(data.geometric.inertia)
+        linear, angular, spin = wallrapp_stiffness(data.geometric.inertia)
         Ct1, Cr1, Oe1 = (
             linear.transpose(2, 1, 0),
             Cr1 + angular.transpose(2, 1, 0),
@@ -115,7 +115,7 @@ def _body_blocks(data: ModalNeutralData) -> dict:
     }
 
 
-def _wallrapp_stiffness(inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def wallrapp_stiffness(inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return K0t (3, m, m), K0r (3, m, m), K0w (6, m, m) of the twelve acceleration fields, B = alpha~ + w~ w~."""
     G = inertia[3:].reshape(3, 3, *inertia.shape[1:])
     angular = np.stack([G[(a + 2) % 3, (a + 1) % 3] - G[(a + 1) % 3, (a + 2) % 3] for a in range(3)])
@@ -124,8 +124,8 @@ def _wallrapp_stiffness(inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
     return inertia[:3], angular, spin
 
 
-def _acceleration_fields(linear: np.ndarray, angular: np.ndarray, spin: np.ndarray) -> np.ndarray:
-    """The inverse of `_wallrapp_stiffness`: twelve matrices."""
+def acceleration_fields(linear: np.ndarray, angular: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """The inverse of `wallrapp_stiffness`: twelve matrices."""
     G = np.zeros((3, 3, *linear.shape[1:]))
     trace = -0.5 * (spin[0] + spin[1] + spin[2])
     for (a, b), K in zip(PAIRS, spin, strict=True):
@@ -273,7 +273,7 @@ def _geometric(sid: SidText, blocks: dict[str, Taylor], m: int) -> GeometricStif
     spin = blocks["Oe"].m1.transpose(2, 1, 0) if "Oe" in blocks else np.zeros((6, m, m))
     preload = blocks["ksigma"].m1[:, :, 0].T if "ksigma" in blocks else np.zeros((m, m))
     return GeometricStiffness(
-        inertia=_acceleration_fields(linear, angular, spin),
+        inertia=acceleration_fields(linear, angular, spin),
         interface=interface,
         loads=np.zeros((0, m, m)),
         preload=preload,
