@@ -1,0 +1,131 @@
+"""A run through the phases that events divide it into."""
+
+from __future__ import annotations
+
+import time
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flexmb.integrate.record import Recorder, joined_rows
+from flexmb.integrate.watch import LOOKS, Watch, next_phase
+from flexmb.model.model import Model
+from flexmb.results import Status
+from flexmb.system import assemble
+
+__all__ = ["Phases", "carried"]
+
+CHUNK = 0.2
+"""Seconds between looks at progress, interruption and the file."""
+
+
+class Phases:
+    """A run through the phases that events divide it into."""
+
+    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress):
+        self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
+        self.statistics: dict[str, Any] = {}
+        self.t = float(times[0])
+
+    def run(self, model: Model, state=None, works=None) -> Status:
+        """Run all phases from a state by body name (default: as described) and return how the run ended."""
+        works, began = np.zeros(3) if works is None else works, self.t
+        while True:
+            system, start = assemble(model, t=began, state=state)
+            self.recorder.begin(model, system)
+            ended = self._phase(model, system, start, works)
+            if not isinstance(ended, tuple):
+                self.recorder.end(ended.kind)
+                return ended
+            event, rows, watch = ended
+            self.recorder.end(event.name)
+            began = self.t = float(rows["t"][-1])
+            works = rows["works"][-1]
+            following = next_phase(model, event, watch.series(rows))
+            if following is None:
+                return Status.stopped(event.name, began)
+            state = carried(system, following, rows["q"][-1], rows["u"][-1])
+            model = following
+            if began >= self.times[-1]:
+                return Status.finished(began)
+
+    def _phase(self, model, system, start, works):
+        """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
+        work = system.workspace()
+        variables = self.integrator.start(system, start, work, float(self.times[-1]))
+        watch = Watch(model, system, self.integrator, work)
+        timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
+        due = timed[0] if timed and timed[0].at <= self.times[-1] else None
+        end = max(due.at, self.t) if due is not None else float(self.times[-1])
+        times = self.times[(self.times > self.t) & (self.times < end)]
+        times = np.concatenate([[self.t], times, [end] if end > self.t else []])
+        marks = times if not watch.events else _refined(times, (self.times[-1] - self.times[0]) / LOOKS)
+        first, block, last_row = 0, 1, None
+        try:
+            while first < len(marks):
+                last = min(len(marks), first + block)
+                clock = time.perf_counter()
+                outcome = self.integrator.run(system, work, variables, marks, first, last)
+                rows = {**outcome.rows, "works": outcome.rows["works"] + works}
+                found = None
+                if watch.events and len(rows["t"]):
+                    looked = rows if last_row is None else joined_rows([last_row, rows])
+                    found = watch.first(looked, begins=last_row is None)
+                if found is not None:
+                    event, k = found
+                    after = _row(looked, k)
+                    if k > 0:
+                        after = watch.locate(event, _row(looked, k - 1), after)
+                    self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
+                    self.recorder.add(after)
+                    return event, after, watch
+                self._keep(rows, times)
+                if outcome.failure:
+                    return Status.failed(outcome.failure + _complaints(model), outcome.remedy)
+                last_row, first = _row(rows, -1), last
+                self.t = float(marks[last - 1])
+                if self.progress is not None:
+                    self.progress(self.t, float(self.times[-1]))
+                spent = time.perf_counter() - clock
+                block = max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4))))
+        except KeyboardInterrupt:
+            return Status.interrupted(self.t)
+        finally:
+            for name, count in self.integrator.statistics(variables).items():
+                self.statistics[name] = self.statistics.get(name, 0) + count
+        return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _keep(self, rows, times) -> None:
+        """Record the rows whose times are samples (others were only looked at for events)."""
+        # both increase: a search per row, where isin would sort all times of the run once per block
+        places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
+        keep = times[places] == rows["t"]
+        self.recorder.add({name: x[keep] for name, x in rows.items()})
+
+
+def _complaints(model: Model) -> str:
+    """Return what went wrong in the functions of forces."""
+    told = [f"{force.title}: {force.complaint()}" for force in model.forces if force.complaint()]
+    return "".join(f"; {text}" for text in told)
+
+
+def _row(rows, k: int) -> dict[str, np.ndarray]:
+    return {name: x[k:][:1] if k >= 0 else x[-1:] for name, x in rows.items()}
+
+
+def _refined(times: np.ndarray, longest: float) -> np.ndarray:
+    """Return the times with more between them, so that no gap is longer than `longest`."""
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1] for a, b in pairwise(times)]
+    return np.concatenate([*parts, times[-1:]])
+
+
+def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
+    """Return the start (q, u) of the next phase by body name: bodies keep their coordinates and velocities.
+
+    Joints keep their number of turns.
+    """
+    state = {name: (q[iq], u[iu]) for name, (iq, iu) in system.body_slices.items()
+             if any(body.name == name for body in model.bodies)}
+    branches = q[system.program.branches :]
+    return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}
