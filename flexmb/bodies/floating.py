@@ -26,7 +26,7 @@ from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, matvec_t
 from flexmb.model.kinds import Body, Table
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.model.pose import Pose, as_pose
+from flexmb.model.pose import Pose, as_pose, vector3
 
 __all__ = ["FloatingBody"]
 
@@ -257,7 +257,7 @@ class FloatingBody(Body):
                 raise ModelError(self.title, found=f"markers turns '{name}', which the data does not have",
                                  expected=f"Interfaces and stations: {', '.join(places)}",
                                  remedy=did_you_mean(name, places) or "Add it to the reduction as interface or station")
-            pose, at = as_pose(value, self.title, f"marker {name}"), tuple(float(x) for x in places[name])
+            pose, at = as_pose(value, self.title, f"marker {name}"), vector3(places[name], self.title, name)
             if any(pose.at) and not np.allclose(pose.at, at, rtol=1e-6, atol=1e-9):
                 raise ModelError(self.title, found=f"marker {name} at {pose.at} m",
                                  expected=f"its place in the data, {at} m",
