@@ -1,47 +1,35 @@
-"""Small matrices of the recursion: moved between points and axes, factorised in place.
+"""Small matrices of the recursion: moved between points, factorised in place.
 
-A twist (velocity, angular velocity) or its rate at a point r is ``Sh(d) = [1, -d~; 0, 1]`` times itself at r + d; all in W.
+The rate of a twist (velocity, angular velocity) at a point r + d is ``Sh(d) = [1, -d~; 0, 1]`` times that at r; in W.
 """
 
 from __future__ import annotations
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["factor_block", "invert_block", "shift_inertia", "solve_block", "turn_block"]
+__all__ = ["factor_block", "invert_block", "shift_inertia", "solve_block"]
 
 
 @kernel
-def turn_block(S, rows, iu, a, b, R, half, P):
-    """Write R B R^T to P[a:a+3, b:b+3]; B is that part of the body's own block in S."""
-    for i in range(3):
-        at = rows[iu + a + i] + b
-        x, y, z = S[at], S[at + 1], S[at + 2]
-        for j in range(3):
-            half[i, j] = x * R[j, 0] + y * R[j, 1] + z * R[j, 2]
-    for i in range(3):
-        for j in range(3):
-            P[a + i, b + j] = R[i, 0] * half[0, j] + R[i, 1] * half[1, j] + R[i, 2] * half[2, j]
-
-
-@kernel
-def shift_inertia(P, d):
-    """Replace P (6, 6) by Sh(d)^T P Sh(d), eq. (tree-shift)."""
-    x, y, z = d[0], d[1], d[2]
+def shift_inertia(A, at, x, y, z):
+    """Replace the matrix (6, 6) at A[at] by Sh(d)^T A Sh(d), d = (x, y, z), eq. (tree-shift)."""
     for i in range(6):
-        a, b, c = P[i, 0], P[i, 1], P[i, 2]
-        P[i, 3] += y * c - z * b
-        P[i, 4] += z * a - x * c
-        P[i, 5] += x * b - y * a
+        k = at + 6 * i
+        a, b, c = A[k], A[k + 1], A[k + 2]
+        A[k + 3] += y * c - z * b
+        A[k + 4] += z * a - x * c
+        A[k + 5] += x * b - y * a
     for j in range(6):
-        a, b, c = P[0, j], P[1, j], P[2, j]
-        P[3, j] += y * c - z * b
-        P[4, j] += z * a - x * c
-        P[5, j] += x * b - y * a
+        k = at + j
+        a, b, c = A[k], A[k + 6], A[k + 12]
+        A[k + 18] += y * c - z * b
+        A[k + 24] += z * a - x * c
+        A[k + 30] += x * b - y * a
 
 
 @kernel
 def factor_block(A, n, pivots, least):
-    """Factorise the leading (n, n) part of A in place, A = P L U; False if a pivot is not above `least`."""
+    """Factorise the leading (n, n) part of A in place with row exchanges; False if a pivot is not above `least`."""
     for k in range(n):
         p = k
         for i in range(k + 1, n):
@@ -86,13 +74,8 @@ def solve_block(A, n, pivots, b):
 
 
 @kernel
-def invert_block(A, n, pivots, column, least, out):
-    """Write the inverse of A (n, n), which is overwritten, to `out`; False if it is singular."""
-    if n == 1:
-        if not abs(A[0, 0]) > least:
-            return False
-        out[0, 0] = 1.0 / A[0, 0]
-        return True
+def invert_block(A, n, pivots, column, least, out, at):
+    """Write the inverse of A (n, n), which is overwritten, to out[at:] row by row; False if it is singular."""
     if not factor_block(A, n, pivots, least):
         return False
     for j in range(n):
@@ -100,5 +83,5 @@ def invert_block(A, n, pivots, column, least, out):
             column[i] = 1.0 if i == j else 0.0
         solve_block(A, n, pivots, column)
         for i in range(n):
-            out[i, j] = column[i]
+            out[at + i * n + j] = column[i]
     return True

@@ -3,101 +3,111 @@
 from __future__ import annotations
 
 from flexmb.math.kernel import kernel
+from flexmb.tree.store import FREE, SPEED, TRIANGLE, WAY
 
 __all__ = ["joint_basis", "velocity_terms"]
 
 
 @kernel
-def _orthogonalise(Q, n, column, coefficients):
-    """Subtract from `column` its parts along the first n columns of Q, adding them to `coefficients`; return its length."""
+def _orthogonalise(row, n, at, factors):
+    """Subtract from the vector (6,) at row[at] its parts along the first n directions; add them to `factors`.
+
+    Returns its length. Twice is enough (Parlett 1980, section 6-9), and once if little was cancelled.
+    """
     before = 0.0
     for m in range(6):
-        before += column[m] * column[m]
-    for _ in range(2):  # twice is enough (Kahan and Parlett), once if little was cancelled
+        before += row[at + m] * row[at + m]
+    for _ in range(2):
         for i in range(n):
+            way = WAY + 6 * i
             s = 0.0
             for m in range(6):
-                s += Q[m, i] * column[m]
+                s += row[way + m] * row[at + m]
+            factors[i] += s
             if s != 0.0:
-                coefficients[i] += s
                 for m in range(6):
-                    column[m] -= s * Q[m, i]
+                    row[at + m] -= s * row[way + m]
         length = 0.0
         for m in range(6):
-            length += column[m] * column[m]
+            length += row[at + m] * row[at + m]
         if length > 0.5 * before:
             break
     return length**0.5
 
 
 @kernel
-def joint_basis(tables, k, work, store, column, unused):
+def joint_basis(row, equations, first, last, outer, table, legs, factors):
     """Write directions, triangular factor and free motions N, eq. (tree-joint); False if the equations are dependent."""
-    Q, R = store.basis[k], store.triangle[k]
-    first, last = tables.start_equation[k], tables.start_equation[k + 1]
     ne = last - first
     for j in range(ne):
-        equation = work.equations[tables.equations[first + j]]
+        equation = table[equations[first + j]]
+        at = WAY + 6 * j
         for m in range(6):
-            column[m] = 0.0
-            unused[m] = 0.0
+            row[at + m] = 0.0
+            factors[m] = 0.0
         for n in range(equation.leg, equation.leg + equation.legs):
-            if work.legs[n].marker == tables.outer[k]:
-                gradient = work.legs[n].gradient
+            leg = legs[n]
+            if leg.marker == outer:
                 for m in range(6):
-                    column[m] += gradient[m]
-        length = _orthogonalise(Q, j, column, unused)
+                    row[at + m] += leg.gradient[m]
+        length = _orthogonalise(row, j, at, factors)
         if not length > 1e-12:
             return False
         for i in range(j):
-            R[i, j] = unused[i]
-        R[j, j] = length
+            row[TRIANGLE + 6 * i + j] = factors[i]
+        row[TRIANGLE + 7 * j] = length
         length = 1.0 / length
         for m in range(6):
-            Q[m, j] = column[m] * length
-    store.free[k] = 6 - ne
-    for found in range(ne, 6):
-        # the unit vector that the columns so far represent worst keeps at least (6 - found) / 6 of its square
-        best, most = 0, -1.0
-        for m in range(6):
-            rest = 1.0
-            for i in range(found):
-                rest -= Q[m, i] * Q[m, i]
-            if rest > most + 1e-3:
-                best, most = m, rest
-        for m in range(6):
-            column[m] = 0.0
-        column[best] = 1.0
-        length = 1.0 / _orthogonalise(Q, found, column, unused)
-        for m in range(6):
-            Q[m, found] = column[m] * length
+            row[at + m] *= length
+    row[FREE] = 6 - ne
+    _free_motions(row, ne, factors)
     return True
 
 
 @kernel
-def velocity_terms(tables, k, work, store, z):
+def _free_motions(row, ne, factors):
+    """Complete the directions of ne equations to an orthonormal basis."""
+    for found in range(ne, 6):
+        at = WAY + 6 * found
+        # the unit vector that the directions so far represent worst keeps at least (6 - found) / 6 of its square
+        best, most = 0, -1.0
+        for m in range(6):
+            rest = 1.0
+            for i in range(found):
+                x = row[WAY + 6 * i + m]
+                rest -= x * x
+            if rest > most + 1e-3:
+                best, most = m, rest
+        for m in range(6):
+            row[at + m] = 0.0
+        row[at + best] = 1.0
+        length = 1.0 / _orthogonalise(row, found, at, factors)
+        for m in range(6):
+            row[at + m] *= length
+
+
+@kernel
+def velocity_terms(row, equations, first, last, outer, inner, table, markers, factors):
     """Write c = Sh bias_P + sigma - bias_C, eq. (tree-velocity); sigma satisfies the joint's equations alone."""
-    first = tables.start_equation[k]
-    ne = tables.start_equation[k + 1] - first
-    Q, R, c = store.basis[k], store.triangle[k], store.c[k]
-    C = work.markers[tables.outer[k]]
+    C = markers[outer]
     for i in range(6):
-        c[i] = -C.bias[i]
-    if tables.inner[k] < 0:
+        row[SPEED + i] = -C.bias[i]
+    if inner < 0:
         return
-    for j in range(ne):
-        s = -work.equations[tables.equations[first + j]].drift
+    for j in range(last - first):
+        s = -table[equations[first + j]].drift
         for i in range(j):
-            s -= R[i, j] * z[i]
-        z[j] = s / R[j, j]
-        if z[j] != 0.0:
-            for i in range(6):
-                c[i] += Q[i, j] * z[j]
-    P = work.markers[tables.inner[k]]
-    bias = P.bias
-    x, y, z_ = C.r[0] - P.r[0], C.r[1] - P.r[1], C.r[2] - P.r[2]
-    for i in range(6):
-        c[i] += bias[i]
-    c[0] += bias[4] * z_ - bias[5] * y
-    c[1] += bias[5] * x - bias[3] * z_
-    c[2] += bias[3] * y - bias[4] * x
+            s -= row[TRIANGLE + 6 * i + j] * factors[i]
+        s /= row[TRIANGLE + 7 * j]
+        factors[j] = s
+        for i in range(6):
+            row[SPEED + i] += s * row[WAY + 6 * j + i]
+    P = markers[inner]
+    x, y, z = C.r[0] - P.r[0], C.r[1] - P.r[1], C.r[2] - P.r[2]
+    a, b, c = P.bias[3], P.bias[4], P.bias[5]
+    row[SPEED] += P.bias[0] + b * z - c * y
+    row[SPEED + 1] += P.bias[1] + c * x - a * z
+    row[SPEED + 2] += P.bias[2] + a * y - b * x
+    row[SPEED + 3] += a
+    row[SPEED + 4] += b
+    row[SPEED + 5] += c

@@ -1,149 +1,202 @@
-"""Passes two and three of the recursion: loads from the leaves to the roots, accelerations from the roots to the leaves."""
+"""Passes two and three of the recursion: loads from the leaves to the roots, accelerations from there to the leaves."""
 
 from __future__ import annotations
 
 from flexmb.math.kernel import kernel
 from flexmb.tree.blocks import solve_block
-from flexmb.tree.store import modal_views
+from flexmb.tree.store import (
+    AXES,
+    DROP,
+    FREE,
+    GAIN,
+    INVERSE,
+    LEVER,
+    LOAD,
+    RATE,
+    SPEED,
+    STEP,
+    SUM,
+    TRIANGLE,
+    WAY,
+    P,
+    U,
+    modal_views,
+)
 
 __all__ = ["joint_multipliers", "solve"]
 
 
 @kernel
-def _own_loads(tables, k, force, store):
-    """Write the generalised force of a body to its load at C, eq. (tree-load), and to its modal loads."""
-    iu = tables.iu[k]
-    R, s, load = store.R[k], store.lever[k], store.load[k]
+def _own_load(row, force, iu):
+    """Write the generalised force of a body to its load at C, eq. (tree-load)."""
     for i in range(3):
-        load[i] = R[i, 0] * force[iu] + R[i, 1] * force[iu + 1] + R[i, 2] * force[iu + 2]
-        load[3 + i] = R[i, 0] * force[iu + 3] + R[i, 1] * force[iu + 4] + R[i, 2] * force[iu + 5]
-    load[3] -= s[1] * load[2] - s[2] * load[1]
-    load[4] -= s[2] * load[0] - s[0] * load[2]
-    load[5] -= s[0] * load[1] - s[1] * load[0]
-    first = tables.i_eta[k]
-    m = tables.i_eta[k + 1] - first
-    if m > 0:
-        Jr = modal_views(tables, store, k)[4]
-        for j in range(m):
-            x = force[iu + 6 + j]
-            for i in range(6):
-                x -= Jr[i, j] * load[i]
-            store.eta[first + j] = x
+        r = AXES + 3 * i
+        x, y, z = row[r], row[r + 1], row[r + 2]
+        row[LOAD + i] = x * force[iu] + y * force[iu + 1] + z * force[iu + 2]
+        row[LOAD + 3 + i] = x * force[iu + 3] + y * force[iu + 4] + z * force[iu + 5]
+    x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
+    a, b, c = row[LOAD], row[LOAD + 1], row[LOAD + 2]
+    row[LOAD + 3] -= y * c - z * b
+    row[LOAD + 4] -= z * a - x * c
+    row[LOAD + 5] -= x * b - y * a
 
 
 @kernel
-def _collect(tables, k, store, weight, passed, y):
-    """Eliminate modes and joint of body k and add what it passes on to the load of its parent, eq. (tree-open)."""
-    load = store.load[k]
-    m = tables.i_eta[k + 1] - tables.i_eta[k]
-    if m > 0:
-        K, right, _, _, _ = modal_views(tables, store, k)
-        eta = store.eta[tables.i_eta[k] : tables.i_eta[k + 1]]
-        solve_block(K, m, store.pivots[tables.i_eta[k] : tables.i_eta[k + 1]], eta)
+def _own_modal_load(row, force, iu, m, i_modal, i_eta, store):
+    """Write the modal loads at fixed C."""
+    Jr = modal_views(store.modal, i_modal, m)[4]
+    for j in range(m):
+        x = force[iu + 6 + j]
         for i in range(6):
-            x = 0.0
-            for j in range(m):
-                x += right[i, j] * eta[j]
-            load[i] -= x
-    p = tables.parent[k]
-    if p < 0:
-        return
-    nf = store.free[k]
-    Q, U, drop = store.basis[k], store.U[k], store.drop[k]
-    for f in range(nf):
+            x -= Jr[i, j] * row[LOAD + i]
+        store.eta[i_eta + j] = x
+
+
+@kernel
+def _eliminate_load(row, m, i_modal, i_eta, store):
+    """Solve for the modal accelerations at V = 0 and subtract their inertia from the load."""
+    K, right, _, _, _ = modal_views(store.modal, i_modal, m)
+    eta = store.eta[i_eta : i_eta + m]
+    solve_block(K, m, store.pivots[i_eta : i_eta + m], eta)
+    for i in range(6):
         x = 0.0
-        for i in range(6):
-            x += Q[i, 6 - nf + f] * load[i]
-        y[f] = x
-    for i in range(6):
-        x = load[i] - weight * drop[i]
-        for f in range(nf):
-            x -= U[i, f] * y[f]
-        passed[i] = x
-    m = tables.i_eta[p + 1] - tables.i_eta[p]
-    if m > 0:
-        a = tables.i_parent[k]
-        Er = store.parent[a + 6 * m : a + 12 * m].reshape((6, m))
         for j in range(m):
-            x = 0.0
-            for i in range(6):
-                x += Er[i, j] * passed[i]
-            store.eta[tables.i_eta[p] + j] += x
-    d, load = store.step[k], store.load[p]
-    for i in range(6):
-        load[i] += passed[i]
-    load[3] += d[1] * passed[2] - d[2] * passed[1]
-    load[4] += d[2] * passed[0] - d[0] * passed[2]
-    load[5] += d[0] * passed[1] - d[1] * passed[0]
+            x += right[i, j] * eta[j]
+        row[LOAD + i] -= x
 
 
 @kernel
-def _move(tables, k, store, weight, a, start, x):
-    """Write the acceleration of C, V, from that of the parent, and with it those of the body."""
-    V, c, Q, D, K, load = store.V[k], store.c[k], store.basis[k], store.D[k], store.K[k], store.load[k]
+def _pass_load(row, weight, of_parent, passed):
+    """Write what the joint passes on of the load, eq. (tree-open), and add it to that of the parent."""
+    nf = int(row[FREE])
     for i in range(6):
-        V[i] = weight * c[i]
-    p = tables.parent[k]
-    if p >= 0:
-        d, of_parent = store.step[k], store.V[p]
-        for i in range(6):
-            V[i] += of_parent[i]
-        V[0] += of_parent[4] * d[2] - of_parent[5] * d[1]
-        V[1] += of_parent[5] * d[0] - of_parent[3] * d[2]
-        V[2] += of_parent[3] * d[1] - of_parent[4] * d[0]
-        m = tables.i_eta[p + 1] - tables.i_eta[p]
-        if m > 0:
-            first = tables.i_parent[k]
-            E = store.parent[first : first + 6 * m].reshape((6, m))
-            iu = tables.iu[p] + 6
-            for i in range(6):
-                s = 0.0
-                for j in range(m):
-                    s += E[i, j] * a[iu + j]
-                V[i] += s
-    nf = store.free[k]
-    ne = 6 - nf
+        passed[i] = row[LOAD + i] - weight * row[DROP + i]
     for f in range(nf):
+        s = row[SUM + f]
+        for i in range(6):
+            passed[i] -= s * row[U + 6 * f + i]
+    x, y, z = row[STEP], row[STEP + 1], row[STEP + 2]
+    a, b, c = passed[0], passed[1], passed[2]
+    of_parent[LOAD] += a
+    of_parent[LOAD + 1] += b
+    of_parent[LOAD + 2] += c
+    of_parent[LOAD + 3] += passed[3] + y * c - z * b
+    of_parent[LOAD + 4] += passed[4] + z * a - x * c
+    of_parent[LOAD + 5] += passed[5] + x * b - y * a
+
+
+@kernel
+def _sum_load(row):
+    """Write N^T p."""
+    nf = int(row[FREE])
+    for f in range(nf):
+        way = WAY + 6 * (6 - nf + f)
         s = 0.0
         for i in range(6):
-            s += Q[i, ne + f] * load[i]
-        start[f] = s
+            s += row[way + i] * row[LOAD + i]
+        row[SUM + f] = s
+
+
+@kernel
+def _carried(row, weight, of_parent):
+    """Write the rate of C that the parent's frame gives it."""
+    x, y, z = row[STEP], row[STEP + 1], row[STEP + 2]
+    a, b, c = of_parent[RATE + 3], of_parent[RATE + 4], of_parent[RATE + 5]
+    row[RATE] = weight * row[SPEED] + of_parent[RATE] + b * z - c * y
+    row[RATE + 1] = weight * row[SPEED + 1] + of_parent[RATE + 1] + c * x - a * z
+    row[RATE + 2] = weight * row[SPEED + 2] + of_parent[RATE + 2] + a * y - b * x
+    row[RATE + 3] = weight * row[SPEED + 3] + a
+    row[RATE + 4] = weight * row[SPEED + 4] + b
+    row[RATE + 5] = weight * row[SPEED + 5] + c
+
+
+@kernel
+def _move(row, x):
+    """Add the motion of the joint to the rate of C."""
+    nf = int(row[FREE])
     for f in range(nf):
         s = 0.0
         for e in range(nf):
-            s += D[f, e] * start[e]
+            s += row[INVERSE + nf * f + e] * row[SUM + e]
         for i in range(6):
-            s -= K[f, i] * V[i]
+            s -= row[GAIN + 6 * f + i] * row[RATE + i]
         x[f] = s
     for f in range(nf):
+        way = WAY + 6 * (6 - nf + f)
         s = x[f]
         for i in range(6):
-            V[i] += Q[i, ne + f] * s
+            row[RATE + i] += s * row[way + i]
 
 
 @kernel
-def _own_accelerations(tables, k, store, a, frame):
-    """Write the accelerations of a body, frame in its axes, from that of its marker C."""
-    iu, first = tables.iu[k], tables.i_eta[k]
-    R, s, V = store.R[k], store.lever[k], store.V[k]
-    for i in range(6):
-        frame[i] = V[i]
-    m = tables.i_eta[k + 1] - first
-    if m > 0:
-        _, _, left, Jc, _ = modal_views(tables, store, k)
-        for i in range(m):
-            x = store.eta[first + i]
-            for j in range(6):
-                x -= left[i, j] * V[j]
-            a[iu + 6 + i] = x
-            for j in range(6):
-                frame[j] -= Jc[j, i] * x
-    x = frame[0] - (frame[4] * s[2] - frame[5] * s[1])
-    y = frame[1] - (frame[5] * s[0] - frame[3] * s[2])
-    z = frame[2] - (frame[3] * s[1] - frame[4] * s[0])
+def _own_modal_accelerations(row, iu, m, i_modal, i_eta, store, a, frame):
+    """Write the modal accelerations and subtract their part from the rate of C."""
+    _, _, left, Jc, _ = modal_views(store.modal, i_modal, m)
+    for i in range(m):
+        x = store.eta[i_eta + i]
+        for j in range(6):
+            x -= left[i, j] * row[RATE + j]
+        a[iu + 6 + i] = x
+        for j in range(6):
+            frame[j] -= Jc[j, i] * x
+
+
+@kernel
+def _frame_accelerations(row, frame, iu, a):
+    """Write the accelerations of the frame, in its own axes and at its origin."""
+    x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
+    u, v, w = frame[3], frame[4], frame[5]
+    x, y, z = frame[0] - (v * z - w * y), frame[1] - (w * x - u * z), frame[2] - (u * y - v * x)
     for i in range(3):
-        a[iu + i] = R[0, i] * x + R[1, i] * y + R[2, i] * z
-        a[iu + 3 + i] = R[0, i] * frame[3] + R[1, i] * frame[4] + R[2, i] * frame[5]
+        r, s, t = row[AXES + i], row[AXES + 3 + i], row[AXES + 6 + i]
+        a[iu + i] = r * x + s * y + t * z
+        a[iu + 3 + i] = r * u + s * v + t * w
+
+
+@kernel
+def _gather(tables, store, k, weight, passed):
+    """Pass two of body k: eliminate modes and joint, load the parent and its modes."""
+    row = store.rows[k]
+    m = tables.i_eta[k + 1] - tables.i_eta[k]
+    if m > 0:
+        _eliminate_load(row, m, tables.i_modal[k], tables.i_eta[k], store)
+    _sum_load(row)
+    p = tables.parent[k]
+    if p < 0:
+        return
+    _pass_load(row, weight, store.rows[p], passed)
+    first = tables.i_eta[p]
+    m = tables.i_eta[p + 1] - first
+    if m > 0:
+        at = tables.i_parent[k] + 6 * m
+        Er = store.parent[at : at + 6 * m].reshape((6, m))
+        for i in range(6):
+            for j in range(m):
+                store.eta[first + j] += Er[i, j] * passed[i]
+
+
+@kernel
+def _spread(tables, store, k, weight, a, x):
+    """Pass three of body k: the rate of its marker, and with it its accelerations."""
+    row, iu, p = store.rows[k], tables.iu[k], tables.parent[k]
+    if p < 0:
+        for i in range(6):
+            row[RATE + i] = weight * row[SPEED + i]
+    else:
+        _carried(row, weight, store.rows[p])
+        m = tables.i_eta[p + 1] - tables.i_eta[p]
+        if m > 0:
+            E = store.parent[tables.i_parent[k] : tables.i_parent[k] + 6 * m].reshape((6, m))
+            for i in range(6):
+                for j in range(m):
+                    row[RATE + i] += E[i, j] * a[tables.iu[p] + 6 + j]
+    _move(row, x)
+    for i in range(6):
+        x[i] = row[RATE + i]
+    m = tables.i_eta[k + 1] - tables.i_eta[k]
+    if m > 0:
+        _own_modal_accelerations(row, iu, m, tables.i_modal[k], tables.i_eta[k], store, a, x)
+    _frame_accelerations(row, x, iu, a)
 
 
 @kernel
@@ -153,24 +206,25 @@ def solve(tables, store, tree, force, weight, a):
     `weight` of the velocity terms is 1.0 for the motion itself, 0.0 for the response to a unit multiplier.
     """
     first, last = tables.trees[tree], tables.trees[tree + 1]
-    one, other = store.scratch[0], store.scratch[1]
+    scratch = store.scratch[0]
     for k in range(first, last):
         if tables.outer[k] >= 0:
-            _own_loads(tables, k, force, store)
+            _own_load(store.rows[k], force, tables.iu[k])
+            m = tables.i_eta[k + 1] - tables.i_eta[k]
+            if m > 0:
+                _own_modal_load(store.rows[k], force, tables.iu[k], m, tables.i_modal[k], tables.i_eta[k], store)
     for k in range(last - 1, first - 1, -1):
         if tables.outer[k] >= 0:
-            _collect(tables, k, store, weight, one, other)
+            _gather(tables, store, k, weight, scratch)
     for k in range(first, last):
         if tables.outer[k] >= 0:
-            _move(tables, k, store, weight, a, one, other)
-            _own_accelerations(tables, k, store, a, one)
+            _spread(tables, store, k, weight, a, scratch)
             continue
-        n, iu = tables.nu[k], tables.iu[k]
-        inverse = store.plain[tables.i_plain[k] : tables.i_plain[k + 1]].reshape((n, n))
+        n, iu, at = tables.nu[k], tables.iu[k], tables.i_plain[k]
         for i in range(n):
             x = 0.0
             for j in range(n):
-                x += inverse[i, j] * force[iu + j]
+                x += store.plain[at + n * i + j] * force[iu + j]
             a[iu + i] = x
 
 
@@ -183,16 +237,16 @@ def joint_multipliers(tables, store, lam):
         ne = tables.start_equation[k + 1] - first
         if ne == 0:
             continue
-        P, V, load, Q, R = store.P[k], store.V[k], store.load[k], store.basis[k], store.triangle[k]
+        row = store.rows[k]
         for i in range(6):
-            s = -load[i]
+            s = -row[LOAD + i]
             for j in range(6):
-                s += P[i, j] * V[j]
+                s += row[P + 6 * i + j] * row[RATE + j]
             W[i] = s
         for j in range(ne - 1, -1, -1):
             s = 0.0
             for i in range(6):
-                s += Q[i, j] * W[i]
+                s += row[WAY + 6 * j + i] * W[i]
             for i in range(j + 1, ne):
-                s -= R[j, i] * lam[tables.equations[first + i]]
-            lam[tables.equations[first + j]] = s / R[j, j]
+                s -= row[TRIANGLE + 6 * j + i] * lam[tables.equations[first + i]]
+            lam[tables.equations[first + j]] = s / row[TRIANGLE + 7 * j]

@@ -1,4 +1,4 @@
-"""The numbers of the recursion between its passes."""
+"""The numbers of the recursion between its passes: one row per body, and the blocks of bodies with modes."""
 
 from __future__ import annotations
 
@@ -8,54 +8,52 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["Store", "modal_views", "new_store"]
+__all__ = ["AXES", "DROP", "FREE", "GAIN", "INVERSE", "LEVER", "LOAD", "P", "RATE", "SPEED", "STEP", "SUM", "TRIANGLE", "U",
+           "WAY", "Store", "modal_views", "new_store"]
 
-Store = namedtuple(
-    "Store",
-    "R lever step free basis triangle P U K D through c drop load V wrench plain modal pivots eta parent failed scratch",
-)
-"""Of every body of the tree, at its own marker C and in W.
+# Places in the row of a body; vectors at its own marker C, in W.
+AXES = 0  # (3, 3) axes of the body
+LEVER = 9  # (3,) C from the body's origin
+STEP = 12  # (3,) C from that of the parent
+SPEED = 15  # (6,) velocity terms of the joint, c
+DROP = 21  # (6,) what is transmitted of their inertia
+LOAD = 27  # (6,) load p
+RATE = 33  # (6,) rate of the twist of C, V
+SUM = 39  # (6,) N^T p, by free motions
+P = 45  # (6, 6) articulated inertia, modes eliminated
+WAY = 81  # 6 directions (6,): of the joint's equations, then the free motions N
+U = 117  # by free motions (6,): P N D
+GAIN = 153  # by free motions (6,): D N^T P
+INVERSE = 189  # (nf, nf) D = (N^T P N)^-1
+TRIANGLE = 225  # (6, 6) factor of the equations in their directions
+FREE = 261  # number of free motions
+WIDTH = 264
 
-R (nb, 3, 3) : axes of the body; lever: C from the body's origin; step: C from that of the parent (nb, 3)
-free (nb,) : number of free motions of the joint
-basis (nb, 6, 6), columns : directions of the joint's equations, then the free motions N; triangle (nb, 6, 6): factor of the
-equations in these directions
-P (nb, 6, 6) : articulated inertia, modes eliminated; D = (N^T P N)^-1, U = P N D (6, nf), K = D N^T P (nf, 6)
-through (nb, 6, 6) : what it transmits, P - U N^T P
-c (nb, 6) : velocity terms of the joint; drop (nb, 6) = through c
-load, V, wrench (nb, 6) : load, rate of the twist of C, wrench of the joint
+Store = namedtuple("Store", "rows plain modal pivots eta parent failed scratch")
+"""rows (nb, WIDTH) : see above
 plain : inverse mass matrices of bodies without a frame
-modal : factors of the modal block (m, m), couplings (6, m) and (m, 6), modal columns of J_C, and with stiffening, (6, m)
-pivots, eta (sum of m,) : of the modal block; modal accelerations at V = 0
-parent : modal columns E, and with stiffening, of what the parent's modes do at C, (6, m of the parent)
-failed (2,) : place of the body where the recursion ended, or -1; 1: singular inertia, 2: dependent equations of its joint
+modal : see `modal_views`; pivots, eta (sum of modes,): of the modal block; modal accelerations at V = 0
+parent : modal columns of what the parent's modes do at C, without and with stiffening, (6, m of the parent)
+failed (2,) : place of the body where the recursion ended, or -1; 1: singular inertia, 2: dependent equations
+scratch (8, n)
 """
 
 
 def new_store(tables) -> Store:
     """Return storage for a tree."""
-    n = len(tables.iu)
-    six, three = (n, 6, 6), (n, 3)
 
-    def flat(size):
-        return np.zeros(max(1, int(size)))
+    def flat(size, kind=float):
+        return np.zeros(max(1, int(size)), kind)
 
-    return Store(
-        R=np.zeros((n, 3, 3)), lever=np.zeros(three), step=np.zeros(three), free=np.zeros(n, np.int64), basis=np.zeros(six),
-        triangle=np.zeros(six), P=np.zeros(six), U=np.zeros(six), K=np.zeros(six), D=np.zeros(six), through=np.zeros(six),
-        c=np.zeros((n, 6)), drop=np.zeros((n, 6)), load=np.zeros((n, 6)), V=np.zeros((n, 6)), wrench=np.zeros((n, 6)),
-        plain=flat(tables.i_plain[-1]), modal=flat(tables.i_modal[-1]),
-        pivots=np.zeros(max(1, int(tables.i_eta[-1])), np.int64), eta=flat(tables.i_eta[-1]),
-        parent=flat(tables.i_parent[-1]), failed=np.full(2, -1, np.int64),
-        scratch=np.zeros((6, max(6, int(np.max(tables.nu, initial=0))))))
+    return Store(rows=np.zeros((len(tables.iu), WIDTH)), plain=flat(tables.i_plain[-1]), modal=flat(tables.i_modal[-1]),
+                 pivots=flat(tables.i_eta[-1], np.int64), eta=flat(tables.i_eta[-1]), parent=flat(tables.i_parent[-1]),
+                 failed=np.full(2, -1, np.int64), scratch=np.zeros((8, max(36, int(np.max(tables.nu, initial=0))))))
 
 
 @kernel
-def modal_views(tables, store, k):
-    """Return the views of the modal block (m, m), couplings (6, m) and (m, 6), Jacobians (6, m), without and with H."""
-    m = tables.i_eta[k + 1] - tables.i_eta[k]
-    a = tables.i_modal[k]
-    b = a + m * m
-    return (store.modal[a:b].reshape((m, m)), store.modal[b : b + 6 * m].reshape((6, m)),
-            store.modal[b + 6 * m : b + 12 * m].reshape((m, 6)), store.modal[b + 12 * m : b + 18 * m].reshape((6, m)),
-            store.modal[b + 18 * m : b + 24 * m].reshape((6, m)))
+def modal_views(modal, at, m):
+    """Return views: modal block (m, m), couplings (6, m) and (m, 6), modal columns of J_C (6, m), and with stiffening."""
+    b = at + m * m
+    return (modal[at:b].reshape((m, m)), modal[b : b + 6 * m].reshape((6, m)),
+            modal[b + 6 * m : b + 12 * m].reshape((m, 6)), modal[b + 12 * m : b + 18 * m].reshape((6, m)),
+            modal[b + 18 * m : b + 24 * m].reshape((6, m)))
