@@ -25,7 +25,7 @@ RANK = 1e-10
 TURNS = 40
 """Newton iterations of friction by joint reactions, at most."""
 EXACT = 1e-12
-"""Change of the multipliers, relative, at which they end; and of all unknowns in the last correction of a factorisation."""
+"""Change of the multipliers, relative, at which they end; of all unknowns in the last correction of a factorisation."""
 DENSE = 200
 """Number of unknowns up to which least squares by singular values are affordable."""
 
@@ -44,7 +44,11 @@ def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray,
 
 
 class _Formulation:
-    """What the formulations below share: they solve linear equations, which friction by reactions makes tangent ones."""
+    """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
+
+    def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations (nu,) and multipliers (ng,) of linear equations."""
+        raise TypeError(f"{type(self).__name__} solves no equations")
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
