@@ -7,6 +7,7 @@ import pytest
 from reduction.solids import block
 from tolerances import MACHINE
 
+import flexmb as fmb
 from flexmb import reduction
 from flexmb.errors import DataFileError
 from flexmb.io.sid import read_sid, skew, write_sid
@@ -121,6 +122,26 @@ def test_geometric_stiffness_there_and_back(stiffened, tmp_path):
     g, h = stiffened.geometric, back.geometric
     np.testing.assert_allclose(h.interface, g.interface, atol=1e-12 * np.abs(g.interface).max())
     np.testing.assert_allclose(h.preload, g.preload, rtol=1e-12, atol=1e-9)
+
+
+def test_the_same_motion(data, tmp_path):
+    """A body spinning on a ball joint under a force, from the data and from their file."""
+
+    def path(body):
+        model = fmb.Model(
+            gravity=(0, 0, -9.81),
+            bodies=[
+                fmb.Ground(markers={"O": tuple(body.marker_positions[0])}),
+                fmb.FloatingBody("part", data=body, angular_velocity=(3.0, -20.0, 40.0)),
+            ],
+            joints=[fmb.Spherical("O", markers=("ground.O", "part.a"))],
+            forces=[fmb.PointLoad("push", marker="part.b", force=(300.0, 200.0, -100.0))],
+            sensors=[fmb.Position("b", marker="part.b")],
+        )
+        return fmb.simulate(model, 0.02, samples=5, integrator=fmb.GeneralizedAlpha(step=2e-4))["b"]
+
+    found = path(read_sid(write_sid(data, tmp_path / "body.sid")))
+    np.testing.assert_allclose(found, path(data), rtol=0, atol=1e-9)
 
 
 def test_other_programs_write_other_layouts(data, tmp_path):
