@@ -9,7 +9,8 @@ checked against the deformed inertia. Against `ModalNeutralData`, in the notatio
 (the manual adds the last sum, the program subtracts it). Group 19 holds the geometric stiffness: 1-6 pairs of w
 (xx, yy, zz, xy, yz, zx), 7-9 angular acceleration, 10-12 acceleration minus gravity, then force and moment on the body
 at each interface, all in body axes. MBDyn counts interfaces in the order of the joint's input, so name them there in
-the order of this file. Meshes, stress modes, load shapes and stations' names beyond their labels have no place in it.
+the order of this file. A constant preload is part of the stiffness in group 10. Meshes, stress
+modes and load shapes have no place in the format.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ def write_mbdyn_fem(
     data : ModalNeutralData
     path : path
     legacy : bool
-        Leave out groups 14 to 19, which MBDyn of 2021 and before does not know. It then knows the inertia of the rigid
-        body only: exact to first order in the Buckens frame, where modes and rigid motion do not couple.
+        Leave out groups 14 to 19, which MBDyn of 2021 and before does not know. Modes then meet neither centrifugal nor
+        gyroscopic forces; apart from these, modes and rigid motion do not couple in the Buckens frame.
     lumped_mass : (n,), kg, or (n, 6), kg and kg m2, optional, with ``legacy``
         Masses of the mesh nodes: the nodes are written too, with group 11, of which MBDyn makes the couplings itself.
 
@@ -68,7 +69,8 @@ def write_mbdyn_fem(
         7: positions[:, 2],
         8: shapes,
     }
-    groups |= {9: i.nn, 10: data.stiffness, 13: damping}
+    preload = 0.0 if data.geometric is None else data.geometric.preload
+    groups |= {9: i.nn, 10: data.stiffness + preload, 13: damping}
     groups[12] = np.concatenate([[data.mass], data.center_of_mass, data.inertia.ravel()])
     if not legacy:
         groups |= _couplings(i)

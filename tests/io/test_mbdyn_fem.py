@@ -132,6 +132,13 @@ def test_there_and_back(stiffened, tmp_path):
     same_numbers(stiffened.geometric, back.geometric, ("inertia", "interface"))
 
 
+def test_a_preload_stiffens(stiffened, tmp_path):
+    preload = np.diag(np.linspace(1.0, 2.0, stiffened.n_modes)) * stiffened.stiffness[0, 0]
+    data = replace(stiffened, geometric=replace(stiffened.geometric, preload=preload))
+    back = read_mbdyn_fem(write_mbdyn_fem(data, tmp_path / "body.fem"))
+    close(back.stiffness, stiffened.stiffness + preload)
+
+
 def test_the_same_accelerations(stiffened, tmp_path):
     """A spinning, loaded body on a ball joint."""
 
