@@ -25,7 +25,7 @@ _ROOMS = {
     "Position Reaction Stress Velocity",
     "flexmb.events": "Change Event Lock Release Stop",
     "flexmb.integrate": "Augmented Baumgarte Explicit GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations "
-    "check inverse_dynamics kinematics linearize simulate statics",
+    "check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "Recursive",
     "flexmb.results": "Solution Status",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",

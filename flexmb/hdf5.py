@@ -7,7 +7,9 @@ being written replaces the old one only when it is complete.
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +21,7 @@ from flexmb.errors import DataFileError
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["reading", "streaming", "writing"]
+__all__ = ["appending", "reading", "reserve", "shorten", "streaming", "writing"]
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LIBVER = ("earliest", "v110")  # 'latest' of a new HDF5 writes objects that the HDF5 inside VTK cannot read
@@ -98,6 +100,39 @@ def streaming(path: str | Path, *, schema: str | None = None, version: int | Non
     _stamp(file, schema, version)
     file.flush()
     return file
+
+
+def appending(path: str | Path, *, schema: str, version: int) -> h5py.File:
+    """Open a flexmb file, complete or cut off, to write more into it; refuse what `reading` refuses."""
+    import h5py
+
+    path = Path(path)
+    with reading(path, schema=schema, version=version):
+        pass
+    return h5py.File(path, "r+", libver=_LIBVER)
+
+
+def reserve(path: str | Path, size: int) -> None:
+    """Make sure that a file can grow by `size` bytes; raise OSError if it cannot.
+
+    HDF5 does not survive a full disk: it has noted the new size of the file before the data fail to arrive, and then
+    nothing can be read any more. So the space is taken before HDF5 is asked to write; it does not mind a longer file.
+    """
+    if hasattr(os, "posix_fallocate"):
+        with Path(path).open("r+b") as stream:
+            os.posix_fallocate(stream.fileno(), os.fstat(stream.fileno()).st_size, size)
+    elif shutil.disk_usage(Path(path).parent).free < size:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def shorten(path: str | Path) -> None:
+    """Give back what `reserve` took and a closed file does not use: its superblock says where it ends."""
+    with Path(path).open("r+b") as stream:
+        head = stream.read(48)
+        start = 40 if head[8] < 2 else 28  # by the version of the superblock
+        end = int.from_bytes(head[start : start + 8], "little")
+        if 0 < end < os.fstat(stream.fileno()).st_size:
+            stream.truncate(end)
 
 
 def _stamp(file: h5py.File, schema: str | None, version: int | None) -> None:

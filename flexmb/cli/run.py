@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import flexmb as fmb
@@ -47,7 +48,7 @@ def execute(arguments: argparse.Namespace) -> int:
         solution = record(model, simulation, folder, log)
         if arguments.vtk:
             log.line(f"ParaView files: {fmb.write_vtk(solution, folder / f'{path.stem}.pvd')}")
-    print(_summary(solution, folder))
+    print(summary(solution, folder))
     return exit_code(solution)
 
 
@@ -62,7 +63,17 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
     log.line(repr(model))
     log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
     fmb.save_model(model, folder / MODEL, simulation)
-    solution = _simulate(model, simulation, folder, log)
+    output = {"output": folder / SOLUTION, "write_model": fmb.model_text}
+    solution = computed(
+        lambda progress: fmb.simulate(model, **simulation.keywords(), **output, progress=progress),
+        lambda: fmb.Solution.load(folder / SOLUTION, model=model),
+        log,
+    )
+    return kept(solution, folder, log)
+
+
+def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:
+    """Write the table of the sensors and the end of the log of a run folder; return the solution."""
     fmb.write_table(solution, folder / TABLE)
     for name, number in solution.statistics.items():
         log.line(f"{name}: {number}")
@@ -70,8 +81,8 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
     return solution
 
 
-def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
-    """Return the solution; after a failure or an interruption what had been computed until then."""
+def computed(simulate: Callable[[Callable], fmb.Solution], load: Callable[[], fmb.Solution], log: Log):
+    """Return what `simulate(progress)` returns; after a failure or an interruption what was computed until then."""
     with ProgressBar() as bar, Interruption() as interruption:
 
         def progress(t: float, t_end: float) -> None:
@@ -79,13 +90,7 @@ def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
             bar("simulating", t / t_end)
 
         try:
-            return fmb.simulate(
-                model,
-                **simulation.keywords(),
-                output=folder / SOLUTION,
-                write_model=fmb.model_text,
-                progress=progress,
-            )
+            return simulate(progress)
         except IntegrationError as error:
             log.line(str(error))
             print(f"flexmb run: {error}", file=sys.stderr)
@@ -95,12 +100,12 @@ def _simulate(model, simulation: fmb.Simulation, folder: Path, log: Log):
         except KeyboardInterrupt:
             log.line("interrupted")
             try:
-                return fmb.Solution.load(folder / SOLUTION, model=model)
+                return load()
             except DataFileError:  # before the first sample
                 raise KeyboardInterrupt from None
 
 
-def _summary(solution: fmb.Solution, folder: Path) -> str:
+def summary(solution: fmb.Solution, folder: Path) -> str:
     """Return status, place and the range of every sensor as text; columns that stay zero are counted only."""
     import numpy as np
 

@@ -68,8 +68,8 @@ def open_run(folder: str | Path) -> fmb.Solution:
 class Log:
     """Writes lines with the seconds since the start to the log file, and prints them where asked."""
 
-    def __init__(self, path: Path):
-        self._file = path.open("w", encoding="utf-8")
+    def __init__(self, path: Path, *, goes_on: bool = False):
+        self._file = path.open("a" if goes_on else "w", encoding="utf-8")
         self._start = time.monotonic()
         self.line(
             f"{time.strftime('%Y-%m-%d %H:%M:%S')}, Python {platform.python_version()}, {platform.platform()}"

@@ -8,6 +8,7 @@ from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
 from flexmb.integrate.kinematics import inverse_dynamics, kinematics
 from flexmb.integrate.linearize import Linearization, linearize
+from flexmb.integrate.resume import resume
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.statics import statics
 
@@ -27,6 +28,7 @@ __all__ = [
     "inverse_dynamics",
     "kinematics",
     "linearize",
+    "resume",
     "simulate",
     "statics",
 ]

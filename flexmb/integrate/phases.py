@@ -28,13 +28,17 @@ class Phases:
         self.statistics: dict[str, Any] = {}
         self.t = float(times[0])
 
-    def run(self, model: Model, state=None, works=None) -> Status:
-        """Run all phases from a state by body name (default: as described) and return how the run ended."""
+    def run(self, model: Model, state=None, works=None, goes_on=None) -> Status:
+        """Run all phases and return how the run ended.
+
+        The first begins at a state by body name (default: as described); it may continue a phase, `goes_on`.
+        """
         works, began = np.zeros(3) if works is None else works, self.t
         while True:
             system, start = assemble(model, t=began, state=state)
             self.recorder.begin(model, system)
-            ended = self._phase(model, system, start, works)
+            ended = self._phase(model, system, start, works, goes_on)
+            goes_on = None
             if not isinstance(ended, tuple):
                 self.recorder.end(ended.kind)
                 return ended
@@ -50,11 +54,13 @@ class Phases:
             if began >= self.times[-1]:
                 return Status.finished(began)
 
-    def _phase(self, model, system, start, works):
+    def _phase(self, model, system, start, works, goes_on):
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
         work = system.workspace()
         variables = self.integrator.start(system, start, work, float(self.times[-1]))
         watch = Watch(model, system, self.integrator, work)
+        if goes_on is not None:
+            watch.recall(goes_on)
         timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
         due = timed[0] if timed and timed[0].at <= self.times[-1] else None
         end = max(due.at, self.t) if due is not None else float(self.times[-1])

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.model.model import Model
 from flexmb.results import Phase, RunFile, Solution, Status, floating_data
+from flexmb.results.run_file import FIELDS
 
 __all__ = ["Recorder", "joined_rows"]
 
@@ -19,24 +20,38 @@ def joined_rows(rows: Sequence[dict[str, np.ndarray]]) -> dict[str, Any]:
 
 
 class Recorder:
-    """Collects the rows of all phases and, if a path is given, writes them to a run file as they come."""
+    """Collects the rows of all phases and, if there is a file, writes them to it as they come.
 
-    def __init__(self, model: Model, path, write_model: Callable[[Model], str] | None):
-        self.phases: list[Phase] = []
+    Parameters
+    ----------
+    file : path, RunFile that is open already, or None
+    before : Solution, optional
+        What a resumed run has computed already; with `merge` its last phase goes on.
+    """
+
+    def __init__(self, model: Model, file, write_model: Callable[[Model], str] | None, *,
+                 before: Solution | None = None, merge: bool = False):
+        self.phases: list[Phase] = [] if before is None else list(before.phases)
+        self.going_on = self.phases.pop() if merge else None
         self.rows: list[dict[str, np.ndarray]] = []
         self.model: Model | None = None
         self.system: Any = None
         self.write_model = write_model
-        self.file = None if path is None else RunFile(path, floating_data(model))
+        self.file = file if file is None or isinstance(file, RunFile) else RunFile(file, floating_data(model))
 
     def begin(self, model: Model, system) -> None:
-        """Begin a phase."""
+        """Begin a phase, or take up the one that goes on."""
         self.model, self.system, self.rows = model, system, []
-        if self.file is not None:
+        if self.going_on is not None:
+            self.rows = [{name: getattr(self.going_on, name) for name in FIELDS}]
+        elif self.file is not None:
             self.file.begin(self.write_model(model) if self.write_model is not None else "")
 
     def add(self, rows: dict[str, np.ndarray]) -> None:
         """Keep a block of samples."""
+        if self.going_on is not None:  # its last sample, with which the integrator begins, is there already
+            new = rows["t"] > self.going_on.t[-1]
+            rows = {name: x[new] for name, x in rows.items()}
         if len(rows["t"]):
             self.rows.append(rows)
             if self.file is not None:
@@ -47,6 +62,7 @@ class Recorder:
         if not self.rows:
             return
         phase = Phase(model=self.model, system=self.system, ended=reason, **joined_rows(self.rows))
+        self.going_on = None
         self.phases.append(phase)
         if self.file is not None and self.model is not None:
             one = Solution(phases=(phase,))

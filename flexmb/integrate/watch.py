@@ -36,6 +36,12 @@ class Watch:
         self.sensors = {s.name: s for s in model.sensors}
         self.last: dict[str, np.ndarray] = {}
 
+    def recall(self, phase: Phase) -> None:
+        """Take the last values of the watched sensors from a phase that goes on: angles count on from there."""
+        seen = Series(phase)
+        self.last = {event.name: np.asarray(self.sensors[event.sensor].values(seen), float)[-1]
+                     for event in self.events}
+
     def series(self, rows: dict[str, Any]) -> Series:
         """Return what sensors read in a block of rows."""
         return Series(Phase(model=self.model, system=self.system, **rows))

@@ -32,6 +32,8 @@ VERSION = 1
 FIELDS = ("t", "q", "u", "a", "lam", "works")
 ROWS = 256
 """Samples that are collected before they are written."""
+ROOM = 4_000_000
+"""Bytes that must be free beyond the samples that are written: started chunks and what HDF5 notes about them."""
 SECONDS = 2.0
 """Collected samples are not held back longer than this."""
 
@@ -75,7 +77,7 @@ class RunFile:
         self._rows, self._seconds = rows, seconds
         self._waiting: list[tuple[np.ndarray, ...]] = []
         self._phase: Any = None
-        self._n_phases = 0
+        self._n_phases = self._reserved = 0
         self._last = time.monotonic()
         self._file: Any = None
         with self._complaints("create"):
@@ -83,6 +85,28 @@ class RunFile:
             self._write_bodies(bodies or {})
             self._file.create_group("phases")
             self._file.flush()
+
+    @classmethod
+    def continued(cls, path: str | Path, *, new_phase: bool = False) -> RunFile:
+        """Open the file of a run that was cut off, to add samples to its last phase, or a `new_phase`.
+
+        Rows that a kill left incomplete are cut away; what said how the run and its phase ended is taken back.
+        """
+        run = cls.__new__(cls)
+        run.path, run._rows, run._seconds, run._waiting = Path(path), ROWS, SECONDS, []
+        run._last, run._phase, run._reserved = time.monotonic(), None, 0
+        with run._complaints("continue"):
+            run._file = file = hdf5.appending(run.path, schema=SCHEMA, version=VERSION)
+            for name in ("status", "statistics"):
+                file.attrs.pop(name, None)
+            numbers = [n for n in range(len(file["phases"])) if "t" in file["phases"][str(n)]]
+            run._n_phases = 1 + max(numbers, default=-1)
+            for number in range(run._n_phases, len(file["phases"])):
+                del file["phases"][str(number)]  # begun, but without a sample
+            if not new_phase and numbers:
+                run._phase = (None, _reopened(file["phases"][str(numbers[-1])]))
+            file.flush()
+        return run
 
     def begin(self, model_text: str = "") -> None:
         """Begin a phase; `model_text` is the model as its model file."""
@@ -104,6 +128,7 @@ class RunFile:
             block = [np.concatenate(parts) for parts in zip(*self._waiting, strict=True)]
             self._waiting = []
             with self._complaints("write"):
+                self._reserve(sum(rows.nbytes for rows in block))
                 group = self._group(block)
                 for name, rows in zip(FIELDS, block, strict=True):
                     if name in group:
@@ -119,6 +144,7 @@ class RunFile:
         """End the phase: why it ended, and the values of its sensors by name with the titles of their columns."""
         self.flush()
         with self._complaints("write"):
+            self._reserve(sum(np.asarray(values).nbytes for values in (tables or {}).values()))
             group = self._group([np.empty(0)] + [np.empty((0, 0))] * 5)
             group.attrs["ended"] = reason
             sensors = group.create_group("sensors")
@@ -148,12 +174,20 @@ class RunFile:
             finally:
                 self._file.close()
                 self._file = None
+                hdf5.shorten(self.path)
 
     def __enter__(self) -> RunFile:
         return self
 
     def __exit__(self, *exception) -> None:
         self.close()
+
+    def _reserve(self, size: int) -> None:
+        """Take space for `size` bytes unless what was taken before suffices."""
+        if self._reserved < size:
+            hdf5.reserve(self.path, size + ROOM)
+            self._reserved = size + ROOM // 2
+        self._reserved -= size
 
     def _group(self, block):
         """Return the group of the phase; make it when the first block tells the widths."""
@@ -185,6 +219,18 @@ class RunFile:
         return _Complaints(self, doing)
 
 
+def _reopened(group):
+    """Return the group of a phase with rows of equal number, without its end and its sensors."""
+    data = [group[name] for name in FIELDS if name in group]
+    complete = min(len(rows) for rows in data)
+    for rows in data:
+        rows.resize(complete, axis=0)
+    group.attrs.pop("ended", None)
+    if "sensors" in group:
+        del group["sensors"]
+    return group
+
+
 class _Complaints:
     """Turns errors of the file system into a DataFileError that says what is kept."""
 
@@ -195,7 +241,8 @@ class _Complaints:
         return self
 
     def __exit__(self, kind, error, trace):
-        if not isinstance(error, OSError) or isinstance(error, DataFileError):
+        # HDF5 reports a write that failed as OSError or, from some of its functions, as RuntimeError
+        if not isinstance(error, OSError | RuntimeError) or isinstance(error, DataFileError):
             return False
         kept = " What was written before stays readable." if self.doing == "write" else ""
         raise DataFileError(f"Solution file '{self.run.path}'", found=f"cannot {self.doing} it ({error})",
