@@ -14,8 +14,8 @@ from flexmb.constraints.rolling_contact import NoSlip, Touching
 from flexmb.model.kinds import Equation
 
 __all__ = ["EQUATIONS", "Angle", "Ball", "Bend", "Coincident", "Coordinate", "Coupled", "Distance", "Helix", "InPlane",
-           "NoSlip", "NoTwist", "OnCurve", "OnTrace", "Perpendicular", "RollAbout", "Slide", "Touching", "Turn", "TurnOfSecond",
-           "joint_coordinate"]
+           "NoSlip", "NoTwist", "OnCurve", "OnTrace", "Perpendicular", "RollAbout", "Slide", "Touching", "Turn",
+           "TurnOfSecond", "joint_coordinate"]
 
 EQUATIONS: tuple[type[Equation], ...] = (
     Coincident, InPlane, Perpendicular, Distance, NoTwist, Angle, Coupled, OnCurve, Touching, NoSlip)

@@ -40,6 +40,9 @@ def evaluate(raw, data, state, work):
             add_curvature(row.x, work, -lam, work.pairs[row.x.pair].K)
 
 
+TURN = Coordinate("turn")
+
+
 @dataclass(frozen=True)
 class Angle(Equation):
     """An angle between the two markers follows a signal (rad).
@@ -52,7 +55,7 @@ class Angle(Equation):
     """
 
     angle: Any
-    coordinate: Coordinate = Coordinate("turn")
+    coordinate: Coordinate = TURN
 
     table: ClassVar[Table] = Table("Angle", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True

@@ -263,6 +263,7 @@ def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | 
         what = f"{type(joint).__name__} permits no {freedom or kind or 'turn or slide'}"
         permitted = ", ".join(str(f) for f in joint.permits) or "nothing"
         raise ModelError(asker, found=f"joint '{joint.name}' ({what})",
-                         expected=f"one of: {', '.join(known)}" if known else f"a joint with a {kind or 'turn or slide'}",
-                         remedy=did_you_mean(str(freedom), known) or f"Name another joint; this one permits {permitted}")
+                         expected=f"one of: {', '.join(known)}" if known else f"a {kind or 'turn or slide'}",
+                         remedy=did_you_mean(str(freedom), known)
+                         or f"Name another joint; this one permits {permitted}")
     return Coordinate.of(known[freedom])

@@ -90,5 +90,5 @@ class Coupled(Equation):
             offset = self.x.value(compiler, a, b) - self.ratio * self.y.value(compiler, c, d)
         legs = self.involved(markers)
         ordered = [*((b, a) if self.x.swapped else (a, b)), *((d, c) if self.y.swapped else (c, d))]
-        return (self.x.record(compiler, a, b, writes=STIFF), self.y.record(compiler, c, d, writes=STIFF), [legs.index(m) for m in ordered],
-                len(legs), self.ratio, offset)
+        rows = self.x.record(compiler, a, b, writes=STIFF), self.y.record(compiler, c, d, writes=STIFF)
+        return (*rows, [legs.index(m) for m in ordered], len(legs), self.ratio, offset)

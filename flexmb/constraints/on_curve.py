@@ -144,7 +144,7 @@ def evaluate(raw, data, state, work):
 
 @kernel
 def _add_stiffness(K, lam, N, d, R, H):
-    """Add -lam d(gradient): that of a plane with the normal N, and E^T H E with E the change of the point in axes of a."""
+    """Add -lam d(gradient): that of a plane with the normal N, and E^T H E; E is the change of the point."""
     add_skew(K, 0, 3, -lam, N)
     add_skew(K, 6, 3, lam, N)
     add_skew(K, 3, 0, lam, N)

@@ -106,7 +106,7 @@ def _touching_stiffness(K, lam, radius, disc, n, z, nz, d, c, s):
     h, dh = radius * c / s, radius / s**3
     for i in range(3):
         for j in range(3):
-            # d(n x z) = (z n^T - c I)^T ... : by a  n z^T - c I, by b  c I - z n^T; dh nz nz^T
+            # d(n x z) by theta_a: n z^T - c I, by theta_b: c I - z n^T; dh = r / s^3 dc
             by_a = dh * nz[i] * nz[j] + h * n[i] * z[j]
             by_b = -dh * nz[i] * nz[j] - h * z[i] * n[j]
             if i == j:
@@ -143,7 +143,7 @@ def no_slip(raw, data, state, work):
     """g = e . (v_b + w_b x rho - v_a - w_a x (d + rho)) for e = x and y of a, eq. (no-slip)."""
     rows = raw.view(ROW)
     lever, rho, drho, u = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    t, s, m, dn, de = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    t, s, m, de = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for k in range(rows.shape[0]):
         row = rows[k]
         a, b = work.markers[row.a], work.markers[row.b]

@@ -51,7 +51,8 @@ class Actuator(OnCoordinate):
     limits : (float, float), N or N m, optional
         Smallest and largest effort that the actuator can give.
     freedom : str, optional
-        "turn", "turn_b", "slide", "slide_x" or "slide_y", for joints with several; by default the first turn, else slide.
+        "turn", "turn_b", "slide", "slide_x" or "slide_y", for joints with several; by default the first turn, else the
+        slide.
     """
 
     name: str

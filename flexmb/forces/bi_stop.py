@@ -41,12 +41,13 @@ def apply(raw, data, state, work):
         sense, p = -1.0, x - row.upper
         if x < row.lower:
             sense, p = 1.0, row.lower - x
-        force, slope, damping, energy = one_sided(p, -sense * rate, row.stiffness, row.exponent, row.damping, row.depth)
         if p <= 0.0:
             continue
+        speed = -sense * rate
+        force, slope, damping, energy = one_sided(p, speed, row.stiffness, row.exponent, row.damping, row.depth)
         act(row.x, work, gradient, sense * force)
         work.energy[2] += energy
-        work.energy[5] += (force - row.stiffness * p**row.exponent) * -sense * rate
+        work.energy[5] += (force - row.stiffness * p**row.exponent) * speed
         if work.coefficients[3] > 0.0:
             add_tangent(row.x, work, gradient, sense * force, slope, damping)
 
@@ -55,7 +56,7 @@ def apply(raw, data, state, work):
 class BiStop(OnCoordinate):
     """Leave a travel free between two end stops; beyond each of them ``F = k p^e + c w(p/d) p'``, eq. (one-sided).
 
-    p is the penetration. The damping grows with it by w(s) = s^2 (3 - 2 s), complete at the depth d; a stop never pulls.
+    p is the penetration. The damping grows with it by w(s) = s^2 (3 - 2 s), complete at the depth d; no stop pulls.
     The coordinate is the distance of two markers (less `length`), their offset along an axis of the first, or a freedom
     of a joint.
 

@@ -121,9 +121,9 @@ def apply(raw, data, state, work):
 class Bushing(Force):
     """Hold two markers together elastically in all six directions, eq. (bushing).
 
-    The force is linear in the displacement d of marker b from marker a and in the rotation vector phi of its axes, both in
-    the axes of a; the moment is the one whose work is that of the elastic energy 1/2 (d, phi) K (d, phi), at any rotation
-    below half a turn.
+    The force is linear in the displacement d of marker b from marker a and in the rotation vector phi of its axes, both
+    in the axes of a; the moment is the one whose work is that of the elastic energy 1/2 (d, phi) K (d, phi), at any
+    rotation below half a turn.
 
     Parameters
     ----------

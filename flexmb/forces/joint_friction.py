@@ -101,9 +101,9 @@ def apply(raw, data, state, work):
 class JointFriction(OnCoordinate):
     """Resist the motion of a joint with ``mu(v) N r tanh(v / transition)``, eq. (friction).
 
-    The normal force N is `preload` plus, unless `from_reaction` is off, the size of the joint's reaction force across its
-    axis. The coefficient falls from `standing` to `moving` with growing speed (Stribeck). The regularisation lets the
-    joint creep with a fraction of `transition` where it should stick: choose it small against the speeds of interest.
+    The normal force N is `preload` plus, unless `from_reaction` is off, the size of the joint's reaction force across
+    its axis. The coefficient falls from `standing` to `moving` with growing speed (Stribeck). The regularisation lets
+    the joint creep with a fraction of `transition` where it should stick: choose it below the speeds of interest.
 
     Parameters
     ----------
@@ -125,7 +125,8 @@ class JointFriction(OnCoordinate):
     from_reaction : bool
         Count the reaction of the joint.
     freedom : str, optional
-        "turn", "turn_b", "slide", "slide_x" or "slide_y", for joints with several; by default the first turn, else slide.
+        "turn", "turn_b", "slide", "slide_x" or "slide_y", for joints with several; by default the first turn, else the
+        slide.
 
     Source: Armstrong-Helouvry, Dupont & Canudas de Wit 1994, eq. 4 (Gaussian model), with tanh for the sign.
     """

@@ -54,8 +54,8 @@ class OneSidedSpring(OnCoordinate):
     """Push with ``F = stiffness d^exponent + damping w d'`` for an overlap d > 0, and not at all otherwise.
 
     The overlap is ``d = length - backlash - x`` if the spring pushes (a roller between rails), ``d = x - length -
-    backlash`` if it pulls (a rope), eq. (one-sided). x is the distance of two markers, their offset along an axis of the
-    first, or a freedom of a joint. The force never changes its sign.
+    backlash`` if it pulls (a rope), eq. (one-sided). x is the distance of two markers, their offset along an axis of
+    the first, or a freedom of a joint. The force never changes its sign.
 
     Parameters
     ----------

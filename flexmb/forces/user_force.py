@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
 from flexmb.errors import ModelError
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.math.callbacks import call_back, callback
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
 from flexmb.math.tables import row_kernel
@@ -22,24 +20,8 @@ from flexmb.model.kinds import Force, Table
 __all__ = ["UserForce"]
 
 ROW = np.dtype([("a", np.int64), ("b", np.int64), ("pair", np.int64), ("address", np.int64)], align=True)
-POINTER = ctypes.POINTER(ctypes.c_double)
-CALLBACK = ctypes.CFUNCTYPE(None, POINTER, POINTER)
 INPUTS = 19
 """Numbers given to the function: t, d (3), d' (3), w (3), R (3, 3)."""
-
-
-@intrinsic
-def _call(context, address, inputs, outputs):
-    """Call the C function (double *, double *) at `address`; ctypes takes the interpreter's lock by itself."""
-    def generate(target, builder, signature, values):
-        from llvmlite import ir
-
-        double = ir.DoubleType().as_pointer()
-        function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), [double, double]).as_pointer())
-        builder.call(function, [builder.inttoptr(v, double) for v in values[1:]])
-        return target.get_dummy_value()
-
-    return types.void(types.int64, types.uintp, types.uintp), generate
 
 
 @kernel
@@ -50,7 +32,7 @@ def _ask(address, t, motion, Q, inputs, f):
     for i in range(3):
         for j in range(3):
             inputs[10 + 3 * i + j] = Q[i, j]
-    _call(address, inputs.ctypes.data, f.ctypes.data)
+    call_back(address, inputs.ctypes.data, f.ctypes.data)
 
 
 @row_kernel
@@ -106,14 +88,14 @@ class _Callback:
 
     def __init__(self, function: Callable[..., Any]):
         self.function, self.failure = function, ""
-        self.pointer = CALLBACK(self._run)
-        self.address = ctypes.cast(self.pointer, ctypes.c_void_p).value
+        self.pointer, self.address = callback(self._run)
 
     def _run(self, inputs, outputs) -> None:
         x = np.ctypeslib.as_array(inputs, (INPUTS,))
         out = np.ctypeslib.as_array(outputs, (6,))
         try:
-            force, moment = self.function(x[0], x[1:4].copy(), x[4:7].copy(), x[10:19].reshape(3, 3).copy(), x[7:10].copy())
+            x = x.copy()  # the function may keep its arguments
+            force, moment = self.function(x[0], x[1:4], x[4:7], x[10:19].reshape(3, 3), x[7:10])
             out[:3], out[3:] = force, moment
             if not np.all(np.isfinite(out)):
                 self.failure = self.failure or f"it returned {np.array2string(out, precision=4)} at t = {x[0]:.6g} s"
@@ -126,9 +108,9 @@ class _Callback:
 class UserForce(Force):
     """Apply what a Python function returns, between two markers: for trying out a law before it gets a kernel.
 
-    The compiled step loop calls back into Python, once for every residual and 25 times for every iteration matrix (its tangent
-    is by differences), about 20 us per call: a hundred times slower than a force with a kernel. The work of the
-    force counts as work of loads.
+    The compiled step loop calls back into Python, once for every residual and 25 times for every iteration matrix (its
+    tangent is by differences), some 10 us each time: a hundred times slower than a force with a kernel. The work of
+    the force counts as work of loads.
 
     Parameters
     ----------

@@ -20,11 +20,11 @@ __all__ = ["PointOnCurve"]
 class PointOnCurve(Joint):
     """Keep marker b on a cubic spline that is fixed to the axes of marker a, eq. (on-curve).
 
-    Two equations without a further unknown: the place on the curve is the one nearest to the point. It is found from where
-    the point was before, so a track may cross itself. The body of marker a may be of any kind, elastic too.
+    Two equations without a further unknown: the place on the curve is the one nearest to the point. It is found from
+    where the point was before, so a track may cross itself. The body of marker a may be of any kind, elastic too.
 
-    With `along`, the track is the surface that the curve sweeps along this axis of marker a: one equation, the point is free
-    along the axis. The curve is then plane, across the axis.
+    With `along`, the track is the surface that the curve sweeps along this axis of marker a: one equation, the point is
+    free along the axis. The curve is then plane, across the axis.
 
     Parameters
     ----------
@@ -59,7 +59,8 @@ class PointOnCurve(Joint):
         if np.min(np.linalg.norm(np.diff(points, axis=0), axis=1)) == 0.0 or (
                 self.closed and np.array_equal(points[0], points[-1])):
             raise ModelError(self.title, found="two neighbouring points of the curve coincide",
-                             expected="points that differ", remedy="Leave repeated points out, also the last of a closed one")
+                             expected="points that differ",
+                             remedy="Leave repeated points out, also the last of a closed one")
         if self.ends not in ("extend", "error"):
             raise ModelError(self.title, found=f"ends = {self.ends!r}", expected="'extend' or 'error'",
                              remedy=did_you_mean(str(self.ends), ("extend", "error")) or "Leave ends out for 'extend'")

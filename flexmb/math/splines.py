@@ -12,8 +12,8 @@ __all__ = ["evaluate_spline", "nearest_parameter", "pack_spline"]
 def pack_spline(points: np.ndarray, closed: bool, across: np.ndarray | None = None) -> np.ndarray:
     """Return [n, knots (n,), coefficients (n - 1, 4, 6)] of the curve and of a normal that varies smoothly along it.
 
-    The parameter is the length of the chords; the spline has not-a-knot ends (de Boor) or is periodic. The normals at the
-    knots minimise rotation (Wang et al. 2008, double reflection) and are interpolated like the points.
+    The parameter is the length of the chords; the spline has not-a-knot ends (de Boor) or is periodic. The normals at
+    the knots minimise rotation (Wang et al. 2008, double reflection) and are interpolated like the points.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def evaluate_spline(table, s, closed, out):
 def nearest_parameter(table, p, start, closed, axis, out):
     """Return the parameter of the point of the curve nearest to `p` (3,), near `start`; `out` is evaluated there.
 
-    Newton's method on c' . (p - c) = 0, with Gauss' approximation where the curvature would turn it away. With `axis` >= 0
-    the distance along that axis is left out.
+    Newton's method on c' . (p - c) = 0, with Gauss' approximation where the curvature would turn it away. With
+    `axis` >= 0 the distance along that axis is left out.
     """
     s = start
     limit = 0.1 * table[int(table[0])]

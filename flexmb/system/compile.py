@@ -221,8 +221,8 @@ def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
     return markers, at
 
 
-def _sparsity(model, compiler, layout, constraints, markers):
-    """Return the LU pattern and the tables of positions of all contributions to S."""
+def _order_of_elimination(model, compiler, layout, constraints):
+    """Return the pattern of the factors, the nodes of bodies and of joints, and the unknowns of every node."""
     moving = [k for k in range(len(model.bodies)) if layout.size(k)]
     node_of_body = {body: k for k, body in enumerate(moving)}
     # a drive shares the block of the joint it drives
@@ -231,12 +231,11 @@ def _sparsity(model, compiler, layout, constraints, markers):
     for number, joint in enumerate(constraints.joints):
         groups.setdefault(leader[joint.name], []).append(number)
     node_of_joint = {number: len(moving) + k for k, group in enumerate(groups.values()) for number in group}
-    n_nodes, nu = len(moving) + len(groups), layout.iu[-1]
     unknowns: list[list[int]] = [list(range(layout.iu[b], layout.iu[b + 1])) for b in moving]
     unknowns += [[] for _ in groups]
     for equation, joint in enumerate(constraints.joint_of):
-        unknowns[node_of_joint[joint]].append(nu + equation)
-    neighbours: list[set[int]] = [set() for _ in range(n_nodes)]
+        unknowns[node_of_joint[joint]].append(layout.iu[-1] + equation)
+    neighbours: list[set[int]] = [set() for _ in unknowns]
 
     def connect(i, j):
         if i != j:
@@ -254,13 +253,19 @@ def _sparsity(model, compiler, layout, constraints, markers):
     # an equation of two joints may vanish on one of its bodies: it waits for all of them
     waiting = {node_of_joint[number] for number, joint in enumerate(constraints.joints) if joint.couples}
     pattern, place = block_pattern(unknowns, len(moving), neighbours, waiting)
+    return pattern, place, node_of_body, node_of_joint, unknowns
 
+
+def _sparsity(model, compiler, layout, constraints, markers):
+    """Return the LU pattern and the tables of positions of all contributions to S."""
+    pattern, place, node_of_body, node_of_joint, unknowns = _order_of_elimination(model, compiler, layout, constraints)
+    nu = layout.iu[-1]
     rows = np.zeros(nu, np.int64)
     for body, node in node_of_body.items():
         rows[layout.iu[body] : layout.iu[body + 1]] = place(node, node)
     equations = np.zeros(len(constraints.joint_of), EQUATION)
     within = np.zeros(len(equations), np.int64)
-    for group in unknowns[len(moving) :]:
+    for group in unknowns[len(node_of_body) :]:
         for k, unknown in enumerate(group):
             within[unknown - nu] = k
     for k, joint in enumerate(constraints.joint_of):

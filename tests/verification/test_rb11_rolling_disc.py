@@ -20,7 +20,8 @@ def disc(case):
         gravity=(0, 0, -m["g"]),
         bodies=[fmb.Ground(), fmb.RigidBody(
             "disc", mass=m["m"], inertia=(m["I_diam"], m["I_diam"], m["I_axis"]), at=at,
-            rotation=np.column_stack([np.cross(y, axis), y, axis]), velocity=-np.cross(spin, arm), angular_velocity=spin)],
+            rotation=np.column_stack([np.cross(y, axis), y, axis]), velocity=-np.cross(spin, arm),
+            angular_velocity=spin)],
         joints=[fmb.Rolling("rolling", markers=("ground.origin", "disc.center"), radius=m["r"])],
         sensors=[fmb.Position("centre", marker="disc.center"), fmb.Energy("energy"), fmb.ConstraintError("error"),
                  fmb.Orientation("turn", marker="disc.center")])

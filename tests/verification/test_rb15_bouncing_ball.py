@@ -1,9 +1,11 @@
 """RB15: a bouncing ball with a constant coefficient of restitution.
 
-Reference: closed form of the times of instantaneous impacts. flexmb has contacts of finite duration: a linear spring and
-damper that does not pull has a restitution that is the same at every speed (Schwager & Poeschel 2007, eq. 16), and its impact
-times tend to the instantaneous ones as the contact stiffens.
+Reference: closed form of the times of instantaneous impacts. flexmb has contacts of finite duration: a linear spring
+and damper that does not pull has a restitution that is the same at every speed (Schwager & Poeschel 2007, eq. 16),
+and its impact times tend to the instantaneous ones as the contact stiffens.
 """
+
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
@@ -35,5 +37,5 @@ def test_impact_times(reference):
     found = times[minima]
     expected = case["reference"]["impact_times"][:5]
     np.testing.assert_allclose(found, expected, atol=2e-3)
-    apexes = [z[a:b].max() for a, b in zip(minima[:-1], minima[1:])]
+    apexes = [z[a:b].max() for a, b in pairwise(minima)]
     np.testing.assert_allclose(apexes, case["reference"]["apex_heights"][: len(apexes)], rtol=2e-3)
