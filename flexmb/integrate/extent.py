@@ -50,6 +50,8 @@ def extents(system, state, work, size: float, smallest: float) -> tuple[np.ndarr
             extent[start + 3 : start + 6] = np.maximum(extent[start + 3 : start + 6], 1e-3 * size)
             start += 6
             reach[start : span.stop] = smallest
-        elif body.n_vector > 3:
-            extent[span] = 1.0
+        elif body.block_size < body.n_vector:
+            # nodes: their positions count as they are, their gradients with the material around the node
+            blocks = diagonal[span].reshape(-1, body.block_size)
+            extent[span] = np.sqrt(blocks / np.maximum(blocks[:, :1], 1e-300)).ravel()
     return extent, reach

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from flexmb.integrate.stabilised import Stabilised
@@ -13,23 +15,23 @@ def _block_entries(system) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (position in S, row, column) of the entries of the blocks (u, u), (u, lam) and (lam, u), without fill."""
     pattern, tables = system.program.pattern, system.tables
     used = np.zeros(int(pattern.row_start[-1]), bool)
-    for _, span in system.body_slices.values():
-        for i in range(span.start, span.stop):
-            start = tables["rows"][i]
-            used[start : start + span.stop - span.start] = True
+    for at, size in zip(tables["rows"], tables["widths"], strict=True):
+        used[at : at + size] = True
     markers = tables["markers"]
     for leg in tables["legs"]:
-        size = markers[leg["marker"]]["nu"]
-        used[leg["iS"] : leg["iS"] + size] |= size > 0
+        size, width = (int(markers[leg["marker"]][name]) for name in ("nu", "width"))
         used[tables["transposed"][leg["iT"] : leg["iT"] + size]] = True
+        for at in tables["transposed"][leg["iS"] : leg["iS"] + (size // width if size else 0)]:
+            used[at : at + width] = True
     for pair in tables["pairs"]:
-        a, b = (int(markers[pair[side]]["nu"]) for side in "ab")
+        ends = [(int(markers[pair[side]]["nu"]), int(markers[pair[side]]["width"])) for side in "ab"]
         start = pair["iS"]
-        for rows, columns in ((a, a), (a, b), (b, a), (b, b)):
+        for rows, (columns, width) in product([size for size, _ in ends], ends):
             if pair["active"] and rows and columns:
-                for at in tables["pair_rows"][start : start + rows]:
-                    used[at : at + columns] = True
-                start += rows
+                count = rows * (columns // width)
+                for at in tables["pair_rows"][start : start + count]:
+                    used[at : at + width] = True
+                start += count
     row, column = np.empty(len(used), np.int64), np.empty(len(used), np.int64)
     for place, block in enumerate(pattern.row_block):
         at = pattern.row_start[place]

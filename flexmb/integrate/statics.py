@@ -48,6 +48,7 @@ def _rates_of_drives(system, state, work) -> np.ndarray:
 def _saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
     """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable."""
     r = epsilon * (abs(G).power(2) @ (1.0 / np.maximum(np.abs(block.diagonal()), 1e-300)))
+    r = np.maximum(r, 1e-6 * np.max(r, initial=0.0))
     return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 
 

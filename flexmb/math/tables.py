@@ -33,8 +33,9 @@ MARKER = np.dtype(
         ("bias", float, 6),  # acceleration (m/s2, rad/s2, in W) at zero generalised acceleration
         ("wrench", float, 6),  # N, N m, in W, acting on the body at the marker
         ("body", np.int64),  # number of the body
-        ("iu", np.int64),  # first velocity of the body
-        ("nu", np.int64),  # number of velocities of the body (0: ground)
+        ("iu", np.int64),  # first velocity that moves the marker
+        ("nu", np.int64),  # number of velocities that move the marker (0: ground)
+        ("width", np.int64),  # how many of them make a block of the iteration matrix
         ("iJ", np.int64),  # first number of the Jacobian (6, nu) in work.J: twist in W = J u
         ("iH", np.int64),  # first number of d(modal force)/d(wrench in W) (6, nu) in work.H, or -1
     ],
@@ -63,7 +64,7 @@ LEG = np.dtype(
         ("push", float, 6),  # derivative of the marker's wrench by the multiplier, beyond the gradient (friction)
         ("marker", np.int64),
         ("equation", np.int64),
-        ("iS", np.int64),  # position in work.S of G[equation, first velocity of the body]
+        ("iS", np.int64),  # first entry in work.transposed of the positions of G, one for every block of velocities
         ("iT", np.int64),  # first entry in work.transposed of the positions of G^T
     ],
     align=True,
@@ -76,7 +77,7 @@ PAIR = np.dtype(
         ("D", float, (12, 12)),  # -d(wrenches)/d(twists), in W
         ("a", np.int64),
         ("b", np.int64),
-        ("iS", np.int64),  # first entry in work.pair_rows of the row positions of blocks aa, ab, ba, bb
+        ("iS", np.int64),  # first entry in work.pair_rows of the positions of aa, ab, ba, bb: by row, by block
         ("active", np.int64),  # STIFF if kernels write K, DAMPED if also D, 0 if neither
     ],
     align=True,
@@ -99,7 +100,8 @@ markers, equations, legs, pairs : record tables
 J, H : flat Jacobians of the markers
 residual : (nu,) M a - forces - G^T lam
 S : values of the iteration matrix in the pattern of its factors
-rows : (nu,) position in S of the first entry of the body's own block in each row
+rows : (nu + couplings,) position in S of the first entry of each velocity's own block in its row; then, for each coupling
+    of two blocks of a body, those of the first block's rows in the columns of the second, and the reverse
 transposed, pair_rows : positions in S (see LEG and PAIR)
 branches (nb,) : which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place
     on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has

@@ -38,6 +38,7 @@ class Compiler:
     """What a part may ask while it writes its row (implemented by the system room).
 
     ``marker(name) -> int``, ``pose(marker) -> (r, R)``, ``signal(value) -> int``, ``pair(a, b) -> int``,
+    ``couplings(body) -> int``,
     ``load(body, name) -> int``, ``joint(name) -> Joint``, ``branch(name, value) -> int``, ``bulk(array) -> int``.
     """
 
@@ -112,6 +113,23 @@ class Body(Part):
     def n_velocities(self) -> int:
         """Number of velocities."""
         return 6 * self.has_frame + self.n_vector
+
+    @property
+    def block_size(self) -> int:
+        """Number of velocities in a block of the iteration matrix; by default the whole body is one dense block.
+
+        A body of many elements names the velocities of a node as its block, and in `couplings` which nodes share an
+        element: then the matrix is factorised node by node, at a cost that grows linearly with a chain of elements.
+        """
+        return self.n_velocities
+
+    def couplings(self) -> np.ndarray:
+        """Return the pairs (nc, 2) of blocks that depend on each other, first < second."""
+        return np.empty((0, 2), int)
+
+    def marker_blocks(self) -> dict[str, tuple[int, int]]:
+        """Return first block and number of blocks that move a marker, by name; by default all move every marker."""
+        return {}
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the poses of all markers in body axes, undeformed, by name."""

@@ -9,12 +9,12 @@ import numpy as np
 from flexmb.constraints import EQUATIONS
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.math.tables import DAMPED, EQUATION, LEG, MARKER, PAIR, STIFF
+from flexmb.math.tables import DAMPED, MARKER, STIFF
 from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
-from flexmb.system.pattern import block_pattern
 from flexmb.system.program import Program, evaluation, kernel_table
+from flexmb.system.sparsity import sparsity
 from flexmb.system.system import System
 
 __all__ = ["compile"]
@@ -28,6 +28,7 @@ class _Compiler:
         self.gravity = np.array(model.gravity)
         self.marker_index: dict[str, int] = {}
         self.marker_body: list[int] = []
+        self.marker_span: list[tuple[int, int]] = []
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
         self.signals: list[Any] = []
         self.pairs: dict[tuple[int, int], int] = {}
@@ -78,6 +79,15 @@ class _Compiler:
         self.size_H += size
         return start
 
+    def couplings(self, body: str) -> int:
+        """Return where the couplings of the body's blocks begin in the workspace array rows."""
+        at = sum(b.n_velocities for b in self.model.bodies)
+        for other in self.model.bodies:
+            if other.name == body:
+                break
+            at += 2 * other.block_size * len(other.couplings())
+        return at
+
     def joint(self, name: str):
         """Return the description of a joint."""
         return self.model.joint(name)
@@ -118,9 +128,12 @@ class _Layout:
                 origin = q0[:3]
             elif body.n_vector:
                 origin = q0[:3]
+            blocks, size = body.marker_blocks(), body.block_size
             for marker, pose in body.marker_poses().items():
                 compiler.marker_index[f"{body.name}.{marker}"] = len(compiler.marker_index)
                 compiler.marker_body.append(number)
+                first, count = blocks.get(marker, (0, len(u0) // size if size else 0))
+                compiler.marker_span.append((first * size, count * size))
                 compiler.start_poses.append((origin + R @ np.array(pose.at), R @ pose.matrix))
             q.append(q0)
             u.append(u0)
@@ -213,92 +226,13 @@ def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
     at = 0
     for k, body in enumerate(compiler.marker_body):
         r, R = compiler.start_poses[k]
-        nu = layout.size(body)
+        first, nu = compiler.marker_span[k]
         markers[k]["r"], markers[k]["R"] = r, R
-        markers[k]["body"], markers[k]["iu"], markers[k]["nu"], markers[k]["iJ"] = body, layout.iu[body], nu, at
+        markers[k]["body"], markers[k]["iu"], markers[k]["nu"], markers[k]["iJ"] = body, layout.iu[body] + first, nu, at
+        markers[k]["width"] = compiler.model.bodies[body].block_size
         markers[k]["iH"] = -1
         at += 6 * nu
     return markers, at
-
-
-def _order_of_elimination(model, compiler, layout, constraints):
-    """Return the pattern of the factors, the nodes of bodies and of joints, and the unknowns of every node."""
-    moving = [k for k in range(len(model.bodies)) if layout.size(k)]
-    node_of_body = {body: k for k, body in enumerate(moving)}
-    # a drive shares the block of the joint it drives
-    leader = {j.name: getattr(j, "joint", j.name) if j.prescribes else j.name for j in constraints.joints}
-    groups: dict[str, list[int]] = {}
-    for number, joint in enumerate(constraints.joints):
-        groups.setdefault(leader[joint.name], []).append(number)
-    node_of_joint = {number: len(moving) + k for k, group in enumerate(groups.values()) for number in group}
-    unknowns: list[list[int]] = [list(range(layout.iu[b], layout.iu[b + 1])) for b in moving]
-    unknowns += [[] for _ in groups]
-    for equation, joint in enumerate(constraints.joint_of):
-        unknowns[node_of_joint[joint]].append(layout.iu[-1] + equation)
-    neighbours: list[set[int]] = [set() for _ in unknowns]
-
-    def connect(i, j):
-        if i != j:
-            neighbours[i].add(j)
-            neighbours[j].add(i)
-
-    for marker, equation in constraints.legs:
-        body = compiler.marker_body[marker]
-        if body in node_of_body:
-            connect(node_of_body[body], node_of_joint[constraints.joint_of[equation]])
-    for (a, b), index in compiler.pairs.items():
-        bodies = compiler.marker_body[a], compiler.marker_body[b]
-        if index in compiler.active_pairs and all(k in node_of_body for k in bodies):
-            connect(node_of_body[bodies[0]], node_of_body[bodies[1]])
-    # an equation of two joints may vanish on one of its bodies: it waits for all of them
-    waiting = {node_of_joint[number] for number, joint in enumerate(constraints.joints) if joint.couples}
-    pattern, place = block_pattern(unknowns, len(moving), neighbours, waiting)
-    return pattern, place, node_of_body, node_of_joint, unknowns
-
-
-def _sparsity(model, compiler, layout, constraints, markers):
-    """Return the LU pattern and the tables of positions of all contributions to S."""
-    pattern, place, node_of_body, node_of_joint, unknowns = _order_of_elimination(model, compiler, layout, constraints)
-    nu = layout.iu[-1]
-    rows = np.zeros(nu, np.int64)
-    for body, node in node_of_body.items():
-        rows[layout.iu[body] : layout.iu[body + 1]] = place(node, node)
-    equations = np.zeros(len(constraints.joint_of), EQUATION)
-    within = np.zeros(len(equations), np.int64)
-    for group in unknowns[len(node_of_body) :]:
-        for k, unknown in enumerate(group):
-            within[unknown - nu] = k
-    for k, joint in enumerate(constraints.joint_of):
-        node = node_of_joint[joint]
-        equations[k]["diagonal"] = place(node, node)[within[k]] + within[k]
-    legs = np.zeros(len(constraints.legs), LEG)
-    transposed: list[np.ndarray] = [np.zeros(0, np.int64)]
-    at = 0
-    for k, (marker, equation) in enumerate(constraints.legs):
-        legs[k]["marker"], legs[k]["equation"], legs[k]["iT"] = marker, equation, at
-        if equations[equation]["legs"] == 0:
-            equations[equation]["leg"] = k
-        equations[equation]["legs"] += 1
-        body = compiler.marker_body[marker]
-        if body in node_of_body:
-            node, joint = node_of_body[body], node_of_joint[constraints.joint_of[equation]]
-            legs[k]["iS"] = place(joint, node)[within[equation]]
-            transposed.append(place(node, joint) + within[equation])
-            at += len(transposed[-1])
-    pairs = np.zeros(len(compiler.pairs), PAIR)
-    pair_rows: list[np.ndarray] = [np.zeros(0, np.int64)]
-    at = 0
-    for (a, b), k in compiler.pairs.items():
-        pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"] = a, b, at
-        pairs[k]["active"] = compiler.active_pairs.get(k, 0)
-        nodes = [node_of_body.get(compiler.marker_body[m]) for m in (a, b)]
-        if k not in compiler.active_pairs:
-            continue
-        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            if nodes[i] is not None and nodes[j] is not None:
-                pair_rows.append(place(nodes[i], nodes[j]))
-                at += len(pair_rows[-1])
-    return pattern, rows, equations, legs, np.concatenate(transposed), pairs, np.concatenate(pair_rows)
 
 
 def _table_bytes(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -329,8 +263,7 @@ def compile(model: Model) -> System:
     markers, size_J = _markers(compiler, layout)
     for body in model.bodies:
         body.stiffen(compiler, markers)
-    pattern, rows, equations, legs, transposed, pairs, pair_rows = _sparsity(
-        model, compiler, layout, constraints, markers)
+    pattern, tables = sparsity(model, compiler, layout, constraints, markers)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     program = Program(
         kernel_table([t.kernels["place"] for t in body_tables]),
@@ -340,13 +273,13 @@ def compile(model: Model) -> System:
         kernel_table([t.kernels["apply"] for t in force_tables]),
         raw, starts, compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames,
         layout.vectors, pattern,
-        np.zeros(len(equations)), np.array(constraints.levels, np.int64), len(layout.q), evaluation.compiled.address)
+        np.zeros(len(constraints.names)), np.array(constraints.levels, np.int64), len(layout.q),
+        evaluation.compiled.address)
     return System(
         model=model, program=program, q0=np.concatenate([layout.q, list(compiler.branches.values())]), u0=layout.u,
         n_signals=len(compiler.signals),
         n_loads=len(compiler.load_index), size_J=size_J, size_H=compiler.size_H,
-        tables={"markers": markers, "equations": equations, "legs": legs, "pairs": pairs, "rows": rows,
-                "transposed": transposed, "pair_rows": pair_rows},
+        tables={"markers": markers, **tables},
         marker_index=dict(compiler.marker_index), joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)}, equation_names=tuple(constraints.names),
         force_rows=_force_rows(model, force_tables, starts[len(body_tables) + len(constraints.tables) :]),

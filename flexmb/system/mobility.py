@@ -27,9 +27,13 @@ def constraint_matrix(system: System, work) -> tuple[sparse.csr_matrix, sparse.c
 
 
 def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
-    """Return the diagonal of G diag(M)^-1 G^T, (ng,): the size of the pivots of the multipliers."""
+    """Return the diagonal of G diag(M)^-1 G^T, (ng,): the size of the pivots of the multipliers.
+
+    An equation that nothing can move (the twist of a cable's end) has no size of its own and gets that of the largest.
+    """
     inverse = 1.0 / np.maximum(np.abs(M.diagonal()), 1e-300)
-    return np.asarray(G.multiply(G) @ inverse).ravel()
+    scale = np.asarray(G.multiply(G) @ inverse).ravel()
+    return np.where(scale > 0.0, scale, np.max(scale, initial=0.0) or 1.0)
 
 
 def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:

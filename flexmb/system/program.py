@@ -49,8 +49,12 @@ def assemble_constraints(program, work):
                 continue
             start = marker.iJ + k * nu
             for j in range(nu):
-                work.S[leg.iS + j] += y * work.J[start + j]
                 work.S[work.transposed[leg.iT + j]] -= x * work.J[start + j]
+            for b in range(nu // max(1, marker.width)):
+                first = b * marker.width
+                at = work.transposed[leg.iS + b]
+                for j in range(marker.width):
+                    work.S[at + j] += y * work.J[start + first + j]
             if marker.iH >= 0:
                 start = marker.iH + k * nu
                 for j in range(6, nu):
@@ -61,8 +65,9 @@ def assemble_constraints(program, work):
 
 @kernel
 def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
-    """Add J_a^T (ck K + cd D) J_b to the block of bodies a and b; most entries of K and D are zero."""
+    """Add J_a^T (ck K + cd D) J_b to the blocks of bodies a and b; most entries of K and D are zero."""
     column = np.empty(b.nu)
+    blocks = b.nu // b.width
     for k in range(6):
         used = False
         for m in range(6):
@@ -82,9 +87,10 @@ def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
         for i in range(a.nu):
             x = work.J[a.iJ + k * a.nu + i]
             if x != 0.0:
-                at = work.pair_rows[start + i]
-                for j in range(b.nu):
-                    work.S[at + j] += x * column[j]
+                for n in range(blocks):
+                    at = work.pair_rows[start + i * blocks + n]
+                    for j in range(b.width):
+                        work.S[at + j] += x * column[n * b.width + j]
 
 
 @kernel
@@ -101,12 +107,12 @@ def assemble_pairs(work):
         start = pair.iS
         if a.nu > 0:
             _add_pair_block(pair, ck, cd, 0, 0, a, a, start, work)
-            start += a.nu
+            start += a.nu * (a.nu // a.width)
         if a.nu > 0 and b.nu > 0:
             _add_pair_block(pair, ck, cd, 0, 6, a, b, start, work)
-            start += a.nu
+            start += a.nu * (b.nu // b.width)
             _add_pair_block(pair, ck, cd, 6, 0, b, a, start, work)
-            start += b.nu
+            start += b.nu * (a.nu // a.width)
         if b.nu > 0:
             _add_pair_block(pair, ck, cd, 6, 6, b, b, start, work)
 

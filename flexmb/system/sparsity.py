@@ -1,0 +1,150 @@
+"""The pattern of the iteration matrix, and where in it every contribution goes."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from flexmb.math.tables import EQUATION, LEG, PAIR
+from flexmb.system.pattern import block_pattern
+
+__all__ = ["sparsity"]
+
+
+class _Nodes:
+    """The nodes of the elimination: the blocks of all bodies, then the joints (a drive shares that of its joint)."""
+
+    def __init__(self, model, compiler, layout, constraints, markers):
+        self.markers, self.width = markers, [body.block_size for body in model.bodies]
+        self.unknowns: list[list[int]] = []
+        self.first: dict[int, int] = {}
+        for k in range(len(model.bodies)):
+            if layout.size(k):
+                self.first[k] = len(self.unknowns)
+                for start in range(layout.iu[k], layout.iu[k + 1], self.width[k]):
+                    self.unknowns.append(list(range(start, start + self.width[k])))
+        self.n_blocks = len(self.unknowns)
+        self.layout, self.couplings = layout, []
+        for k in self.first:
+            pairs = model.bodies[k].couplings()
+            self.couplings += [(self.first[k] + int(a), self.first[k] + int(b)) for a, b in pairs]
+        leader = {j.name: getattr(j, "joint", j.name) if j.prescribes else j.name for j in constraints.joints}
+        groups: dict[str, list[int]] = {}
+        for number, joint in enumerate(constraints.joints):
+            groups.setdefault(leader[joint.name], []).append(number)
+        of_joint = {number: self.n_blocks + k for k, group in enumerate(groups.values()) for number in group}
+        self.of_equation = [of_joint[joint] for joint in constraints.joint_of]
+        self.unknowns += [[] for _ in groups]
+        for equation, node in enumerate(self.of_equation):
+            self.unknowns[node].append(layout.iu[-1] + equation)
+        # an equation of two joints may vanish on one of its bodies: it waits for all of them
+        self.waiting = {of_joint[number] for number, joint in enumerate(constraints.joints) if joint.couples}
+        # and so do equations on a block that cannot turn in every direction
+        split = {k for k in self.first if self.width[k] < layout.size(k)}
+        self.waiting |= {self.of_equation[e] for m, e in constraints.legs if compiler.marker_body[m] in split}
+
+    def of_marker(self, marker: int) -> list[int]:
+        """Return the nodes that move a marker, none for the ground."""
+        row = self.markers[marker]
+        if not row["nu"]:
+            return []
+        body = int(row["body"])
+        first = self.first[body] + (int(row["iu"]) - self.layout.iu[body]) // self.width[body]
+        return list(range(first, first + int(row["nu"]) // self.width[body]))
+
+    def neighbours(self, constraints, compiler) -> list[set[int]]:
+        """Return the adjacency."""
+        found: list[set[int]] = [set() for _ in self.unknowns]
+
+        def connect(i, j):
+            if i != j:
+                found[i].add(j)
+                found[j].add(i)
+
+        for a, b in self.couplings:
+            connect(a, b)
+        for marker, equation in constraints.legs:
+            for node in self.of_marker(marker):
+                connect(node, self.of_equation[equation])
+        for (a, b), index in compiler.pairs.items():
+            if index in compiler.active_pairs:
+                nodes = self.of_marker(a) + self.of_marker(b)
+                for i, j in product(nodes, nodes):
+                    connect(i, j)
+        return found
+
+
+def _rows(nodes: _Nodes, nu: int, place) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions of own blocks and couplings, and how many columns each has."""
+    rows, widths = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    own = [(node, node) for node in range(nodes.n_blocks)]
+    both = [pair for a, b in nodes.couplings for pair in ((a, b), (b, a))]
+    for i, j in own + both:
+        at = place(i, j)
+        rows.append(at)
+        widths.append(np.full(len(at), len(nodes.unknowns[j])))
+    return np.concatenate(rows), np.concatenate(widths)
+
+
+def _equations(nodes: _Nodes, nu: int, place):
+    """Return the table of equations, and the place of each within its node."""
+    equations = np.zeros(len(nodes.of_equation), EQUATION)
+    within = np.zeros(len(equations), np.int64)
+    for group in nodes.unknowns[nodes.n_blocks :]:
+        for k, unknown in enumerate(group):
+            within[unknown - nu] = k
+    for k, node in enumerate(nodes.of_equation):
+        equations[k]["diagonal"] = place(node, node)[within[k]] + within[k]
+    return equations, within
+
+
+def _legs(nodes: _Nodes, constraints, equations, within, place):
+    """Return the table of legs, and the positions of G^T and of the blocks of G."""
+    legs = np.zeros(len(constraints.legs), LEG)
+    transposed: list[np.ndarray] = [np.zeros(0, np.int64)]
+    at = 0
+    for k, (marker, equation) in enumerate(constraints.legs):
+        moved, joint = nodes.of_marker(marker), nodes.of_equation[equation]
+        legs[k]["marker"], legs[k]["equation"], legs[k]["iT"] = marker, equation, at
+        legs[k]["iS"] = at + nodes.markers[marker]["nu"]
+        if equations[equation]["legs"] == 0:
+            equations[equation]["leg"] = k
+        equations[equation]["legs"] += 1
+        transposed += [place(node, joint) + within[equation] for node in moved]
+        transposed.append(np.array([place(joint, node)[within[equation]] for node in moved], np.int64))
+        at += int(nodes.markers[marker]["nu"]) + len(moved)
+    return legs, np.concatenate(transposed)
+
+
+def _pairs(nodes: _Nodes, compiler, place):
+    """Return the table of pairs, and the positions of their blocks: by row, then by block of columns."""
+    pairs = np.zeros(len(compiler.pairs), PAIR)
+    positions: list[np.ndarray] = [np.zeros(0, np.int64)]
+    at = 0
+    for (a, b), k in compiler.pairs.items():
+        pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"] = a, b, at
+        pairs[k]["active"] = compiler.active_pairs.get(k, 0)
+        if k not in compiler.active_pairs:
+            continue
+        ends = nodes.of_marker(a), nodes.of_marker(b)
+        for rows, columns in product(ends, ends):
+            if rows and columns:
+                for i in rows:
+                    positions.append(np.stack([place(i, j) for j in columns], axis=1).ravel())
+                    at += len(positions[-1])
+    return pairs, np.concatenate(positions)
+
+
+def sparsity(model, compiler, layout, constraints, markers):
+    """Return the pattern of the factors, and the tables of equations, legs, pairs and all positions in the matrix."""
+    nodes = _Nodes(model, compiler, layout, constraints, markers)
+    pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(constraints, compiler),
+                                   nodes.waiting)
+    nu = layout.iu[-1]
+    rows, widths = _rows(nodes, nu, place)
+    equations, within = _equations(nodes, nu, place)
+    legs, transposed = _legs(nodes, constraints, equations, within, place)
+    pairs, pair_rows = _pairs(nodes, compiler, place)
+    return pattern, {"equations": equations, "legs": legs, "pairs": pairs, "rows": rows, "widths": widths,
+                     "transposed": transposed, "pair_rows": pair_rows}
