@@ -55,7 +55,8 @@ class OnCoordinate(Force):
     def coordinate_row(self, compiler, counts: bool = True) -> tuple:
         """Return the row of the coordinate."""
         coordinate, markers = self.place(compiler.model)
-        return coordinate.record(compiler, *(compiler.marker(m) for m in markers), counts=counts)
+        a, b = (compiler.marker(m) for m in markers)
+        return coordinate.record(compiler, a, b, counts=counts)
 
     def described(self, compiler) -> float:
         """Return the coordinate as described."""

@@ -154,8 +154,9 @@ class PointLoad(Force):
         for marker in (self.marker, self.axes):
             if marker is not None:
                 model.marker(marker, self.title)
-        if self._joint is not None:
-            joint_coordinate(model.joint(self._joint, self.title), self.title, self.freedom)
+        joint = self._joint  # type: ignore[attr-defined]
+        if joint is not None:
+            joint_coordinate(model.joint(joint, self.title), self.title, self.freedom)
 
     def record(self, compiler):
         """Return the row."""

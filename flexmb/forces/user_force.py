@@ -147,7 +147,7 @@ class UserForce(Force):
 
     def complaint(self) -> str:
         """Return what went wrong in the function, if anything did."""
-        return next((c.failure for c in self._callbacks if c.failure), "")
+        return next((c.failure for c in self._callbacks if c.failure), "")  # type: ignore[attr-defined]
 
     def record(self, compiler):
         """Return the row with the address of the function."""

@@ -17,6 +17,7 @@ from flexmb.system.program import evaluate, project
 
 __all__ = ["Explicit"]
 
+AUGMENTED = Augmented()
 METHODS = ("DOP853", "RK45", "Radau")
 FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
 
@@ -124,7 +125,7 @@ class Explicit:
     rtol: float = 1e-8
     atol: float = 1e-10
     drift: float = 1e-10
-    formulation: Any = Augmented()
+    formulation: Any = AUGMENTED
     largest: float | None = None
 
     def __post_init__(self):

@@ -34,6 +34,12 @@ def _least(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     return lstsq(A, b, cond=RANK)[0] if A.size else np.zeros(A.shape[1])
 
 
+def _multipliers(L: np.ndarray, load: np.ndarray, e: Equations) -> np.ndarray:
+    """Return the multipliers of least norm with L lam = load."""
+    of_lam = 1.0 / np.sqrt(e.weight)
+    return of_lam * _least(L * of_lam, load)
+
+
 def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return dense M, L, G, f and the scale of the velocities, which makes lengths and angles comparable."""
     M = equations.M.toarray()
@@ -86,9 +92,10 @@ class Augmented(_Formulation):
         nu, ng = e.M.shape[0], e.G.shape[0]
         if nu + ng <= DENSE:
             M, L, G, f, scale = _balanced(e)
-            matrix = np.block([[M, -L], [G, np.zeros((ng, ng))]])
+            of_lam = 1.0 / np.sqrt(e.weight)
+            matrix = np.block([[M, -L * of_lam], [G, np.zeros((ng, ng))]])
             x = _least(matrix, np.concatenate([f, e.b]))
-            return scale * x[:nu], x[nu:]
+            return scale * x[:nu], of_lam * x[nu:]
         matrix = sparse.bmat([[e.M, -e.L], [e.G, None]], format="csc")
         try:
             x = splu(matrix).solve(np.concatenate([e.f, e.b]))
@@ -115,7 +122,7 @@ class NullSpace(_Formulation):
         a = _least(G, e.b)
         if N.shape[1]:
             a = a + N @ solve(P.T @ M @ N, P.T @ (f - M @ a))
-        return scale * a, _least(L, M @ a - f)
+        return scale * a, _multipliers(L, M @ a - f, e)
 
 
 @dataclass(frozen=True)
@@ -142,7 +149,7 @@ class UdwadiaPhohomsiri(_Formulation):
                                expected="every freedom to have inertia or a constraint",
                                remedy="Give the free motion inertia, or forbid it by a joint")
         a = _least(stacked, np.concatenate([project @ f, e.b]))
-        return scale * a, _least(L, M @ a - f)
+        return scale * a, _multipliers(L, M @ a - f, e)
 
 
 @dataclass(frozen=True)

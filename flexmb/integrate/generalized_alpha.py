@@ -24,7 +24,8 @@ class GeneralizedAlpha:
     Parameters
     ----------
     rho_inf : float, -
-        Spectral radius at infinite frequency, 0 to 1: 1 keeps all energy, 0 removes the highest frequencies in a step.
+        Spectral radius at infinite frequency, 0 to 1: 0 removes the highest frequencies in a step, 1 keeps all energy.
+        With joints it must stay below 1, or the multipliers grow without bound (Cardona & Géradin 1989).
     step : float, s, optional
         Fixed step size; without it the step follows the error.
     rtol : float, -
@@ -48,7 +49,7 @@ class GeneralizedAlpha:
         part = "GeneralizedAlpha"
         if not 0.0 <= self.rho_inf <= 1.0:
             raise ModelError(part, found=f"rho_inf = {self.rho_inf!r}", expected="0 <= rho_inf <= 1",
-                             remedy="Use 0.8 for flexible mechanisms, 1 to keep the energy of short rigid runs")
+                             remedy="Use 0.8 for flexible mechanisms, 0.95 for little damping")
         for name in ("step", "rtol", "atol", "largest"):
             value = getattr(self, name)
             if value is not None and not value > 0.0:
@@ -66,11 +67,15 @@ class GeneralizedAlpha:
         newton = 0.02 if self.step is None else 1e-4
         # the error of accelerations and multipliers is of the order h^2, that is rtol^(2/3)
         settled = 0.1 * self.rtol ** (2.0 / 3.0) if self.step is None else 1e-8
-        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, settled, self.step is None, 1e-14, 12)
+        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, settled, self.step is None, 1e-14, 12, 0)
 
     def start(self, system, state, work, t_end: float) -> Variables:
         """Return the integration variables at the start: consistent accelerations, first step size."""
         nu, ng, nq = system.nu, system.ng, system.nq
+        if ng and self.rho_inf > 0.99:
+            raise ModelError("GeneralizedAlpha", found=f"rho_inf = {self.rho_inf:g} in a model with joints",
+                             expected="rho_inf <= 0.99, or the multipliers grow without bound",
+                             remedy="Use 0.95 for little damping, 0.8 for flexible mechanisms")
         size = model_size(system)
         extent, reach = extents(system, state, work, size, self.atol or 1e-4 * size)
         span = max(t_end - state.t, 1e-300)
@@ -121,10 +126,17 @@ class GeneralizedAlpha:
         n = last - first
         rows = {"t": np.zeros(n), "q": np.zeros((n, system.nq)), "u": np.zeros((n, system.nu)),
                 "a": np.zeros((n, system.nu)), "lam": np.zeros((n, system.ng)), "works": np.zeros((n, 3))}
-        reached, reason = run_steps(system.program, work, variables, self.controls(), samples, first, last,
+        controls = self.controls()._replace(sweeps=self._sweeps(system))
+        reached, reason = run_steps(system.program, work, variables, controls, samples, first, last,
                                     *rows.values())
         rows = {name: array[: reached - first] for name, array in rows.items()}
         return Outcome(rows=rows, failure="" if reason == 0 else self._reason(system, work, variables, reason))
+
+    def _sweeps(self, system) -> int:
+        """Return the refinements of accelerations at samples; none where they are the step's own."""
+        if self.step is not None or system.ng == 0 or any(f.reads_reactions for f in system.model.forces):
+            return 0
+        return 12 if system.redundant else 2
 
     @staticmethod
     def _reason(system, work, v: Variables, reason: int) -> str:

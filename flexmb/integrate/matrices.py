@@ -33,6 +33,8 @@ class Equations:
         Residual of the velocity constraints, G u + dg/dt.
     position : (ng,)
         Residual of the constraints, zero for those at velocity level.
+    weight : (ng,)
+        Of the multipliers in the norm that is least where equations are dependent (see System).
     """
 
     M: sparse.csr_matrix
@@ -42,6 +44,7 @@ class Equations:
     b: np.ndarray
     velocity: np.ndarray
     position: np.ndarray
+    weight: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,7 +68,7 @@ def _matrix(system, state, work, mass=0.0, damping=0.0, stiffness=0.0):
 def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equations:
     """Return the equations of motion at a state; its accelerations and multipliers are ignored.
 
-    Friction by joint reactions is not linear in the multipliers: the equations are tangent to it at `lam` (default zero).
+    Friction by joint reactions is not linear in the multipliers: the equations are tangent to it at `lam` (zero).
     """
     nu = system.nu
     rest = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng) if lam is None else lam)
@@ -76,7 +79,7 @@ def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equation
     position = np.where(system.program.equation_level == 0, work.equations["g"], 0.0)
     L = -S[:nu, nu:]
     return Equations(M=S[:nu, :nu], L=L, G=S[nu:, :nu], f=-work.residual - L @ rest.lam, b=-drift, velocity=velocity,
-                     position=position)
+                     position=position, weight=system.multiplier_weights)
 
 
 def tangent_at(system, state, work) -> Tangent:

@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
-from flexmb.system.program import advance, evaluate, keep_branches
+from flexmb.system.program import accelerations, advance, evaluate, keep_branches
 
 __all__ = ["Controls", "Variables", "run_steps"]
 
@@ -35,9 +35,10 @@ counts (6,) : steps, iterations, factorisations, rejected by error, rejected by 
 times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh matrix
 """
 
-Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations")
+Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations "
+                      "sweeps")
 """Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
-the accelerations, relative to the largest one."""
+the accelerations, relative to the largest one; sweeps: with which samples get their accelerations, 0: those of the step."""
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
@@ -198,6 +199,24 @@ def _accept(program, work, v, h, powers):
 
 
 @kernel
+def _write_accelerations(program, work, v, c, a, lam):
+    """Write accelerations and multipliers of a sample: the solution of M a - G^T lam = f, G a = -drift at its q and u.
+
+    The multipliers of the step itself carry an error of first order whenever the step size changes, because the residual
+    of the velocities, of second order, belongs to the step size (Arnold, Brüls & Cardona 2015). Steps of one size keep
+    theirs.
+    """
+    a[:] = v.a
+    lam[:] = v.lam
+    if c.sweeps > 0:
+        state = State(v.times[0], v.q, v.u, a, lam, v.signals)
+        singular = accelerations(program, state, work, v.right, c.sweeps) >= 0
+        if singular or not np.all(np.isfinite(a)) or not np.all(np.isfinite(lam)):
+            a[:] = v.a
+            lam[:] = v.lam
+
+
+@kernel
 def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works):
     """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason, place).
 
@@ -248,7 +267,6 @@ def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works)
         t[k - first] = v.times[0]
         q[k - first] = v.q
         u[k - first] = v.u
-        a[k - first] = v.a
-        lam[k - first] = v.lam
+        _write_accelerations(program, work, v, c, a[k - first], lam[k - first])
         works[k - first] = v.works
     return last, 0

@@ -209,8 +209,8 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
             object.__setattr__(twin, f.name, _renamed(f.name, getattr(value, f.name), prefix, names))
         return twin
     if isinstance(value, Signal):  # a table over the coordinate of a joint
-        new = {f.name: _renamed(f.name, getattr(value, f.name), prefix, names) for f in fields(value)}
-        changed = {name: own for name, own in new.items() if own is not getattr(value, name)}
+        own_fields = {f.name: _renamed(f.name, getattr(value, f.name), prefix, names) for f in fields(value)}
+        changed = {name: own for name, own in own_fields.items() if own is not getattr(value, name)}
         return replace(value, **changed) if changed else value
     if isinstance(value, Mapping) and field == "values":  # new values of fields
         return {key: _renamed(key, entry, prefix, names) for key, entry in value.items()}

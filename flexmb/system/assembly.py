@@ -120,6 +120,14 @@ def _size(system: System) -> float:
     return float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 1.0
 
 
+def _equations_of_forces(system: System, work) -> np.ndarray:
+    """Return which equations have forces as multipliers, (ng,): those whose gradients have translations."""
+    forces = np.zeros(system.ng, bool)
+    for leg in work.legs:
+        forces[leg["equation"]] |= bool(np.any(leg["gradient"][:3]))
+    return forces
+
+
 def _regularised(system: System, state: State, work, tolerance: float) -> System:
     """Return the system with its dependent equations found at `state`, and its multipliers regularised then."""
     if system.ng == 0:
@@ -129,7 +137,10 @@ def _regularised(system: System, state: State, work, tolerance: float) -> System
     M, G = constraint_matrix(system, work)
     dependent = dependent_equations(M, G)
     scale = equation_scale(M, G)
-    # one number for all equations gives the multipliers of least norm, unless inertias differ by many orders
-    scale = np.minimum(scale.max(), 1e4 * scale) * (REGULARISATION if len(dependent) else 0.0)
+    # one number for all forces and one for all moments gives those of least norm, unless inertias differ by many orders
+    forces = _equations_of_forces(system, work)
+    for family in (forces, ~forces):
+        scale[family] = np.minimum(scale[family].max(initial=0.0), 1e4 * scale[family])
+    scale *= REGULARISATION if len(dependent) else 0.0
     program = system.program._replace(regularisation=scale)
     return replace(system, program=program, redundant=tuple(int(k) for k in dependent))

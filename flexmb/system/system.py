@@ -75,6 +75,12 @@ class System:
         """Number of constraint equations."""
         return len(self.equation_names)
 
+    @property
+    def multiplier_weights(self) -> np.ndarray:
+        """Weights of the multipliers in the norm that is least where equations are dependent: their regularisation."""
+        weight = np.abs(self.program.regularisation)
+        return weight / weight.max() if np.any(weight > 0.0) else np.ones(self.ng)
+
     def workspace(self) -> Work:
         """Return new scratch arrays for one thread."""
         tables = self.tables

@@ -37,7 +37,7 @@ def _orthogonalise(row, n, at, factors):
 
 @kernel
 def joint_basis(row, equations, first, last, outer, table, legs, factors):
-    """Write directions, triangular factor and free motions N, eq. (tree-joint); False if the equations are dependent."""
+    """Write directions, triangular factor and free motions N, eq. (tree-joint); False if equations are dependent."""
     ne = last - first
     for j in range(ne):
         equation = table[equations[first + j]]

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 from flexmb.math.kernel import kernel
 from flexmb.tree.passes import joint_multipliers, solve
 
-__all__ = ["add_loads", "close", "responses", "without_stress"]
+__all__ = ["add_loads", "close", "mobilities", "responses", "without_stress"]
 
 RANK = 1e-10
 """Singular values of the scaled closing equations below this, relative to the largest, count as dependence."""
@@ -76,15 +76,31 @@ def responses(tables, work, store, force, a, values):
                     a[j] = 0.0
 
 
-def close(tables, values, error) -> tuple[np.ndarray, np.ndarray]:
+@kernel
+def mobilities(work, equations, out):
+    """Write about what a unit multiplier of each equation does to it between free bodies: the scale of rounding."""
+    for n in range(len(equations)):
+        row = work.equations[equations[n]]
+        out[n] = 0.0
+        for m in range(row.leg, row.leg + row.legs):
+            leg = work.legs[m]
+            marker = work.markers[leg.marker]
+            for j in range(marker.nu):
+                x = 0.0
+                for k in range(6):
+                    x += leg.gradient[k] * work.J[marker.iJ + k * marker.nu + j]
+                out[n] += x * x / work.S[work.rows[marker.iu + j] + j]
+
+
+def close(tables, values, error, mobility) -> tuple[np.ndarray, np.ndarray]:
     """Return the multipliers (nc,) that remove the errors of the cut equations (nc,), and self-stresses (nc, k).
 
-    Self-stresses are multipliers without effect, from dependent equations; beyond `DENSE` equations they are not sought.
+    They are made comparable by their mobilities between free bodies (nc,), as a loop may leave an equation none.
+    Self-stresses are multipliers without effect, from dependent equations; beyond `DENSE` they are not sought.
     """
     nc = len(error)
     matrix = sparse.csc_matrix((values, tables.rows, tables.start_row), shape=(nc, nc))
-    diagonal = np.abs(matrix.diagonal())
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scale = 1.0 / np.sqrt(mobility)
     right = -scale * error
     matrix = sparse.diags(scale) @ matrix @ sparse.diags(scale)
     if nc <= DENSE:
@@ -98,8 +114,8 @@ def close(tables, values, error) -> tuple[np.ndarray, np.ndarray]:
     return scale * x, np.zeros((nc, 0))
 
 
-def without_stress(tables, work, store, lam, stresses, a) -> np.ndarray:
-    """Return the multipliers (ng,) of least norm: their part along the self-stresses of the loops removed."""
+def without_stress(tables, work, store, lam, stresses, weight, a) -> np.ndarray:
+    """Return the multipliers (ng,) of least norm, with weights (ng,): their part along the self-stresses removed."""
     if not stresses.shape[1]:
         return lam
     full = np.zeros((len(lam), stresses.shape[1]))
@@ -111,5 +127,6 @@ def without_stress(tables, work, store, lam, stresses, a) -> np.ndarray:
             solve(tables, store, tree, force, 0.0, a)
         joint_multipliers(tables, store, column)
         full[:, n] = column
-    basis, _ = np.linalg.qr(full)
-    return lam - basis @ (basis.T @ lam)
+    scale = np.sqrt(weight)
+    basis, _ = np.linalg.qr(scale[:, None] * full)
+    return lam - basis @ (basis.T @ (scale * lam)) / scale

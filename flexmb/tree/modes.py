@@ -15,7 +15,7 @@ __all__ = ["add_to_modes", "eliminate_modes", "own_modes"]
 
 @kernel
 def own_modes(row, m, i_modal, iu, outer, work, store):
-    """Write modal block and couplings in the coordinates (V, eta''), eq. (tree-own): a_frame = Sh(-s) (V - Jc eta'')."""
+    """Write modal block and couplings in the coordinates (V, eta''), eq. (tree-own)."""
     K, right, left, Jc, Jr = modal_views(store.modal, i_modal, m)
     C = work.markers[outer]
     x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
@@ -72,7 +72,7 @@ def _hang_on_marker(row, K, right, left, Jc, Jr):
 
 @kernel
 def eliminate_modes(row, m, i_modal, i_eta, store, column):
-    """Factorise the modal block, replace the coupling (m, 6) by K^-1 times it and P by its Schur complement."""
+    """Eliminate the modes, eq. (tree-modes-out): factors of K, K^-1 times the coupling (m, 6), and the rest in P."""
     K, right, left, _, _ = modal_views(store.modal, i_modal, m)
     pivots = store.pivots[i_eta : i_eta + m]
     if not factor_block(K, m, pivots, 1e-300):

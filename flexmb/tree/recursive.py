@@ -12,7 +12,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.articulated import factor
-from flexmb.tree.loops import add_loads, close, responses, without_stress
+from flexmb.tree.loops import add_loads, close, mobilities, responses, without_stress
 from flexmb.tree.passes import joint_multipliers, solve
 from flexmb.tree.spanning import Spanning, spanning_tree
 from flexmb.tree.store import new_store
@@ -20,7 +20,7 @@ from flexmb.tree.store import new_store
 __all__ = ["Recursive"]
 
 TURNS = 200
-"""Iterations of friction by joint reactions, at most; each one gains at least the factor of a coefficient of friction."""
+"""Iterations of friction by joint reactions, at most; each gains at least the factor of a coefficient of friction."""
 
 
 @lru_cache(maxsize=16)
@@ -39,9 +39,9 @@ def _solve_all(tables, store, force, a):
 class Recursive:
     """The recursive solution of linear cost (Banerjee 1993; rigid bodies: the articulated-body algorithm).
 
-    Trees cost the same per body whatever their number. Loops are opened at cut joints; their multipliers follow from the
-    closure of the loops (Banerjee 1993, eq. 81), with least norm where the closing equations depend on each other. Theory:
-    recursive.
+    Trees cost the same per body whatever their number. Loops are opened at cut joints; their multipliers follow from
+    the closure of the loops (Banerjee 1993, eq. 81), with least norm where equations depend on each other.
+    Theory: recursive.
 
     Parameters
     ----------
@@ -89,9 +89,10 @@ class _Closure:
 
     def __init__(self, tables, work, store, system):
         self.tables, self.work, self.store, self.system = tables, work, store, system
-        self.values = np.zeros(len(tables.rows))
+        self.values, self.mobility = np.zeros(len(tables.rows)), np.zeros(len(tables.cut_equations))
         if len(tables.cut_equations):
             responses(tables, work, store, np.zeros(system.nu), np.zeros(system.nu), self.values)
+            mobilities(work, tables.cut_equations, self.mobility)
 
     def solve(self, force) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations and multipliers at generalised forces (nu,), which are overwritten."""
@@ -102,13 +103,14 @@ class _Closure:
         if len(tables.cut_equations):
             error = np.zeros(self.system.ng)
             constraint_acceleration(work, a, error)
-            cut, stresses = close(tables, self.values, error[tables.cut_equations])
+            cut, stresses = close(tables, self.values, error[tables.cut_equations], self.mobility)
             lam[tables.cut_equations] = cut
             add_loads(work, tables.cut_equations, cut, force)
             _solve_all(tables, store, force, a)
         joint_multipliers(tables, store, lam)
         if stresses is not None:
-            lam = without_stress(tables, work, store, lam, stresses, np.zeros(self.system.nu))
+            weights = self.system.multiplier_weights
+            lam = without_stress(tables, work, store, lam, stresses, weights, np.zeros(self.system.nu))
         return a, lam
 
 
@@ -134,7 +136,7 @@ def _failure(tree: Spanning, place: int, reason: int) -> CompileError:
     name = tree.order[place]
     joint = f" (joint '{tree.joints[name]}')" if name in tree.joints else ""
     if reason == 2:
-        return CompileError(f"Joint '{tree.joints[name]}'", found="its equations, with its drives, depend on each other",
+        return CompileError(f"Joint '{tree.joints[name]}'", found="its equations, with its drives, are dependent",
                             expected="independent equations in the joint that carries a body",
                             remedy=f"Remove a drive, or cut it: Recursive(cut=(...,)), the tree goes on to '{name}'")
     return CompileError(f"Body '{name}'{joint}", found="its articulated inertia is singular",

@@ -26,8 +26,8 @@ TreeTables = namedtuple(
 
 iu, nu, iq (nb,) : first velocity, their number, first coordinate
 parent (nb,) : place of the parent, -1: the ground, or none
-inner, outer (nb,) : marker on the parent's side (-1: a free body) and on the body's own side of the tree joint (free: its
-first one; -1: a body without a frame, which neither hangs on a joint nor carries bodies)
+inner, outer (nb,) : marker on the parent's side (-1: a free body) and on the body's own side of the tree joint (its
+first one if free; -1: a body without a frame, which neither hangs on a joint nor carries bodies)
 equations (n,), start_equation (nb + 1,) : equations of the tree joint of every body
 i_plain, i_modal, i_eta, i_parent (nb + 1,) : first number in the stores of the recursion
 trees (nt + 1,) : first body of every tree; trees have only the ground in common
@@ -89,10 +89,10 @@ def _edges(system, cut) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]
         if joint.name in cut:
             continue
         leader = getattr(joint, "joint", joint.name) if joint.prescribes else joint.name
-        if len(used) == 2 and len({int(markers[m]["body"]) for m in used}) == 2:
+        places = tuple(system.marker_index[m] for m in joint.resolved_markers(system.model))
+        if len(places) == 2 and used == set(places) and len({int(markers[m]["body"]) for m in used}) == 2:
             if leader == joint.name:
-                a, b = (system.marker_index[m] for m in joint.resolved_markers(system.model))
-                ends[joint.name] = (a, b)
+                ends[joint.name] = places
             equations.setdefault(leader, []).extend(range(span.start, span.stop))
     return ends, {name: equations[name] for name in ends}
 
@@ -168,7 +168,8 @@ def _walk(kept, ends, body, still, moving):
 
 def _has_frame(system, names, markers, body) -> bool:
     """Only bodies with a frame can hang on a tree joint: their marker moves freely with it."""
-    return all(system.model.body(names[int(body[m])]).has_frame or system.tables["markers"]["nu"][m] == 0 for m in markers)
+    nu = system.tables["markers"]["nu"]
+    return all(nu[m] == 0 or system.model.body(names[int(body[m])]).has_frame for m in markers)
 
 
 def _offsets(sizes) -> np.ndarray:

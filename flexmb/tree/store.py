@@ -8,8 +8,8 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["AXES", "DROP", "FREE", "GAIN", "INVERSE", "LEVER", "LOAD", "P", "RATE", "SPEED", "STEP", "SUM", "TRIANGLE", "U",
-           "WAY", "Store", "modal_views", "new_store"]
+__all__ = ["AXES", "DROP", "FREE", "GAIN", "INVERSE", "LEVER", "LOAD", "RATE", "SPEED", "STEP", "SUM", "TRIANGLE",
+           "WAY", "P", "Store", "U", "modal_views", "new_store"]
 
 # Places in the row of a body; vectors at its own marker C, in W.
 AXES = 0  # (3, 3) axes of the body
@@ -52,7 +52,7 @@ def new_store(tables) -> Store:
 
 @kernel
 def modal_views(modal, at, m):
-    """Return views: modal block (m, m), couplings (6, m) and (m, 6), modal columns of J_C (6, m), and with stiffening."""
+    """Return views: modal block (m, m), couplings (6, m), (m, 6), modal columns of J_C (6, m), and with stiffening."""
     b = at + m * m
     return (modal[at:b].reshape((m, m)), modal[b : b + 6 * m].reshape((6, m)),
             modal[b + 6 * m : b + 12 * m].reshape((m, 6)), modal[b + 12 * m : b + 18 * m].reshape((6, m)),

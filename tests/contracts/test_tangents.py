@@ -5,8 +5,8 @@ Reference: central differences of sixth order along increments of the group.
 
 import numpy as np
 import pytest
-from scipy.linalg import null_space
 from contracts.random_models import FORCES, PAIRS, connected, derivative, moved, random_state, single, units
+from scipy.linalg import null_space
 from tolerances import MACHINE, SOLVER
 
 from flexmb import bodies, joints

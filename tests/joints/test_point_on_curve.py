@@ -9,10 +9,17 @@ import flexmb as fmb
 
 def bead(curve, at, *, joint=None, sensors=(), mass=2.0, **fields):
     return fmb.Model(
-        gravity=(0, 0, -9.81), bodies=[fmb.Ground(), fmb.PointMass("bead", mass=mass, at=at)],
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), fmb.PointMass("bead", mass=mass, at=at)],
         joints=[fmb.PointOnCurve("track", markers=("ground.origin", "bead.center"), curve=curve, **fields)],
-        sensors=[fmb.Position("r", marker="bead.center"), fmb.Velocity("v", marker="bead.center"), fmb.Energy("energy"),
-                 fmb.Reaction("force", joint="track"), *sensors])
+        sensors=[
+            fmb.Position("r", marker="bead.center"),
+            fmb.Velocity("v", marker="bead.center"),
+            fmb.Energy("energy"),
+            fmb.Reaction("force", joint="track"),
+            *sensors,
+        ],
+    )
 
 
 def cycloid(a, n=81):
@@ -26,14 +33,21 @@ def test_tautochrone(start):
     a = 0.5
     at = (a * (start + np.sin(start)), 0, a * (1 - np.cos(start)))
     period = 4 * np.pi * np.sqrt(a / 9.81)
-    solution = fmb.simulate(bead(cycloid(a), at), 2 * period, samples=3, integrator=fmb.GeneralizedAlpha(
-        rho_inf=0.95, step=period / 2000))
+    solution = fmb.simulate(
+        bead(cycloid(a), at),
+        2 * period,
+        samples=3,
+        integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=period / 2000),
+    )
     np.testing.assert_allclose(solution["r"][1:], [at, at], atol=2e-5)
     assert np.ptp(solution["energy"]) < 1e-4
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rho_inf=0.9, step=2e-4), fmb.IDA(rtol=1e-8, atol=1e-10)],
-                         ids=["alpha", "IDA"])
+@pytest.mark.parametrize(
+    "integrator",
+    [fmb.GeneralizedAlpha(rho_inf=0.9, step=2e-4), fmb.IDA(rtol=1e-8, atol=1e-10)],
+    ids=["alpha", "IDA"],
+)
 def test_closed_circle_is_a_pendulum(integrator):
     """Large swings: T = 4 sqrt(r/g) K(sin^2(amplitude/2)); normal force m (v^2/r - g z/r) towards the centre."""
     r, start = 0.8, 2.0
@@ -68,7 +82,9 @@ def test_swept_track_leaves_its_axis_free():
     period = 4 * np.pi * np.sqrt(a / 9.81)
     model = bead(cycloid(a), at, along="y").changed("bead", velocity=(0, 0.3, 0))
     assert fmb.check(model).equations == 1
-    solution = fmb.simulate(model, period, samples=11, integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=period / 2000))
+    solution = fmb.simulate(
+        model, period, samples=11, integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=period / 2000)
+    )
     np.testing.assert_allclose(solution["r"][-1, [0, 2]], [at[0], at[2]], atol=2e-5)
     np.testing.assert_allclose(solution["r"][:, 1], 0.2 + 0.3 * solution.t, atol=1e-9)
     np.testing.assert_allclose(solution["force"][:, 1], 0.0, atol=1e-9)
@@ -80,15 +96,20 @@ def test_beyond_the_end_the_track_goes_on_straight():
     model = bead(curve, (2.5, 0, 1.0))
     last = fmb.joints.PointOnCurve("t", markers=("a.b", "c.d"), curve=curve).spline
     assert last[0] == 4
-    model = type(model)(bodies=[b.replaced(velocity=(1, 0, 1)) if b.name == "bead" else b for b in model.bodies],
-                        joints=model.joints, sensors=model.sensors)
+    model = type(model)(
+        bodies=[b.replaced(velocity=(1, 0, 1)) if b.name == "bead" else b for b in model.bodies],
+        joints=model.joints,
+        sensors=model.sensors,
+    )
     solution = fmb.simulate(model, 2.0, samples=5)
     steps = np.diff(solution["r"], axis=0)
     np.testing.assert_allclose(steps[1:], steps[:-1], atol=1e-6)
 
 
 def test_leaving_a_track_with_hard_ends_is_an_error():
-    model = bead([(0, 0, 0), (1, 0, 0), (2, 0, 0)], (1, 0, 0), ends="error").changed("bead", velocity=(2.0, 0, 0))
+    model = bead([(0, 0, 0), (1, 0, 0), (2, 0, 0)], (1, 0, 0), ends="error").changed(
+        "bead", velocity=(2.0, 0, 0)
+    )
     with pytest.raises(fmb.IntegrationError, match="track: OnCurve") as error:
         fmb.simulate(model, 2.0, samples=201)
     assert error.value.solution.t[-1] == pytest.approx(0.5, abs=0.02)
@@ -98,12 +119,20 @@ def test_curve_on_a_moving_body():
     """A bead in a straight tube that turns at a constant rate flies out: r = r0 cosh(w t)."""
     w = 2.0
     model = fmb.Model(
-        bodies=[fmb.Ground(), fmb.RigidBody("tube", mass=1.0, inertia=(1, 1, 1), angular_velocity=(0, 0, w)),
-                fmb.PointMass("bead", mass=0.5, at=(0.1, 0, 0), velocity=(0, 0.1 * w, 0))],
-        joints=[fmb.Revolute("axis", markers=("ground.origin", "tube.center")),
-                fmb.Drive("motor", joint="axis", angle=fmb.ramp(rate=w)),
-                fmb.PointOnCurve("bore", markers=("tube.center", "bead.center"), curve=[(0, 0, 0), (1, 0, 0), (2, 0, 0)])],
-        sensors=[fmb.Position("r", marker="bead.center"), fmb.Reaction("force", joint="bore")])
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody("tube", mass=1.0, inertia=(1, 1, 1), angular_velocity=(0, 0, w)),
+            fmb.PointMass("bead", mass=0.5, at=(0.1, 0, 0), velocity=(0, 0.1 * w, 0)),
+        ],
+        joints=[
+            fmb.Revolute("axis", markers=("ground.origin", "tube.center")),
+            fmb.Drive("motor", joint="axis", angle=fmb.ramp(rate=w)),
+            fmb.PointOnCurve(
+                "bore", markers=("tube.center", "bead.center"), curve=[(0, 0, 0), (1, 0, 0), (2, 0, 0)]
+            ),
+        ],
+        sensors=[fmb.Position("r", marker="bead.center"), fmb.Reaction("force", joint="bore")],
+    )
     solution = fmb.simulate(model, 1.2, samples=13, integrator=fmb.GeneralizedAlpha(step=5e-4))
     r = 0.1 * np.cosh(w * solution.t)
     np.testing.assert_allclose(np.linalg.norm(solution["r"], axis=1), r, rtol=1e-5)
@@ -111,15 +140,18 @@ def test_curve_on_a_moving_body():
     np.testing.assert_allclose(push, 0.5 * 2 * w * 0.1 * w * np.sinh(w * solution.t), atol=2e-4)
 
 
-@pytest.mark.parametrize(("fields", "found"), [
-    ({"curve": [(0, 0, 0), (1, 0, 0)]}, "a curve with the shape"),
-    ({"curve": "circle"}, "a curve with the shape"),
-    ({"curve": [(0, 0, 0), (1, 0, 0), (1, 0, 0)]}, "neighbouring points"),
-    ({"curve": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 0, 0)], "closed": True}, "neighbouring points"),
-    ({"curve": [(0, 0, 0), (1, 0, 0), (2, 1, 0)], "ends": "stop"}, "ends = 'stop'"),
-    ({"curve": [(0, 0, 0), (1, 0, 0), (2, 1, 0)], "along": "u"}, "along = 'u'"),
-    ({"curve": [(0, 0, 0), (1, 0, 0), (2, 1, 0)], "along": "y"}, "whose y varies"),
-])
+@pytest.mark.parametrize(
+    ("fields", "found"),
+    [
+        ({"curve": [(0, 0, 0), (1, 0, 0)]}, "a curve with the shape"),
+        ({"curve": "circle"}, "a curve with the shape"),
+        ({"curve": [(0, 0, 0), (1, 0, 0), (1, 0, 0)]}, "neighbouring points"),
+        ({"curve": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 0, 0)], "closed": True}, "neighbouring points"),
+        ({"curve": [(0, 0, 0), (1, 0, 0), (2, 1, 0)], "ends": "stop"}, "ends = 'stop'"),
+        ({"curve": [(0, 0, 0), (1, 0, 0), (2, 1, 0)], "along": "u"}, "along = 'u'"),
+        ({"curve": [(0, 0, 0), (1, 0, 0), (2, 1, 0)], "along": "y"}, "whose y varies"),
+    ],
+)
 def test_messages(fields, found):
     with pytest.raises(fmb.ModelError, match=found):
         fmb.PointOnCurve("p", markers=("ground.origin", "b.center"), **fields)

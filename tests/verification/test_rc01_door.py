@@ -22,7 +22,7 @@ def test_accelerations_and_shares(reference, name):
     assert found["door"][4] == pytest.approx(-expected["alpha0"], rel=1e-10)
     share = expected["total_vertical_force0"] / len(HINGES[name])
     for reaction in found.reactions.values():
-        np.testing.assert_allclose(reaction, [0, 0, share, 0, 0, 0], atol=1e-8)
+        np.testing.assert_allclose(reaction, [0, 0, share, 0, 0, 0], atol=1e-5)
     report = fmb.check(model)
     assert report.velocities - report.mobility == expected["rank"][name]
     assert report.equations == expected["equations"][name]

@@ -1,0 +1,60 @@
+"""DAE2: orders of convergence of the integrators on a pendulum from 60 degrees; closed form.
+
+Reached with generalized-alpha, rho 0.8, from h = 1/100 to 1/800: positions 2.00, velocities 2.00, rod force 1.96 to 2.00;
+rod force at 1/800: 2.7e-6 N of 5.5 N. IDA at rtol 1e-6 to 1e-10: 3e-4 to 1e-8 m.
+"""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+
+@pytest.fixture
+def pendulum():
+    start = np.radians(60.0)
+    return fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(-np.sin(start), -np.cos(start), 0))],
+        joints=[fmb.Rod("rod", markers=("ground.origin", "mass.center"), length=1.0)],
+        sensors=[fmb.Position("p", marker="mass.center"), fmb.Velocity("v", marker="mass.center"),
+                 fmb.Reaction("force", joint="rod")],
+    )  # fmt: skip
+
+
+def errors(model, case, integrator):
+    """Return the errors of position (m), velocity (m/s) and rod force (N) at t = 1 s."""
+    theta, tension = case["reference"]["theta_exact_t1"], case["reference"]["tension_exact_t1"]
+    # energy gives the speed: v^2 = 2 g (cos theta - cos 60 deg); at this time the mass still swings up
+    speed = np.sqrt(2 * 9.81 * (np.cos(theta) - 0.5))
+    out = fmb.simulate(model, 1.0, samples=3, integrator=integrator)
+    along = np.array([np.cos(theta), np.sin(theta), 0.0])
+    velocity = np.linalg.norm(out["v"][-1] - speed * along * np.sign(out["v"][-1] @ along))
+    position = np.linalg.norm(out["p"][-1] - [np.sin(theta), -np.cos(theta), 0.0])
+    return np.array([position, velocity, abs(np.linalg.norm(out["force"][-1]) - tension)])
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.7, 0.8])
+def test_generalized_alpha_is_of_order_two(pendulum, reference, rho):
+    """The factor from h = 1/800 to 1/1600, where the multipliers have reached the asymptotic range for all rho."""
+    coarse, fine = (errors(pendulum, reference("DAE2"), fmb.GeneralizedAlpha(step=1 / n, rho_inf=rho)) for n in (800, 1600))
+    np.testing.assert_allclose(np.log2(coarse / fine), 2.0, atol=0.15)
+
+
+def test_errors_at_the_default(pendulum, reference):
+    found = errors(pendulum, reference("DAE2"), fmb.GeneralizedAlpha(step=1 / 800))
+    assert np.all(found < [3e-6, 3e-5, 4e-6])
+
+
+def test_adaptive_steps_follow_the_tolerance(pendulum, reference):
+    """Local errors of order three make the global error follow rtol^(2/3): a factor 21.5 per two decades."""
+    found = [errors(pendulum, reference("DAE2"), fmb.GeneralizedAlpha(rtol=rtol))[0] for rtol in (1e-5, 1e-7, 1e-9)]
+    assert found[0] < 1e-2
+    assert found[0] / found[2] > 100.0
+
+
+def test_ida_follows_the_tolerance(pendulum, reference):
+    found = [errors(pendulum, reference("DAE2"), fmb.IDA(rtol=tol, atol=tol)) for tol in (1e-6, 1e-8, 1e-10)]
+    for error, limit in zip(found, (1e-3, 1e-5, 1e-7), strict=True):
+        assert np.all(error < 10 * limit)
+        assert error[0] < limit

@@ -1,0 +1,142 @@
+"""What the integrators say when they cannot go on, and what they leave behind."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.errors import FlexmbError, IntegrationError, ModelError
+
+INTEGRATORS = [fmb.GeneralizedAlpha(), fmb.GeneralizedAlpha(step=1e-3), fmb.IDA()]
+NAMES = ["alpha adaptive", "alpha", "IDA"]
+
+
+def four_parts(error: FlexmbError) -> str:
+    """Check that a message has its four parts and return it."""
+    assert all((error.part, error.found, error.expected, error.remedy)), error
+    return str(error)
+
+
+def overstretched() -> fmb.Model:
+    """A crank of 1 m and a rod of 1 m; the slider is pulled to 2.5 m: beyond its reach of 2 m at t = 0.7 s."""
+    along = fmb.Pose.axes((0, 0, 0), x=(0, 1, 0), z=(1, 0, 0))
+    slider = fmb.RigidBody("slider", mass=1.0, inertia=(1, 1, 1), at=(1.6, 0, 0), markers={"rail": along, "pin": (0, 0, 0)})
+    crank = fmb.RigidBody.rod("crank", length=1.0, mass=1.0, radius=0.05, rotation=(0, 0, np.arccos(0.8)))
+    return fmb.Model(
+        name="stretch",
+        bodies=[fmb.Ground(markers={"rail": along}), crank, slider],
+        joints=[
+            fmb.Revolute("pivot", markers=("ground.origin", "crank.start")),
+            fmb.Prismatic("rail", markers=("ground.rail", "slider.rail")),
+            fmb.Rod("link", markers=("crank.end", "slider.pin")),
+            fmb.Drive("pull", joint="rail", displacement=fmb.expression("1.6 + t**2")),
+        ],
+        sensors=[fmb.Position("pin", marker="slider.pin")],
+    )
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
+def test_dead_centre_keeps_the_samples_before_it(integrator):
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(overstretched(), 1.0, samples=101, integrator=integrator)
+    message = four_parts(caught.value)
+    assert "Model 'stretch'" in message
+    assert "t = 0.6" in message
+    solution = caught.value.solution
+    assert solution.status.kind == "failed"
+    assert 0.5 < solution.t[-1] < 0.6330
+    np.testing.assert_allclose(solution["pin"][:, 0], 1.6 + solution.t**2, atol=1e-5)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
+def test_an_interrupted_run_leaves_a_file_that_can_be_read(integrator, tmp_path):
+    def interrupt(t, t_end):
+        if t > 0.1:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "run.h5"
+    solution = fmb.simulate(overstretched(), 0.5, samples=20001, output=path, integrator=integrator, progress=interrupt)
+    assert solution.status.kind == "interrupted"
+    again = fmb.Solution.load(path)
+    assert again.status.kind == "interrupted"
+    assert 0.0 < again.t[-1] < 0.5
+    np.testing.assert_array_equal(again.t, solution.t)
+    np.testing.assert_array_equal(again["pin"], solution["pin"])
+
+
+@pytest.mark.parametrize(
+    ("settings", "found"),
+    [
+        ({"rho_inf": 1.5}, "rho_inf = 1.5"),
+        ({"step": 0.0}, "step = 0.0"),
+        ({"rtol": -1.0}, "rtol = -1.0"),
+        ({"largest": float("nan")}, "largest = nan"),
+    ],
+)
+def test_settings_of_generalized_alpha(settings, found):
+    with pytest.raises(ModelError) as caught:
+        fmb.GeneralizedAlpha(**settings)
+    assert found in four_parts(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("settings", "found"),
+    [
+        ({"rtol": 0.0}, "rtol = 0.0"),
+        ({"atol": -1e-8}, "atol = -1e-08"),
+        ({"max_order": 6}, "max_order = 6"),
+        ({"most_steps": 0}, "most_steps = 0"),
+        ({"largest": 0.0}, "largest = 0.0"),
+    ],
+)
+def test_settings_of_ida(settings, found):
+    with pytest.raises(ModelError) as caught:
+        fmb.IDA(**settings)
+    assert found in four_parts(caught.value)
+
+
+def test_undamped_multipliers_are_refused():
+    with pytest.raises(ModelError) as caught:
+        fmb.simulate(overstretched(), 0.1, integrator=fmb.GeneralizedAlpha(rho_inf=1.0))
+    assert "rho_inf = 1 in a model with joints" in four_parts(caught.value)
+
+
+def test_a_free_body_may_keep_all_its_energy():
+    body = fmb.RigidBody("body", mass=1.0, inertia=(1, 2, 3), angular_velocity=(0.1, 1, 0.1))
+    model = fmb.Model(bodies=[fmb.Ground(), body], sensors=[fmb.Energy("energy")])
+    solution = fmb.simulate(model, 10.0, integrator=fmb.GeneralizedAlpha(rho_inf=1.0, step=1e-2))
+    assert np.ptp(solution["energy"]) < 1e-4
+
+
+def test_ida_counts_its_steps():
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(overstretched(), 0.5, samples=2, integrator=fmb.IDA(rtol=1e-10, atol=1e-12, most_steps=5))
+    assert "max_num_steps" in four_parts(caught.value)
+    assert len(caught.value.solution.t) == 1
+
+
+def test_forces_that_are_not_finite_are_named():
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0)],
+        forces=[fmb.PointLoad("load", marker="mass.center", force=(fmb.expression("log(0.5 - t)"), 0, 0))],
+    )
+    for integrator in INTEGRATORS:
+        with pytest.raises(IntegrationError) as caught:
+            fmb.simulate(model, 1.0, samples=11, integrator=integrator)
+        assert "Body 'mass'" in four_parts(caught.value)
+        assert caught.value.solution.t[-1] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "found"),
+    [
+        ({"t_end": 0.0}, "t_end = 0.0"),
+        ({"t_end": float("nan")}, "t_end = nan"),
+        ({"t_end": 1.0, "samples": 1}, "samples = 1"),
+        ({"t_end": 1.0, "samples": [0.0, 0.5, 0.4]}, "do not increase"),
+        ({"t_end": 1.0, "samples": [0.0, 2.0]}, "outside the run"),
+    ],
+)
+def test_times(arguments, found):
+    with pytest.raises(ModelError) as caught:
+        fmb.simulate(overstretched(), **arguments)
+    assert found in four_parts(caught.value)

@@ -1,0 +1,58 @@
+"""The static-pattern LU against a dense solver, on trees, loops and redundant models; the elimination order."""
+
+import numpy as np
+import pytest
+from contracts.random_models import connected
+from tolerances import MACHINE
+from verification.mechanisms import four_bars
+
+import flexmb as fmb
+from flexmb.math.block_lu import lu_factor, lu_solve, stored
+from flexmb.system import compile
+from flexmb.system.program import evaluate
+
+
+def chain(n: int) -> fmb.Model:
+    """A chain of rods with ball joints."""
+    rods = [fmb.RigidBody.rod(f"r{k}", length=1.0, mass=1.0, radius=0.1, at=(k, 0, 0)) for k in range(n)]
+    names = ["ground.origin"] + [f"r{k}.end" for k in range(n)]
+    joints = [fmb.Spherical(f"j{k}", markers=(names[k], f"r{k}.start")) for k in range(n)]
+    return fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), *rods], joints=joints)
+
+
+def matrix(model):
+    """Return the system with its iteration matrix written at the start, weights as in a step of 10 ms."""
+    system = compile(model)
+    work = system.workspace()
+    work.coefficients[:] = (1.0, 1e-3, 1e-5, 1.0, 5e-3)
+    regularisation = np.full(system.ng, 1e-6)
+    program = system.program._replace(regularisation=regularisation)
+    evaluate(program, system.state(), work)
+    return system, work
+
+
+@pytest.mark.parametrize("name", ["chain", "four bars", "random"])
+def test_solution_is_that_of_a_dense_solver(name, rng):
+    model = {"chain": lambda: chain(12), "four bars": lambda: four_bars(3),
+             "random": lambda: connected("Cylindrical", "rigid-floating", rng)}[name]()  # fmt: skip
+    system, work = matrix(model)
+    A = stored(work.S, system.program.pattern).toarray()
+    b = rng.normal(size=len(A))
+    x = b.copy()
+    assert lu_factor(work.S, system.program.pattern) == -1
+    lu_solve(work.S, system.program.pattern, x)
+    np.testing.assert_allclose(A @ x, b, atol=1e4 * MACHINE * max(1.0, np.abs(x).max()))
+    np.testing.assert_allclose(x, np.linalg.solve(A, b), rtol=1e-6, atol=1e-6 * np.abs(x).max())
+
+
+def test_a_singular_matrix_reports_its_row(rng):
+    system, work = matrix(chain(3))
+    work.S[:] = 0.0
+    assert lu_factor(work.S, system.program.pattern) == 0
+
+
+@pytest.mark.parametrize("n", [10, 20, 40])
+def test_storage_of_a_chain_grows_linearly(n):
+    """Bodies are eliminated before their multipliers, from both ends: 12 rows of at most 24 entries per link."""
+    system = compile(chain(n))
+    assert system.program.pattern.row_start[-1] <= 9 * 24 * n

@@ -1,0 +1,113 @@
+"""Descriptions that do not fit together: which part, what was found, what was expected, what to do."""
+
+import pytest
+
+import flexmb as fmb
+from flexmb.errors import CompileError, FlexmbError, ModelError
+
+GROUND = fmb.Ground(markers={"A": (0, 0, 0), "far": (5, 0, 0)})
+ROD = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.05)
+PIN = fmb.Revolute("pin", markers=("ground.A", "rod.start"))
+
+
+def message(caught) -> str:
+    error: FlexmbError = caught.value
+    assert all((error.part, error.found, error.expected, error.remedy)), error
+    return str(error)
+
+
+def test_unknown_marker_with_a_suggestion():
+    with pytest.raises(ModelError) as caught:
+        fmb.Model(bodies=[GROUND, ROD], joints=[fmb.Revolute("pin", markers=("ground.A", "rod.strat"))])
+    text = message(caught)
+    assert "Joint 'pin'" in text
+    assert "rod.strat" in text
+    assert "Did you mean 'rod.start'?" in text
+
+
+def test_unknown_body_with_a_suggestion():
+    with pytest.raises(ModelError) as caught:
+        fmb.Model(bodies=[GROUND, ROD], joints=[fmb.Revolute("pin", markers=("ground.A", "rob.start"))])
+    assert "Did you mean 'rod'?" in message(caught)
+
+
+def test_unknown_joint_of_a_drive():
+    with pytest.raises(ModelError) as caught:
+        fmb.Model(bodies=[GROUND, ROD], joints=[PIN, fmb.Drive("motor", joint="pan", angle=1.0)])
+    assert "Did you mean 'pin'?" in message(caught)
+
+
+def test_two_of_one_name():
+    with pytest.raises(ModelError) as caught:
+        fmb.Model(bodies=[GROUND, ROD, ROD])
+    assert "'rod': the name is used twice" in message(caught)
+
+
+@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), "heavy"])
+def test_mass_is_positive(mass):
+    for make in (lambda: fmb.RigidBody("b", mass=mass, inertia=(1, 1, 1)), lambda: fmb.PointMass("p", mass=mass)):
+        with pytest.raises(ModelError) as caught:
+            make()
+        assert f"mass = {mass!r}" in message(caught)
+
+
+def test_inertia_obeys_the_triangle_inequality():
+    with pytest.raises(ModelError) as caught:
+        fmb.RigidBody("b", mass=1.0, inertia=(1.0, 1.0, 3.0))
+    assert "principal moments" in message(caught)
+
+
+@pytest.mark.parametrize("drive", [{"displacement": 0.1}, {}, {"angle": 1.0, "displacement": 1.0}])
+def test_drives_follow_a_permitted_freedom(drive):
+    with pytest.raises(ModelError) as caught:
+        fmb.Model(bodies=[GROUND, ROD], joints=[PIN, fmb.Drive("motor", joint="pin", **drive)])
+    assert "Joint 'motor'" in message(caught)
+
+
+def test_joint_within_one_body():
+    with pytest.raises(ModelError) as caught:
+        fmb.Model(bodies=[GROUND, ROD], joints=[fmb.Revolute("pin", markers=("rod.start", "rod.end"))])
+    assert "both markers are on body 'rod'" in message(caught)
+
+
+def test_impossible_assembly_names_the_worst_equations():
+    joints = [PIN, fmb.Spherical("stretch", markers=("ground.far", "rod.end"))]
+    with pytest.raises(CompileError) as caught:
+        fmb.simulate(fmb.Model(name="bad", bodies=[GROUND, ROD], joints=joints), 1.0)
+    text = message(caught)
+    assert "Model 'bad'" in text
+    assert "cannot be assembled" in text
+    assert "stretch" in text
+
+
+def test_drives_that_contradict_each_other_at_the_start():
+    joints = [PIN, fmb.Drive("one", joint="pin", angle=0.0), fmb.Drive("two", joint="pin", angle=0.5)]
+    with pytest.raises(CompileError) as caught:
+        fmb.simulate(fmb.Model(bodies=[GROUND, ROD], joints=joints), 1.0)
+    assert "one: Angle" in message(caught) or "two: Angle" in message(caught)
+
+
+def test_drives_that_contradict_each_other_later():
+    joints = [PIN, fmb.Drive("one", joint="pin", angle=0.0),
+              fmb.Drive("two", joint="pin", angle=fmb.expression("t**2"))]  # fmt: skip
+    with pytest.raises(CompileError) as caught:
+        fmb.simulate(fmb.Model(bodies=[GROUND, ROD], joints=joints), 1.0)
+    text = message(caught)
+    assert "second derivative" in text
+    assert "contradict" in text
+
+
+def test_nothing_moves():
+    with pytest.raises(CompileError) as caught:
+        fmb.check(fmb.Model(bodies=[GROUND]))
+    assert "no body that can move" in message(caught)
+
+
+def test_a_freedom_without_inertia_is_named():
+    slender = fmb.RigidBody.rod("slender", length=1.0, mass=1.0)
+    slender = slender.replaced(inertia=(0.0, 1 / 12, 1 / 12))
+    joint = fmb.Spherical("ball", markers=("ground.A", "slender.start"))
+    with pytest.raises(CompileError) as caught:
+        fmb.simulate(fmb.Model(bodies=[GROUND, slender], joints=[joint]), 1.0)
+    assert "slender" in message(caught)
+    assert "singular" in message(caught)
