@@ -16,7 +16,7 @@ _ROOMS = {
     "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
-    "flexmb.bodies": "Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
+    "flexmb.bodies": "AncfBeam AncfCable Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
     "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed Planar PointOnCurve Prismatic RackAndPinion Revolute "
     "Rod Rolling Screw Spherical Universal",
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction OneSidedSpring PointLoad Pressure SpringDamper "

@@ -41,6 +41,8 @@ class Momentum(Sensor):
 def _momentum(series, body):
     if hasattr(body, "reduced"):
         return _of_floating(body, *series.coordinates(body.name))
+    if hasattr(body, "momentum"):
+        return body.momentum(*series.coordinates(body.name))
     if not hasattr(body, "mass"):
         raise ModelError(body.title, found=f"a {type(body).__name__} does not tell its momentum",
                          expected="rigid bodies, point masses and floating bodies",

@@ -19,6 +19,8 @@ PAIRS = (
     "rigid-floating",
     "floating-floating",
     "rigid-point",
+    "rigid-cable",
+    "rigid-beam",
 )
 """Which bodies carry marker a and marker b."""
 
@@ -27,7 +29,14 @@ STENCIL = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 /
 SECOND = {-3: 2 / 180, -2: -27 / 180, -1: 270 / 180, 0: -490 / 180, 1: 270 / 180, 2: -27 / 180, 3: 2 / 180}
 """Second derivative, sixth order."""
 
-MARKER = {"ground": "ground.m", "rigid": "{}.m", "floating": "{}.tip", "point": "{}.center"}
+MARKER = {
+    "ground": "ground.m",
+    "rigid": "{}.m",
+    "floating": "{}.tip",
+    "point": "{}.center",
+    "cable": "{}.m",
+    "beam": "{}.m",
+}
 FORCE_FIELDS = {
     "SpringDamper": {
         "stiffness": 300.0,
@@ -100,6 +109,8 @@ def body(kind: str, name: str, rng, spread: float = 0.3):
         return fmb.PointMass(name, mass=rng.uniform(1, 2), **moving), marker
     if kind == "floating":
         return fmb.FloatingBody(name, data=beam(), damping=0.02, **moving, **turning), marker
+    if kind in ("cable", "beam"):
+        return line(kind, name, rng, **moving, **turning), marker
     A = rng.normal(size=(3, 3))
     J = A @ A.T + np.eye(3)
     inertia = 0.1 * (np.trace(J) * np.eye(3) - J)
@@ -112,6 +123,25 @@ def body(kind: str, name: str, rng, spread: float = 0.3):
         **moving,
         **turning,
     ), marker
+
+
+def line(kind: str, name: str, rng, **fields) -> fmb.AncfCable | fmb.AncfBeam:
+    """Return a soft, bent, damped cable or beam of two elements with a turned marker inside the second."""
+    soft = fmb.Material(young=2e3, poisson=0.3, density=80.0)
+    damping = {"axial_damping": 0.5} if kind == "cable" else {"damping": 0.01}
+    return {"cable": fmb.AncfCable, "beam": fmb.AncfBeam}[kind](
+        name,
+        points=((0, 0, 0), (2, 0.4, 0), (4, 0, 0.5)),
+        tangents=((1, 0.6, -0.1), (1, -0.7, 0.4)),
+        elements=2,
+        section=fem.Section.solid_circle(0.2),
+        material=soft,
+        initial_strain=0.02,
+        straight=True,
+        markers={"m": (0.7, rng.normal(size=3))},
+        **damping,
+        **fields,
+    )
 
 
 def pair(kinds: str, rng):
@@ -181,9 +211,13 @@ def connected(kind: str, kinds: str, rng) -> fmb.Model:
 
 def single(kind: str, rng) -> fmb.Model:
     """Return one free body of a registered kind under gravity."""
-    name = {bodies.RigidBody: "rigid", bodies.PointMass: "point", bodies.FloatingBody: "floating"}[
-        bodies.KINDS[kind]
-    ]
+    name = {
+        bodies.RigidBody: "rigid",
+        bodies.PointMass: "point",
+        bodies.FloatingBody: "floating",
+        bodies.AncfCable: "cable",
+        bodies.AncfBeam: "beam",
+    }[bodies.KINDS[kind]]
     return fmb.Model(bodies=(fmb.Ground(), body(name, "b", rng)[0]), gravity=tuple(rng.normal(size=3) * 9.0))
 
 

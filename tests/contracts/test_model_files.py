@@ -30,6 +30,24 @@ VALUES = {
     "sensor": "s",
 }
 MORE = {
+    "AncfCable": {
+        "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
+        "elements": 4,
+        "section": fem.Section.solid_circle(0.01),
+        "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
+        "rotation": (0.1, 0.2, 0.3),
+        "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
+    },
+    "AncfBeam": {
+        "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
+        "elements": 4,
+        "section": fem.Section.solid_circle(0.01),
+        "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
+        "orientation": (0, 0, 1),
+        "rotary_inertia": (0.1, 0.2),
+        "rotation": (0.1, 0.2, 0.3),
+        "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
+    },
     "Event": {
         "sensor": "s",
         "above": 0.1,

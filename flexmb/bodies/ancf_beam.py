@@ -1,0 +1,242 @@
+"""`AncfBeam`: a beam with large deformation, shear and torsion, in absolute nodal coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from itertools import pairwise
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.bodies import ancf_beam_kernels as kernels
+from flexmb.bodies.ancf_beam_element import section_frame, strains
+from flexmb.bodies.ancf_curve import minimal_rotation
+from flexmb.bodies.ancf_line import AncfLine, between_middles
+from flexmb.errors import ModelError
+from flexmb.model.kinds import Table
+from flexmb.model.pose import Pose
+
+__all__ = ["AncfBeam"]
+
+GAUSS = 0.5 * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))
+
+
+def _quadratic(x) -> np.ndarray:
+    """Return the shape functions at x in 0..1 and their derivatives by x, (2, 3, n): eq. (beam-shapes)."""
+    x = np.atleast_1d(np.asarray(x, float))
+    return np.array([[(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)], [4 * x - 3, 4 - 8 * x, 4 * x - 1]])
+
+
+@dataclass(frozen=True, eq=False)
+class AncfBeam(AncfLine):
+    """A beam that stretches, shears, twists and bends, with constant mass matrix and no limit of rotation.
+
+    An element has three nodes with position and two directors, axes y and z of the section. Its strains are those of
+    a geometrically exact beam, integrated at two points: thin beams do not lock.
+
+    Parameters
+    ----------
+    name : str
+    points : (n, 3), m, in the body's axes
+        The stress-free line: straight between two points, a cubic spline through more.
+    elements : int
+        All of equal length, with a node at both ends and in the middle.
+    section : fem.Section
+        Area, moments of inertia, torsion constant, shear factors; all about the line.
+    material : Material
+    orientation : (3,), -, optional
+        Direction of the section's y-axis at the start, in the body's axes (made perpendicular to the line); from there
+        it goes along the line without twist. By default the body's y-axis, turned by the smallest rotation from x to
+        the line.
+    at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
+        Where the body's axes are at the start, in W.
+    tangents : (2, 3), -, optional
+        Directions of the line at both ends, in the body's axes.
+    initial_strain : float, -
+        Axial strain that the line has as drawn; positive: it is under tension.
+    straight : bool
+        The line is bent into its shape: without load it is straight and not twisted, instead of curved.
+    damping : float, s
+        Stress resultants per rate of strain, as a multiple of the stiffness.
+    rotary_inertia : (2,), kg m, optional
+        Moment of inertia per length about the section's axes y and z; by default density times those of the section.
+    velocity, angular_velocity : (3,), m/s and rad/s, in W
+        Rigid motion at the start, of the origin of the body's axes.
+    markers : mapping of name to fraction or (fraction, rotation)
+        Places on the line, 0 to 1 of its length, with the axes of the section: x across it, along the undeformed line.
+        `rotation` turns them further. ``start`` and ``end`` always exist.
+
+    Source: Nachbagauer, Gruber & Gerstmayr 2013.
+    """
+
+    _: KW_ONLY
+    orientation: Any = None
+    damping: float = 0.0
+    rotary_inertia: Any = None
+
+    table: ClassVar[Table] = Table("AncfBeam", kernels.ROW, {
+        "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
+    node_size: ClassVar[int] = 9
+    intervals: ClassVar[int] = 2
+    needs: ClassVar[tuple[str, ...]] = ("area", "inertia_y", "inertia_z", "torsion", "shear_y", "shear_z")
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_positive("damping", zero=True)
+        self._check_centres()
+        inertia = self.rotary_inertia
+        if inertia is None:
+            inertia = self.material.density * np.array([self.section.inertia_y, self.section.inertia_z])
+        inertia = np.asarray(inertia, float)
+        if inertia.shape != (2,) or not np.all(np.isfinite(inertia)) or inertia.min() <= 0.0:
+            raise ModelError(self.title, found=f"rotary_inertia = {self.rotary_inertia!r}",
+                             expected="two positive numbers, kg m, about the section's axes y and z",
+                             remedy="Leave rotary_inertia out for density times moments of inertia")
+        object.__setattr__(self, "_rotary", inertia)
+        object.__setattr__(self, "_directors", self._initial_directors())
+
+    def _check_centres(self) -> None:
+        section = self.section
+        off = {name: value for name in ("area_center", "shear_center", "mass_center")
+               if np.any(value := np.asarray(getattr(section, name, (0.0, 0.0))))}
+        if off or getattr(section, "product_yz", 0.0) != 0.0:
+            raise ModelError(self.title, found=f"a section with centres off the line, {off}, or a product of inertia",
+                             expected="area, shear and mass centre on the line, and principal axes",
+                             remedy="Move the line to the centre, and turn the section with orientation=")
+
+    def _initial_directors(self) -> np.ndarray:
+        """Return the axes y and z of the section at the nodes, in W, (n, 2, 3)."""
+        t, R = self.curve.t, np.asarray(self.rotation)
+        if self.orientation is None:
+            y = R @ minimal_rotation(np.array([1.0, 0.0, 0.0]), R.T @ t[0])[:, 1]
+        else:
+            given = np.asarray(self.orientation, float)
+            across = np.cross(R.T @ t[0], given) if given.shape == (3,) else np.zeros(3)
+            if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(given):
+                raise ModelError(self.title, found=f"orientation = {self.orientation!r}",
+                                 expected="a direction (3,) across the line at its start",
+                                 remedy="Give the direction of the section's y-axis")
+            y = R @ np.cross(across, R.T @ t[0])
+            y /= np.linalg.norm(y)
+        rows = [y]
+        for before, after in pairwise(t):
+            rows.append(minimal_rotation(before, after) @ rows[-1])
+        y = np.array(rows)
+        y -= np.sum(y * t, axis=1)[:, None] * t
+        y /= np.linalg.norm(y, axis=1)[:, None]
+        return np.stack([y, np.cross(t, y)], axis=1)
+
+    def initial_state(self):
+        """Return positions and directors of the nodes, and their velocities in the rigid motion."""
+        directors = self._directors  # type: ignore[attr-defined]
+        q = np.concatenate([self.curve.r[:, None], directors], axis=1)
+        return q.ravel(), self.rigid_velocities(directors).ravel()
+
+    def line(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return r', r_y, r_z, r_y', r_z' (per m as drawn) and r at fractions (n,) of the length, (6, n, 3)."""
+        fractions = np.atleast_1d(np.asarray(fractions, float))
+        nodes, element_nodes = np.asarray(q, float).reshape(-1, 3, 3), self.element_nodes()
+        out = np.empty((6, len(fractions), 3))
+        for k, fraction in enumerate(fractions):
+            e, x = self.element_at(float(fraction))
+            N, D = _quadratic(x)[:, :, 0]
+            own = nodes[element_nodes[e]]
+            value, slope = np.einsum("k,kvi->vi", N, own), np.einsum("k,kvi->vi", D, own) / self.element_length
+            out[:, k] = slope[0], value[1], value[2], slope[1], slope[2], value[0]
+        return out
+
+    def section_axes(self, q: np.ndarray, fractions) -> tuple[np.ndarray, np.ndarray]:
+        """Return position (n, 3), m, and section axes (n, 3, 3) in W at fractions (n,) of the length."""
+        line = self.line(q, fractions)
+        axes = np.empty((line.shape[1], 3, 3))
+        for k in range(len(axes)):
+            section_frame(np.ascontiguousarray(line[1, k]), np.ascontiguousarray(line[2, k]), axes[k])
+        return line[5], np.swapaxes(axes, 1, 2)
+
+    def marker_poses(self) -> dict[str, Pose]:
+        """Return the markers as drawn: positions from the first node, axes in W."""
+        q = self.initial_state()[0]
+        poses = {}
+        for name, (fraction, rotation) in self.places.items():
+            r, axes = self.section_axes(q, fraction)
+            poses[name] = Pose(tuple(r[0] - self.curve.r[0]), axes[0] if rotation is None else axes[0] @ rotation)
+        return poses
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Stiffness of stretch, shear y, shear z (N), torsion, bending about y, about z (N m2), (6,)."""
+        s, E, G = self.section, self.material.young, self.material.shear
+        return np.array([E * s.area, G * s.area * s.shear_y, G * s.area * s.shear_z, G * s.torsion, E * s.inertia_y,
+                         E * s.inertia_z])
+
+    def _strains(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return stretch and shears, torsion and bendings per length as drawn, (n, 6)."""
+        line = self.line(q, fractions)
+        out = np.empty((line.shape[1], 6))
+        for k in range(len(out)):
+            strains(np.ascontiguousarray(line[:5, k]), out[k])
+        return out
+
+    def _rest(self, fractions) -> tuple[np.ndarray, np.ndarray]:
+        """Return the strains without stress (n, 6), and the stretch of the line as drawn (n,)."""
+        q = self.initial_state()[0]
+        rest = self._strains(q, fractions)
+        rest[:, 0] *= 1.0 - self.initial_strain
+        if self.straight:
+            rest[:, 3:] = 0.0
+        return rest, np.linalg.norm(self.line(q, fractions)[0], axis=1)
+
+    def element_data(self) -> np.ndarray:
+        """Return the bulk data of all elements (elements, 70), see `ELEMENT`."""
+        L, line_mass = self.element_length, self.material.density * self.section.area
+        x, w = np.polynomial.legendre.leggauss(4)
+        N = _quadratic(0.5 * (1.0 + x))[0]
+        rho_y, rho_z = self._rotary  # type: ignore[attr-defined]
+        q = self.initial_state()[0]
+        K = self.stiffness
+        rows = []
+        for e in range(self.elements):
+            drawn = np.linalg.norm(self.line(q, (e + 0.5 * (1.0 + x)) / self.elements)[0], axis=1)
+            weight = 0.5 * w * L * drawn
+            shape = np.einsum("n,sn,tn->st", weight, N, N)
+            # int y^2 dm moves with r_y: the moment of inertia about z
+            mass = np.concatenate([m * shape.ravel() for m in (line_mass, rho_z, rho_y)])
+            wall = L * np.array([K[0], K[0], 0.5 * K[1] + 0.5 * K[2]])
+            rest, stretch = self._rest((e + GAUSS) / self.elements)
+            points = [np.concatenate([0.5 * L * K / stretch[g], rest[g], self.damping * 0.5 * L * K / stretch[g]])
+                      for g in range(2)]
+            rows.append(np.concatenate([[L], mass, line_mass * (N @ weight), wall, *points]))
+        return np.array(rows)
+
+    def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return masses (elements, 9, 9) and moments (elements, 9) of r, r_y, r_z of three nodes, kg (m, m2)."""
+        data = self.element_data()
+        mass, moments = np.zeros((self.elements, 9, 9)), np.zeros((self.elements, 9))
+        for v in range(3):
+            mass[:, v::3, v::3] = data[:, 1 + 9 * v : 10 + 9 * v].reshape(-1, 3, 3)
+        moments[:, 0::3] = data[:, 28:31]
+        return mass, moments
+
+    def record(self, compiler, place):
+        """Return the row: elements and markers as bulk data."""
+        q = self.initial_state()[0]
+        geometry = []
+        for (fraction, _), pose in zip(self.places.values(), self.marker_poses().values(), strict=True):
+            nodes = self.marker_nodes(fraction)
+            _, x = self.element_at(fraction)
+            N = _quadratic(x)[0, :, 0] if len(nodes) == 3 else np.array([1.0, 0.0, 0.0])
+            fixed = self.section_axes(q, fraction)[1][0].T @ pose.matrix
+            geometry.append(np.concatenate([[nodes[0], len(nodes)], N, fixed.ravel()]))
+        return (self.elements, place.bulk(self.element_data()), place.bulk(np.array(geometry)),
+                compiler.couplings(self.name), compiler.gravity)
+
+    def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return N, Q_y, Q_z (N), M_x, M_y, M_z (N m), in the axes of the section, at fractions (n,), (n, 6).
+
+        Means of the two points of each element, at its middle; between and beyond middles a straight line. The damping
+        forces are not among them.
+        """
+        points = (np.arange(self.elements)[:, None] + GAUSS).ravel() / self.elements
+        rest, stretch = self._rest(points)
+        forces = self.stiffness * (self._strains(np.asarray(q, float), points) - rest) / stretch[:, None]
+        return between_middles(forces.reshape(-1, 2, 6).mean(axis=1), fractions)

@@ -1,0 +1,215 @@
+"""`AncfCable`: a cable, rope, belt or thin wire with large deformation, in absolute nodal coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from flexmb.bodies import ancf_cable_kernels as kernels
+from flexmb.bodies.ancf_cable_element import AXIAL, BENDING
+from flexmb.bodies.ancf_curve import minimal_rotation
+from flexmb.bodies.ancf_line import AncfLine, between_middles
+from flexmb.bodies.ancf_tangent_frame import tangent_axes
+from flexmb.errors import ModelError
+from flexmb.model.kinds import Table
+from flexmb.model.pose import Pose
+
+__all__ = ["AncfCable", "hermite"]
+
+
+def hermite(x, length: float) -> np.ndarray:
+    """Return the shape functions of (r_a, r'_a, r_b, r'_b) and their first two derivatives at x in 0..1, (3, 4, n).
+
+    eq. (cable-shapes).
+    """
+    x, L = np.atleast_1d(np.asarray(x, float)), length
+    one, zero = np.ones_like(x), np.zeros_like(x)
+    N = [1 - 3 * x**2 + 2 * x**3, L * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, L * (x**3 - x**2)]
+    first = [(6 * x**2 - 6 * x) / L, 1 - 4 * x + 3 * x**2, (6 * x - 6 * x**2) / L, 3 * x**2 - 2 * x]
+    second = [(12 * x - 6) / L**2, (6 * x - 4) / L, (6 - 12 * x) / L**2, (6 * x - 2) / L]
+    return np.array([N, first, second]) * one + zero
+
+
+@dataclass(frozen=True, eq=False)
+class AncfCable(AncfLine):
+    """A cable with axial and bending stiffness and constant mass matrix; it carries no torsion and no shear.
+
+    Its freedoms are positions and gradients r' of the nodes, in W. Bending is the same in all directions: for a section
+    with two different moments of inertia, or for torsion, use a beam.
+
+    Parameters
+    ----------
+    name : str
+    points : (n, 3), m, in the body's axes
+        The stress-free line: straight between two points, a cubic spline through more.
+    elements : int
+        All of equal length.
+    section : fem.Section
+        Its `area` (m2) and moment of inertia (m4); both moments must be equal.
+    material : Material
+    at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
+        Where these axes are at the start, in W.
+    tangents : (2, 3), -, optional
+        Directions of the line at both ends, in the body's axes.
+    closed : bool
+        The line returns to its first point, smoothly: a belt.
+    initial_strain : float, -
+        Axial strain that the line has as drawn; positive: it is under tension.
+    straight : bool
+        The line is bent into its shape: it is straight without load, instead of curved.
+    axial_damping : float, N s
+        Axial force per rate of strain.
+    bending_damping : float, N m2 s
+        Bending moment per rate of curvature.
+    velocity, angular_velocity : (3,), m/s and rad/s, in W
+        Rigid motion at the start, of the origin of the body's axes.
+    markers : mapping of name to fraction or (fraction, rotation)
+        Places on the line, 0 to 1 of its length. The axes of a marker as drawn: x along the line, the others the
+        body's, turned with x by the smallest rotation; `rotation` turns them further, and then z should be the axis of
+        the joint: the line may turn about it without limit. ``start`` and ``end`` always exist.
+
+    Source: Gerstmayr & Shabana 2006 (element); Gerstmayr & Irschik 2008 (strains).
+
+    Examples
+    --------
+    >>> from flexmb import MATERIALS, fem
+    >>> rope = AncfCable("rope", points=((0, 0, 0), (2, 0, 0)), elements=8, section=fem.Section.solid_circle(0.01),
+    ...                  material=MATERIALS["steel"])
+    >>> rope.n_vector, round(rope.mass, 3)
+    (54, 1.233)
+    """
+
+    _: KW_ONLY
+    closed: bool = False  # type: ignore[misc]
+    axial_damping: float = 0.0
+    bending_damping: float = 0.0
+
+    table: ClassVar[Table] = Table("AncfCable", kernels.ROW, {
+        "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
+    node_size: ClassVar[int] = 6
+    needs: ClassVar[tuple[str, ...]] = ("area", "inertia_y", "inertia_z")
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_positive("axial_damping", "bending_damping", zero=True)
+        section = self.section
+        if abs(section.inertia_y - section.inertia_z) > 1e-6 * section.inertia_y:
+            raise ModelError(self.title,
+                             found=f"moments of inertia {section.inertia_y:.6g} and {section.inertia_z:.6g} m4",
+                             expected="the same bending stiffness in all directions: a cable has no sides",
+                             remedy="Use AncfBeam, or for motion in a plane fem.Section.values(A, I, I, J)")
+
+    def marker_poses(self) -> dict[str, Pose]:
+        """Return the markers as drawn: positions from the first node, axes in W."""
+        r = self.curve.r
+        q = np.hstack([r - r[0], self.curve.t])
+        poses = {}
+        for name, (fraction, rotation) in self.places.items():
+            at, tangent = self.line(q.ravel(), fraction)[:2]
+            x = self.rotation.T @ tangent[0]
+            axes = self.rotation @ minimal_rotation(np.array([1.0, 0.0, 0.0]), x / np.linalg.norm(x))
+            poses[name] = Pose(tuple(at[0]), axes if rotation is None else axes @ rotation)
+        return poses
+
+    def _reference(self, t, axes, rotation, gravity) -> np.ndarray:
+        """Return the direction d about which a marker's frame turns without spin.
+
+        The z-axis of a marker with given axes (the axis of its joint), the normal of a line that is bent in a plane, or
+        of the plane in which gravity makes it swing; else the marker's z-axis.
+        """
+        normals = np.cross(self.curve.t[:-1], self.curve.t[1:]).sum(axis=0) if len(self.curve.t) > 1 else np.zeros(3)
+        candidates = [axes[:, 2]] if rotation is not None else [normals, np.cross(t, gravity)]
+        for d in (*candidates, axes[:, 2], axes[:, 1]):
+            size = np.linalg.norm(d)
+            if size > 1e-6 and np.linalg.norm(np.cross(d, t)) > 0.1 * size:
+                return d / size
+        return axes[:, 1]
+
+    def line(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return position r, r' and r'' at fractions (n,) of the length, (3, n, 3), for coordinates q (nq,)."""
+        fractions = np.atleast_1d(np.asarray(fractions, float))
+        nodes = np.asarray(q, float).reshape(-1, 2, 3)
+        L = self.element_length
+        out = np.empty((3, len(fractions), 3))
+        for k, fraction in enumerate(fractions):
+            e, x = self.element_at(float(fraction))
+            a, b = self.couplings()[e]
+            out[:, k] = hermite(x, L)[:, :, 0] @ np.concatenate([nodes[a], nodes[b]])
+        return out
+
+    def initial_state(self):
+        """Return positions and gradients of the nodes, and their velocities in the rigid motion."""
+        t = self.curve.t[:, None]
+        return np.hstack([self.curve.r, self.curve.t]).ravel(), self.rigid_velocities(t).ravel()
+
+    def element_data(self) -> np.ndarray:
+        """Return the bulk data of all elements (elements, 45), see `ELEMENT`."""
+        L = self.element_length
+        x, w = np.polynomial.legendre.leggauss(7)
+        inertial = 0.5 * (1.0 + x), 0.5 * w * L
+        w5, w3 = (np.polynomial.legendre.leggauss(n)[1] for n in (5, 3))
+        E, density = self.material.young, self.material.density
+        EA, EI, line_mass = E * self.section.area, E * self.section.inertia_y, density * self.section.area
+        nodes = np.stack([self.curve.r, self.curve.t], axis=1)
+        rows = []
+        for a, b in self.couplings():
+            z = np.concatenate([nodes[a], nodes[b]])
+            d = np.array([(z[2] - z[0]) / L, z[1], z[3]])
+            N = hermite(inertial[0], L)
+            weight = inertial[1] * line_mass * np.linalg.norm(np.einsum("sn,si->ni", N[1], z), axis=1)
+            mass = np.einsum("n,sn,tn->st", weight, N[0], N[0])
+            stretch = np.linalg.norm(AXIAL @ d, axis=1)
+            axial = np.stack([0.5 * w5 * L * EA / stretch, stretch * (1.0 - self.initial_strain),
+                              0.5 * w5 * L * self.axial_damping / stretch], axis=1)
+            rho, sigma = BENDING[:, :3] @ d, BENDING[:, 3:] @ d / L
+            square = np.sum(rho**2, axis=1)
+            stretch = np.sqrt(square)
+            bent = np.linalg.norm(np.cross(rho, sigma), axis=1) / square * (0.0 if self.straight else 1.0)
+            bent[bent < 1e-9 / L] = 0.0
+            bending = np.stack([0.5 * w3 * L * EI / stretch, bent,
+                                0.5 * w3 * L * self.bending_damping / stretch], axis=1)
+            rows.append(np.concatenate([[L], mass.ravel(), N[0] @ weight, axial.ravel(), bending.ravel()]))
+        return np.array(rows)
+
+    def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return masses (elements, 4, 4) and moments (elements, 4) of r_a, r'_a, r_b, r'_b, kg (m, m2)."""
+        data = self.element_data()
+        return data[:, 1:17].reshape(-1, 4, 4), data[:, 17:21]
+
+    def record(self, compiler, place):
+        """Return the row: elements and markers as bulk data."""
+        L = self.element_length
+        geometry = []
+        for (fraction, rotation), pose in zip(self.places.values(), self.marker_poses().values(), strict=True):
+            e, x = self.element_at(fraction)
+            N = hermite(x, L)[:2, :, 0]
+            N[np.abs(N) < 1e-15] = 0.0
+            nodes = np.stack([self.curve.r, self.curve.t], axis=1)
+            a, b = self.couplings()[e]
+            t = N[1] @ np.concatenate([nodes[a], nodes[b]])
+            t /= np.linalg.norm(t)
+            d = self._reference(t, pose.matrix, rotation, compiler.gravity)
+            geometry.append(np.concatenate([[a, b], N.ravel(), d, (tangent_axes(t, d).T @ pose.matrix).ravel()]))
+        return (self.elements, len(self.curve.r), place.bulk(self.element_data()), place.bulk(np.array(geometry)),
+                compiler.couplings(self.name), compiler.gravity)
+
+    def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return axial force, bending moment, axial strain and change of curvature at fractions (n,), (n, 4).
+
+        N, N m, -, 1/m; the damping forces are not among them. The axial strain of an element is its mean, at its
+        middle: within the element it follows the bending. Between and beyond middles it is a straight line.
+        """
+        at, now = self.initial_state()[0], np.asarray(q, float)
+        x, weight = np.polynomial.legendre.leggauss(5)
+        points = (np.arange(self.elements)[:, None] + 0.5 * (1.0 + x)).ravel() / self.elements
+        stretched = np.linalg.norm(self.line(now, points)[1], axis=1) / np.linalg.norm(self.line(at, points)[1], axis=1)
+        mean = stretched.reshape(-1, 5) @ (0.5 * weight) - 1.0 + self.initial_strain
+        strain = between_middles(mean, fractions)
+        (_, rho0, sigma0), (_, rho, sigma) = self.line(at, fractions), self.line(now, fractions)
+        stretch, square = np.linalg.norm(rho0, axis=1), np.sum(rho**2, axis=1)
+        first = 0.0 if self.straight else np.linalg.norm(np.cross(rho0, sigma0), axis=1) / stretch**3
+        bent = np.linalg.norm(np.cross(rho, sigma), axis=1) / square / stretch - first
+        E = self.material.young
+        return np.stack([E * self.section.area * strain, E * self.section.inertia_y * bent, strain, bent], axis=1)

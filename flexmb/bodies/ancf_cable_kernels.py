@@ -1,0 +1,207 @@
+"""Row kernels of cables: markers on the centre line, inertia and elasticity with the exact tangent, energies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.bodies.ancf_cable_element import ELEMENT, cable_element
+from flexmb.bodies.ancf_tangent_frame import add_frame_stiffness, tangent_frame
+from flexmb.bodies.rows import HEADER, add_to_residual
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import row_kernel
+
+__all__ = ["MARKER_SIZE", "ROW", "energy", "inertia", "place"]
+
+ROW = np.dtype(
+    [
+        *HEADER,
+        ("elements", np.int64),
+        ("nodes", np.int64),
+        ("data", np.int64),  # elements in the bulk data
+        ("geometry", np.int64),  # markers in the bulk data
+        ("couplings", np.int64),  # of the elements' nodes, in work.rows
+        ("gravity", float, 3),  # m/s2, in W
+    ],
+    align=True,
+)
+
+MARKER_SIZE = 22
+"""Numbers per marker: first and second node (2), coefficients of r and r' on (r_a, r'_a, r_b, r'_b) (8), direction of
+reference (3), axes in the tangent frame (9)."""
+
+
+@kernel
+def _interpolate(x, first, data, at, a, b, out):
+    """Write the sum of the four coefficients times the vectors of the nodes a and b, from x[first:], to `out`."""
+    for i in range(3):
+        out[i] = (data[at] * x[first + 6 * a + i] + data[at + 1] * x[first + 6 * a + 3 + i]
+                  + data[at + 2] * x[first + 6 * b + i] + data[at + 3] * x[first + 6 * b + 3 + i])
+
+
+@row_kernel
+def place(raw, data, state, work):
+    """Position and tangent frame of every marker: r = N q, w = B(r') N' u."""
+    rows = raw.view(ROW)
+    rho = np.empty(3)
+    rate = np.empty(3)
+    B = np.empty((3, 3))
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        for k in range(row.n_markers):
+            marker = work.markers[row.marker + k]
+            at = row.geometry + MARKER_SIZE * k
+            a, b = int(data[at]), int(data[at + 1])
+            _interpolate(state.q, row.iq, data, at + 2, a, b, marker.r)
+            _interpolate(state.u, row.iu, data, at + 2, a, b, marker.v)
+            _interpolate(state.q, row.iq, data, at + 6, a, b, rho)
+            _interpolate(state.u, row.iu, data, at + 6, a, b, rate)
+            axes = data[at + 13 : at + 22].reshape((3, 3))
+            tangent_frame(data[at + 10 : at + 13], axes, rho, rate, marker.R, marker.w, marker.bias[3:6], B)
+            for s in range(4):
+                node = a if s < 2 else b
+                if data[at + 2 + s] == 0.0 and data[at + 6 + s] == 0.0:
+                    continue
+                column = marker.iJ + row.iu + 6 * node + 3 * (s % 2) - marker.iu
+                for i in range(3):
+                    for j in range(3):
+                        work.J[column + i * marker.nu + j] = data[at + 2 + s] if i == j else 0.0
+                        work.J[column + (3 + i) * marker.nu + j] = data[at + 6 + s] * B[i, j]
+
+
+@kernel
+def _entry(row, rows, e, s, t):
+    """Return the coupling's first place in work.rows for the vectors s and t of element e, and the column in it."""
+    a, b = e, (e + 1) % row.nodes
+    if s // 2 == t // 2:
+        return row.iu + 6 * (a if s < 2 else b) + 3 * (s % 2), 3 * (t % 2)
+    return row.couplings + 12 * e + (0 if s < 2 else 6) + 3 * (s % 2), 3 * (t % 2)
+
+
+@kernel
+def _add_element_matrix(row, work, data, start, e, K, cm):
+    """Add the mass and stiffness of element e to the iteration matrix; K (9, 9) belongs to (d, r'_a, r'_b)."""
+    L = data[start]
+    Z = np.empty((4, 2))  # weights of d, and of its own gradient, per vector: r_a, r'_a, r_b, r'_b
+    Z[0, 0], Z[1, 0], Z[2, 0], Z[3, 0] = -1.0 / L, 0.0, 1.0 / L, 0.0
+    local = (0, 3, 0, 6)
+    for s in range(4):
+        f = Z[s, 0] if s % 2 == 0 else 1.0
+        for t in range(4):
+            g = Z[t, 0] if t % 2 == 0 else 1.0
+            first, column = _entry(row, work.rows, e, s, t)
+            mass = cm * data[start + 1 + 4 * s + t]
+            for i in range(3):
+                at = work.rows[first + i] + column
+                for j in range(3):
+                    work.S[at + j] += f * g * K[local[s] + i, local[t] + j]
+                work.S[at + i] += mass
+
+
+@kernel
+def _add_marker_tangent(row, data, state, work, ck):
+    """Add the derivative of the moments on tangent frames."""
+    rho = np.empty(3)
+    block = np.empty((3, 3))
+    for k in range(row.n_markers):
+        marker = work.markers[row.marker + k]
+        moment = marker.wrench[3:6]
+        if moment[0] == 0.0 and moment[1] == 0.0 and moment[2] == 0.0:
+            continue
+        at = row.geometry + MARKER_SIZE * k
+        a, b = int(data[at]), int(data[at + 1])
+        e = a if (a + 1) % row.nodes == b else b
+        _interpolate(state.q, row.iq, data, at + 6, a, b, rho)
+        block[:] = 0.0
+        add_frame_stiffness(data[at + 10 : at + 13], rho, moment, ck, block)
+        for s in range(4):
+            for t in range(4):
+                f = data[at + 6 + s] * data[at + 6 + t]
+                if f != 0.0:
+                    first, column = _entry(row, work.rows, e, s, t)
+                    for i in range(3):
+                        for j in range(3):
+                            work.S[work.rows[first + i] + column + j] += f * block[i, j]
+
+
+@row_kernel
+def inertia(raw, data, state, work):
+    """M (a - g) + elastic and damping forces - marker loads; constant mass, no quadratic velocity terms."""
+    rows = raw.view(ROW)
+    z = np.empty((3, 3))
+    rate = np.empty((3, 3))
+    f = np.empty(9)
+    K = np.empty((9, 9))
+    F = np.empty((2, 3))
+    H = np.empty((6, 6))
+    weights = work.coefficients
+    tangent = weights[3] > 0.0
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        for e in range(row.elements):
+            start = row.data + ELEMENT * e
+            a, b = 6 * e, 6 * ((e + 1) % row.nodes)
+            L = data[start]
+            for i in range(3):
+                z[0, i] = (state.q[row.iq + b + i] - state.q[row.iq + a + i]) / L
+                z[1, i] = state.q[row.iq + a + 3 + i]
+                z[2, i] = state.q[row.iq + b + 3 + i]
+                rate[0, i] = (state.u[row.iu + b + i] - state.u[row.iu + a + i]) / L
+                rate[1, i] = state.u[row.iu + a + 3 + i]
+                rate[2, i] = state.u[row.iu + b + 3 + i]
+            ck, cd = (weights[2], weights[1]) if tangent else (0.0, 0.0)
+            _, power = cable_element(data, start, z, rate, ck, cd, f, K, F, H)
+            work.energy[5] += power
+            for i in range(3):
+                work.residual[row.iu + a + i] -= f[i] / L
+                work.residual[row.iu + b + i] += f[i] / L
+                work.residual[row.iu + a + 3 + i] += f[3 + i]
+                work.residual[row.iu + b + 3 + i] += f[6 + i]
+            for s in range(4):
+                target = row.iu + (a if s < 2 else b) + 3 * (s % 2)
+                for t in range(4):
+                    m = data[start + 1 + 4 * s + t]
+                    source = row.iu + (a if t < 2 else b) + 3 * (t % 2)
+                    for i in range(3):
+                        work.residual[target + i] += m * state.a[source + i]
+                for i in range(3):
+                    work.residual[target + i] -= data[start + 17 + s] * row.gravity[i]
+            if tangent:
+                if ck == 0.0 and cd == 0.0:
+                    K[:] = 0.0
+                _add_element_matrix(row, work, data, start, e, K, weights[0])
+        for k in range(row.n_markers):
+            marker = work.markers[row.marker + k]
+            add_to_residual(work, marker.iu, marker)
+        if tangent and weights[2] != 0.0:
+            _add_marker_tangent(row, data, state, work, weights[2])
+
+
+@row_kernel
+def energy(raw, data, state, work):
+    """T = 1/2 u.M u, the strain energy of all elements, V = -sum of m_a g.q_a."""
+    rows = raw.view(ROW)
+    z = np.empty((3, 3))
+    rest = np.zeros((3, 3))
+    f = np.empty(9)
+    K = np.empty((9, 9))
+    F = np.empty((2, 3))
+    H = np.empty((6, 6))
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        for e in range(row.elements):
+            start = row.data + ELEMENT * e
+            a, b = 6 * e, 6 * ((e + 1) % row.nodes)
+            for i in range(3):
+                z[0, i] = (state.q[row.iq + b + i] - state.q[row.iq + a + i]) / data[start]
+                z[1, i] = state.q[row.iq + a + 3 + i]
+                z[2, i] = state.q[row.iq + b + 3 + i]
+            strain, _ = cable_element(data, start, z, rest, 0.0, 0.0, f, K, F, H)
+            work.energy[1] += strain
+            for s in range(4):
+                target = (a if s < 2 else b) + 3 * (s % 2)
+                for i in range(3):
+                    work.energy[2] -= data[start + 17 + s] * row.gravity[i] * state.q[row.iq + target + i]
+                    for t in range(4):
+                        source = (a if t < 2 else b) + 3 * (t % 2)
+                        work.energy[0] += (0.5 * data[start + 1 + 4 * s + t] * state.u[row.iu + target + i]
+                                           * state.u[row.iu + source + i])

@@ -1,0 +1,184 @@
+"""What cables and beams share: a line of nodes in W, its section and material, places of markers along it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.bodies.ancf_curve import Curve, curve_through
+from flexmb.bodies.frame_state import check_frame
+from flexmb.errors import ModelError
+from flexmb.model.kinds import Body
+from flexmb.model.material import Material
+from flexmb.model.pose import Pose
+
+__all__ = ["AncfLine", "between_middles"]
+
+
+@dataclass(frozen=True, eq=False)
+class AncfLine(Body):
+    """A line of elements whose nodes have positions and gradients in W; its fields are described by the kinds."""
+
+    name: str
+    _: KW_ONLY
+    points: Any
+    elements: int
+    section: Any
+    material: Material
+    at: Any = (0.0, 0.0, 0.0)
+    rotation: Any = None
+    tangents: Any = None
+    initial_strain: float = 0.0
+    straight: bool = False
+    velocity: Any = (0.0, 0.0, 0.0)
+    angular_velocity: Any = (0.0, 0.0, 0.0)
+    markers: Mapping[str, Any] = field(default_factory=dict)
+
+    has_frame: ClassVar[bool] = False
+    node_size: ClassVar[int]
+    intervals: ClassVar[int] = 1
+    """Distances between nodes in an element."""
+    needs: ClassVar[tuple[str, ...]] = ()
+    """What the section must have."""
+    closed: ClassVar[bool] = False
+
+    def __post_init__(self):
+        super().__post_init__()
+        missing = [name for name in self.needs if not getattr(self.section, name, 0.0) > 0.0]
+        if missing:
+            raise ModelError(self.title, found=f"section = {self.section!r} without {', '.join(missing)}",
+                             expected="a section with area (m2) and moments of inertia (m4) > 0",
+                             remedy="Write section=fem.Section.solid_circle(0.01)")
+        if not isinstance(self.material, Material):
+            raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
+                             remedy="Write material=fmb.MATERIALS['steel']")
+        check_frame(self)
+        if not -1.0 < self.initial_strain < 1.0:
+            raise ModelError(self.title, found=f"initial_strain = {self.initial_strain!r}",
+                             expected="a number between -1 and 1", remedy="Write initial_strain=1e-3 for 0.1 % stretch")
+        self._check_elements()
+        curve = curve_through(self.points, self.elements * self.intervals, self.title, tangents=self.tangents,
+                              closed=self.closed)
+        R = np.asarray(self.rotation)
+        object.__setattr__(self, "_curve", Curve(np.array(self.at) + curve.r @ R.T, curve.t @ R.T, curve.length))
+        object.__setattr__(self, "points", np.asarray(self.points, float))
+        object.__setattr__(self, "markers", dict(self.markers or {}))
+        object.__setattr__(self, "_places", {name: self._place(name, value) for name, value in {
+            "start": 0.0, "end": 1.0, **self.markers}.items()})
+
+    def _check_elements(self) -> None:
+        least = 3 if self.closed else 1
+        if not isinstance(self.elements, int | np.integer) or self.elements < least:
+            raise ModelError(self.title, found=f"elements = {self.elements!r}",
+                             expected=f"a whole number >= {least}" + (" for a closed line" if self.closed else ""),
+                             remedy="Write elements=16")
+
+    def _place(self, name: str, value) -> tuple[float, np.ndarray | None]:
+        fraction, rotation = value if isinstance(value, tuple | list) and len(value) == 2 else (value, None)
+        if not isinstance(fraction, int | float | np.number) or not 0.0 <= fraction <= 1.0:
+            raise ModelError(self.title, found=f"marker {name} at {fraction!r}",
+                             expected="a fraction of the length, 0 to 1, or (fraction, rotation)",
+                             remedy=f"Write markers={{'{name}': 0.5}}")
+        return float(fraction), None if rotation is None else Pose((0.0, 0.0, 0.0), rotation).matrix
+
+    @property
+    def curve(self) -> Curve:
+        """The nodes of the initial line, in W."""
+        return self._curve  # type: ignore[attr-defined]
+
+    @property
+    def places(self) -> dict[str, tuple[float, np.ndarray | None]]:
+        """Fraction of the length and given rotation of every marker."""
+        return self._places  # type: ignore[attr-defined]
+
+    @property
+    def element_length(self) -> float:
+        """Length of an element as drawn, m."""
+        return self.curve.length / self.elements
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return float(self.material.density * self.section.area * self.curve.length)
+
+    @property
+    def n_vector(self) -> int:
+        """Coordinates of all nodes."""
+        return self.node_size * len(self.curve.r)
+
+    @property
+    def block_size(self) -> int:
+        """A node is a block of the iteration matrix."""
+        return self.node_size
+
+    def element_nodes(self) -> np.ndarray:
+        """Return the nodes of every element (elements, intervals + 1)."""
+        first = self.intervals * np.arange(self.elements)
+        return (first[:, None] + np.arange(self.intervals + 1)) % len(self.curve.r)
+
+    def couplings(self) -> np.ndarray:
+        """Return the pairs of nodes in every element."""
+        nodes = self.element_nodes()
+        pairs = [(i, j) for i in range(self.intervals) for j in range(i + 1, self.intervals + 1)]
+        return np.stack([nodes[:, pair] for pair in pairs], axis=1).reshape(-1, 2)
+
+    def element_at(self, fraction: float) -> tuple[int, float]:
+        """Return the element and the place in it, 0 to 1, of a fraction of the length."""
+        at = fraction * self.elements
+        steps = at * self.intervals
+        if abs(steps - round(steps)) < 1e-9 * max(1.0, steps):
+            at = round(steps) / self.intervals
+        e = min(int(at), self.elements - 1)
+        return e, at - e
+
+    def marker_nodes(self, fraction: float) -> np.ndarray:
+        """Return the nodes that move a marker: the one where it is, or those of its element."""
+        e, x = self.element_at(fraction)
+        nodes = self.element_nodes()[e]
+        step = x * self.intervals
+        return nodes[[round(step)]] if step == round(step) else nodes
+
+    def marker_blocks(self) -> dict[str, tuple[int, int]]:
+        """Return the nodes that move each marker."""
+        blocks = {}
+        for name, (fraction, _) in self.places.items():
+            nodes = self.marker_nodes(fraction)
+            if nodes[0] <= nodes[-1]:
+                blocks[name] = int(nodes[0]), len(nodes)
+        return blocks
+
+    def rigid_velocities(self, gradients: np.ndarray) -> np.ndarray:
+        """Return the rates of positions and gradients (n, k, 3) of the nodes in the rigid motion at the start."""
+        w = np.array(self.angular_velocity)
+        r = np.array(self.velocity) + np.cross(w, self.curve.r - np.array(self.at))
+        return np.concatenate([r[:, None], np.cross(w, gradients)], axis=1)
+
+    def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return masses of the elements' vectors (elements, nv, nv) and their moments (elements, nv), kg (m, m2)."""
+        raise TypeError(f"{type(self).__name__} does not say what its mass is")
+
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return linear and angular momentum about the origin of W, (nt, 6), for coordinates and velocities (nt, nq).
+
+        Positions and gradients are vectors q_s with x = sum of N_s q_s: P = sum m_s u_s, L = sum M_st q_s x u_t.
+        """
+        mass, moments = self.element_mass()
+        width = self.node_size // 3
+        of_element = (width * self.element_nodes()[:, :, None] + np.arange(width)).reshape(self.elements, -1)
+        x, v = (np.asarray(z, float).reshape(len(z), -1, 3)[:, of_element] for z in (q, u))
+        P = np.einsum("es,nesi->ni", moments, v)
+        return np.hstack([P, np.cross(x, np.einsum("est,neti->nesi", mass, v)).sum(axis=(1, 2))])
+
+
+def between_middles(values: np.ndarray, fractions) -> np.ndarray:
+    """Return values (elements, ...) of the elements' middles at fractions of the length, linear between and beyond."""
+    n, fractions = len(values), np.atleast_1d(np.asarray(fractions, float))
+    if n == 1:
+        return np.repeat(values, len(fractions), axis=0)
+    at = fractions * n - 0.5
+    k = np.clip(np.floor(at).astype(int), 0, n - 2)
+    share = (at - k).reshape((-1,) + (1,) * (values.ndim - 1))
+    return values[k] + share * (values[k + 1] - values[k])

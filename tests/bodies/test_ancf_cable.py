@@ -1,0 +1,169 @@
+"""The cable against differences, rigid motions, and what its energy says."""
+
+import numpy as np
+import pytest
+from bodies.ancf_states import BENT, ROUND, SOFT, cable, disturbed
+from contracts.random_models import derivative, moved
+from tolerances import MACHINE, SOLVER
+
+import flexmb as fmb
+from flexmb import fem
+from flexmb.errors import ModelError
+from flexmb.integrate.matrices import tangent_at
+from flexmb.math.rotations import rotation_matrix
+from flexmb.system.program import energies, evaluate
+
+H = 1e-3
+MODELS = {
+    "curved": {},
+    "straight without load": {"straight": True},
+    "closed": {"closed": True, "points": ((0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)), "elements": 5,
+               "markers": {"m": 0.93}},
+    "undamped": {"axial_damping": 0.0, "bending_damping": 0.0},
+}
+
+
+def loaded(**fields):
+    """The cable with a force and a moment on the marker inside an element, and gravity."""
+    load = fmb.PointLoad("f", marker="b.m", force=(3.0, -1.0, 2.0), moment=(0.8, 0.5, -0.6))
+    return fmb.Model(bodies=(fmb.Ground(), cable(**fields)), forces=(load,), gravity=(1.0, -2.0, -9.0))
+
+
+def residual(system, state, work):
+    work.coefficients[3] = 0.0
+    evaluate(system.program, state, work)
+    return work.residual.copy()
+
+
+@pytest.mark.parametrize("fields", MODELS.values(), ids=MODELS)
+def test_tangent_is_the_derivative(fields, rng):
+    """Mass, damping and stiffness, the latter with the rates of the damping forces and the load on a tangent frame."""
+    system, state = disturbed(loaded(**fields), rng)
+    work = system.workspace()
+    tangent = tangent_at(system, state, work)
+    changes = {
+        "M": lambda x, d: state._replace(a=state.a + x * d),
+        "D": lambda x, d: state._replace(u=state.u + x * d),
+        "K": lambda x, d: moved(system, state, d, x),
+    }
+    for name, change in changes.items():
+        expected = np.array([derivative(lambda x, d=d, c=change: residual(system, c(x, d), work), H)
+                             for d in np.eye(system.nu)]).T
+        found = getattr(tangent, name).toarray()
+        np.testing.assert_allclose(found, expected, atol=SOLVER * max(1.0, np.abs(expected).max()), err_msg=name)
+
+
+@pytest.mark.parametrize("fields", MODELS.values(), ids=MODELS)
+def test_power_changes_the_energy(fields, rng):
+    """u . (M a + h) = d(T + U + V)/dt + dissipated power, without loads."""
+    model = fmb.Model(bodies=(fmb.Ground(), cable(**fields)), gravity=(1.0, -2.0, -9.0))
+    system, state = disturbed(model, rng)
+    work = system.workspace()
+
+    def energy(x):
+        later = moved(system, state, state.u * x + 0.5 * state.a * x * x, 1.0, u=state.u + x * state.a)
+        energies(system.program, later, work)
+        return work.energy[:3].sum()
+
+    change = derivative(energy, H)
+    power = state.u @ residual(system, state, work)
+    assert power == pytest.approx(change + work.energy[5], rel=1e-8)
+    assert (work.energy[5] > 0.0) == (cable(**fields).axial_damping > 0.0)
+
+
+def test_marker_moves_as_its_jacobian_says(rng):
+    """Velocity, spin and bias acceleration of the tangent frame are those of its motion."""
+    system, state = disturbed(loaded(), rng)
+    work = system.workspace()
+    number = system.marker_index["b.m"]
+
+    def pose(x):
+        later = moved(system, state, state.u * x + 0.5 * state.a * x * x, 1.0, u=state.u + x * state.a)
+        residual(system, later, work)
+        marker = work.markers[number]
+        return np.concatenate([marker["r"], marker["R"].ravel(), marker["v"], marker["w"]])
+
+    rate = derivative(pose, H)
+    residual(system, state, work)
+    marker = work.markers[number].copy()
+    J = work.J[marker["iJ"] : marker["iJ"] + 6 * marker["nu"]].reshape(6, -1)
+    u, a = (x[marker["iu"] : marker["iu"] + marker["nu"]] for x in (state.u, state.a))
+    assert marker["nu"] == 12
+    np.testing.assert_allclose(J @ u, np.concatenate([marker["v"], marker["w"]]), atol=1e2 * MACHINE)
+    np.testing.assert_allclose(rate[:3], marker["v"], atol=1e-8)
+    spin = rate[3:12].reshape(3, 3) @ marker["R"].T
+    np.testing.assert_allclose([spin[2, 1], spin[0, 2], spin[1, 0]], marker["w"], atol=1e-7)
+    np.testing.assert_allclose(rate[12:], J @ a + marker["bias"], atol=1e-6)
+    np.testing.assert_allclose(marker["R"].T @ marker["R"], np.eye(3), atol=MACHINE)
+
+
+def test_rigid_motion_makes_no_force_and_no_damping(rng):
+    """Turned by any angle and spinning, the undistorted cable has no strain energy and dissipates nothing."""
+    R = rotation_matrix((1.0, 2.0, -2.5))
+    body = cable(initial_strain=0.0, at=(3, 2, 1), rotation=R, velocity=(1, 2, 3), angular_velocity=(4, -5, 6))
+    system, state = disturbed(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0)), rng, 0.0)
+    work = system.workspace()
+    state = system.state(0.0, state.q)
+    force = residual(system, state, work)
+    scale = SOFT.young * ROUND.area
+    np.testing.assert_allclose(force, 0.0, atol=SOLVER * scale)
+    assert abs(work.energy[5]) < SOLVER * scale
+    energies(system.program, state, work)
+    assert work.energy[1] == pytest.approx(0.0, abs=MACHINE * scale)
+
+
+def test_mass_and_momentum(rng):
+    """A translating cable has the kinetic energy m v^2 / 2; its mass is that of the curved line."""
+    body = cable(velocity=(1, 2, 3), elements=12)
+    system, _ = disturbed(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0)), rng, 0.0)
+    work = system.workspace()
+    energies(system.program, system.state(), work)
+    assert work.energy[0] == pytest.approx(0.5 * body.mass * 14.0, rel=1e-4)
+    assert body.curve.length == pytest.approx(_length(BENT), rel=1e-6)
+
+
+def _length(points):
+    from scipy.interpolate import CubicSpline
+
+    p = np.array(points, float)
+    knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    fine = CubicSpline(knots, p)(np.linspace(0.0, knots[-1], 20001))
+    return np.linalg.norm(np.diff(fine, axis=0), axis=1).sum()
+
+
+def test_section_forces_of_a_stretched_and_of_a_bent_line():
+    """Straight, stretched by 2 %: N = 0.02 EA. On a circle of radius R: M = EI / R."""
+    straight = cable(points=((0, 0, 0), (2, 0, 0)), initial_strain=0.0)
+    q = straight.initial_state()[0].reshape(-1, 6) * [1.02, 0, 0, 1.02, 0, 0]
+    found = straight.section_forces(q.ravel(), [0.1, 0.5])
+    np.testing.assert_allclose(found[:, 0], 0.02 * SOFT.young * ROUND.area, rtol=SOLVER)
+    np.testing.assert_allclose(found[:, 1], 0.0, atol=SOLVER)
+    angle = np.linspace(0.0, 1.0, 9)
+    arc = np.stack([2.0 * np.sin(angle), 2.0 - 2.0 * np.cos(angle), 0.0 * angle], axis=1)
+    bent = cable(points=arc, elements=8, straight=True, tangents=((1, 0, 0), (np.cos(1.0), np.sin(1.0), 0)))
+    found = bent.section_forces(bent.initial_state()[0], [0.3, 0.6])
+    np.testing.assert_allclose(found[:, 1], SOFT.young * ROUND.inertia_y / 2.0, rtol=1e-3)
+    np.testing.assert_allclose(cable(points=arc).section_forces(cable(points=arc).initial_state()[0], 0.5)[0, 3], 0.0,
+                               atol=1e-12)
+
+
+REFUSED = {
+    "zero length": ({"points": ((0, 0, 0), (0, 0, 0), (1, 0, 0))}, "zero length between points 0 and 1"),
+    "one point": ({"points": ((0, 0, 0),)}, "points of the shape (1, 3)"),
+    "fold": ({"points": ((0, 0, 0), (1, 0, 0), (0, 0.01, 0)), "elements": 2}, "the curve turns by"),
+    "no elements": ({"elements": 0}, "elements = 0"),
+    "few elements": ({"closed": True, "elements": 2}, "elements = 2"),
+    "no area": ({"section": type("Line", (), {"area": 0.0, "inertia_y": 1.0, "inertia_z": 1.0})()}, "without area"),
+    "two inertias": ({"section": fem.Section.rectangle(0.1, 0.2)}, "moments of inertia"),
+    "material": ({"material": "steel"}, "material = 'steel'"),
+    "marker": ({"markers": {"m": 1.5}}, "marker m at 1.5"),
+    "strain": ({"initial_strain": 2.0}, "initial_strain = 2.0"),
+    "tangents": ({"tangents": ((0, 0, 0), (1, 0, 0))}, "tangents ="),
+}
+
+
+@pytest.mark.parametrize(("fields", "found"), REFUSED.values(), ids=REFUSED)
+def test_refused(fields, found):
+    with pytest.raises(ModelError, match="Body 'b'") as error:
+        cable(**fields)
+    assert found in str(error.value)
