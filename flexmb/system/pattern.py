@@ -38,7 +38,12 @@ def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int
         bodies = bodies_of[node]
         if node in waiting:
             return all(done[b] for b in bodies)
-        return all(done[b] for b in bodies) or any(done[b] and not used[b] and sizes[node] <= sizes[b] for b in bodies)
+        return all(done[b] for b in bodies) or any(leaf(b, node) for b in bodies)
+
+    def leaf(body, node):
+        # with another joint still to come, the rest of the model would count as fixed, and freedoms twice
+        alone = all(done[j] for j in joints_of[body] if j != node)
+        return done[body] and not used[body] and alone and sizes[node] <= sizes[body]
 
     def weight(node):
         return int(sum(sizes[k] for k in neighbours[node]))
@@ -66,7 +71,7 @@ def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int
             for b in bodies_of[node]:
                 used[b] |= done[b]
         touched = set(later) | (joints_of[node] if node < n_bodies else set())
-        for k in touched:
+        for k in touched | (set().union(*(joints_of[b] for b in bodies_of[node])) if node >= n_bodies else set()):
             if not done[k] and permitted(k):
                 heappush(heap, (weight(k), k))
     return order, [after[node] for node in order]
