@@ -49,14 +49,17 @@ SMOOTH = 1e-6
 
 
 @kernel
-def _bending(rho, sigma, k, k0, scale, F, H):
+def _bending(rho, sigma, stiffness, k0, scale, gr, gs, F, H):
     """Add the forces of 1/2 k (|rho x sigma|/|rho|^2 - k0)^2 to F (2, 3), scale times its Hessian to H; return it.
+
+    H (4, 9) has the blocks rho rho, rho sigma, sigma rho, sigma sigma, each row by row; gr, gs (3,) are scratch.
 
     With a = rho.rho, b = rho.sigma, d = sigma.sigma, the squared curvature is w = d/a - (b/a)^2.
     """
     a, b, d = dot(rho, rho), dot(rho, sigma), dot(sigma, sigma)
-    a2, a3 = a * a, a * a * a
-    w = d / a - b * b / a2
+    r = 1.0 / a
+    br, r2 = b * r, r * r
+    w = d * r - br * br
     first, second, value = 1.0, 0.0, w
     if k0 > 0.0:
         root = (w + SMOOTH * k0 * k0) ** 0.5
@@ -64,29 +67,28 @@ def _bending(rho, sigma, k, k0, scale, F, H):
         value = (root - rest) ** 2
         first = 1.0 - rest / root
         second = 0.5 * rest / root**3
-    w_a, w_b, w_d = -d / a2 + 2.0 * b * b / a3, -2.0 * b / a2, 1.0 / a
-    gr = np.empty(3)
-    gs = np.empty(3)
+    w_a, w_b, w_d = (2.0 * br * br - d * r) * r, -2.0 * br * r, r
     for i in range(3):
         gr[i] = 2.0 * w_a * rho[i] + w_b * sigma[i]
         gs[i] = w_b * rho[i] + 2.0 * w_d * sigma[i]
-        F[0, i] += 0.5 * k * first * gr[i]
-        F[1, i] += 0.5 * k * first * gs[i]
+        F[0, i] += 0.5 * stiffness * first * gr[i]
+        F[1, i] += 0.5 * stiffness * first * gs[i]
     if scale != 0.0:
-        aa, ab, bb, ad = 2.0 * d / a3 - 6.0 * b * b / (a2 * a2), 4.0 * b / a3, -2.0 / a2, -1.0 / a2
-        x, y = 0.5 * k * scale * first, 0.5 * k * scale * second
+        aa, ab, bb, ad = (2.0 * d * r - 6.0 * br * br) * r2, 4.0 * br * r2, -2.0 * r2, -r2
+        x, y = 0.5 * stiffness * scale * first, 0.5 * stiffness * scale * second
         for i in range(3):
             for j in range(3):
                 rr, rs, sr, ss = rho[i] * rho[j], rho[i] * sigma[j], sigma[i] * rho[j], sigma[i] * sigma[j]
-                H[i, j] += x * (4.0 * aa * rr + 2.0 * ab * (rs + sr) + bb * ss) + y * gr[i] * gr[j]
-                H[i, 3 + j] += x * (2.0 * ab * rr + 4.0 * ad * rs + bb * sr) + y * gr[i] * gs[j]
-                H[3 + i, j] += x * (2.0 * ab * rr + 4.0 * ad * sr + bb * rs) + y * gs[i] * gr[j]
-                H[3 + i, 3 + j] += x * bb * rr + y * gs[i] * gs[j]
-            H[i, i] += 2.0 * x * w_a
-            H[i, 3 + i] += x * w_b
-            H[3 + i, i] += x * w_b
-            H[3 + i, 3 + i] += 2.0 * x * w_d
-    return 0.5 * k * value
+                k = 3 * i + j
+                H[0, k] += x * (4.0 * aa * rr + 2.0 * ab * (rs + sr) + bb * ss) + y * gr[i] * gr[j]
+                H[1, k] += x * (2.0 * ab * rr + 4.0 * ad * rs + bb * sr) + y * gr[i] * gs[j]
+                H[2, k] += x * (2.0 * ab * rr + 4.0 * ad * sr + bb * rs) + y * gs[i] * gr[j]
+                H[3, k] += x * bb * rr + y * gs[i] * gs[j]
+            H[0, 4 * i] += 2.0 * x * w_a
+            H[1, 4 * i] += x * w_b
+            H[2, 4 * i] += x * w_b
+            H[3, 4 * i] += 2.0 * x * w_d
+    return 0.5 * stiffness * value
 
 
 @kernel
@@ -145,8 +147,8 @@ def _bending_damping(rho, sigma, rrate, srate, c, straight, ck, cd, F, H):
             _damping_force(x[0], x[1], x[2], x[3], c, straight, G)
             x[row, column] = kept
             for i in range(3):
-                H[i, k] += weight * G[0, i].imag / STEP
-                H[3 + i, k] += weight * G[1, i].imag / STEP
+                H[k // 3, 3 * i + k % 3] += weight * G[0, i].imag / STEP
+                H[2 + k // 3, 3 * i + k % 3] += weight * G[1, i].imag / STEP
     return power
 
 
@@ -154,37 +156,37 @@ def _bending_damping(rho, sigma, rrate, srate, c, straight, ck, cd, F, H):
 def _axial(rho, rate, k, rest, c, ck, cd, F, H):
     """Write the force of 1/2 k (|rho| - rest)^2 and of the damping to F, and the derivatives to H; return both."""
     length = dot(rho, rho) ** 0.5
-    speed = dot(rho, rate) / length
+    r = 1.0 / length
+    speed = dot(rho, rate) * r
     tension = k * (length - rest) + c * speed
     for i in range(3):
-        F[i] = tension * rho[i] / length
+        F[i] = tension * r * rho[i]
     if ck != 0.0 or cd != 0.0:
-        along = ck * (k - tension / length) + cd * c - ck * c * speed / length
+        along = (ck * (k - tension * r) + cd * c - ck * c * speed * r) * r * r
+        turning = ck * c * r * r
         for i in range(3):
-            x = rho[i] / length
             for j in range(3):
-                H[i, j] = x * (along * rho[j] + ck * c * rate[j]) / length
-            H[i, i] += ck * tension / length
+                H[3 * i + j] = rho[i] * (along * rho[j] + turning * rate[j])
+            H[4 * i] += ck * tension * r
     return 0.5 * k * (length - rest) ** 2, c * speed * speed
 
 
 @kernel
-def cable_element(data, start, z, rate, ck, cd, f, K, F, H):
-    """Write the forces f (9,) and ck dF/dz + cd dF/dz' to K (9, 9); return strain energy and dissipated power.
+def cable_element(data, start, z, rate, ck, cd, f, K, scratch):
+    """Write the forces f (9,) and ck dF/dz + cd dF/dz' to K (3, 3, 9); return strain energy and dissipated power.
 
     Parameters
     ----------
     data, start : bulk data and where the element begins
     z, rate : (3, 3)
         d, r'_a, r'_b and their rates.
-    F : (2, 3), H : (6, 6)
-        Scratch.
+    K : (3, 3, 9)
+        A block, row by row, for every two of the three vectors.
+    scratch : (20, 3)
     """
     L = data[start]
-    rho = np.empty(3)
-    sigma = np.empty(3)
-    rrate = np.empty(3)
-    srate = np.empty(3)
+    rho, sigma, rrate, srate, gr, gs = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
+    F, H = scratch[6:8], scratch[8:20].reshape((4, 9))
     strain, power = 0.0, 0.0
     tangent = ck != 0.0 or cd != 0.0
     f[:] = 0.0
@@ -195,7 +197,7 @@ def cable_element(data, start, z, rate, ck, cd, f, K, F, H):
         for i in range(3):
             rho[i] = AXIAL[g, 0] * z[0, i] + AXIAL[g, 1] * z[1, i] + AXIAL[g, 2] * z[2, i]
             rrate[i] = AXIAL[g, 0] * rate[0, i] + AXIAL[g, 1] * rate[1, i] + AXIAL[g, 2] * rate[2, i]
-        one, two = _axial(rho, rrate, data[at], data[at + 1], data[at + 2], ck, cd, F[0], H)
+        one, two = _axial(rho, rrate, data[at], data[at + 1], data[at + 2], ck, cd, F[0], H[0])
         strain += one
         power += two
         for m in range(3):
@@ -205,9 +207,8 @@ def cable_element(data, start, z, rate, ck, cd, f, K, F, H):
             for m in range(3):
                 for n in range(3):
                     x = AXIAL[g, m] * AXIAL[g, n]
-                    for i in range(3):
-                        for j in range(3):
-                            K[3 * m + i, 3 * n + j] += x * H[i, j]
+                    for k in range(9):
+                        K[m, n, k] += x * H[0, k]
     for g in range(3):
         at = start + 36 + 3 * g
         for i in range(3):
@@ -215,7 +216,7 @@ def cable_element(data, start, z, rate, ck, cd, f, K, F, H):
             sigma[i] = (BENDING[g, 3] * z[0, i] + BENDING[g, 4] * z[1, i] + BENDING[g, 5] * z[2, i]) / L
         F[:] = 0.0
         H[:] = 0.0
-        strain += _bending(rho, sigma, data[at], data[at + 1], ck, F, H)
+        strain += _bending(rho, sigma, data[at], data[at + 1], ck, gr, gs, F, H)
         if data[at + 2] > 0.0:
             for i in range(3):
                 rrate[i] = BENDING[g, 0] * rate[0, i] + BENDING[g, 1] * rate[1, i] + BENDING[g, 2] * rate[2, i]
@@ -229,8 +230,7 @@ def cable_element(data, start, z, rate, ck, cd, f, K, F, H):
                 c1, s1 = BENDING[g, m], BENDING[g, 3 + m] / L
                 for n in range(3):
                     c2, s2 = BENDING[g, n], BENDING[g, 3 + n] / L
-                    for i in range(3):
-                        for j in range(3):
-                            K[3 * m + i, 3 * n + j] += (c1 * (c2 * H[i, j] + s2 * H[i, 3 + j])
-                                                        + s1 * (c2 * H[3 + i, j] + s2 * H[3 + i, 3 + j]))
+                    cc, cs, sc, ss = c1 * c2, c1 * s2, s1 * c2, s1 * s2
+                    for k in range(9):
+                        K[m, n, k] += cc * H[0, k] + cs * H[1, k] + sc * H[2, k] + ss * H[3, k]
     return strain, power

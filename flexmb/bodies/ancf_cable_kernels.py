@@ -79,22 +79,22 @@ def _entry(row, rows, e, s, t):
 
 @kernel
 def _add_element_matrix(row, work, data, start, e, K, cm):
-    """Add the mass and stiffness of element e to the iteration matrix; K (9, 9) belongs to (d, r'_a, r'_b)."""
+    """Add the mass and stiffness of element e to the iteration matrix; K (3, 3, 9) belongs to (d, r'_a, r'_b)."""
     L = data[start]
-    Z = np.empty((4, 2))  # weights of d, and of its own gradient, per vector: r_a, r'_a, r_b, r'_b
-    Z[0, 0], Z[1, 0], Z[2, 0], Z[3, 0] = -1.0 / L, 0.0, 1.0 / L, 0.0
-    local = (0, 3, 0, 6)
+    local = (0, 1, 0, 2)
+    share = (-1.0 / L, 1.0, 1.0 / L, 1.0)
     for s in range(4):
-        f = Z[s, 0] if s % 2 == 0 else 1.0
-        for t in range(4):
-            g = Z[t, 0] if t % 2 == 0 else 1.0
-            first, column = _entry(row, work.rows, e, s, t)
-            mass = cm * data[start + 1 + 4 * s + t]
-            for i in range(3):
-                at = work.rows[first + i] + column
+        own = row.iu + 6 * (e if s < 2 else (e + 1) % row.nodes) + 3 * (s % 2)
+        other = row.couplings + 12 * e + (0 if s < 2 else 6) + 3 * (s % 2)
+        for i in range(3):
+            here, there = work.rows[own + i], work.rows[other + i]
+            for t in range(4):
+                at = (here if s // 2 == t // 2 else there) + 3 * (t % 2)
+                f = share[s] * share[t]
+                block = K[local[s], local[t]]
                 for j in range(3):
-                    work.S[at + j] += f * g * K[local[s] + i, local[t] + j]
-                work.S[at + i] += mass
+                    work.S[at + j] += f * block[3 * i + j]
+                work.S[at + i] += cm * data[start + 1 + 4 * s + t]
 
 
 @kernel
@@ -130,9 +130,8 @@ def inertia(raw, data, state, work):
     z = np.empty((3, 3))
     rate = np.empty((3, 3))
     f = np.empty(9)
-    K = np.empty((9, 9))
-    F = np.empty((2, 3))
-    H = np.empty((6, 6))
+    K = np.empty((3, 3, 9))
+    scratch = np.empty((20, 3))
     weights = work.coefficients
     tangent = weights[3] > 0.0
     for n in range(rows.shape[0]):
@@ -149,7 +148,7 @@ def inertia(raw, data, state, work):
                 rate[1, i] = state.u[row.iu + a + 3 + i]
                 rate[2, i] = state.u[row.iu + b + 3 + i]
             ck, cd = (weights[2], weights[1]) if tangent else (0.0, 0.0)
-            _, power = cable_element(data, start, z, rate, ck, cd, f, K, F, H)
+            _, power = cable_element(data, start, z, rate, ck, cd, f, K, scratch)
             work.energy[5] += power
             for i in range(3):
                 work.residual[row.iu + a + i] -= f[i] / L
@@ -183,9 +182,8 @@ def energy(raw, data, state, work):
     z = np.empty((3, 3))
     rest = np.zeros((3, 3))
     f = np.empty(9)
-    K = np.empty((9, 9))
-    F = np.empty((2, 3))
-    H = np.empty((6, 6))
+    K = np.empty((3, 3, 9))
+    scratch = np.empty((20, 3))
     for n in range(rows.shape[0]):
         row = rows[n]
         for e in range(row.elements):
@@ -195,7 +193,7 @@ def energy(raw, data, state, work):
                 z[0, i] = (state.q[row.iq + b + i] - state.q[row.iq + a + i]) / data[start]
                 z[1, i] = state.q[row.iq + a + 3 + i]
                 z[2, i] = state.q[row.iq + b + 3 + i]
-            strain, _ = cable_element(data, start, z, rest, 0.0, 0.0, f, K, F, H)
+            strain, _ = cable_element(data, start, z, rest, 0.0, 0.0, f, K, scratch)
             work.energy[1] += strain
             for s in range(4):
                 target = (a if s < 2 else b) + 3 * (s % 2)
