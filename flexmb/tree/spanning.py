@@ -97,6 +97,15 @@ def _edges(system, cut) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]
     return ends, {name: equations[name] for name in ends}
 
 
+def _refuse_bodies_of_nodes(system) -> None:
+    """The recursion inverts the mass matrix of a body as a dense one: a body of many nodes is none of its business."""
+    for body in system.model.bodies:
+        if body.block_size < body.n_velocities:
+            raise CompileError(body.title, found=f"{body.n_velocities} velocities in nodes of {body.block_size}",
+                               expected="bodies with a frame, or points, in the recursive formulation",
+                               remedy="Leave the formulation out: the sparse factorisation goes node by node")
+
+
 @lru_cache(maxsize=16)
 def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
     """Return a spanning tree of the joints of a system (found once for each system).
@@ -110,9 +119,10 @@ def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
     Raises
     ------
     CompileError
-        If a joint in `cut` does not exist.
+        If a joint in `cut` does not exist, or a body is a mesh of nodes of its own.
     """
     names = [body.name for body in system.model.bodies]
+    _refuse_bodies_of_nodes(system)
     for name in cut:
         if name not in system.joint_index:
             raise CompileError("Recursive", found=f"joint '{name}' to cut does not exist",

@@ -8,7 +8,7 @@ from tolerances import MACHINE, SOLVER
 
 import flexmb as fmb
 from flexmb import fem
-from flexmb.errors import ModelError
+from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import tangent_at
 from flexmb.math.rotations import rotation_matrix
 from flexmb.system.program import energies, evaluate
@@ -167,3 +167,8 @@ def test_refused(fields, found):
     with pytest.raises(ModelError, match="Body 'b'") as error:
         cable(**fields)
     assert found in str(error.value)
+
+
+def test_the_recursion_over_trees_refuses_bodies_of_nodes():
+    with pytest.raises(CompileError, match="Body 'b'.*24 velocities in nodes of 6"):
+        fmb.accelerations(fmb.Model(bodies=(fmb.Ground(), cable())), formulation=fmb.Recursive())
