@@ -121,6 +121,11 @@ def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
     CompileError
         If a joint in `cut` does not exist, or a body is a mesh of nodes of its own.
     """
+    for body in system.model.bodies:
+        if not body.has_frame and body.n_vector > 3:
+            raise CompileError(f"Body '{body.name}'", found=f"{type(body).__name__} has no frame",
+                               expected="rigid, floating or point bodies in the recursion",
+                               remedy="Use Augmented() or an implicit integrator for this model")
     names = [body.name for body in system.model.bodies]
     _refuse_bodies_of_nodes(system)
     for name in cut:
