@@ -170,5 +170,5 @@ def test_refused(fields, found):
 
 
 def test_the_recursion_over_trees_refuses_bodies_of_nodes():
-    with pytest.raises(CompileError, match="Body 'b'.*24 velocities in nodes of 6"):
+    with pytest.raises(CompileError, match="Body 'b': AncfCable has no frame"):
         fmb.accelerations(fmb.Model(bodies=(fmb.Ground(), cable())), formulation=fmb.Recursive())
