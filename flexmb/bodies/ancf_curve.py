@@ -63,6 +63,7 @@ def curve_through(points, elements: int, title: str, *, tangents=None, closed: b
     if closed:
         p = np.vstack([p, p[:1]])
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    ends: str | tuple[tuple[int, np.ndarray], tuple[int, np.ndarray]]
     if closed:
         ends = "periodic"
     elif tangents is not None:
