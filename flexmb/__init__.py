@@ -12,7 +12,8 @@ __version__ = "0.1.0"
 
 # Where each public name lives; it is imported when it is first asked for, so that `import flexmb` stays fast.
 _ROOMS = {
-    "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError",
+    "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError "
+    "ValidityWarning",
     "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",

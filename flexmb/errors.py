@@ -16,6 +16,7 @@ __all__ = [
     "MeshError",
     "ModelError",
     "ReductionError",
+    "ValidityWarning",
     "did_you_mean",
 ]
 
@@ -68,6 +69,10 @@ class IntegrationError(FlexmbError):
     def __init__(self, part: str, *, found: str, expected: str = "", remedy: str = "", solution=None):
         super().__init__(part, found=found, expected=expected, remedy=remedy)
         self.solution = solution
+
+
+class ValidityWarning(UserWarning):
+    """A result lies outside what the model holds for; the message has numbers and a remedy."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -17,6 +17,7 @@ from flexmb.bodies.floating_inertia import (
 from flexmb.bodies.floating_markers import add_marker_stiffness, place_flexible_marker
 from flexmb.bodies.floating_row import ROW, geometry, invariants, pack, stiffness_matrices
 from flexmb.bodies.floating_stiffness import add_stiffening, add_stiffening_tangent, load_scales
+from flexmb.bodies.floating_validity import FloatingWatch
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import add_own_block, add_to_residual
 from flexmb.errors import ModelError, did_you_mean
@@ -223,6 +224,7 @@ class FloatingBody(Body):
     rigid: bool = False
     markers: Any = None
 
+    watch: ClassVar[Any] = FloatingWatch
     table: ClassVar[Table] = Table("FloatingBody", ROW, {"place": place, "inertia": inertia, "energy": energy})
 
     def __post_init__(self):

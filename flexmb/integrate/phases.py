@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.integrate.record import Recorder, joined_rows
+from flexmb.integrate.validity import Validity
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
 from flexmb.model.model import Model
 from flexmb.results import Status
@@ -21,11 +22,15 @@ CHUNK = 0.2
 
 
 class Phases:
-    """A run through the phases that events divide it into."""
+    """A run through the phases that events divide it into.
 
-    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress):
+    `before` are the statistics of the run that is continued, if one is.
+    """
+
+    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress, before=None):
         self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
         self.statistics: dict[str, Any] = {}
+        self.validity = Validity(before)
         self.t = float(times[0])
 
     def run(self, model: Model, state=None, works=None, goes_on=None) -> Status:
@@ -107,7 +112,9 @@ class Phases:
         # both increase: a search per row, where isin would sort all times of the run once per block
         places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
         keep = times[places] == rows["t"]
-        self.recorder.add({name: x[keep] for name, x in rows.items()})
+        kept = {name: x[keep] for name, x in rows.items()}
+        self.recorder.add(kept)
+        self.validity.look(self.recorder.system, kept)
 
 
 def _complaints(model: Model) -> str:

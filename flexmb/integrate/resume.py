@@ -71,11 +71,11 @@ def resume(
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
-    phases = Phases(integrator, recorder, times, progress)
+    phases = Phases(integrator, recorder, times, progress, before.statistics)
     status = phases.run(model, state, last.works, goes_on=before.phases[-1] if merge else None)
     spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
     counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
-    solution = recorder.solution(status, {**counts, "seconds": spent})
+    solution = recorder.solution(status, {**counts, "seconds": spent, **phases.validity.statistics})
     if status.kind == "failed":
         raise IntegrationError(f"Model '{model.name}'", found=status.message,
                                expected="a motion that the integrator can follow", remedy=status.remedy,

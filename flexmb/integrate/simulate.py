@@ -121,7 +121,8 @@ def simulate(
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     status = phases.run(model, state)
-    solution = recorder.solution(status, {**phases.statistics, "seconds": time.perf_counter() - clock})
+    spent = time.perf_counter() - clock
+    solution = recorder.solution(status, {**phases.statistics, "seconds": spent, **phases.validity.statistics})
     if status.kind == "failed":
         raise IntegrationError(f"Model '{model.name}'", found=status.message,
                                expected="a motion that the integrator can follow", remedy=status.remedy,

@@ -103,6 +103,8 @@ class Body(Part):
     family: ClassVar[str] = "Body"
     table: ClassVar[Table | None] = None
     has_frame: ClassVar[bool] = True
+    watch: ClassVar[Any] = None
+    """Class (bodies of the kind, system) that measures how far they are from what they hold for; None: nothing."""
 
     @property
     def n_vector(self) -> int:

@@ -1,0 +1,96 @@
+"""Watching validity while a simulation runs: deformation, load and speed of reduced bodies."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ValidityWarning
+from flexmb.math.tables import State
+from flexmb.system.program import evaluate
+
+__all__ = ["Validity"]
+
+SHARES, WARNINGS = "share of validity", "warnings"
+"""Names in the statistics of a solution."""
+
+ADVICE = {
+    "deformation": ("deforms by {percent:.0f} % of its size", "less than 10 %, where its linear strain holds",
+                    "Split it into {parts} (flexmb.reduction.split), or use an ANCF body"),
+    "load": ("carries {value:.2g} times the load under which its reduced stiffness buckles", "less than that load",
+             "Check the load; for motion past buckling split the body (flexmb.reduction.split), or use an ANCF body"),
+    "speed": ("turns {value:.2g} times as fast as its highest retained mode vibrates",
+              "retained modes that vibrate faster than the body turns",
+              "Keep more modes: reduction.reduce(..., modes=...)"),
+}  # fmt: skip
+"""Per measure: what is found, what is expected, what to do."""
+
+
+class Validity:
+    """Measures the samples of a run as they come, warns once per body and measure, and keeps the largest values.
+
+    Parameters
+    ----------
+    before : mapping, optional
+        Statistics of the run that is continued: what was told is not told again.
+    """
+
+    def __init__(self, before: dict[str, Any] | None = None):
+        before = before or {}
+        self.largest: dict[str, dict[str, float]] = {k: dict(v) for k, v in before.get(SHARES, {}).items()}
+        self.sentences: list[str] = list(before.get(WARNINGS, []))
+        self._system: Any = None
+        self._watches: list[Any] = []
+        self._work: Any = None
+
+    def look(self, system, rows: dict[str, np.ndarray]) -> None:
+        """Measure a block of samples."""
+        if not len(rows["t"]):
+            return
+        if system is not self._system:
+            self._begin(system)
+        for watch in self._watches:
+            for title, measure, place, samples, values in watch.measure(rows, lambda k: self._evaluated(rows, k)):
+                k = int(np.argmax(values))
+                known = self.largest.setdefault(title, {})
+                if values[k] > 1.0 >= known.get(measure, 0.0):
+                    first = samples[np.flatnonzero(values > 1.0)[0]]
+                    self._warn(_sentence(title, measure, place, float(values[k]), float(rows["t"][first])))
+                known[measure] = max(known.get(measure, 0.0), float(values[k]))
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Largest measures by body, 1 at the limit, and the warnings; empty if no body is watched."""
+        told = {WARNINGS: self.sentences} if self.sentences else {}
+        return {SHARES: self.largest, **told} if self.largest else {}
+
+    def _warn(self, sentence: str) -> None:
+        self.sentences.append(sentence)
+        warnings.warn(sentence, ValidityWarning, stacklevel=2)
+
+    def _begin(self, system) -> None:
+        kinds = {type(body) for body in system.model.bodies if body.watch is not None}
+        self._system, self._work = system, system.workspace()
+        self._watches = [kind.watch([b for b in system.model.bodies if type(b) is kind], system) for kind in kinds]
+
+    def _evaluated(self, rows, k):
+        state = State(float(rows["t"][k]), *(np.ascontiguousarray(rows[name][k]) for name in ("q", "u", "a", "lam")),
+                      np.zeros((max(1, self._system.n_signals), 3)))
+        self._work.coefficients[:] = 0.0
+        evaluate(self._system.program, state, self._work)
+        return state, self._work
+
+
+def _sentence(title: str, measure: str, place: str, value: float, t: float) -> str:
+    found, expected, remedy = ADVICE[measure]
+    numbers = {"value": value, "percent": 10.0 * value, "parts": _parts(value)}
+    where = f" {place}" if measure == "deformation" else f", {place}," if place else ""
+    begins = f"{title} {found.format(**numbers)}{where} from t = {t:.4g} s on"
+    return f"{begins}; expected: {expected}. {remedy.format(**numbers)}."
+
+
+def _parts(value: float) -> str:
+    """The deformation of a part, relative to its size, falls with the number of parts."""
+    return f"{int(np.ceil(value)) + 1} bodies" if value < 10.0 else "many bodies if the motion is what is meant"
