@@ -11,8 +11,9 @@ from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
+from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.system.assembly import worst_equations
-from flexmb.system.program import accelerations, advance, evaluate
+from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate
 
 __all__ = ["GeneralizedAlpha"]
 
@@ -41,7 +42,7 @@ class GeneralizedAlpha:
 
     rho_inf: float = 0.8
     step: float | None = None
-    rtol: float = 1e-5
+    rtol: float = 1e-6
     atol: float | None = None
     largest: float | None = None
 
@@ -80,46 +81,81 @@ class GeneralizedAlpha:
         extent, reach = extents(system, state, work, size, self.atol or 1e-4 * size)
         span = max(t_end - state.t, 1e-300)
         largest = self.largest or span / 20.0
-        first = self.step or min(largest, self._first_step(system, state, extent, reach))
+        first = self.step or min(largest, self._first_step(system, state, work, extent, reach))
         variables = Variables(
             q=state.q.copy(), u=state.u.copy(), a=state.a.copy(), lam=state.lam.copy(), alg=state.a.copy(),
             q1=np.zeros(nq), u1=np.zeros(nu), a1=np.zeros(nu), lam1=np.zeros(ng), alg1=np.zeros(nu),
             dx=np.zeros(nu), d=np.zeros(nu), right=np.zeros(nu + ng), a_last=state.a.copy(), lam_last=state.lam.copy(),
-            extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3), signals=state.signals.copy(),
+            hidden=np.zeros(ng), change=np.zeros(nu),
+            extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3),
+            powers_last=np.zeros(3), signals=state.signals.copy(),
             counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]))
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         variables.powers[:] = work.energy[3:6]
-        self._shift(system, state, work, variables, first)
+        self._fit_start(system, state, work, variables, first)
         return variables
 
-    def _first_step(self, system, state, extent, reach) -> float:
-        """Return a step over which the acceleration moves everything by about a tenth of the tolerance's root scale."""
+    def _first_step(self, system, state, work, extent, reach) -> float:
+        """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
+        scale = self.rtol ** (1.0 / 3.0)
         a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
         u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
-        # a jerk is not known yet; a third of the time in which speed or acceleration cover a tolerance-weighted reach
-        scale = self.rtol ** (1.0 / 3.0)
-        return 0.1 * scale / max(np.sqrt(a), u, 1e-3)
+        h = 0.1 * scale / max(np.sqrt(a), u, 1e-3)
+        # from rest to a gentle start neither says anything yet; rates over the step found last tell when it is too long
+        for _ in range(8):
+            rate = np.max(np.abs(self._acceleration_rate(system, state, work, h)) * extent / reach, initial=0.0)
+            allowed = 0.5 * scale / max(rate, 1e-9) ** (1.0 / 3.0)
+            if h <= allowed:
+                break
+            h = max(0.1 * h, 0.5 * allowed)
+        return h
 
-    def _shift(self, system, state, work, v: Variables, h: float) -> None:
-        """Move the algorithmic acceleration to t + (alpha_m - alpha_f) h with the rate of change of the acceleration.
+    def _fit_start(self, system, state, work, v: Variables, h: float) -> None:
+        """Give algorithmic acceleration and velocities the values of a motion that has been going on with steps h.
 
-        Without it the first step carries an error of first order into the multipliers (Arnold & Brüls 2007, sec. 3).
+        The algorithmic acceleration is that of t + (alpha_m - alpha_f) h. The constraints hold for positions, which err by
+        C h^3 a' a step, so the velocities that they determine are off by C h^2 a'. Started from the exact values, the
+        multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
         """
         c = self.controls()
-        probe = 1e-3 * h
+        v.times[2] = h
+        v.a_last[:] = state.a
+        rate, later = (self._acceleration_rate(system, state, work, probe) for probe in (1e-3 * h, h))
+        difference = np.max(np.abs(later - rate) * v.extent, initial=0.0)
+        # rates that differ over a step belong to frequencies which the step cannot resolve: those are better damped
+        if not difference <= 0.5 * np.max(np.abs(rate) * v.extent, initial=0.0):
+            return
+        v.alg[:] += (c.alpha_m - c.alpha_f) * h * rate
+        constant = c.beta + 0.5 * (c.alpha_m - c.alpha_f) - 1.0 / 6.0
+        v.change[:] = self._constrained_part(system, state, work, -constant * h * h * rate)
+        v.u[:] += v.change
+        constraint_velocity(work, v.u, v.hidden)
+
+    @staticmethod
+    def _constrained_part(system, state, work, velocity: np.ndarray) -> np.ndarray:
+        """Return the part of a velocity that the constraints determine: M x = G^T lam, G x = G velocity."""
+        right = np.zeros(system.nu + system.ng)
+        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+        evaluate(system.program, state, work)
+        constraint_velocity(work, velocity, right[system.nu :])
+        held = system.program.equation_level == 0
+        right[system.nu :] = np.where(held, right[system.nu :] - work.equations["rate"], 0.0)
+        if not system.ng or lu_factor(work.S, system.program.pattern) >= 0:
+            return np.zeros(system.nu)
+        lu_solve(work.S, system.program.pattern, right)
+        return right[: system.nu]
+
+    @staticmethod
+    def _acceleration_rate(system, state, work, probe: float) -> np.ndarray:
+        """Return the change of the acceleration over a time `probe` of uniformly accelerated motion, per second."""
         q = np.zeros(system.nq)
         advance(system.program, state.q, state.u + 0.5 * probe * state.a, probe, q)
         later = system.state(state.t + probe, q, state.u + probe * state.a)
         right = np.zeros(system.nu + system.ng)
-        if accelerations(system.program, later, work, right, 12 if system.redundant else 2) < 0:
-            rate = (later.a - state.a) / probe
-            shift = (c.alpha_m - c.alpha_f) * h * rate
-            if np.all(np.isfinite(shift)) and np.max(np.abs(shift) * v.extent, initial=0.0) <= np.max(
-                    np.abs(state.a) * v.extent, initial=0.0) + 1e-12:
-                v.alg[:] += shift
-        v.times[2] = h
-        v.a_last[:] = state.a
+        if accelerations(system.program, later, work, right, 12 if system.redundant else 2) >= 0:
+            return np.full(system.nu, np.inf)
+        return (later.a - state.a) / probe
 
     def run(self, system, work, variables: Variables, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""

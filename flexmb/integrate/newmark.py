@@ -15,22 +15,24 @@ import numpy as np
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
-from flexmb.system.program import accelerations, advance, evaluate, keep_branches
+from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate, keep_branches
 
 __all__ = ["Controls", "Variables", "run_steps"]
 
 Variables = namedtuple(
     "Variables",
-    "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last extent reach works powers signals counts times",
+    "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last hidden change extent reach works powers "
+    "powers_last signals counts times",
 )
 """State and scratch of the integration.
 
 q, u, a, lam, alg : configuration, velocity, acceleration, multipliers, algorithmic acceleration at the step's start
 q1, u1, a1, lam1, alg1 : the same at its end; dx: increment over the step; d, right: scratch
 a_last, lam_last : at the start of the previous step, for the prediction
+hidden (ng,) : rate of the constraints at the step's start; change (nu,): of the velocities, with the step size
 extent (nu,) : length, m, that makes an increment a displacement (radius of gyration for rotations)
 reach (nu,) : displacement, m, to which tolerances are relative
-works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates
+works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates; powers_last: a step before
 counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
 times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh matrix
 """
@@ -108,6 +110,46 @@ def _accelerations_settled(v, c, scale, left):
 
 
 @kernel
+def _change_of_velocities(program, work, v, share):
+    """Write the change of the velocities that adds a share of itself to the rate of the constraints."""
+    largest = 0.0
+    for i in range(len(v.u)):
+        v.change[i] = 0.0
+        v.right[i] = 0.0
+    for i in range(len(v.lam)):
+        change = share * v.hidden[i] if program.equation_level[i] == 0 else 0.0
+        v.right[len(v.u) + i] = change
+        largest = max(largest, abs(change))
+    if largest > 0.0:
+        lu_solve(work.S, program.pattern, v.right)
+        for i in range(len(v.u)):
+            v.change[i] = v.right[i]
+
+
+@kernel
+def _fit_to_step(program, work, v, h):
+    """Move what belongs to the step size, algorithmic acceleration and rate of the constraints, to a new one.
+
+    The algorithmic acceleration is that of time t + (alpha_m - alpha_f) h. Positions that satisfy the constraints leave
+    velocities which violate them by C h^2 G a'; kept at that value of the step before, the multipliers would carry an
+    error of first order through the next steps (Arnold, Brüls & Cardona 2015).
+    """
+    ratio = h / v.times[2]
+    _change_of_velocities(program, work, v, ratio * ratio - 1.0)
+    for i in range(len(v.u)):
+        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * ratio
+        v.u[i] += v.change[i]
+
+
+@kernel
+def _back_to_step(v, h):
+    """Undo `_fit_to_step` after a step that failed."""
+    for i in range(len(v.u)):
+        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * v.times[2] / h
+        v.u[i] -= v.change[i]
+
+
+@kernel
 def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
     nu, ng = len(v.u), len(v.lam)
@@ -171,6 +213,18 @@ def _step_error(v, c, h):
 
 
 @kernel
+def _add_works(v, h, powers):
+    """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before."""
+    before = v.times[2]
+    for i in range(3):
+        v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
+        if v.counts[0] > 0:
+            curvature = ((v.powers[i] - powers[i]) / h - (powers[i] - v.powers_last[i]) / before) / (h + before)
+            v.works[i] -= curvature * h * h * h / 6.0
+        v.powers_last[i] = powers[i]
+
+
+@kernel
 def _accept(program, work, v, h, powers):
     """Make the end of the step the start of the next."""
     for i in range(len(v.q)):
@@ -183,9 +237,9 @@ def _accept(program, work, v, h, powers):
     for i in range(len(v.lam)):
         v.lam_last[i] = v.lam[i]
         v.lam[i] = v.lam1[i]
+    constraint_velocity(work, v.u, v.hidden)
     keep_branches(program, work, v.q)
-    for i in range(3):
-        v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
+    _add_works(v, h, powers)
     for n in range(len(program.vectors)):
         # tolerances of flexible coordinates are relative to the largest displacement they have reached
         iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
@@ -199,17 +253,19 @@ def _accept(program, work, v, h, powers):
 
 
 @kernel
-def _write_accelerations(program, work, v, c, a, lam):
-    """Write accelerations and multipliers of a sample: the solution of M a - G^T lam = f, G a = -drift at its q and u.
+def _write_sample(program, work, v, c, u, a, lam):
+    """Write velocities, accelerations and multipliers of a sample.
 
-    The multipliers of the step itself carry an error of first order whenever the step size changes, because the residual
-    of the velocities, of second order, belongs to the step size (Arnold, Brüls & Cardona 2015). Steps of one size keep
-    theirs.
+    The velocities are those of a step of size zero, so they satisfy the constraints. Accelerations and multipliers of a
+    run with steps of changing size are the solution of M a - G^T lam = f, G a = -drift at its q and u.
     """
+    _change_of_velocities(program, work, v, -1.0)
+    for i in range(len(u)):
+        u[i] = v.u[i] + v.change[i]
     a[:] = v.a
     lam[:] = v.lam
     if c.sweeps > 0:
-        state = State(v.times[0], v.q, v.u, a, lam, v.signals)
+        state = State(v.times[0], v.q, u, a, lam, v.signals)
         singular = accelerations(program, state, work, v.right, c.sweeps) >= 0
         if singular or not np.all(np.isfinite(a)) or not np.all(np.isfinite(lam)):
             a[:] = v.a
@@ -228,11 +284,7 @@ def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works)
         while samples[k] - v.times[0] > 1e-12 * max(abs(samples[k]), span):
             left = samples[k] - v.times[0]
             h = left / max(1.0, np.ceil(left / min(v.times[1], v.times[3]) * (1.0 - 1e-9)))
-            if v.times[2] > 0.0:
-                # the algorithmic acceleration belongs to t + (alpha_m - alpha_f) h: move it to the new step size
-                for i in range(len(v.u)):
-                    v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * h / v.times[2]
-            previous = v.times[2]
+            _fit_to_step(program, work, v, h)
             for i in range(3):
                 powers[i] = v.powers[i]
             _predict(program, v, c, h)
@@ -241,9 +293,7 @@ def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works)
             if failure == 0:
                 error = _step_error(v, c, h) if c.adaptive else 0.0
             if failure != 0 or error > 1.0:
-                if previous > 0.0:
-                    for i in range(len(v.u)):
-                        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * previous / h
+                _back_to_step(v, h)
                 for i in range(3):
                     v.powers[i] = powers[i]
                 if failure != 0:
@@ -266,7 +316,6 @@ def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works)
                 v.times[1] = v.times[3]
         t[k - first] = v.times[0]
         q[k - first] = v.q
-        u[k - first] = v.u
-        _write_accelerations(program, work, v, c, a[k - first], lam[k - first])
+        _write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
         works[k - first] = v.works
     return last, 0

@@ -41,6 +41,38 @@ def test_generalized_alpha_is_of_order_two(pendulum, reference, rho):
     np.testing.assert_allclose(np.log2(coarse / fine), 2.0, atol=0.15)
 
 
+def force_errors(model, times, integrator):
+    """Return the largest errors of the rod force (N, from the height by energy) and of the velocity along the rod."""
+    out = fmb.simulate(model, times[-1], samples=times, integrator=integrator)
+    tension = 9.81 * (-3.0 * out["p"][:, 1] - 1.0)  # m (g cos + v^2), v^2 = 2 g (cos - cos 60 deg), cos = -y
+    along = np.abs(np.sum(out["p"] * out["v"], axis=1))
+    return np.abs(np.linalg.norm(out["force"], axis=1) - tension).max(), along.max()
+
+
+def test_multipliers_are_of_order_two_from_the_first_step(pendulum):
+    coarse, fine = (force_errors(pendulum, np.arange(11) * h, fmb.GeneralizedAlpha(step=h)) for h in (4e-3, 2e-3))
+    assert np.log2(coarse[0] / fine[0]) > 1.9
+
+
+def test_multipliers_are_of_order_two_when_the_step_size_changes(pendulum):
+    """Samples that do not fit the step make it change at every sample, by up to a half."""
+    times = np.cumsum(np.r_[0.0, np.tile([0.0105, 0.0161, 0.0042, 0.0198], 6)])
+    coarse = force_errors(pendulum, times, fmb.GeneralizedAlpha(step=4e-3))
+    fine = force_errors(pendulum, times, fmb.GeneralizedAlpha(step=1e-3))
+    assert np.log2(coarse[0] / fine[0]) / 2 > 1.8
+
+
+def test_samples_satisfy_the_constraints_of_velocities(pendulum):
+    times = np.linspace(0.0, 1.0, 38)
+    assert force_errors(pendulum, times, fmb.GeneralizedAlpha(step=1e-2))[1] < 1e-6
+    assert force_errors(pendulum, times, fmb.GeneralizedAlpha())[1] < 1e-7
+
+
+def test_reactions_of_adaptive_runs(pendulum):
+    """Multipliers of samples are as accurate as the positions, although the steps change."""
+    assert force_errors(pendulum, np.linspace(0.0, 2.0, 51), fmb.GeneralizedAlpha())[0] < 1e-3 * 2 * 9.81
+
+
 def test_errors_at_the_default(pendulum, reference):
     found = errors(pendulum, reference("DAE2"), fmb.GeneralizedAlpha(step=1 / 800))
     assert np.all(found < [3e-6, 3e-5, 4e-6])

@@ -138,7 +138,7 @@ def test_what_is_no_signal(value):
             lambda: table([0, 1], [0, 1], kind="quintic"),
             "Signal table: kind = 'quintic'. 'cubic' or 'linear'",
         ),
-        (lambda: table([0, 1], [0, 1], of="time"), "Signal table: of = 'time'. a signal"),
+        (lambda: table([0, 1], [0, 1], of=["t"]), "Signal table: of = ['t']. a signal"),
         (lambda: Expression(3), "Signal expression: text = 3. a formula between quotes"),
         (lambda: expression("a*t"), "Expression 'a*t': the name 'a' is unknown"),
         (
