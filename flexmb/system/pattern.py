@@ -2,9 +2,10 @@
 
 Nodes of the graph are the bodies (their velocities) and the joints (their multipliers, a drive together with its
 joint). A multiplier has a zero on the diagonal, so it may be eliminated only when its pivot is certain to be regular:
-after all its bodies, or after one body whose freedoms no other eliminated joint has used yet (the equations of one
-joint are independent on one body). The second rule condenses trees from their leaves, as the O(n) recursions do, and
-keeps a body with many joints from coupling them all. Among the permitted nodes the one with the least fill goes first.
+after all its bodies, or, as the last joint of a body, after that body alone (the equations of one joint are independent
+on one body that no other joint holds). The second rule condenses trees from their leaves, as the O(n) recursions do.
+In a loop it would count the rest of the model as fixed, and take freedoms twice; there joints wait for all their bodies.
+Among the permitted nodes the one with the least fill goes first.
 """
 
 from __future__ import annotations
@@ -36,14 +37,13 @@ def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int
         if node < n_bodies:
             return True
         bodies = bodies_of[node]
-        if node in waiting:
-            return all(done[b] for b in bodies)
-        return all(done[b] for b in bodies) or any(leaf(b, node) for b in bodies)
+        if all(done[b] for b in bodies):
+            return True
+        return node not in waiting and any(held_only_by(node, b) for b in bodies)
 
-    def leaf(body, node):
-        # with another joint still to come, the rest of the model would count as fixed, and freedoms twice
-        alone = all(done[j] for j in joints_of[body] if j != node)
-        return done[body] and not used[body] and alone and sizes[node] <= sizes[body]
+    def held_only_by(joint, body):
+        others = all(done[j] for j in joints_of[body] if j != joint)
+        return done[body] and not used[body] and others and sizes[joint] <= sizes[body]
 
     def weight(node):
         return int(sum(sizes[k] for k in neighbours[node]))
@@ -67,11 +67,10 @@ def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int
             neighbours[k].discard(node)
             neighbours[k] |= later
             neighbours[k].discard(k)
-        if node >= n_bodies:
-            for b in bodies_of[node]:
-                used[b] |= done[b]
-        touched = set(later) | (joints_of[node] if node < n_bodies else set())
-        for k in touched | (set().union(*(joints_of[b] for b in bodies_of[node])) if node >= n_bodies else set()):
+        bodies = bodies_of.get(node, {node})
+        for b in bodies - {node}:
+            used[b] |= done[b]
+        for k in later.union(*(joints_of[b] for b in bodies)):
             if not done[k] and permitted(k):
                 heappush(heap, (weight(k), k))
     return order, [after[node] for node in order]
