@@ -29,11 +29,13 @@ _ROOMS = {
     "check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "Recursive",
     "flexmb.results": "Solution Status",
+    "flexmb.study": "sweep",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }
+_DOORS = ("fem", "io", "reduction", "study", "view")
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
-__all__ = ["__version__", *sorted(_HOME)]
+__all__ = ["__version__", *sorted({*_HOME, *_DOORS})]
 
 
 def __getattr__(name: str) -> Any:
@@ -41,6 +43,8 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(_HOME[name]), name)
         globals()[name] = value
         return value
+    if name in _DOORS:
+        return import_module(f"flexmb.{name}")
     raise AttributeError(f"module 'flexmb' has no attribute '{name}'")
 
 

@@ -8,8 +8,12 @@ from time import perf_counter
 __all__ = ["watch_compilation"]
 
 
-def watch_compilation(announce: Callable[[], None]) -> Callable[[], float]:
+def watch_compilation(
+    announce: Callable[[], None], follow: Callable[[bool], None] = lambda begins: None
+) -> Callable[[], float]:
     """Call `announce` when the first kernel of this process is compiled (none is if all come from the cache).
+
+    `follow` is called with True whenever compiling begins, and with False when it ends.
 
     Returns
     -------
@@ -28,12 +32,14 @@ def watch_compilation(announce: Callable[[], None]) -> Callable[[], float]:
                 self.began = perf_counter()
                 if not self.seconds:
                     announce()
+                follow(True)
             self.depth += 1
 
         def on_end(self, event):
             self.depth -= 1
             if not self.depth:
                 self.seconds += perf_counter() - self.began
+                follow(False)
 
     watch = Watch()
     event.register("numba:compile", watch)

@@ -24,7 +24,7 @@ MAY_KNOW = {
     "io": ("hdf5", "math", "model", "fem", "reduction", "constraints", "bodies", "joints", "forces",
            "sensors", "events", "system", "results"),
     "view": ("math", "model", "bodies", "results", "io"),
-    "study": ("model", "results", "io"),
+    "study": ("math", "model", "results", "io"),
     "cli": (),
 }
 
@@ -64,9 +64,11 @@ DOORS = {
     "imageio_ffmpeg": ("view/",),
     "dask": ("study/",),
     "distributed": ("study/",),
+    "pyarrow": ("study/",),
     "numpy": ("",),
     "scipy": ("",),
 }
 
-HEAVY = ("pyvista", "vtk", "vtkmodules", "meshio", "skfem", "matplotlib", "sksundae", "h5py", "gmsh", "dask")
+HEAVY = ("pyvista", "vtk", "vtkmodules", "meshio", "skfem", "matplotlib", "sksundae", "h5py", "gmsh", "dask",
+         "distributed", "pyarrow")
 """Packages that `import flexmb` must not load: they are imported where they are used."""

@@ -1,0 +1,145 @@
+"""The folder of a study: what was asked, every row as soon as it is there, and the table.
+
+``study.json`` holds the settings, ``rows.jsonl`` one line per row in the order of completion: a study that was cut off
+goes on where it stopped. ``results.csv`` (and ``results.parquet``) is the table.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from flexmb.errors import DataFileError
+from flexmb.study.plan import Plan
+from flexmb.study.table import Results, Row
+
+__all__ = ["StudyFolder"]
+
+SETTINGS, ROWS, TABLE, PARQUET, RUNS = "study.json", "rows.jsonl", "results.csv", "results.parquet", "runs"
+SCHEMA, VERSION = "flexmb.study", 1
+_CHANGED = {
+    "model": "the model file, its fixed parameters or its reduced bodies have changed",
+    "function": "the function has changed",
+    "outputs": "other outputs are asked for",
+    "plan": "the parameters or their values have changed",
+}
+
+
+class StudyFolder:
+    """Opens a folder for a study: a new one, or that of the same study, to go on with it.
+
+    Parameters
+    ----------
+    path : path
+    plan : Plan
+    identity : mapping
+        Everything else that decides the results, as text or numbers.
+
+    Raises
+    ------
+    DataFileError
+        The folder holds something else, or a study with other settings.
+    """
+
+    def __init__(self, path: str | Path, plan: Plan, identity: Mapping[str, Any]):
+        self.path, self.plan = Path(path), plan
+        self.runs = self.path / RUNS
+        settings = {**identity, "plan": {"names": list(plan.names), "rows": [list(row) for row in plan.rows]}}
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            if (self.path / SETTINGS).is_file():
+                self._check(settings)
+            else:
+                self._begin(settings)
+        except OSError as error:
+            raise self._error(
+                f"it cannot be used ({error.strerror or error})",
+                "a folder that can be written",
+                "Give another one with --out",
+            ) from error
+        self.rows = self._stored()
+        self._stream = (self.path / ROWS).open("a", encoding="utf-8")
+
+    def add(self, row: Row) -> None:
+        """Store a row; once this returns, it survives the end of the process."""
+        self._stream.write(json.dumps(row.plain()) + "\n")
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self.rows[row.number] = row
+
+    def close(self) -> None:
+        """Write the table of the rows so far."""
+        self._stream.close()
+        results = Results(self.plan.names, list(self.rows.values()))
+        results.write_csv(self.path / TABLE)
+        results.write_parquet(self.path / PARQUET)
+
+    def _begin(self, settings: Mapping[str, Any]) -> None:
+        there = sorted(entry.name for entry in self.path.iterdir())
+        if there:
+            raise self._error(
+                f"it holds {', '.join(there[:4])}{', ...' if len(there) > 4 else ''}",
+                "a new or empty folder, or that of the same study",
+                "Give another one with --out",
+            )
+        content = {"schema": SCHEMA, "schema_version": VERSION, "settings": settings}
+        part = self.path / f".{SETTINGS}.part"
+        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        os.replace(part, self.path / SETTINGS)
+
+    def _check(self, settings: Mapping[str, Any]) -> None:
+        try:
+            content = json.loads((self.path / SETTINGS).read_text(encoding="utf-8"))
+            known = content["schema"] == SCHEMA and content["schema_version"] == VERSION
+            stored = content["settings"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise self._error(
+                f"{SETTINGS} is damaged ({error})", "what flexmb wrote", "Give another folder"
+            ) from error
+        if not known:
+            raise self._error(
+                f"{SETTINGS} has the schema {content['schema']} {content['schema_version']}",
+                f"{SCHEMA} {VERSION}",
+                "Give another folder with --out",
+            )
+        now = json.loads(json.dumps(settings))
+        different = [name for name in sorted({*stored, *now}) if stored.get(name) != now.get(name)]
+        if different:
+            raise self._error(
+                "it holds another study: "
+                + "; ".join(_CHANGED.get(name) or _difference(name, stored, now) for name in different),
+                "the same settings, to go on with it",
+                "Give another folder with --out; what was computed stays in this one",
+            )
+
+    def _stored(self) -> dict[int, Row]:
+        """Return the rows by number; a line that was cut off by the end of the process is not one."""
+        rows: dict[int, Row] = {}
+        path = self.path / ROWS
+        if not path.is_file():
+            return rows
+        whole = path.read_bytes()
+        kept = whole[: whole.rfind(b"\n") + 1]
+        if len(kept) < len(whole):
+            os.truncate(path, len(kept))
+        for number, line in enumerate(kept.decode("utf-8").splitlines(), 1):
+            try:
+                row = Row(**json.loads(line))
+            except (ValueError, TypeError) as error:
+                raise self._error(
+                    f"line {number} of {ROWS} is damaged ({error})",
+                    "rows as flexmb wrote them",
+                    "Remove this line",
+                ) from error
+            rows[row.number] = row
+        return rows
+
+    def _error(self, found: str, expected: str, remedy: str) -> DataFileError:
+        return DataFileError(f"Study folder '{self.path}'", found=found, expected=expected, remedy=remedy)
+
+
+def _difference(name: str, stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    return f"{name} was {stored.get(name, 'not given')}, now {now.get(name, 'not given')}"

@@ -1,0 +1,108 @@
+"""A worker process of a study: computes one variant after another until its pipe is closed."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+from collections.abc import Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from flexmb.math import watch_compilation
+
+__all__ = ["Worker"]
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Variants run beside each other: BLAS with threads of its own would make more threads than there are cores."""
+
+
+class Worker:
+    """A spawned process, and number and parameters of the variant it is working on.
+
+    Parameters
+    ----------
+    task : bytes
+        A pickled Task.
+    """
+
+    def __init__(self, task: bytes):
+        spawning = multiprocessing.get_context(
+            "spawn"
+        )  # compiled code and BLAS threads do not survive a fork
+        self.pipe, end = spawning.Pipe()
+        self.process = spawning.Process(target=_serve, args=(end, task), name="flexmb study", daemon=True)
+        with _environment():
+            self.process.start()
+        end.close()  # with the only other end inside the process, its death is the end of the pipe
+        self.ready = self.compiling = False
+        self.number: int | None = None
+        self.parameters: Mapping[str, Any] = {}
+        self.began = 0.0
+
+    def receive(self) -> tuple[str, Any] | None:
+        """Return the next message, (kind, content), or None if the process has ended."""
+        try:
+            return self.pipe.recv()
+        except (EOFError, OSError):
+            self.process.join()
+            return None
+
+    def end(self) -> None:
+        """End the process at once."""
+        if self.process.is_alive():
+            self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+    def cause_of_death(self) -> str:
+        """Return how the process ended, as text."""
+        code = self.process.exitcode
+        if code is None or code >= 0:
+            return f"the worker process ended with code {code}"
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+        hint = {"SIGKILL": ", often for want of memory", "SIGSEGV": ", a crash of compiled code"}.get(
+            name, ""
+        )
+        return f"the worker process was ended by {name}{hint}"
+
+
+@contextmanager
+def _environment():
+    """What a new process shall inherit: one BLAS thread, and no end by Ctrl-C, which is for the parent to handle."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    try:
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    except ValueError:  # not the main thread
+        handler = None
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+        if handler is not None:
+            signal.signal(signal.SIGINT, handler)
+
+
+def _serve(pipe: Any, pickled: bytes) -> None:
+    """Compute what comes through the pipe."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        task = pickle.loads(pickled)
+    except Exception as error:  # a module that is not found, a name that is gone: said once, not per variant
+        pipe.send(("useless", f"{type(error).__name__}: {error}"))
+        return
+    watch_compilation(lambda: None, lambda begins: pipe.send(("compiling", begins)))
+    pipe.send(("ready", None))
+    while True:
+        try:
+            number, parameters = pipe.recv()
+        except (EOFError, OSError):  # the parent is gone, or has no more work
+            return
+        pipe.send(("row", task.row(number, parameters)))
