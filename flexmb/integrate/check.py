@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +34,9 @@ class Report:
         Largest residual of the constraints as described, before assembly.
     moved : float, m or rad
         Largest increment of a coordinate that assembly made.
+    misfits : dict of joint name to (float, float), m and rad
+        What dependent equations leave open because they contradict each other within the digits of a mesh file (1e-6 of
+        the model's size); larger gaps are an error. The motion ignores them, and they stress nothing.
     """
 
     model: Model
@@ -43,6 +47,7 @@ class Report:
     redundant: tuple[str, ...]
     assembly_error: float
     moved: float
+    misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __str__(self) -> str:
         m = self.model
@@ -58,6 +63,9 @@ class Report:
             lines += [f"    {name}" for name in self.redundant]
             lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")
             lines.append("  for example a Revolute by a Cylindrical, Universal or Spherical joint.")
+        if self.misfits:
+            lines.append("  They contradict each other within mesh tolerance; left open, without stress, are the joints")
+            lines += [f"    {name}: {metres:.2g} m, {radians:.2g} rad" for name, (metres, radians) in self.misfits.items()]
         return "\n".join(lines)
 
 
@@ -85,4 +93,4 @@ def check(model: Model) -> Report:
     return Report(
         model=model, mobility=counts.mobility, gruebler=counts.gruebler, velocities=counts.velocities,
         equations=counts.equations, redundant=counts.redundant, assembly_error=described_error(system),
-        moved=float(np.abs(state.q - system.q0).max(initial=0.0)))
+        moved=float(np.abs(state.q - system.q0).max(initial=0.0)), misfits=dict(system.misfits))

@@ -12,7 +12,7 @@ from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
-from flexmb.system.assembly import worst_equations
+from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate, project
 
 __all__ = ["Explicit"]
@@ -72,7 +72,8 @@ class _Run:
         evaluate(system.program, state, self.work)
         if system.ng and np.max(np.abs(self.work.equations["g"])) > self.tolerance:
             self.counts["projections"] += 1
-            project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance, 10)
+            project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance,
+                    system.gaps, 10)
         solver.y = np.concatenate([state.q, state.u, solver.y[-3:]])
         if hasattr(solver, "f"):
             solver.f = self.rates(solver.t, solver.y)

@@ -25,6 +25,9 @@ DENSE = 300
 YIELDING = 1e-11
 """Compliance of the constraints where equations depend on each other, s, relative to G M^-1 G^T."""
 
+OPEN = 1e-3
+"""The same of the positions, s, where dependent equations contradict each other (see `flexmb.check`: misfits)."""
+
 
 class _NotFinite(ArithmeticError):
     """The residual is not a number: IDA itself would go on silently."""
@@ -54,8 +57,11 @@ class _Run:
         yielding = np.zeros((2, system.ng))
         if system.redundant:
             equations = equations_at(system, state, self.work)
-            yielding[0] = YIELDING * equation_scale(equations.M, equations.G)
-            yielding[1] = YIELDING * (equations.G.multiply(equations.G) @ self.extent**-2.0)
+            # equations that contradict each other yield more: what they leave open must not become a large multiplier
+            misfit = max((max(gap) for gap in system.misfits.values()), default=0.0)
+            motion, position = max(YIELDING, 0.01 * misfit), OPEN if misfit else YIELDING
+            yielding[0] = motion * equation_scale(equations.M, equations.G)
+            yielding[1] = position * (equations.G.multiply(equations.G) @ self.extent**-2.0)
         return yielding
 
     def _start(self, state):
@@ -68,6 +74,8 @@ class _Run:
         self.work.coefficients[3] = 0.0
         evaluate(system.program, state, self.work)
         yp[-3:] = self.work.energy[3:6]
+        if system.misfits:
+            y[nq + nu + ng : nq + nu + 2 * ng] = -self.work.equations["g"] / self.form.yielding[1]
         return y, yp
 
     def _structure(self) -> None:

@@ -14,14 +14,14 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble, mobility
-from flexmb.system.assembly import worst_equations
+from flexmb.system.complaints import worst_equations
 from flexmb.system.program import accelerations, advance, keep_branches, project
 
 __all__ = ["inverse_dynamics", "kinematics"]
 
 
 @kernel
-def _follow(program, work, times, q0, u0, signals, right, tolerance, sweeps, q, u, a, lam, works):
+def _follow(program, work, times, q0, u0, signals, right, tolerance, gaps, sweeps, q, u, a, lam, works):
     """Project, time by time, from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows done."""
     here, speed = q0.copy(), u0.copy()
     acceleration, multipliers = np.zeros(len(u0)), np.zeros(lam.shape[1])
@@ -32,7 +32,7 @@ def _follow(program, work, times, q0, u0, signals, right, tolerance, sweeps, q, 
             advance(program, q[k - 1], speed + 0.5 * h * acceleration, h, here)
             speed += h * acceleration
         state = State(times[k], here, speed, acceleration, multipliers, signals)
-        if project(program, state, work, right, here, tolerance, 60) < 0:
+        if project(program, state, work, right, here, tolerance, gaps, 60) < 0:
             return k
         if accelerations(program, state, work, right, sweeps) >= 0:
             return k
@@ -81,7 +81,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     work = system.workspace()
     size = max(1.0, float(np.ptp(system.tables["markers"]["r"])))
     reached = _follow(system.program, work, times, start.q, start.u, start.signals, np.zeros(nu + ng), 1e-11 * size,
-                      12 if system.redundant else 2, *rows.values())
+                      system.gaps, 12 if system.redundant else 2, *rows.values())
     rows = {name: x[:reached] for name, x in rows.items()}
     if reached == 0:
         raise CompileError(f"Model '{model.name}'", found="the start does not satisfy the constraints",

@@ -20,6 +20,7 @@ from flexmb.integrate.formulations import RANK
 from flexmb.integrate.matrices import tangent_at
 from flexmb.model.model import Model
 from flexmb.system import assemble
+from flexmb.system.mobility import DEPENDENT
 
 __all__ = ["Linearization", "linearize"]
 
@@ -108,8 +109,9 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
     ad, ad_rate = adjoint(system, state.u), adjoint(system, state.a)
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(M)), 1e-300))
-    N = scale[:, None] * null_space(G * scale, rcond=RANK) if len(G) else np.diag(scale)
-    P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=RANK) if len(G) else N
+    rank = DEPENDENT if system.misfits else RANK  # axes that are parallel but for the digits of a mesh
+    N = scale[:, None] * null_space(G * scale, rcond=rank) if len(G) else np.diag(scale)
+    P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=rank) if len(G) else N
     reduced = [P.T @ X @ N for X in (M, D + M @ ad, K + D @ ad + M @ ad_rate)]
     values, vectors = _eigen(*reduced)
     return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=N, eigenvalues=values, modes=N @ vectors)

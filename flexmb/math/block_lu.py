@@ -15,19 +15,21 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["BlockPattern", "lu_factor", "lu_solve"]
+__all__ = ["BlockPattern", "lu_factor", "lu_solve", "stored"]
 
 BlockPattern = namedtuple(
     "BlockPattern",
     "order row_start row_block segment_start column length block_start own own_segment step_start source at "
-    "run_start run_to run_from run_length inverse scratch",
+    "run_start run_to run_from run_length inverse scratch softness",
+    defaults=[np.zeros(0)],
 )
 """order (n,): unknown at each place; row_start (n + 1,): first value of each row; row_block (n,);
 segment_start (blocks + 1,); column, length (segments,): first place and number of columns of each segment;
 block_start (blocks + 1,): first row of each block; own, own_segment (blocks,): where its diagonal block is;
 step_start (blocks + 1,): the earlier blocks to eliminate; source and at (steps,): which, and where;
 run_start (steps + 1,); run_to, run_from, run_length: columns that a step changes, in the rows of both blocks;
-inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,)."""
+inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,);
+softness (n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order."""
 
 
 @kernel
@@ -95,7 +97,7 @@ def lu_factor(S, p):
 
 
 @kernel
-def lu_solve(S, p, b):
+def _substitute(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order."""
     w = p.scratch
     blocks = len(p.own)
@@ -129,6 +131,24 @@ def lu_solve(S, p, b):
             w[row] = x * p.inverse[row]
     for row in range(len(p.row_block)):
         b[p.order[row]] = w[row]
+
+
+@kernel
+def lu_solve(S, p, b):
+    """Solve L U x = b in place, unknowns in their natural order; what dependent equations contradict is left out.
+
+    With [M, -G^T; G, R] x = (f, b) the part of b that no motion can satisfy comes back as R lam, large multipliers that
+    do no work. It is measured by a first solve and taken out; the next one leaves what the rounding of the small pivots
+    hid. So a misfit of dependent equations (mesh tolerance) stresses nothing, and everything else is solved as before.
+    """
+    softened = len(p.softness) > 0
+    given = b.copy() if softened else b
+    for turn in range(3 if softened else 1):
+        if turn > 0:
+            for i in range(len(b)):
+                given[i] -= p.softness[i] * b[i]
+                b[i] = given[i]
+        _substitute(S, p, b)
 
 
 def stored(S: np.ndarray, p: BlockPattern):

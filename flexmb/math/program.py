@@ -37,7 +37,7 @@ _TABLE = types.Array(types.int64, 2, "C")
 PROGRAM = types.NamedTuple(
     (*[_INTEGERS] * 5, types.Array(types.uint8, 1, "C"), _INTEGERS, _FLOATS,
      _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _INTEGERS,
-     _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 2), _FLOATS, _FLOATS), BlockPattern),
+     _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 3), *[_FLOATS] * 3), BlockPattern),
      _FLOATS, _INTEGERS, types.int64, types.int64),
     Program,
 )

@@ -11,6 +11,14 @@ from flexmb.math.block_lu import lu_factor
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system.compile import compile
+from flexmb.system.complaints import (
+    equations_of_forces,
+    gaps,
+    idle_equation,
+    open_joint,
+    singular,
+    worst_equations,
+)
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
 from flexmb.system.program import accelerations, evaluate, project
 from flexmb.system.system import System
@@ -19,13 +27,11 @@ __all__ = ["assemble", "consistent_start", "worst_equations"]
 
 REGULARISATION = 1e-9
 """Added to the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""
-
-
-def worst_equations(system: System, work, count: int = 3) -> str:
-    """Return the names and residuals of the equations that are satisfied worst."""
-    g = work.equations["g"]
-    order = np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
-    return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
+MESH_TOLERANCE = 1e-6
+"""Gap that equations which depend on each other may leave, relative to the model's size (lengths) or in rad (angles):
+the digits of a mesh file."""
+ROUNDS = 3
+"""Times that assembly looks for dependent equations: those of a drawing may differ from those of the mechanism."""
 
 
 def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-11) -> tuple[System, State]:
@@ -59,25 +65,36 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
             state.q[iq], state.u[iu] = given[name]
     for k, branch in enumerate(system.branch_names):
         state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
-    system = _regularised(system, state, work, tolerance)
+    system = _assemble(system, state, work, tolerance)
+    return replace(system, misfits=_misfits(system, work, tolerance)), consistent_start(system, state, work)
+
+
+def _assemble(system: System, state: State, work, tolerance: float) -> System:
+    """Move `state` onto the constraints and return the system with its dependent equations known there."""
     right = np.zeros(system.nu + system.ng)
     scale = max(1.0, _size(system))
-    done = project(system.program, state, work, right, state.q, tolerance * scale, 60)
-    if done == -2:
-        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
-        evaluate(system.program, state, work)
-        raise _singular(system, lu_factor(work.S, system.program.pattern))
-    if done < 0:
+    system = _regularised(system, state, work)
+    for _ in range(ROUNDS):
+        done = project(system.program, state, work, right, state.q, tolerance * scale, system.gaps, 60)
+        if done == -2:
+            work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+            evaluate(system.program, state, work)
+            raise singular(system, state, work, lu_factor(work.S, system.program.pattern))
         g = np.abs(work.equations["g"])
-        if not np.all(np.isfinite(g)) or g.max() > tolerance * scale:
-            raise CompileError(
-                f"Model '{model.name}'",
-                found=f"the mechanism cannot be assembled; worst equations: {worst_equations(system, work)}",
-                expected="positions that satisfy all joints near the described ones",
-                remedy="Check lengths and marker positions of these joints, or move the parts nearer to their places")
-    # the dependent equations may be others in the assembled configuration
-    system = _regularised(system, state, work, tolerance)
-    return system, consistent_start(system, state, work)
+        if not np.all(np.isfinite(g)):
+            break
+        before, system = system.redundant, _regularised(system, state, work)
+        if system.redundant == before:
+            break
+    if done < 0 and (not np.all(np.isfinite(g)) or g.max() > tolerance * scale):
+        raise idle_equation(system, state, work) or open_joint(system, work)
+    return system
+
+
+def _misfits(system: System, work, tolerance: float) -> dict[str, tuple[float, float]]:
+    """Return what dependent equations leave open, (m, rad) by joint; joints that are satisfied are not named."""
+    least = tolerance * max(1.0, _size(system))
+    return {name: gap for name, gap in gaps(system, work).items() if max(gap) > least} if system.redundant else {}
 
 
 def consistent_start(system: System, state: State, work) -> State:
@@ -86,19 +103,10 @@ def consistent_start(system: System, state: State, work) -> State:
     sweeps = 12 if system.redundant else 2
     failed = accelerations(system.program, state, work, right, sweeps)
     if failed >= 0 or not np.all(np.isfinite(state.a)):
-        raise _singular(system, failed)
+        raise singular(system, state, work, failed)
     residual = np.zeros(system.ng)
     _acceleration_error(system, state, work, residual)
     return state
-
-
-def _singular(system: System, place: int) -> CompileError:
-    """Return the error that names the body or equation at whose place the factorisation found no pivot."""
-    unknown = int(system.program.pattern.order[max(place, 0)])
-    return CompileError(
-        system.owner(unknown), found="the equations of motion are singular here",
-        expected="inertia in every freedom of every body, and equations that do not contradict each other",
-        remedy="Give the body mass and inertia about all axes, or look at flexmb.check(model) for dependent equations")
 
 
 def _acceleration_error(system, state, work, residual):
@@ -120,27 +128,22 @@ def _size(system: System) -> float:
     return float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 1.0
 
 
-def _equations_of_forces(system: System, work) -> np.ndarray:
-    """Return which equations have forces as multipliers, (ng,): those whose gradients have translations."""
-    forces = np.zeros(system.ng, bool)
-    for leg in work.legs:
-        forces[leg["equation"]] |= bool(np.any(leg["gradient"][:3]))
-    return forces
-
-
-def _regularised(system: System, state: State, work, tolerance: float) -> System:
+def _regularised(system: System, state: State, work) -> System:
     """Return the system with its dependent equations found at `state`, and its multipliers regularised then."""
     if system.ng == 0:
         return system
     work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
-    evaluate(system.program._replace(regularisation=np.zeros(system.ng)), state, work)
+    bare = system.program._replace(regularisation=np.zeros(system.ng))
+    evaluate(bare, state, work)
     M, G = constraint_matrix(system, work)
     dependent = dependent_equations(M, G)
     scale = equation_scale(M, G)
     # one number for all forces and one for all moments gives those of least norm, unless inertias differ by many orders
-    forces = _equations_of_forces(system, work)
+    forces = equations_of_forces(system, work)
     for family in (forces, ~forces):
         scale[family] = np.minimum(scale[family].max(initial=0.0), 1e4 * scale[family])
     scale *= REGULARISATION if len(dependent) else 0.0
-    program = system.program._replace(regularisation=scale)
-    return replace(system, program=program, redundant=tuple(int(k) for k in dependent))
+    softness = np.concatenate([np.zeros(system.nu), scale]) if len(dependent) else np.zeros(0)
+    program = system.program._replace(regularisation=scale, pattern=system.program.pattern._replace(softness=softness))
+    allowed = np.where(forces, _size(system), 1.0) * (MESH_TOLERANCE if len(dependent) else 0.0)
+    return replace(system, program=program, redundant=tuple(int(k) for k in dependent), gaps=allowed)

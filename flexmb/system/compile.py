@@ -283,7 +283,7 @@ def compile(model: Model) -> System:
         marker_index=dict(compiler.marker_index), joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)}, equation_names=tuple(constraints.names),
         force_rows=_force_rows(model, force_tables, starts[len(body_tables) + len(constraints.tables) :]),
-        joint_equations=constraints.slices, joints=tuple(constraints.joints),
+        joint_equations=constraints.slices, joints=tuple(constraints.joints), gaps=np.zeros(len(constraints.names)),
         body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
                      for k, b in enumerate(model.bodies)},
         branch_names=tuple(compiler.branches))

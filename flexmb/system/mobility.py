@@ -11,10 +11,11 @@ from scipy.linalg import qr
 from flexmb.math.block_lu import stored
 from flexmb.system.system import System
 
-__all__ = ["Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "mobility"]
+__all__ = ["DEPENDENT", "Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "mobility"]
 
-DEPENDENT = 1e-8
-"""An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent."""
+DEPENDENT = 1e-6
+"""An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent: axes
+that are parallel but for the digits of a mesh file count as parallel."""
 DENSE = 1500
 """Up to this number of equations the rank is found by a dense factorisation with pivoting."""
 

@@ -285,10 +285,11 @@ def _hold_shape(program, work):
 
 
 @kernel
-def project(program, state, work, right, q, tolerance, iterations):
+def project(program, state, work, right, q, tolerance, gaps, iterations):
     """Move q with least motion (in the metric of M, without deformation where that is possible) onto g = 0, then u
     onto G u + dg/dt = 0; q is that of state.
 
+    Where equations depend on each other they may contradict each other by up to `gaps` (ng,), and the nearest q is taken.
     Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
     """
     nu, ng = len(state.u), len(state.lam)
@@ -300,29 +301,32 @@ def project(program, state, work, right, q, tolerance, iterations):
     state.lam[:] = 0.0
     state.a[:] = 0.0
     done = -1
+    stride = np.inf
     for iteration in range(iterations):
         evaluate(program, state, work)
-        largest = 0.0
+        largest, closed = 0.0, True
         for i in range(ng):
             right[nu + i] = -work.equations[i].g if program.equation_level[i] == 0 else 0.0
             largest = max(largest, abs(right[nu + i]))
+            closed = closed and abs(right[nu + i]) <= max(gaps[i], tolerance)
         if not np.isfinite(largest):
             return -1
         keep_branches(program, work, q)
         _hold_shape(program, work)
         if lu_factor(work.S, program.pattern) >= 0:
             return -2
-        if largest <= tolerance and iteration > 0:
-            done = iteration
+        at_rest = len(program.pattern.softness) > 0 and stride <= 0.1 * tolerance
+        if (largest <= tolerance and iteration > 0) or at_rest:
+            done = iteration if closed else -1
             break
         right[:nu] = 0.0
         lu_solve(work.S, program.pattern, right)
         scale = 1.0
-        largest = 0.0
+        stride = 0.0
         for i in range(nu):
-            largest = max(largest, abs(right[i]))
-        if largest > 0.5:  # m or rad: a longer stride would leave the branch of the drawing
-            scale = 0.5 / largest
+            stride = max(stride, abs(right[i]))
+        if stride > 0.5:  # m or rad: a longer one would leave the branch of the drawing
+            scale = 0.5 / stride
         advance(program, q.copy(), right[:nu], scale, q)
     for _ in range(2):
         constraint_velocity(work, state.u, right[nu:])

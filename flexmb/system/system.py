@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,10 @@ class System:
         What the last coordinates of q count: full turns of a joint, the place on a curve (see `keep_branches`).
     redundant : tuple of int
         Equations that depend on others at the assembled configuration.
+    gaps : (ng,), m or rad
+        How far equations may stay open at the start because they depend on each other; zero if none does.
+    misfits : dict of joint name to (float, float), m and rad
+        What they do leave open, because they contradict each other within the digits of a mesh.
     """
 
     model: Model
@@ -56,9 +61,11 @@ class System:
     equation_names: tuple[str, ...]
     joint_equations: dict[str, slice]
     joints: tuple[Any, ...]
+    gaps: np.ndarray
     body_slices: dict[str, tuple[slice, slice]]
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
+    misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def nq(self) -> int:

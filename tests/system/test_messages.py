@@ -111,3 +111,36 @@ def test_a_freedom_without_inertia_is_named():
         fmb.simulate(fmb.Model(bodies=[GROUND, slender], joints=[joint]), 1.0)
     assert "slender" in message(caught)
     assert "singular" in message(caught)
+
+
+def test_a_universal_joint_with_parallel_axes_names_both_axes():
+    joint = fmb.Universal("cross", markers=("ground.A", "rod.start"))
+    with pytest.raises(CompileError) as caught:
+        fmb.check(fmb.Model(bodies=[GROUND, ROD], joints=[joint]))
+    text = message(caught)
+    assert "Joint 'cross': the z-axis of 'ground.A' and the z-axis of 'rod.start' are parallel" in text
+    assert "Pose.axes" in text
+    assert "flexmb.check" not in text
+
+
+def test_a_hinge_drawn_across_names_the_axes():
+    across = ROD.replaced(markers={"hinge": fmb.Pose.axes(z=(1, 0, 0), x=(0, 0, 1))})
+    joint = fmb.Revolute("pin", markers=("ground.A", "rod.hinge"))
+    with pytest.raises(CompileError) as caught:
+        fmb.check(fmb.Model(bodies=[GROUND, across], joints=[joint]))
+    assert "the z-axis of 'ground.A' and the x-axis of 'rod.hinge' are parallel" in message(caught)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "axes"),
+    [((0, 0, 0), "its x-axis and its y-axis and its z-axis"), ((0, 1, 1), "its x-axis:"), ((1, 0, 1), "its y-axis:")],
+)
+def test_a_body_without_inertia_is_told_about_which_axes(inertia, axes):
+    body = fmb.RigidBody("bob", mass=1.0, inertia=inertia)
+    with pytest.raises(CompileError) as caught:
+        fmb.check(fmb.Model(bodies=[GROUND, body], joints=[fmb.Spherical("s", markers=("ground.A", "bob.center"))]))
+    text = message(caught)
+    assert f"no inertia about {axes.rstrip(':')}. " in text
+    assert "Body 'bob'" in text
+    assert "Give Body 'bob' inertia=(Jxx, Jyy, Jzz)" in text
+    assert "flexmb.check" not in text

@@ -1,0 +1,107 @@
+"""What is said about mechanisms that do not fit together: which body or joint, by how much, what to give instead."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import CompileError
+from flexmb.system.mobility import constraint_matrix
+from flexmb.system.program import evaluate
+from flexmb.system.system import System
+
+__all__ = ["equations_of_forces", "gaps", "idle_equation", "open_joint", "singular", "worst_equations"]
+
+ZERO = 1e-12
+"""Relative to the largest: an inertia below this is none, a gradient below this moves nothing."""
+
+
+def worst_equations(system: System, work, count: int = 3) -> str:
+    """Return the names and residuals of the equations that are satisfied worst."""
+    g = work.equations["g"]
+    order = np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
+    return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
+
+
+def equations_of_forces(system: System, work) -> np.ndarray:
+    """Return which equations have forces as multipliers, (ng,): those whose gradients have translations."""
+    forces = np.zeros(system.ng, bool)
+    for leg in work.legs:
+        forces[leg["equation"]] |= bool(np.any(leg["gradient"][:3]))
+    return forces
+
+
+def gaps(system: System, work) -> dict[str, tuple[float, float]]:
+    """Return the residuals by joint: the largest of its distances, m, and of its angles, rad."""
+    g = np.where(np.isfinite(work.equations["g"]), np.abs(work.equations["g"]), np.inf)
+    lengths = equations_of_forces(system, work)
+
+    def widest(span: slice, of: np.ndarray) -> float:
+        return float(np.max(g[span][of[span]], initial=0.0))
+
+    return {name: (widest(span, lengths), widest(span, ~lengths)) for name, span in system.joint_equations.items()}
+
+
+def open_joint(system: System, work) -> CompileError:
+    """Return the error that names the joint that stays open most, and by how much."""
+    name, (metres, radians) = max(gaps(system, work).items(), key=lambda item: max(item[1]))
+    turned = f" and {radians:.3g} rad" if radians > 0.0 else ""
+    redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
+    allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
+    remedy = ("Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
+              "less (Spherical, Cylindrical, Universal)" if system.redundant else
+              "Check lengths and marker positions of these joints, or move the parts nearer to their places")
+    return CompileError(
+        f"Model '{system.model.name}'",
+        found=f"the mechanism cannot be assembled: joint '{name}' stays open by {metres:.3g} m{turned}{redundant}; "
+        f"worst equations: {worst_equations(system, work)}",
+        expected=f"positions near the described ones that satisfy all joints{allowed}", remedy=remedy)
+
+
+def idle_equation(system: System, state, work) -> CompileError | None:
+    """Return the error about an equation that is not satisfied and that no small motion changes, if there is one.
+
+    Two axes that shall be perpendicular and are drawn parallel: no direction is better than another.
+    """
+    work.coefficients[3] = 0.0
+    evaluate(system.program, state, work)
+    for k in np.flatnonzero(np.abs(work.equations["g"]) >= 0.5):
+        gradients = work.legs["gradient"][work.legs["equation"] == k]
+        name, _, described = system.equation_names[k].partition(": ")
+        kind, *axes = described.split()
+        if kind != "Perpendicular" or len(axes) != 2 or np.max(np.abs(gradients), initial=0.0) > 1e-6:
+            continue
+        first, second = system.model.joint(name).resolved_markers(system.model)[:2]
+        return CompileError(
+            f"Joint '{name}'", found=f"the {axes[0]}-axis of '{first}' and the {axes[1]}-axis of '{second}' are parallel",
+            expected="axes that are perpendicular, or nearly so",
+            remedy=f"Turn one of the two markers, for example '{second}': Pose.axes(at=..., z=...), in a model file "
+            "{ at = [...], z = [...] }")
+    return None
+
+
+def singular(system: System, state, work, place: int) -> CompileError:
+    """Return the error that names the body or equation at whose place the factorisation found no pivot."""
+    unknown = int(system.program.pattern.order[max(place, 0)])
+    if unknown >= system.nu:
+        return CompileError(
+            system.owner(unknown), found="the equations of motion are singular: it contradicts or repeats others",
+            expected="equations that do not depend on those of other joints here",
+            remedy="Replace this joint by one that forbids less, or remove a drive of the same loop")
+    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    evaluate(system.program, state, work)
+    inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
+    spans = {body: system.body_slices[body.name][1] for body in system.model.bodies}
+    body, first = next((b, span.start) for b, span in spans.items() if span.start <= unknown < span.stop)
+    if not body.has_frame or unknown - first >= 6:
+        return CompileError(
+            body.title, found=f"the equations of motion are singular: its coordinate {unknown - first} has no inertia",
+            expected="mass in every coordinate", remedy="Check the mass matrix of its data, or its density")
+    about = [f"its {axis}-axis" for axis, m in zip("xyz", inertia[first + 3 : first + 6], strict=True)
+             if m <= ZERO * inertia[first : first + 6].max()]
+    if not about:
+        about = [f"its {'xyz'[(unknown - first) % 3]}-axis"]
+    return CompileError(
+        body.title, found=f"the equations of motion are singular: no inertia about {' and '.join(about)}",
+        expected="moments of inertia > 0 about all three axes, or joints that forbid these turns",
+        remedy=f"Give {body.title} inertia=(Jxx, Jyy, Jzz) in kg m2, or make it by RigidBody.rod(radius=...), .box, "
+        ".cylinder; a mass without size is a PointMass")
