@@ -168,9 +168,10 @@ class GeneralizedAlpha:
         rows = {name: array[: reached - first] for name, array in rows.items()}
         return Outcome(rows=rows, failure="" if reason == 0 else self._reason(system, work, variables, reason))
 
-    def _sweeps(self, system) -> int:
+    @staticmethod
+    def _sweeps(system) -> int:
         """Return the refinements of accelerations at samples; none where they are the step's own."""
-        if self.step is not None or system.ng == 0 or any(f.reads_reactions for f in system.model.forces):
+        if system.ng == 0 or any(f.reads_reactions for f in system.model.forces):
             return 0
         return 12 if system.redundant else 2
 

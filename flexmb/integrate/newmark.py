@@ -40,7 +40,7 @@ times (5,) : t, size of the next step, size of the last step, largest step; rate
 Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations "
                       "sweeps")
 """Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
-the accelerations, relative to the largest one; sweeps: with which samples get their accelerations, 0: those of the step."""
+the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: those of the step."""
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
@@ -256,8 +256,8 @@ def _accept(program, work, v, h, powers):
 def _write_sample(program, work, v, c, u, a, lam):
     """Write velocities, accelerations and multipliers of a sample.
 
-    The velocities are those of a step of size zero, so they satisfy the constraints. Accelerations and multipliers of a
-    run with steps of changing size are the solution of M a - G^T lam = f, G a = -drift at its q and u.
+    The velocities are those of a step of size zero, so they satisfy the constraints. Accelerations and multipliers solve
+    M a - G^T lam = f, G a = -drift at its q and u: those of the step have errors C h^2 a'' of their own.
     """
     _change_of_velocities(program, work, v, -1.0)
     for i in range(len(u)):
