@@ -28,10 +28,12 @@ def execute(arguments: argparse.Namespace) -> int:
     target = Path(arguments.to) if arguments.to else Path(arguments.run)
     target.mkdir(parents=True, exist_ok=True)
     nothing = not (arguments.vtk or arguments.vtkhdf or arguments.csv)
-    if arguments.vtk or nothing:
-        print(f"Open in ParaView: {fmb.write_vtk(solution, target / f'{name}.pvd')}")
-    if arguments.vtkhdf:
-        print(f"Open in ParaView: {fmb.write_vtk(solution, target / f'{name}.vtkhdf')}")
+    for ending, asked in ((".pvd", arguments.vtk or nothing), (".vtkhdf", arguments.vtkhdf)):
+        if asked:
+            file = target / f"{name}{ending}"
+            print(f"Open in ParaView: {fmb.write_vtk(solution, file)}")
+            script = fmb.view.paraview_script(solution, file)
+            print(f"  ready-made, with colours, camera and time: paraview --script={script}")
     if arguments.csv:
         print(f"Sensors: {fmb.write_table(solution, target / 'sensors.csv')}")
     return 0

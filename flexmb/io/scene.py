@@ -142,6 +142,17 @@ class Scene:
         A = np.array([m[1][k] for m in maps])[part.carrier]
         return Snapshot(r + np.einsum("nij,nj->ni", A, part.points), None, None)
 
+    def points(self, part: DrawnPart, frame: int, ids: np.ndarray, scale: float = 1.0) -> np.ndarray:
+        """Return where some points of a part are at one frame, (len(ids), 3), m; `scale` magnifies elastic motion."""
+        phase, k = self.samples[frame]
+        maps = [self._map(carrier, phase) for carrier in part.carriers]
+        carrier, points = part.carrier[ids], part.points[ids]
+        if part.data is not None:
+            eta = self.solution.series(phase).modal_coordinates(part.name)[k]
+            points = points + scale * recover.displacement(part.data, eta, ids)[0]
+        r, A = (np.array([m[i][k] for m in maps])[carrier] for i in (0, 1))
+        return r + np.einsum("nij,nj->ni", A, points)
+
     def _map(self, carrier, phase: int):
         """Return r (nt, 3) and A (nt, 3, 3) of a carrier in a phase."""
         if (carrier, phase) not in self._maps:

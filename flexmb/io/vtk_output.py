@@ -14,7 +14,7 @@ from flexmb.io.vtkhdf import VtkHdfSeries
 from flexmb.io.vtu import VtuSeries, write_collection
 from flexmb.io.xdmf import write_xdmf
 
-__all__ = ["write_vtk"]
+__all__ = ["part_file", "write_vtk"]
 
 
 def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True) -> Path:
@@ -28,7 +28,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     solution : Solution
         With its model.
     path : path
-        ``out/name.pvd`` writes the collection and ``out/name/<part>_<frame>.vtu``: any ParaView reads it.
+        ``out/name.pvd`` writes the collection and ``out/name/<part>_<frame>.vtu``: any ParaView reads it. One part
+        alone is opened by ``out/name/<part>.pvd``.
         ``out/name.vtkhdf`` writes ``out/name_<part>.vtkhdf``, cells once and all frames in one file per part, read by
         ParaView 5.12 and later, and ``out/name.xdmf``, which shows the same data in earlier ones (Xdmf Reader).
     every : int
@@ -84,11 +85,13 @@ def _write_pvd(scene, path):
     digits = len(str(len(scene.times) - 1))
     entries = []
     for number, part in enumerate(scene.parts):
-        series = VtuSeries(part.cells)
+        series, own = VtuSeries(part.cells), []
         for frame, t in enumerate(scene.times):
             file = folder / f"{_file_name(part.name)}_{frame:0{digits}d}.vtu"
             series.write(file, float(t), *_frame(scene, part, frame))
             entries.append((float(t), number, part.name, f"{folder.name}/{file.name}"))
+            own.append((float(t), 0, part.name, file.name))
+        write_collection(part_file(path, part.name), own)
     write_collection(path, sorted(entries, key=lambda entry: (entry[0], entry[1])))
     return path
 
@@ -97,7 +100,7 @@ def _write_vtkhdf(scene, path):
     parts = []
     for part in scene.parts:
         fields = _fields(scene, part)
-        file = path.with_name(f"{path.stem}_{_file_name(part.name)}.vtkhdf")
+        file = part_file(path, part.name)
         with hdf5.writing(file) as stream:
             series = VtkHdfSeries(stream, part.cells, len(part.points), fields)
             for frame, t in enumerate(scene.times):
@@ -108,6 +111,14 @@ def _write_vtkhdf(scene, path):
     sidecar = path.with_suffix(".xdmf")
     write_xdmf(sidecar, [float(t) for t in scene.times], parts)
     return sidecar
+
+
+def part_file(path: str | Path, name: str) -> Path:
+    """Return the file that holds one part over all frames, beside ``name.pvd`` or ``name.vtkhdf``."""
+    path = Path(path)
+    if path.suffix == ".pvd":
+        return path.with_suffix("") / f"{_file_name(name)}.pvd"
+    return path.with_name(f"{path.stem}_{_file_name(name)}.vtkhdf")
 
 
 def _file_name(name: str) -> str:

@@ -1,8 +1,10 @@
 """Pictures, animations and plots of a solution, mode shapes of a body."""
 
 from flexmb.view.graphics import require_graphics
+from flexmb.view.interactive import KEYS, window
 from flexmb.view.mode_sheet import mode_sheet
+from flexmb.view.paraview import paraview_script
 from flexmb.view.pictures import overlay, render
 from flexmb.view.plots import plot
 
-__all__ = ["mode_sheet", "overlay", "plot", "render", "require_graphics"]
+__all__ = ["KEYS", "mode_sheet", "overlay", "paraview_script", "plot", "render", "require_graphics", "window"]

@@ -12,7 +12,7 @@ from flexmb.results import recover
 from flexmb.view.graphics import require_graphics
 from flexmb.view.stage import Look, Stage
 
-__all__ = ["overlay", "render"]
+__all__ = ["largest_stress", "overlay", "render", "upwards"]
 
 STILL = (".png", ".jpg")
 MOVING = (".gif", ".mp4")
@@ -47,10 +47,10 @@ def render(solution, path: str | Path, *, times=None, camera=None, size=(1600, 9
     """
     picture = _checked(path, STILL + MOVING)
     scene, frames = _scene(solution, times, default_all=picture.suffix in MOVING)
-    stage = Stage(scene, size, _largest_stress(scene, frames), scale)
+    stage = Stage(scene, size, largest_stress(scene, frames), scale)
     try:
         stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
-        stage.look_from(camera, _up(solution.model))
+        stage.look_from(camera, upwards(solution.model), frames if picture.suffix in MOVING else ())
         if picture.suffix in STILL:
             stage.plotter.screenshot(str(picture))
         else:
@@ -67,13 +67,13 @@ def overlay(solution, path: str | Path, *, times, camera=None, size=(1600, 900),
     """
     picture = _checked(path, STILL)
     scene, frames = _scene(solution, times, default_all=True)
-    stage = Stage(scene, size, _largest_stress(scene, frames[-1:]), scale)
+    stage = Stage(scene, size, largest_stress(scene, frames[-1:]), scale)
     try:
         for number, frame in enumerate(frames[:-1]):
             stage.add_state(frame, Look(opacity=0.15 + 0.2 * (number + 1) / len(frames), color="#5b7fa6"))
         stage.add_state(frames[-1])
         stage.plotter.enable_depth_peeling(8)
-        stage.look_from(camera, _up(solution.model))
+        stage.look_from(camera, upwards(solution.model))
         stage.plotter.screenshot(str(picture))
     finally:
         stage.close()
@@ -115,7 +115,7 @@ def _scene(solution, times, default_all):
     return scene, [scene.nearest(float(t)) for t in np.atleast_1d(times)]
 
 
-def _largest_stress(scene, frames) -> float:
+def largest_stress(scene, frames) -> float:
     """Return the largest von Mises stress (Pa) of all bodies at the frames."""
     largest = 0.0
     for part in scene.parts:
@@ -128,7 +128,7 @@ def _largest_stress(scene, frames) -> float:
     return largest
 
 
-def _up(model):
+def upwards(model):
     """Return the direction against gravity; z without gravity."""
     gravity = np.array(model.gravity)
     return -gravity if np.any(gravity) else np.array([0.0, 0.0, 1.0])

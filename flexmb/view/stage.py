@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,9 +10,11 @@ import numpy as np
 from flexmb.io.cell_types import flat_cells
 from flexmb.io.scene import DrawnPart, Scene
 
-__all__ = ["Look", "Stage", "camera_position"]
+__all__ = ["VIEW_ANGLE", "Look", "Stage", "camera_position", "framed_points", "part_color"]
 
 VIEW_ANGLE = 20.0  # degrees; a long lens keeps parallel links nearly parallel
+
+FRAMING, DIRECTIONS = 60, 400  # frames and points by which the camera is placed
 
 MEGA = 1e-6
 COLORS = {"flexible": "#6f9fc8", "joints": "#33404d", "springs": "#c98a2b", "supports": "#8b949d"}
@@ -28,7 +31,7 @@ class Look(NamedTuple):
 
 
 class Stage:
-    """A window that is never shown, with one state of the scene on it.
+    """A window, never shown unless asked for, with one state of the scene on it.
 
     Parameters
     ----------
@@ -39,9 +42,11 @@ class Stage:
         End of the colour scale; 0 draws no scale.
     scale : float
         Factor on elastic displacements.
+    shown : bool
+        Open a window on the screen.
     """
 
-    def __init__(self, scene: Scene, size, largest_stress: float, scale: float = 1.0):
+    def __init__(self, scene: Scene, size, largest_stress: float, scale: float = 1.0, shown: bool = False):
         import pyvista
         from vtkmodules.vtkCommonCore import vtkLogger
 
@@ -49,7 +54,7 @@ class Stage:
         # VTK tries X first and says so on the terminal before it turns to EGL
         self._verbosity = vtkLogger.GetCurrentVerbosityCutoff()
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
-        plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
+        plotter: Any = pyvista.Plotter(off_screen=not shown, window_size=list(size), lighting="light kit")
         plotter.set_background("#dfe6ee", top="white")
         plotter.enable_anti_aliasing("ssaa")
         self.plotter = plotter
@@ -73,16 +78,21 @@ class Stage:
             for line, line_ids in edges:
                 line.points = points[line_ids]
 
-    def look_from(self, camera, up) -> None:
-        """Place the camera; `camera` is a direction to look from, a pyvista camera position, or None."""
+    def look_from(self, camera, up, frames: Sequence[int] = ()) -> None:
+        """Place the camera so that all that has been added is seen, at the frames too through which it will move.
+
+        `camera` is a direction to look from, a pyvista camera position, or None.
+        """
         if camera is not None and np.shape(camera) != (3,):
             self.plotter.camera_position = camera
             return
-        points = np.vstack([surface.points for _, surface, _, _ in self._drawn])
+        seen = [surface.points for _, surface, _, _ in self._drawn]
+        if frames:
+            seen.append(framed_points(self.scene, frames, self.scale))
         width, height = self.plotter.window_size
         room = 0.22 if self.largest_stress > 0.0 else 0.0
         self.plotter.camera.view_angle = VIEW_ANGLE
-        self.plotter.camera_position = camera_position(points, camera, up, width / height, room)
+        self.plotter.camera_position = camera_position(np.vstack(seen), camera, up, width / height, room)
         self.plotter.renderer.reset_camera_clipping_range()
 
     def picture(self) -> np.ndarray:
@@ -104,10 +114,6 @@ class Stage:
             points = points + (self.scale - 1.0) * snapshot.displacement
         return points, None if snapshot.von_mises is None else MEGA * snapshot.von_mises
 
-    def _color(self, part) -> str:
-        rigid = [other.name for other in self.scene.parts if other.look == "rigid"]
-        return COLORS[part.look] if part.look in COLORS else RIGID[rigid.index(part.name) % len(RIGID)]
-
     def _add(self, part, frame, look):
         import pyvista
 
@@ -120,7 +126,7 @@ class Stage:
         grid.point_data["number"] = np.arange(len(points), dtype=float)
         surface = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=1)
         ids = np.rint(surface.point_data.pop("number")).astype(int)
-        shading: dict[str, Any] = {"color": look.color or self._color(part)}
+        shading: dict[str, Any] = {"color": look.color or part_color(self.scene, part)}
         if mises is not None and look.color is None and self.largest_stress > 0.0:
             surface.point_data[ELASTIC_LABEL] = mises[ids]
             shading = {"scalars": ELASTIC_LABEL, "cmap": _colors(), "clim": (0.0, MEGA * self.largest_stress),
@@ -140,6 +146,33 @@ class Stage:
                 self.plotter.add_mesh(line, color="#26303a", line_width=1.2, opacity=0.6 * look.opacity)
                 edges.append((line, line_ids))
         self._drawn.append((part, surface, ids, edges))
+
+
+def part_color(scene: Scene, part: DrawnPart) -> str:
+    """Return the colour of a part without stress: that of its family, or its own among the rigid bodies."""
+    rigid = [other.name for other in scene.parts if other.look == "rigid"]
+    return COLORS[part.look] if part.look in COLORS else RIGID[rigid.index(part.name) % len(RIGID)]
+
+
+def framed_points(scene: Scene, frames: Sequence[int], scale: float = 1.0) -> np.ndarray:
+    """Return the outer points of all parts over a motion, (n, 3), m: what a camera that stands still must see."""
+    outer = [(part, _outer(part)) for part in scene.parts]
+    return np.vstack([scene.points(part, frame, ids, scale) for frame in _spread(frames) for part, ids in outer])
+
+
+def _spread(frames: Sequence[int]) -> list[int]:
+    """Return frames that stand for all of them: a mechanism goes no detours between one sixtieth and the next."""
+    return [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, FRAMING).round().astype(int))] if frames else []
+
+
+def _outer(part: DrawnPart) -> np.ndarray:
+    """Return the numbers of the points that lie farthest out, in directions all around: a few hundred of many."""
+    if len(part.points) <= DIRECTIONS or len(part.carriers) > 1:
+        return np.arange(len(part.points))
+    k = np.arange(DIRECTIONS) + 0.5  # spiral of equal areas on the sphere
+    z, turn = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * k
+    directions = np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z])
+    return np.unique(np.argmax(part.points @ directions, axis=0))
 
 
 def _nearest(points, wanted):

@@ -32,6 +32,8 @@ def test_plot(run, capsys):
         (["plot", "one", "plac"], "Did you mean 'place'?"),
         (["plot", "one", "place", "-o", "x.bmp"], "the ending '.bmp'"),
         (["plot", "two"], "Run folder 'two': it does not exist"),
+        (["view", "two"], "Run folder 'two': it does not exist"),
+        (["view", "one", "--size", "big"], "--size big: 'big'. 2 numbers"),
         (["render", "two"], "Run folder 'two': it does not exist"),
         (["render", "one", "-o", "x.bmp"], "the ending '.bmp'"),
         (["render", "one", "--size", "0x10"], "--size 0x10: '0x10'. 2 numbers separated by 'x'. Write --size 1600x900"),

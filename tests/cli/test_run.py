@@ -123,6 +123,8 @@ def test_export(fall, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "Open in ParaView: one/one.pvd" in printed
     assert list((tmp_path / "files").glob("*.vtkhdf"))
+    assert "paraview --script=one/one_paraview.py" in printed
+    assert (tmp_path / "files" / "one_paraview.py").is_file()
 
 
 def test_run_with_vtk(fall, tmp_path):

@@ -1,28 +1,15 @@
 """Pictures: the right values on the right points, everything in the frame, and messages where nothing can be drawn."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from results.every_cell import every_cell_data
-from results.spinning import observe, spinning_model, spinning_phase
 
 from flexmb.errors import FlexmbError
 from flexmb.io.scene import Scene
-from flexmb.model.model import Model
-from flexmb.results import Solution
-from flexmb.view import graphics, overlay, render
-from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position
-
-
-@pytest.fixture
-def solution(monkeypatch):
-    """Half a turn in five samples; the flexible body has one cell of every type."""
-    monkeypatch.setattr("flexmb.system.observe", observe, raising=False)
-    model = spinning_model()
-    bodies = [replace(body, data=every_cell_data()) if body.name == "block" else body for body in model.bodies]
-    return Solution(phases=(spinning_phase(Model(bodies=bodies, joints=model.joints), t=np.linspace(0, 0.08, 5)),))
+from flexmb.view import graphics, overlay, render, window
+from flexmb.view.interactive import opened
+from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position, framed_points
 
 
 @pytest.mark.render
@@ -79,6 +66,82 @@ def test_animation_has_every_sample(solution, tmp_path):
     frames = imageio.mimread(path)
     assert len(frames) == 5
     assert np.abs(frames[0].astype(float) - frames[2]).max() > 30
+
+
+@pytest.mark.render
+def test_the_camera_of_an_animation_sees_the_whole_motion(solution):
+    """The rod makes half a turn: placed by the first frame alone, the camera would lose it."""
+    scene = Scene(solution)
+    stage = Stage(scene, (320, 180), 0.0)
+    stage.add_state(0)
+    outside = []
+    for frames in ((), range(5)):
+        stage.look_from((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), list(frames))
+        eye, focus, up = (np.array(x) for x in stage.plotter.camera_position)
+        ahead = (focus - eye) / np.linalg.norm(focus - eye)
+        right = np.cross(ahead, up)
+        axes = np.stack([right, np.cross(right, ahead), ahead], 1)
+        slope = np.tan(np.radians(VIEW_ANGLE / 2))
+        seen = np.vstack([(scene.snapshot(part, k).points - eye) @ axes for part in scene.parts for k in range(5)])
+        outside.append(int(np.sum(np.abs(seen[:, 0] / seen[:, 2]) > slope * 320 / 180)))
+        outside[-1] += int(np.sum(np.abs(seen[:, 1] / seen[:, 2]) > slope))
+    assert outside[0] > 0
+    assert outside[1] == 0
+    stage.close()
+
+
+def test_few_points_stand_for_all(solution):
+    """The box around the outer points is that around all points, at every sample."""
+    scene = Scene(solution)
+    every = np.vstack([scene.snapshot(part, k).points for part in scene.parts for k in range(5)])
+    outer = framed_points(scene, list(range(5)))
+    assert len(outer) < len(every)
+    size = np.ptp(every, axis=0).max()
+    np.testing.assert_allclose(outer.min(axis=0), every.min(axis=0), atol=0.01 * size)
+    np.testing.assert_allclose(outer.max(axis=0), every.max(axis=0), atol=0.01 * size)
+
+
+@pytest.mark.render
+def test_the_window_moves_through_time(solution):
+    """Slider, keys and clock, without a screen: the points shown are those of the sample."""
+    stage, player = opened(solution, None, (320, 180), 1.0, 0.4, shown=False)
+    times = stage.scene.times
+
+    def shown():
+        part, surface, ids, _ = stage._drawn[0]
+        return [k for k in range(5) if np.allclose(surface.points, stage.scene.snapshot(part, k).points[ids], atol=1e-6)]
+
+    assert shown() == [0]
+    player.to_time(0.041)
+    assert shown() == [2]
+    assert player.slider.GetRepresentation().GetValue() == times[2]
+    player.to_frame(99)
+    assert shown() == [4]
+    player.start_or_stop()
+    for _ in range(4):  # 0.4 s for the whole motion at 25 pictures per second: four of them reach sample 2 of 4
+        player.tick()
+    assert player.playing
+    assert shown() == [2]
+    for _ in range(7):
+        player.tick()
+    assert not player.playing
+    assert shown() == [4]
+    stage.close()
+
+
+def test_no_screen(solution, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(FlexmbError, match=r"Window: this session has no screen .*flexmb render RUN -o motion\.gif"):
+        window(solution)
+
+
+@pytest.mark.render
+def test_mp4(solution, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    path = render(solution, tmp_path / "spin.mp4", size=(160, 90))
+    assert path.read_bytes()[4:8] == b"ftyp"
 
 
 def test_everything_is_in_the_frame(rng):

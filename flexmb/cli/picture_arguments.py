@@ -1,0 +1,40 @@
+"""Arguments of all verbs that draw: camera, size, scale."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from flexmb.errors import ModelError
+
+__all__ = ["add_picture_arguments", "picture_settings"]
+
+
+def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ``--camera``, ``--size`` and ``--scale``."""
+    parser.add_argument("--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by the shape")
+    parser.add_argument("--size", default="1600x900", metavar="WIDTHxHEIGHT", help="pixels; default: 1600x900")
+    parser.add_argument("--scale", type=float, default=1.0, help="factor on elastic displacements")
+
+
+def picture_settings(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return camera, size and scale."""
+    size = tuple(int(x) for x in _numbers("--size", arguments.size, "x", 2, "1600x900"))
+    camera = arguments.camera and _numbers("--camera", arguments.camera, ",", 3, "1,-2,0.5")
+    return {"camera": camera, "size": size, "scale": arguments.scale}
+
+
+def _numbers(option: str, text: str, separator: str, count: int, example: str) -> tuple[float, ...]:
+    """Read "1600x900" or "1,-2,0.5"."""
+    try:
+        numbers = tuple(float(piece) for piece in text.split(separator))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count or not any(numbers) or (option == "--size" and min(numbers) < 1):
+        raise ModelError(
+            f"{option} {text}",
+            found=f"'{text}'",
+            expected=f"{count} numbers separated by '{separator}'",
+            remedy=f"Write {option} {example}",
+        )
+    return numbers
