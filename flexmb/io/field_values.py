@@ -79,7 +79,7 @@ class Context:
                 return Expression(
                     text, {name: self.parameters[name] for name in used if name in self.parameters}
                 )
-            return expression.evaluate(text, self.parameters)
+            return expression.evaluate_values(text, self.parameters)
         except FlexmbError as error:
             raise located(error, where) from None
 

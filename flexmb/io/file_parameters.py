@@ -95,7 +95,7 @@ class _Resolver:
                 name: self.value(name, asking) for name in sorted(expression.names(text)) if name in self.raw
             }
             known = {**{name: value for name, value in self.raw.items() if name not in asking}, **needed}
-            return expression.evaluate(text, known)
+            return expression.evaluate_values(text, known)
         except FlexmbError as error:
             if error.part.startswith(self.where):
                 raise

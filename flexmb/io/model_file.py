@@ -6,7 +6,7 @@ docs/howto/model-files.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, replace
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,9 @@ from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.io import kind_lists
 from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.file_parameters import resolve
+from flexmb.io.file_tables import read_tables
 from flexmb.io.simulation_settings import Simulation
-from flexmb.io.toml_text import parse_toml, read_toml
+from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
 from flexmb.model.material import MATERIALS
 from flexmb.model.modal_neutral_data import ModalNeutralData
@@ -26,7 +27,7 @@ from flexmb.model.signal import as_signal
 
 __all__ = ["load_model", "load_simulation", "read_model_text"]
 
-_ASSEMBLY_FIELDS = ("file", "prefix", "at", "rotation", "x", "y", "z", "parameters")
+_ASSEMBLY_FIELDS = ("file", "prefix", "at", "rotation", "x", "y", "z", "parameters", "inherit")
 
 
 def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None) -> Model:
@@ -47,7 +48,7 @@ def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None) ->
         A reduced body cannot be read.
     """
     path = Path(path)
-    return _load(read_toml(path), Context(path, dict(parameters or {}), kind_lists.values()), ())
+    return _load(read_tables(path), Context(path, dict(parameters or {}), kind_lists.values()), ())
 
 
 def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None) -> Model:
@@ -68,7 +69,7 @@ def load_simulation(
     A given `t_end` (s) or number of `samples` replaces that of the file; with `t_end` the table may be missing.
     """
     path = Path(path)
-    tables = read_toml(path)
+    tables = read_tables(path)
     where = f"{path.name}, [simulation]"
     own = {name: value for name, value in (("t_end", t_end), ("samples", samples)) if value is not None}
     raw = tables.get("simulation", {})
@@ -106,14 +107,10 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
     context = replace(given, parameters=resolve(tables, given.parameters, path.name))
     context = replace(context, signals=_signals(tables, context))
     assemblies = [
-        _assembly(raw, f"{path.name}, [[assembly]] {number}", context, (*chain, own))
-        for number, raw in enumerate(_rows(tables, "assembly", path.name), 1)
+        _assembly(raw, where, context, (*chain, own)) for where, raw in _present(tables, "assembly", context)
     ]
     families: dict[str, list[Any]] = {
-        family: [
-            _part(table, number, raw, context)
-            for number, raw in enumerate(_rows(tables, table, path.name), 1)
-        ]
+        family: [_part(where, raw, context) for where, raw in _present(tables, table, context)]
         for table, family in kind_lists.FAMILIES.items()
     }
     gravity = context.value(tables.get("gravity", [0.0, 0.0, 0.0]), f"{path.name}, gravity")
@@ -172,10 +169,30 @@ def _rows(tables: dict[str, Any], name: str, file: str) -> list[dict[str, Any]]:
     return rows
 
 
-def _part(table: str, number: int, raw: dict[str, Any], context: Context) -> Any:
+def _present(tables: dict[str, Any], table: str, context: Context) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Return place and entries of the tables of one name, without those whose `if` or `unless` leaves them out."""
+    for number, raw in enumerate(_rows(tables, table, context.path.name), 1):
+        name = raw.get("name")
+        where = f"{context.path.name}, [[{table}]] " + (f"'{name}'" if isinstance(name, str) else str(number))
+        if _holds(raw, "if", True, where, context) and not _holds(raw, "unless", False, where, context):
+            yield where, {field: entry for field, entry in raw.items() if field not in ("if", "unless")}
+
+
+def _holds(raw: dict[str, Any], field: str, default: bool, where: str, context: Context) -> bool:
+    value = context.value(raw.get(field, default), f"{where}, {field}")
+    if not isinstance(value, bool | int | float):
+        raise ModelError(
+            f"{where}, {field}",
+            found=repr(value),
+            expected="true, false or a number",
+            remedy=f'Write {field} = "= rigid" with a parameter that is true or false',
+        )
+    return bool(value)
+
+
+def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
     """Return the part that one table describes."""
-    name = raw.get("name")
-    where = f"{context.path.name}, [[{table}]] " + (f"'{name}'" if isinstance(name, str) else str(number))
+    table = where.partition("[[")[2].partition("]]")[0]
     if "kind" not in raw:
         raise ModelError(
             where,
@@ -243,7 +260,11 @@ def _assembly(raw: dict[str, Any], where: str, context: Context, chain: tuple[Pa
         )
     path = context.path.parent / values["file"]
     try:
-        model = _load(read_toml(path), replace(context, path=path, parameters=given), chain)
+        tables = read_tables(path)
+        if values.get("inherit", False):
+            own = tables.get("parameters", {})
+            given = {**{name: value for name, value in context.parameters.items() if name in own}, **given}
+        model = _load(tables, replace(context, path=path, parameters=given), chain)
         pose = as_pose(
             {k: v for k, v in values.items() if k in ("at", "rotation", "x", "y", "z")}, where, "placement"
         )

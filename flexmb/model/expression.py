@@ -6,6 +6,8 @@ min max sign,
 
 - ``step(x)``: 0 for x < 0, else 1;
 - ``smooth(x)``: 0 for x < 0, 1 for x > 1, and 10 x^3 - 15 x^4 + 6 x^5 between;
+- ``name[2]``: an element of a parameter that is a list, counted from 0; in model files a list of numbers may also stand
+  as a whole, and the result is a list;
 - ``where(condition, a, b)``: a if the condition holds, else b. Comparisons, ``and``, ``or``, ``not`` stand only there.
 """
 
@@ -15,13 +17,14 @@ import ast
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 
-__all__ = ["Program", "compile_expression", "evaluate", "names"]
+__all__ = ["Program", "compile_expression", "evaluate", "evaluate_values", "names"]
 
 _BINARY = {
     ast.Add: op.ADD,
@@ -30,6 +33,7 @@ _BINARY = {
     ast.Div: op.DIVIDE,
     ast.Pow: op.POWER,
 }
+_MOST = 40  # names that a message lists
 _LONGEST = 2000  # characters: Python's parser is recursive
 _ALLOWED = "numbers, parameters, t, + - * / **, and functions such as sin, sqrt, smooth, where"
 
@@ -83,7 +87,7 @@ class Program:
         )
 
 
-def evaluate(text: str, parameters: Mapping[str, float] | None = None) -> float:
+def evaluate(text: str, parameters: Mapping[str, Any] | None = None) -> float:
     """Return the number that an expression without ``t`` stands for.
 
     Examples
@@ -98,6 +102,41 @@ def evaluate(text: str, parameters: Mapping[str, float] | None = None) -> float:
     """
     operations = _Reader(text, parameters or {}, time=False).read()
     return operations[0][1]
+
+
+def evaluate_values(text: str, parameters: Mapping[str, Any]) -> float | tuple[float, ...]:
+    """Return the number of an expression, or one per element where it uses lists of numbers as a whole.
+
+    Examples
+    --------
+    >>> evaluate_values("2*x + x0", {"x": (1.0, 2.0, 4.0), "x0": 0.5})
+    (2.5, 4.5, 8.5)
+
+    Raises
+    ------
+    ModelError
+        Lists of different length, and what `evaluate` raises.
+    """
+    tree = _parse(text)
+    inside = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Subscript)}
+    whole = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in inside}
+    lists = {
+        name: parameters[name] for name in sorted(whole) if isinstance(parameters.get(name), tuple | list)
+    }
+    if not lists:
+        return evaluate(text, parameters)
+    lengths = {len(values) for values in lists.values()}
+    if len(lengths) > 1:
+        raise ModelError(
+            f"Expression '{text.strip()}'",
+            found=f"lists of different length: {', '.join(f'{name} ({len(v)})' for name, v in lists.items())}",
+            expected="lists of one length",
+            remedy="Take elements, as in point[0], or correct the lists",
+        )
+    return tuple(
+        evaluate(text, {**parameters, **{name: values[k] for name, values in lists.items()}})
+        for k in range(lengths.pop())
+    )
 
 
 def compile_expression(text: str, parameters: Mapping[str, float] | None = None) -> Program:
@@ -166,6 +205,8 @@ class _Reader:
             return self.apply(op.NEGATIVE, self.node(node.operand))
         if isinstance(node, ast.Call):
             return self.call(node)
+        if isinstance(node, ast.Subscript):
+            return self.element(node)
         raise self.error(f"an expression that is not arithmetic: {_kind(node)}", _remedy(node))
 
     def name(self, name: str) -> list[tuple[int, float]]:
@@ -189,11 +230,40 @@ class _Reader:
         if name in op.FUNCTIONS:
             raise self.error(f"the function '{name}' without arguments", f"Write {name}(...)")
         known = [*self.parameters, *op.CONSTANTS, *(["t"] if self.time else [])]
+        shown = known if len(known) <= _MOST else [*known[-_MOST:], f"... ({len(known)} in all)"]
         raise self.error(
             f"the name '{name}' is unknown",
             did_you_mean(name, known) or f"Add {name} to the parameters",
-            f"Known names: {', '.join(known)}",
+            f"Known names: {', '.join(shown)}",
         )
+
+    def element(self, node: ast.Subscript) -> list[tuple[int, float]]:
+        """Read ``name[2]`` or ``name[0][1]``: a number of a parameter that is a list, counted from 0."""
+        indices: list[int] = []
+        inner: ast.expr = node
+        while isinstance(inner, ast.Subscript):
+            if not isinstance(inner.slice, ast.Constant) or type(inner.slice.value) is not int:
+                raise self.error(
+                    "square brackets around something else than a whole number", "Write point[0]"
+                )
+            indices.insert(0, inner.slice.value)
+            inner = inner.value
+        name = inner.id if isinstance(inner, ast.Name) else ""
+        value: Any = self.parameters.get(name)
+        for index in indices:
+            if not isinstance(value, tuple | list):
+                raise self.error(
+                    f"[{index}] of '{ast.unparse(inner)}', which is no list",
+                    did_you_mean(name, self.parameters) or "Give the parameter a list",
+                )
+            if index >= len(value):
+                raise self.error(
+                    f"{name}[{index}] of a list of {len(value)}", f"Count from 0 to {len(value) - 1}"
+                )
+            value = value[index]
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+            raise self.error(f"{ast.unparse(node)} is {value!r}", "Name a number of the list", "a number")
+        return [(op.CONSTANT, self.finite(float(value)))]
 
     def call(self, node: ast.Call) -> list[tuple[int, float]]:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
@@ -231,6 +301,8 @@ class _Reader:
             return first
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
             return self.apply(op.NOT, self.condition(node.operand))
+        if isinstance(node, ast.Name) and isinstance(self.parameters.get(node.id), bool):
+            return [(op.CONSTANT, float(self.parameters[node.id]))]
         if not isinstance(node, ast.Compare):
             return self.node(node)
         values = [self.node(value) for value in (node.left, *node.comparators)]
@@ -268,7 +340,6 @@ def _kind(node: ast.expr) -> str:
         ast.BoolOp: "'and' or 'or' outside of where(...)",
         ast.IfExp: "'if' and 'else'",
         ast.Attribute: "a dot after a name",
-        ast.Subscript: "square brackets",
         ast.Lambda: "a function definition",
         ast.Constant: "text or a word that is not a number",
         ast.Tuple: "a comma outside of a function",

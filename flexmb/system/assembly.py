@@ -79,6 +79,8 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
         if done == -2:
             work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
             evaluate(system.program, state, work)
+            if not np.all(np.isfinite(work.equations["g"])):
+                raise open_joint(system, work)
             raise singular(system, state, work, lu_factor(work.S, system.program.pattern))
         g = np.abs(work.equations["g"])
         if not np.all(np.isfinite(g)):
@@ -86,6 +88,9 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
         before, system = system.redundant, _regularised(system, state, work)
         if system.redundant == before:
             break
+    if np.all(np.isnan(g)):  # the search ran away: the described positions tell where it began
+        evaluate(system.program, system.state(state.t), work)
+        raise open_joint(system, work)
     if done < 0 and (not np.all(np.isfinite(g)) or g.max() > tolerance * scale):
         raise idle_equation(system, state, work) or open_joint(system, work)
     return system

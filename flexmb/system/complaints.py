@@ -19,7 +19,9 @@ def worst_equations(system: System, work, count: int = 3) -> str:
     """Return the names and residuals of the equations that are satisfied worst."""
     g = work.equations["g"]
     order = np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
-    return ", ".join(f"{system.equation_names[k]} = {g[k]:.3g}" for k in order)
+    return ", ".join(
+        f"{system.equation_names[k]} = {g[k]:.3g}" if np.isfinite(g[k]) or np.all(np.isnan(g)) else
+        f"{system.equation_names[k]} has no value, the point is beyond the end of the curve" for k in order)
 
 
 def equations_of_forces(system: System, work) -> np.ndarray:

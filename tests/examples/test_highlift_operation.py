@@ -1,0 +1,159 @@
+"""High-lift system, trailing edge in operation: the outcomes 5.1-5.3, 5.13 and 5.14 of the data set.
+
+Reference: the check values of examples/highlift/parameters.toml (loop closure, virtual work), and the statements of
+Zierath, Woernle & Heyden (Figs. 16-18) with the tolerances that the data set proposes.
+"""
+
+import numpy as np
+import pytest
+from highlift_runs import CHECK, DATA, RANGE, at_stations, run, slow_run
+
+import flexmb as fmb
+
+FREE = (("load_factor", 0.0),)
+STIFF = (
+    ("track_1_drive_drive_stiffness", 1e10),
+    ("track_2_drive_drive_stiffness", 1e10),
+    ("inboard_flap_GJ", 1e-3),
+)
+
+
+def test_kinematics_of_the_data_set():
+    """Unloaded, the rigid linkage: strokes, flap angles and travel of the interconnection strut, loop closure."""
+    solution = slow_run(*FREE)
+    assert solution["loop closure"].max() < 1e-9
+    np.testing.assert_allclose(at_stations(solution, "inboard_t2_stroke"), CHECK["stroke_2"], atol=1e-4)
+    for name in ("inboard_t1_flap angle", "inboard_t2_flap angle"):
+        np.testing.assert_allclose(
+            np.degrees(at_stations(solution, name)), CHECK["angle_inboard_deg"], atol=5e-3
+        )
+    for track in (3, 4, 5):
+        angle = at_stations(solution, f"outboard_t{track}_flap angle")
+        np.testing.assert_allclose(np.degrees(angle), CHECK["angle_outboard_deg"], atol=5e-3)
+
+
+def test_interconnection_travel_of_the_data_set():
+    """Its check values leave out that the yaw of the inboard flap moves the strut in spanwise direction (5 mm, up to
+    3 mm of travel): without this displacement the lengths agree."""
+    solution = slow_run(*FREE)
+    inner, outer = (
+        solution[fmb.Position("p", marker=f"{side}_flap_rib.strut")] for side in ("inboard", "outboard")
+    )
+    stations = np.array(CHECK["interconnection_travel_eta"])
+    eta = solution["inboard_t2_lever angle"] / RANGE
+    travel = np.linalg.norm(outer - inner, axis=1) - np.linalg.norm(outer - inner, axis=1)[0]
+    np.testing.assert_allclose(solution["interconnection travel"], travel, atol=1e-5)
+    straight = inner * [1.0, 0.0, 1.0] + inner[0] * [0.0, 1.0, 0.0]
+    planar = np.linalg.norm(outer - straight, axis=1) - np.linalg.norm(outer - inner, axis=1)[0]
+    np.testing.assert_allclose(np.interp(stations, eta, planar), CHECK["interconnection_travel"], atol=5e-5)
+    assert np.abs(inner[:, 1] - inner[0, 1]).max() == pytest.approx(4.8e-3, abs=0.3e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "last"), [("inboard_t2_flap angle", 38.0), ("outboard_t4_flap angle", 35.0)]
+)
+def test_outcome_5_1(name, last):
+    """Both flaps pass 0 deg twice, almost translate between, and turn in the last 40 % of the lever's travel."""
+    solution = slow_run()
+    progress, angle = (
+        solution["inboard_t2_lever angle"] / solution["inboard_t2_lever angle"][-1],
+        solution[name],
+    )
+    angle = np.degrees(angle)
+    rising = progress > 0.3
+    zero = np.interp(0.0, angle[rising], progress[rising])
+    assert zero == pytest.approx(0.52, abs=0.01)
+    assert angle[0] == pytest.approx(0.0, abs=0.02)
+    assert -3.0 < angle.min() < -2.0
+    assert np.abs(angle[progress <= zero]).max() <= 3.0
+    assert angle[-1] == pytest.approx(last, abs=0.5)  # the struts give way by a few millimetres
+    assert angle[-1] - np.interp(0.6, progress, angle) > 0.85 * angle[-1]
+
+
+def test_outcome_5_2():
+    """The interconnection strut stays between its stops in operation, and carries exactly nothing."""
+    solution = run("operation")
+    low, high = DATA["trailing_edge"]["interconnection_strut"]["free_travel"]
+    assert low < solution["interconnection travel"].min() < -0.02
+    assert solution["interconnection travel"].max() < high
+    assert not np.any(solution["interconnection force"])
+
+
+def test_forces_of_the_data_set():
+    """Quasi-static forces by virtual work: stiff drives and a flap without torsional stiffness, as there."""
+    solution = slow_run(*STIFF)
+    used = slice(2, None)
+    for name, check in (
+        ("inboard_t1_strut force", "drive_strut_1"),
+        ("inboard_t2_strut force", "drive_strut_2"),
+    ):
+        expected = np.array(CHECK[check], float)
+        found = at_stations(solution, name, 0)
+        np.testing.assert_allclose(
+            found[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max()
+        )
+    pendulum = at_stations(solution, "inboard_t2_pendulum force", 0)
+    np.testing.assert_allclose(-pendulum[used], CHECK["pendulum_2"][used], rtol=0.02)
+    for track in (1, 2):
+        torque = at_stations(solution, f"drive {track} torque", 5)
+        expected = np.abs(
+            np.array(CHECK[f"actuator_torque_{track}"], float)
+        )  # both drives work against the load
+        np.testing.assert_allclose(
+            torque[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max()
+        )
+
+
+def test_outcome_5_3():
+    """Strut 2 is pressed with about four times the tension of strut 1.
+
+    3 to 5 for 0.3 <= progress <= 0.9 without elasticity. Drives that give way (4 mm) twist the flap, whose torsional
+    stiffness then moves load to track 1: down to 2.9 at progress 0.8.
+    """
+    eta = np.linspace(0.3, 0.9, 61)
+    for settings, low, high in ((STIFF, 3.0, 5.0), ((), 2.85, 4.5)):
+        one, two = (at_stations(slow_run(*settings), f"inboard_t{k}_strut force", 0, eta) for k in (1, 2))
+        assert one.min() > 0.0 > two.max()
+        ratio = -two / one
+        assert low < ratio.min()
+        assert ratio.max() < high
+
+
+def test_outcome_5_13():
+    """The traces of track 1 diverge: the distance of the rear ball from the front ball's path grows to 0.65 m."""
+    solution = slow_run(*FREE)
+    front, rear = (
+        solution[fmb.Position("p", marker=f"inboard_flap_root.{ball}_ball")] for ball in ("front", "rear")
+    )
+    path = np.gradient(front, axis=0)[:, [0, 2]]
+    path /= np.linalg.norm(path, axis=1)[:, None]
+    d = (rear - front)[:, [0, 2]]
+    distance = np.abs(path[:, 0] * d[:, 1] - path[:, 1] * d[:, 0])
+    inner = slice(20, -20)  # where the flap moves
+    progress = (solution["inboard_t2_lever angle"] / solution["inboard_t2_lever angle"][-1])[inner]
+    distance = distance[inner]
+    assert distance[0] == pytest.approx(0.10, abs=0.01)
+    assert distance.min() == pytest.approx(0.08, abs=0.01)
+    assert distance[-1] == pytest.approx(0.65, abs=0.01)
+    assert np.all(np.diff(distance[progress > 0.4]) > 0.0)
+
+
+def test_outcome_5_14():
+    """Tracks 2, 3 and 5 carry nothing in spanwise direction: track 1 holds the inboard flap, track 4 the outboard one."""
+    load = 10e3  # N
+    model = slow_run(*FREE).model.with_parts(
+        forces=[
+            fmb.PointLoad("outward 1", marker="inboard_flap_tip.nose", force=(0, load, 0)),
+            fmb.PointLoad(
+                "outward 2",
+                marker="outboard_flap_root.nose",
+                force=(0, load, 0),
+                axes="ground.outboard_origin",
+            ),
+        ]
+    )
+    solution = fmb.statics(model)
+    assert solution["inboard_upper trace force"][-1, 1] == pytest.approx(-load, rel=1e-3)
+    assert solution["outboard_t4_flap force"][-1, 1] == pytest.approx(-load, rel=1e-3)
+    for name in ("inboard_t2_link force", "outboard_t3_flap force", "outboard_t5_flap force"):
+        assert abs(solution[name][-1, 1]) < 1e-3 * load
