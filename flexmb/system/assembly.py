@@ -80,7 +80,7 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
             work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
             evaluate(system.program, state, work)
             if not np.all(np.isfinite(work.equations["g"])):
-                raise open_joint(system, work)
+                raise _runaway(system, state, work)
             raise singular(system, state, work, lu_factor(work.S, system.program.pattern))
         g = np.abs(work.equations["g"])
         if not np.all(np.isfinite(g)):
@@ -88,12 +88,17 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
         before, system = system.redundant, _regularised(system, state, work)
         if system.redundant == before:
             break
-    if np.all(np.isnan(g)):  # the search ran away: the described positions tell where it began
-        evaluate(system.program, system.state(state.t), work)
-        raise open_joint(system, work)
-    if done < 0 and (not np.all(np.isfinite(g)) or g.max() > tolerance * scale):
+    if not np.all(np.isfinite(g)):
+        raise _runaway(system, state, work)
+    if done < 0 and g.max() > tolerance * scale:
         raise idle_equation(system, state, work) or open_joint(system, work)
     return system
+
+
+def _runaway(system: System, state: State, work) -> CompileError:
+    """Return the error about a search that left all bounds: the described positions tell where it began."""
+    evaluate(system.program, system.state(state.t), work)
+    return open_joint(system, work)
 
 
 def _misfits(system: System, work, tolerance: float) -> dict[str, tuple[float, float]]:
