@@ -24,7 +24,7 @@ from flexmb.errors import ModelError, did_you_mean
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
-from flexmb.math.vectors import cross, matvec_t
+from flexmb.math.vectors import add_combination, cross, matvec_t
 from flexmb.model.kinds import Body, Table
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
@@ -53,10 +53,10 @@ def place(raw, data, state, work):
 def _elastic(K, D, shapes, eta, rate, u, first_load, work, residual):
     """Add K eta + D eta' and subtract the load shapes; add to the rates of work and dissipation."""
     m = len(eta)
+    add_combination(eta, K, residual[6:])  # K is symmetric
     for i in range(m):
         damping = 0.0
         for j in range(m):
-            residual[6 + i] += K[i, j] * eta[j]
             damping += D[i, j] * rate[j]
         residual[6 + i] += damping
         work.energy[5] += damping * rate[i]
@@ -104,7 +104,8 @@ def inertia(raw, data, state, work):
         residual = work.residual[iu : iu + size]
         terms = invariants(data, row.mass, m)
         K, D, shapes, G = stiffness_matrices(data, row.elastic, m, row.loads, row.stiffening)
-        M, W, wnd = np.empty((size, size)), np.empty((m, 6)), np.empty((3, m))
+        M, W = np.empty((size, size)), np.empty((m, 6))
+        wnd, swing = np.empty((3, m)), np.empty((m, 3))
         A, P = np.empty(size), np.empty(size)
         euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
         matvec_t(R, row.gravity, fall)
@@ -113,8 +114,8 @@ def inertia(raw, data, state, work):
         for i in range(3):
             A[i] -= fall[i]
         mass_matrix(terms, eta, M, W)
-        rates(terms, W, u, wnd, vwd, wwd)
-        add_inertia(terms, M, W, u, A, wnd, vwd, wwd, P, residual)
+        rates(terms, W, u, wnd, vwd, wwd, swing)
+        add_inertia(terms, M, W, u, A, wnd, vwd, wwd, swing, P, residual)
         _elastic(K, D, shapes, eta, u[6:], u, row.first_load, work, residual)
         s, g = np.empty(row.stiffening), np.empty((row.stiffening, m))
         if row.stiffening > 0:
@@ -129,10 +130,10 @@ def inertia(raw, data, state, work):
             for j in range(size):
                 B[i, j] = weights[0] * M[i, j]
         if weights[1] != 0.0:
-            add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, P, weights[1], B)
+            add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, swing, P, weights[1], B)
             _add_step_term(M, u, weights[4], B)
         if weights[2] != 0.0:
-            add_inertia_stiffness(terms, W, u, A, weights[2], B)
+            add_inertia_stiffness(terms, W, u, A, swing, weights[2], B)
             for i in range(size):
                 # gravity: -M[:, :3] fall~
                 for j in range(3):

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import kernel
-from flexmb.math.vectors import add_cross, cross, dot, matvec, matvec_t
+from flexmb.math.vectors import add_combination, add_cross, cross, dot, matvec, matvec_t
 
 __all__ = ["add_inertia", "add_inertia_damping", "add_inertia_stiffness", "mass_matrix"]
 
@@ -34,13 +34,12 @@ def mass_matrix(terms, eta, M, W):
     vv, vw0, vw1, vn, ww0, ww1, ww2, wn0, wn1, nn = terms
     m = len(eta)
     ww = np.zeros(6)
+    bent = np.zeros((6, m))
+    add_combination(eta, ww2.reshape((m, 6 * m)), bent.reshape(6 * m))  # ww2 is symmetric in its modes
     for j in range(m):
         for e in range(6):
-            total = ww1[j, e]
-            for k in range(m):
-                total += 2.0 * eta[k] * ww2[j, k, e]
-            W[j, e] = total
-            ww[e] += 0.5 * eta[j] * (total + ww1[j, e])
+            ww[e] += eta[j] * (bent[e, j] + ww1[j, e])
+            W[j, e] = 2.0 * bent[e, j] + ww1[j, e]
     for i in range(3):
         for k in range(3):
             M[i, k] = vv[i, k]
@@ -55,60 +54,60 @@ def mass_matrix(terms, eta, M, W):
         k = (i + 1) % 3
         M[3 + i, 3 + k] += ww[3 + i]
         M[3 + k, 3 + i] += ww[3 + i]
+    wn = wn0.copy()
+    add_combination(eta, wn1.reshape((m, 3 * m)), wn.reshape(3 * m))
     for i in range(3):
         for j in range(m):
-            c = wn0[i, j]
-            for k in range(m):
-                c += eta[k] * wn1[k, i, j]
             M[i, 6 + j] = vn[i, j]
             M[6 + j, i] = vn[i, j]
-            M[3 + i, 6 + j] = c
-            M[6 + j, 3 + i] = c
+            M[3 + i, 6 + j] = wn[i, j]
+            M[6 + j, 3 + i] = wn[i, j]
     for j in range(m):
         for k in range(m):
             M[6 + j, 6 + k] = nn[j, k]
 
 
 @kernel
-def rates(terms, W, u, wnd, vwd, wwd):
-    """Write the rates of M_wn (3, m), M_vw (3, 3) and M_ww (6,) to the last three arguments."""
+def rates(terms, W, u, wnd, vwd, wwd, swing):
+    """Write the rates of M_wn (3, m), M_vw (3, 3) and M_ww (6,), and ``swing[j] = c_j eta'`` (m, 3)."""
     vw1, wn1 = terms[2], terms[8]
     m = len(W)
+    rate = u[6:]
     wnd[:] = 0.0
     vwd[:] = 0.0
     wwd[:] = 0.0
-    for k in range(m):
-        rate = u[6 + k]
-        if rate == 0.0:
-            continue
-        for i in range(3):
-            for j in range(m):
-                wnd[i, j] += rate * wn1[k, i, j]
-            for j in range(3):
-                vwd[i, j] += rate * vw1[k, i, j]
-        for e in range(6):
-            wwd[e] += rate * W[k, e]
+    add_combination(rate, wn1.reshape((m, 3 * m)), wnd.reshape(3 * m))
+    add_combination(rate, vw1.reshape((m, 9)), vwd.reshape(9))
+    add_combination(rate, W, wwd)
+    modal_products(wn1, rate, swing)
 
 
 @kernel
-def add_inertia(terms, M, W, u, A, wnd, vwd, wwd, P, out):
+def modal_products(wn1, x, out):
+    """Write ``c_j x`` (m, 3) of all modes to `out`, for x (m,); three sums at a time hide the latency of each."""
+    for j in range(len(wn1)):
+        a, b, c = 0.0, 0.0, 0.0
+        for k in range(len(x)):
+            a += wn1[j, 0, k] * x[k]
+            b += wn1[j, 1, k] * x[k]
+            c += wn1[j, 2, k] * x[k]
+        out[j, 0], out[j, 1], out[j, 2] = a, b, c
+
+
+@kernel
+def add_inertia(terms, M, W, u, A, wnd, vwd, wwd, swing, P, out):
     """Add M A plus the quadratic velocity terms to `out` (6 + m,); A is the acceleration less gravity.
 
-    `wnd`, `vwd`, `wwd` are the rates of the mass matrix; the momentum is left in `P` (6 + m,).
+    `wnd`, `vwd`, `wwd`, `swing` come from `rates`; the momentum is left in `P` (6 + m,).
     """
-    vw1, wn1 = terms[2], terms[8]
-    m, n = len(W), 6 + len(W)
+    vw1 = terms[2]
+    m = len(W)
     v = u[0:3]
     w = u[3:6]
     t = np.empty(3)
-    for i in range(n):
-        momentum = 0.0
-        force = 0.0
-        for j in range(n):
-            momentum += M[i, j] * u[j]
-            force += M[i, j] * A[j]
-        P[i] = momentum
-        out[i] += force
+    P[:] = 0.0
+    add_combination(u, M, P)
+    add_combination(A, M, out)
     matvec(vwd, w, t)
     for i in range(3):
         out[i] += t[i]
@@ -123,20 +122,18 @@ def add_inertia(terms, M, W, u, A, wnd, vwd, wwd, P, out):
         out[3 + i] += t[i]
     add_cross(w, P[3:6], out[3:6])
     add_cross(v, P[0:3], out[3:6])
+    add_combination(w, wnd, out[6:])
     for j in range(m):
-        modal = 0.0
+        modal = dot(w, swing[j])
         for i in range(3):
-            modal += wnd[i, j] * w[i]
             for k in range(3):
-                modal -= v[i] * vw1[j, i, k] * w[k]
-            for k in range(m):
-                modal -= w[i] * wn1[j, i, k] * u[6 + k]
+                modal += v[i] * vw1[j, i, k] * w[k]
         symmetric_product(W[j], w, t)
-        out[6 + j] += modal - 0.5 * dot(w, t)
+        out[6 + j] -= modal + 0.5 * dot(w, t)
 
 
 @kernel
-def add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, P, scale, B):
+def add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, swing, P, scale, B):
     """Add scale * d(quadratic velocity terms)/du to `B` (6 + m, 6 + m)."""
     vw1, wn1 = terms[2], terms[8]
     m, n = len(W), 6 + len(W)
@@ -178,9 +175,7 @@ def add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, P, scale, B):
         symmetric_product(W[j], w, a)
         matvec_t(vw1[j], v, t)
         for i in range(3):
-            a[i] += t[i]
-            for k in range(m):
-                a[i] += wn1[j, i, k] * u[6 + k]
+            a[i] += t[i] + swing[j, i]
             B[3 + i, 6 + j] += scale * (a[i] + wnd[i, j])
             B[6 + j, 3 + i] += scale * (wnd[i, j] - a[i])
         for k in range(m):
@@ -190,7 +185,7 @@ def add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, P, scale, B):
 
 
 @kernel
-def add_inertia_stiffness(terms, W, u, A, scale, B):
+def add_inertia_stiffness(terms, W, u, A, swing, scale, B):
     """Add scale * d(M A + quadratic velocity terms)/deta to the modal columns of `B` (6 + m, 6 + m)."""
     vw1, ww2, wn1 = terms[2], terms[6], terms[8]
     m = len(W)
@@ -200,14 +195,22 @@ def add_inertia_stiffness(terms, W, u, A, scale, B):
     a = np.empty(3)
     b = np.empty(3)
     t = np.empty(3)
+    modal = np.empty((m, 3))
+    modal_products(wn1, A[6:], modal)
+    bending = np.zeros((6, m))  # half the rates of W
+    add_combination(u[6:], ww2.reshape((m, 6 * m)), bending.reshape(6 * m))
+    # weights of the six entries of a symmetric matrix in w . S w
+    squares = np.empty(6)
+    for i in range(3):
+        squares[i] = -scale * w[i] * w[i]
+        squares[3 + i] = -2.0 * scale * w[i] * w[(i + 1) % 3]
+    turned = np.empty(m)
     for j in range(m):
         matvec(vw1[j], w, a)  # dP_v/deta_j
         symmetric_product(W[j], w, b)
         matvec_t(vw1[j], v, t)
         for i in range(3):
-            b[i] += t[i]
-            for k in range(m):
-                b[i] += wn1[j, i, k] * u[6 + k]  # dP_w/deta_j
+            b[i] += t[i] + swing[j, i]  # dP_w/deta_j
         matvec(vw1[j], alpha, t)
         add_cross(w, a, t)
         for i in range(3):
@@ -216,16 +219,15 @@ def add_inertia_stiffness(terms, W, u, A, scale, B):
         add_cross(w, b, t)
         add_cross(v, a, t)
         for i in range(3):
+            t[i] += modal[j, i]
             for k in range(3):
                 t[i] += vw1[j, k, i] * A[k]
-            for k in range(m):
-                t[i] += wn1[j, i, k] * A[6 + k]
-        for k in range(m):
-            symmetric_product(ww2[j, k], w, b)
-            for i in range(3):
-                t[i] += 2.0 * u[6 + k] * b[i]
-            # modal rows: -1/2 w . dW_k/deta_j w, and M_wn^T w'
-            B[6 + k, 6 + j] += scale * (
-                wn1[j, 0, k] * alpha[0] + wn1[j, 1, k] * alpha[1] + wn1[j, 2, k] * alpha[2] - dot(w, b))
+        symmetric_product(bending[:, j], w, b)
         for i in range(3):
-            B[3 + i, 6 + j] += scale * t[i]
+            B[3 + i, 6 + j] += scale * (t[i] + 2.0 * b[i])
+        # modal rows: -1/2 w . dW_k/deta_j w, and M_wn^T w'
+        add_combination(squares, ww2[j], B[6 + j, 6:])
+        turned[:] = 0.0
+        add_combination(alpha, wn1[j], turned)
+        for k in range(m):
+            B[6 + k, 6 + j] += scale * turned[k]

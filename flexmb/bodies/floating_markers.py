@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.bodies.frame_markers import add_load_stiffness, place_marker
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix, exp_euler, rotation_tangent
-from flexmb.math.vectors import cross, dot, matvec, rotate_columns
+from flexmb.math.vectors import add_combination, cross, dot, matvec, rotate_columns
 
 __all__ = ["add_marker_stiffness", "place_flexible_marker"]
 
@@ -101,6 +101,8 @@ def add_marker_stiffness(B, scale, R, q, m, s, translation, rotation, wrench):
     The change of T with theta is kept to first order: dT^T N = 1/2 N x dtheta, an error of second order in the small
     rotation of the marker, in the Newton matrix only.
     """
+    if not np.any(wrench):
+        return
     F = np.empty(3)
     N = np.empty(3)
     place = np.empty(3)
@@ -126,8 +128,7 @@ def add_marker_stiffness(B, scale, R, q, m, s, translation, rotation, wrench):
         cross(N, c, t)
         for i in range(3):
             B[6 + j, 3 + i] += scale * t[i]
-        for k in range(m):
-            B[6 + j, 6 + k] -= 0.5 * scale * (
-                b[0] * (N[1] * rotation[2, k] - N[2] * rotation[1, k])
-                + b[1] * (N[2] * rotation[0, k] - N[0] * rotation[2, k])
-                + b[2] * (N[0] * rotation[1, k] - N[1] * rotation[0, k]))
+        cross(b, N, t)
+        for i in range(3):
+            t[i] *= -0.5 * scale
+        add_combination(t, rotation, B[6 + j, 6:])

@@ -45,7 +45,8 @@ def pack(data, damping: np.ndarray, groups: tuple[str, ...], poses) -> tuple[np.
     rows, columns = zip(*SYMMETRIC, strict=True)
     ww2 = 0.5 * (i.ww2 + np.swapaxes(i.ww2, 2, 3))
     ww2 = 0.5 * (ww2 + np.swapaxes(ww2, 0, 1))
-    mass = [i.vv, i.vw0, i.vw1, i.vn, i.ww0, i.ww1[:, rows, columns], ww2[:, :, rows, columns], i.wn0, i.wn1, i.nn]
+    pairs = np.swapaxes(ww2[:, :, rows, columns], 1, 2)  # (m, 6, m): sums over modes run along rows
+    mass = [i.vv, i.vw0, i.vw1, i.vn, i.ww0, i.ww1[:, rows, columns], pairs, i.wn0, i.wn1, i.nn]
     geometry = []
     for k, pose in enumerate(poses):
         geometry += [np.array(pose.at), pose.matrix, data.marker_translations[k], data.marker_rotations[k]]
@@ -57,7 +58,8 @@ def pack(data, damping: np.ndarray, groups: tuple[str, ...], poses) -> tuple[np.
                  "preload": g.preload[None]}
         matrices = np.concatenate([part if name in groups else np.zeros_like(part) for name, part in parts.items()])
         n_stiffening = len(matrices)
-        elastic.append(0.5 * (matrices + np.swapaxes(matrices, 1, 2)))
+        # row j of all matrices side by side: the product of all with eta is one sum of long rows
+        elastic.append(0.5 * (matrices + np.swapaxes(matrices, 1, 2)).transpose(1, 0, 2))
 
     def flat(arrays):
         return np.concatenate([np.asarray(a, float).ravel() for a in arrays] or [np.empty(0)])
@@ -80,7 +82,7 @@ def invariants(data, start, m):
     a += 9
     ww1 = data[a : a + 6 * m].reshape((m, 6))
     a += 6 * m
-    ww2 = data[a : a + 6 * m * m].reshape((m, m, 6))
+    ww2 = data[a : a + 6 * m * m].reshape((m, 6, m))
     a += 6 * m * m
     wn0 = data[a : a + 3 * m].reshape((3, m))
     a += 3 * m
@@ -103,7 +105,7 @@ def geometry(data, start, k, m):
 
 @kernel
 def stiffness_matrices(data, start, m, loads, stiffening):
-    """Return the views K (m, m), D (m, m), load shapes (nl, 6 + m) and geometric stiffness (n, m, m)."""
+    """Return the views K (m, m), D (m, m), load shapes (nl, 6 + m) and geometric stiffness (m, n, m), row by row."""
     a = start
     K = data[a : a + m * m].reshape((m, m))
     a += m * m
@@ -111,5 +113,5 @@ def stiffness_matrices(data, start, m, loads, stiffening):
     a += m * m
     shapes = data[a : a + loads * (6 + m)].reshape((loads, 6 + m))
     a += loads * (6 + m)
-    G = data[a : a + stiffening * m * m].reshape((stiffening, m, m))
+    G = data[a : a + stiffening * m * m].reshape((m, stiffening, m))
     return K, D, shapes, G

@@ -7,7 +7,7 @@ frame (gravity included in A), the total wrench on each interface in body axes, 
 from __future__ import annotations
 
 from flexmb.math.kernel import kernel
-from flexmb.math.vectors import matvec_t
+from flexmb.math.vectors import add_combination, matvec_t
 
 __all__ = ["add_stiffening", "add_stiffening_tangent", "load_scales"]
 
@@ -39,15 +39,14 @@ def load_scales(u, A, R, markers, first, interfaces, loads, first_load, amounts,
 
 @kernel
 def add_stiffening(G, s, eta, products, out):
-    """Add sum_i s_i G_i eta to `out` (m,); leave the products G_i eta in `products` (n, m)."""
-    m = len(eta)
-    for i in range(len(G)):
-        for j in range(m):
-            total = 0.0
-            for k in range(m):
-                total += G[i, j, k] * eta[k]
-            products[i, j] = total
-            out[j] += s[i] * total
+    """Add sum_i s_i G_i eta to `out` (m,); leave the products G_i eta in `products` (n, m).
+
+    `G` (m, n, m) has row j of every symmetric G_i in G[j].
+    """
+    m, n = len(eta), len(s)
+    products[:] = 0.0
+    add_combination(eta, G.reshape((m, n * m)), products.reshape(n * m))
+    add_combination(s, products, out)
 
 
 @kernel
@@ -60,12 +59,10 @@ def add_stiffening_tangent(G, s, g, u, R, interfaces, fall, weights, B, markers,
     m = g.shape[1]
     v = u[0:3]
     w = u[3:6]
-    for i in range(len(G)):
-        x = ck * s[i]
-        if x != 0.0:
-            for j in range(m):
-                for k in range(m):
-                    B[6 + j, 6 + k] += x * G[i, j, k]
+    if ck != 0.0:
+        scaled = ck * s
+        for j in range(m):
+            add_combination(scaled, G[j], B[6 + j, 6:])
     for j in range(m):
         for i in range(3):
             a, b = (i + 1) % 3, (i + 2) % 3

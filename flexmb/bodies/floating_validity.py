@@ -65,7 +65,7 @@ class _Limits:
         root = np.sqrt(np.diag(data.stiffness))
         factor = np.linalg.cholesky(data.stiffness / np.outer(root, root))
         self.inverse = np.linalg.solve(factor, np.diag(1.0 / root))
-        self.G = stiffness_matrices(bulk, row["elastic"], self.modes, row["loads"], row["stiffening"])[3]
+        self.G = stiffness_matrices(bulk, row["elastic"], self.modes, row["loads"], row["stiffening"])[3].swapaxes(0, 1)
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
         self.causes = (12 * ["acceleration"] + [name for name in interfaces for _ in range(6)]
                        + [f"load '{name}'" for name in data.load_names] + ["preload"])

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["add_cross", "cross", "dot", "matvec", "matvec_t", "norm", "rotate_columns"]
+__all__ = ["add_combination", "add_cross", "cross", "dot", "matvec", "matvec_t", "norm", "rotate_columns"]
 
 
 @kernel
 def dot(a, b):
     """Scalar product of two 3-vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def add_combination(x, rows, out):
+    """Add sum_k x_k rows[k] to `out` (n,), rows (k, n): contiguous, without a chain of sums, so compilers vectorise it."""
+    for k in range(len(x)):
+        a = x[k]
+        if a != 0.0:
+            row = rows[k]
+            for i in range(len(out)):
+                out[i] += a * row[i]
 
 
 @kernel
