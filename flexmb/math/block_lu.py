@@ -80,13 +80,24 @@ def lu_factor(S, p):
             _eliminate(S, p, s, base, n, width)
         for i in range(n):
             row = base + i * width
-            for k in range(i):
-                x = S[row + own + k]
-                if x == 0.0:
-                    continue
-                f = x * p.inverse[first + k]
-                S[row + own + k] = f
+            left = row + own
+            k = 0
+            while k + 1 < i:
+                # two rows above at a time: each value of this row is loaded and stored half as often
                 above = base + k * width
+                below = above + width
+                f = S[left + k] * p.inverse[first + k]
+                g = (S[left + k + 1] - f * S[above + own + k + 1]) * p.inverse[first + k + 1]
+                S[left + k], S[left + k + 1] = f, g
+                k += 2
+                if f == 0.0 and g == 0.0:
+                    continue
+                for t in range(own + k, width):
+                    S[row + t] -= f * S[above + t] + g * S[below + t]
+            if k < i:
+                above = base + k * width
+                f = S[left + k] * p.inverse[first + k]
+                S[left + k] = f
                 for t in range(own + k + 1, width):
                     S[row + t] -= f * S[above + t]
             pivot = S[row + own + i]
