@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
@@ -250,6 +251,19 @@ class FloatingBody(Body):
         if unknown:
             raise ModelError(self.title, found=f"geometric_stiffness names {unknown}", expected=f"some of {STIFFENING}",
                              remedy="Use True for all of them")
+
+    @classmethod
+    def split(cls, name: str, parts: Sequence[ModalNeutralData], *, at=(0.0, 0.0, 0.0), rotation: Any = None,
+              velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), damping: Any = 0.0,
+              geometric_stiffness: Any = True, rigid: bool = False) -> tuple[FloatingBody, ...]:  # fmt: skip
+        """Return the bodies "name_1", "name_2" ... of the parts of a body (`flexmb.reduction.split`).
+
+        Place and motion are those of the whole; `flexmb.Fixed.at_cuts` joins them.
+        """
+        return tuple(
+            cls(f"{name}_{k}", data=data, at=at, rotation=rotation, velocity=velocity, damping=damping,
+                angular_velocity=angular_velocity, geometric_stiffness=geometric_stiffness, rigid=rigid)
+            for k, data in enumerate(parts, 1))  # fmt: skip
 
     def _check_markers(self) -> None:
         """Store the given marker axes as poses at the places of the data."""

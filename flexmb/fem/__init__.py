@@ -13,6 +13,7 @@ from flexmb.fem.shell import shell
 from flexmb.fem.solid import solid
 from flexmb.fem.solid_elements import HEX8_COMPATIBLE, SolidElement
 from flexmb.fem.solve import Modes, buckling, eigenmodes, fixed_freedoms, static
+from flexmb.fem.split import split
 from flexmb.fem.surface_load import pressure_load, traction_load
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "read_mesh",
     "shell",
     "solid",
+    "split",
     "static",
     "traction_load",
     "with_averaging_link",

@@ -8,12 +8,12 @@ multibody side applies them.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
-from flexmb.fem.frame_element import FrameElements, gauss
+from flexmb.fem.frame_element import FrameElements, chosen_rows, gauss
 from flexmb.fem.nodal_assembly import gathered, rotated, summed
 
 __all__ = ["FrameBlock"]
@@ -67,6 +67,19 @@ class FrameBlock:
     bending: Callable[[float], np.ndarray]
     number_of_nodes: int
     cell_type: str = "line"
+
+    def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> FrameBlock:
+        """Return the chosen beams (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
+        return replace(self, connectivity=number[self.connectivity[chosen]], axes=self.axes[chosen],
+                       elements=self.elements.part(chosen), wagner=chosen_rows(self.wagner, chosen),
+                       bending=chosen_rows(self.bending, chosen), number_of_nodes=len(nodes))  # fmt: skip
+
+    def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """Return K and M (ndof, ndof) of these beams, in the freedoms `dofs`."""
+        mass = self.elements.lumped_mass() if lumped else self.elements.consistent_mass()
+        stiffness, mass = (summed(rotated(local, self.axes), self.connectivity, dofs, self.number_of_nodes)
+                           for local in (self.elements.stiffness(), mass))  # fmt: skip
+        return stiffness, mass
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the section forces that `displacement` (n, 6), m,

@@ -71,6 +71,16 @@ def section_mass(section: Section, material: Material, rotary_inertia: bool) -> 
     return matrix
 
 
+def chosen_rows(table: Table, chosen: np.ndarray) -> Table:
+    """Return the table of the chosen beams (mask); a table with one row is that of all beams."""
+
+    def rows(fraction: float) -> np.ndarray:
+        values = table(fraction)
+        return values if len(values) == 1 else values[chosen]
+
+    return rows
+
+
 class FrameElements:
     """Interpolation, stiffness and mass of beams of given lengths.
 
@@ -89,6 +99,10 @@ class FrameElements:
         self.inverse = np.linalg.inv(0.5 * (total + total.swapaxes(1, 2)))
         self.end_forces = self.inverse @ self.incidence
         """(ne, 6, 12): section forces at the second node per local end displacement."""
+
+    def part(self, chosen: np.ndarray) -> FrameElements:
+        """Return the chosen beams (mask)."""
+        return FrameElements(self.lengths[chosen], chosen_rows(self.flexibility, chosen), chosen_rows(self.mass, chosen))
 
     def stiffness(self) -> np.ndarray:
         """Return the local stiffness matrices (ne, 12, 12), frames.md eq. (frame-stiffness)."""

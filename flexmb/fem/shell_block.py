@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -107,6 +107,17 @@ class ShellBlock:
                 matrix[:, :, direction, :, direction] = rotation
         matrix = matrix.reshape(len(rotation), 6 * count, 6 * count) + total
         return self._in_body_axes((self.material.density * self.thickness)[:, None, None] * matrix)
+
+    def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> ShellBlock:
+        """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
+        return replace(self, connectivity=number[self.connectivity[chosen]], axes=self.axes[chosen],
+                       corners=self.corners[chosen], heights=self.heights[chosen], thickness=self.thickness[chosen],
+                       number_of_nodes=len(nodes))  # fmt: skip
+
+    def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """Return K and M (ndof, ndof) of these elements, in the freedoms `dofs`."""
+        return (summed(self.stiffness(), self.connectivity, dofs, self.number_of_nodes),
+                summed(self.mass(lumped), self.connectivity, dofs, self.number_of_nodes))  # fmt: skip
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the membrane forces that `displacement` (n, 6), m,

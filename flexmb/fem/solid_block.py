@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -57,6 +57,19 @@ class SolidBlock:
         t = self.element.tables
         kernels.assemble_mass(self.nodes, self.connectivity, t.mass_value, t.mass_gradient, t.mass_weight,
                               self.density, lumped, pattern.start, pattern.indices, data)
+
+    def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> SolidBlock:
+        """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
+        return replace(self, nodes=self.nodes[nodes], connectivity=number[self.connectivity[chosen]])
+
+    def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """Return K and M (ndof, ndof) of these elements, in the freedoms `dofs`."""
+        pattern = node_pattern(len(self.nodes), [self.connectivity])
+        stiffness, mass = np.zeros(9 * len(pattern.indices)), np.zeros(len(pattern.indices))
+        self.add_stiffness(pattern, stiffness)
+        self.add_mass(pattern, mass, lumped)
+        rows = 3 * dofs[:, 0] + dofs[:, 1]
+        return pattern.blocks(stiffness)[rows][:, rows], pattern.three_times(mass)[rows][:, rows]
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes.

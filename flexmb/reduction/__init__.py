@@ -7,6 +7,7 @@ from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
 from flexmb.reduction.loads import LineLoad, NodalForces, Pressure
 from flexmb.reduction.mode_choice import UpTo
+from flexmb.reduction.split import split
 
 __all__ = [
     "Averaging",
@@ -23,4 +24,5 @@ __all__ = [
     "reduce",
     "report",
     "rescaled",
+    "split",
 ]
