@@ -22,9 +22,9 @@ _ROOMS = {
     "Revolute Rod Rolling Screw Spherical Universal",
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction OneSidedSpring PointLoad Pressure SpringDamper "
     "TorsionSpring UserForce",
-    "flexmb.sensors": "Acceleration ConstraintError Deflection Energy ForceOf JointCoordinate Momentum Orientation "
-    "Position Reaction Stress Velocity",
-    "flexmb.events": "Change Event Lock Release Stop",
+    "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
+    "Orientation Position Reaction Stress Velocity",
+    "flexmb.events": "Change Event Impact Lock Release Stop",
     "flexmb.integrate": "Augmented Baumgarte Explicit GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations "
     "check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "Recursive",

@@ -64,6 +64,7 @@ class PointMass(Body):
     ----------
     name : str
     mass : float, kg
+        Zero for a point that joints hold in all directions.
     at : (3,), m, in W
     velocity : (3,), m/s, in W
     """
@@ -79,7 +80,7 @@ class PointMass(Body):
 
     def __post_init__(self):
         super().__post_init__()
-        self.require_positive("mass")
+        self.require_positive("mass", zero=True)
         object.__setattr__(self, "at", vector3(self.at, self.title, "at"))
         object.__setattr__(self, "velocity", vector3(self.velocity, self.title, "velocity"))
 

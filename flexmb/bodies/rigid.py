@@ -190,6 +190,7 @@ class RigidBody(Body):
     ----------
     name : str
     mass : float, kg
+        Zero, as moments of inertia, for motions that joints hold: a weightless link.
     inertia : (3,) or (3, 3), kg m2
         Principal values or tensor about the centre of mass, in body axes (J_xy = -int x y dm).
     center_of_mass : (3,), m
@@ -225,7 +226,7 @@ class RigidBody(Body):
 
     def __post_init__(self):
         super().__post_init__()
-        self.require_positive("mass")
+        self.require_positive("mass", zero=True)
         object.__setattr__(self, "center_of_mass", vector3(self.center_of_mass, self.title, "center_of_mass"))
         check_frame(self)
         J = np.asarray(self.inertia, float)

@@ -2,6 +2,7 @@
 
 from flexmb.events.change import Change
 from flexmb.events.event import Action, Event
+from flexmb.events.impact import Impact
 from flexmb.events.lock import Lock
 from flexmb.events.release import Release
 from flexmb.events.stop import Stop
@@ -9,7 +10,7 @@ from flexmb.events.stop import Stop
 KINDS = {"Event": Event}
 """All kinds of events by name: read by the model files."""
 
-ACTIONS = {kind.__name__: kind for kind in (Release, Lock, Stop, Change)}
+ACTIONS = {kind.__name__: kind for kind in (Release, Lock, Stop, Change, Impact)}
 """All actions by name: read by the model files."""
 
-__all__ = ["ACTIONS", "KINDS", "Action", "Change", "Event", "Lock", "Release", "Stop"]
+__all__ = ["ACTIONS", "KINDS", "Action", "Change", "Event", "Impact", "Lock", "Release", "Stop"]

@@ -16,6 +16,9 @@ __all__ = ["Action", "Event"]
 class Action:
     """A pure function of models: what an event does."""
 
+    strikes: ClassVar[bool] = False
+    """Does it change velocities at once? Such an action has `markers`, `along` and `restitution` (see `Impact`)."""
+
     def check(self, model, asker: str) -> None:
         """Raise ModelError if the action names something that `model` does not have."""
 
@@ -26,7 +29,7 @@ class Action:
 
 @dataclass(frozen=True, eq=False)
 class Event(Part):
-    """End a phase at a time, or when a sensor passes a threshold, and change the model. It happens once.
+    """End a phase at a time, or when a sensor passes a threshold, and change the model.
 
     Parameters
     ----------
@@ -39,8 +42,10 @@ class Event(Part):
         The event happens at this time (without a sensor).
     column : int, optional
         Column of a sensor with several values.
-    then : Release, Lock, Stop or Change, or a sequence of them
+    then : Release, Lock, Stop, Change or Impact, or a sequence of them
         What happens, in this order.
+    repeats : bool
+        False: it happens once. True: whenever the value passes the threshold again.
     """
 
     name: str
@@ -51,6 +56,7 @@ class Event(Part):
     below: float | None = None
     at: float | None = None
     column: int | None = None
+    repeats: bool = False
 
     family: ClassVar[str] = "Event"
 
@@ -62,9 +68,13 @@ class Event(Part):
             raise ModelError(self.title, found=f"sensor = {self.sensor!r} with {', '.join(given) or 'no threshold'}",
                              expected="at= (a time), or sensor= with one of above= and below=",
                              remedy="Write at=0.65, or sensor='force', above=1e4")
+        if self.repeats and self.sensor is None:
+            raise ModelError(self.title, found=f"repeats = True with at = {self.at} s",
+                             expected="a sensor: a time passes only once",
+                             remedy="Leave repeats out, or write one event per time")
         actions = self.then if isinstance(self.then, tuple | list) else (self.then,)
         if not actions or not all(isinstance(a, Action) for a in actions):
-            raise ModelError(self.title, found=f"then = {self.then!r}", expected="Release, Lock, Stop or Change",
+            raise ModelError(self.title, found=f"then = {self.then!r}", expected="Release, Lock, Stop, Change or Impact",
                              remedy="Write then=flexmb.Release('strut')")
         object.__setattr__(self, "then", tuple(actions))
 

@@ -20,7 +20,7 @@ from flexmb.integrate.formulations import RANK
 from flexmb.integrate.matrices import tangent_at
 from flexmb.model.model import Model
 from flexmb.system import assemble
-from flexmb.system.mobility import DEPENDENT
+from flexmb.system.mobility import DEPENDENT, mass_metric
 
 __all__ = ["Linearization", "linearize"]
 
@@ -108,7 +108,7 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     tangent = tangent_at(system, state, work)
     M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
     ad, ad_rate = adjoint(system, state.u), adjoint(system, state.a)
-    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(M)), 1e-300))
+    scale = 1.0 / np.sqrt(mass_metric(tangent.M))
     rank = DEPENDENT if system.misfits else RANK  # axes that are parallel but for the digits of a mesh
     N = scale[:, None] * null_space(G * scale, rcond=rank) if len(G) else np.diag(scale)
     P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=rank) if len(G) else N

@@ -60,7 +60,7 @@ class Tangent:
 
 def _matrix(system, state, work, mass=0.0, damping=0.0, stiffness=0.0):
     work.coefficients[:] = (mass, damping, stiffness, 1.0, 0.0)
-    program = system.program._replace(regularisation=np.zeros(system.ng))
+    program = system.program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(system.program.floor)))
     evaluate(program, state, work)
     return stored(work.S, program.pattern).tocsr()
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.record import Recorder, joined_rows
 from flexmb.integrate.validity import Validity
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
@@ -17,6 +19,10 @@ from flexmb.system import assemble
 
 __all__ = ["Phases", "carried"]
 
+OFTEN = 20
+"""How often a repeating event may happen in the time between two looks at its sensor."""
+LASTING = ("Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
+           "the run by an event with Stop")
 CHUNK = 0.2
 """Seconds between looks at progress, interruption and the file."""
 
@@ -32,16 +38,32 @@ class Phases:
         self.statistics: dict[str, Any] = {}
         self.validity = Validity(before)
         self.t = float(times[0])
+        self.recording = False
+        self.passed: dict[str, float] = {}
+        self.happened: list[tuple[str, float]] = []
 
     def run(self, model: Model, state=None, works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
 
-        The first begins at a state by body name (default: as described); it may continue a phase, `goes_on`.
+        The first begins at a state by body name (default: as described); it may continue a phase, `goes_on`. What goes
+        wrong later (an event leaves a mechanism that cannot move on) ends the run, and what was computed is kept.
         """
+        try:
+            return self._run(model, state, works, goes_on)
+        except (ModelError, CompileError, IntegrationError) as error:
+            if not self.recorder.phases and not self.recorder.rows:
+                raise
+            if self.recording:
+                self.recorder.end("failed")
+            return Status.failed(f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}",
+                                 error.remedy)
+
+    def _run(self, model: Model, state, works, goes_on) -> Status:
         works, began = np.zeros(3) if works is None else works, self.t
         while True:
             system, start = assemble(model, t=began, state=state)
             self.recorder.begin(model, system)
+            self.recording = True
             ended = self._phase(model, system, start, works, goes_on)
             goes_on = None
             if not isinstance(ended, tuple):
@@ -49,21 +71,31 @@ class Phases:
                 return ended
             event, rows, watch = ended
             self.recorder.end(event.name)
+            self.recording = False
             began = self.t = float(rows["t"][-1])
             works = rows["works"][-1]
             following = next_phase(model, event, watch.series(rows))
             if following is None:
                 return Status.stopped(event.name, began)
-            state = carried(system, following, rows["q"][-1], rows["u"][-1])
+            if self._again_and_again(event, began):
+                return Status.failed(f"{event.title} happens again and again at t = {began:.9g} s", LASTING)
+            u = velocities_after(system, event, began, rows["q"][-1], rows["u"][-1])
+            state = carried(system, following, rows["q"][-1], u)
             model = following
             if began >= self.times[-1]:
                 return Status.finished(began)
+
+    def _again_and_again(self, event, t: float) -> bool:
+        """Has the event happened so often lately that time hardly passes between?"""
+        self.happened.append((event.name, t))
+        times = [moment for name, moment in self.happened if name == event.name]
+        return len(times) > OFTEN and t - times[-OFTEN] < (self.times[-1] - self.times[0]) / LOOKS
 
     def _phase(self, model, system, start, works, goes_on):
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
         work = system.workspace()
         variables = self.integrator.start(system, start, work, float(self.times[-1]))
-        watch = Watch(model, system, self.integrator, work)
+        watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
         timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
@@ -84,10 +116,11 @@ class Phases:
                     looked = rows if last_row is None else joined_rows([last_row, rows])
                     found = watch.first(looked, begins=last_row is None)
                 if found is not None:
-                    event, k = found
-                    after = _row(looked, k)
+                    events, k = found
+                    event, after = events[0], _row(looked, k)
                     if k > 0:
-                        after = watch.locate(event, _row(looked, k - 1), after)
+                        event, after = watch.locate(events, _row(looked, k - 1), after)
+                    watch.happened(event, after)
                     self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
                     self.recorder.add(after)
                     return event, after, watch

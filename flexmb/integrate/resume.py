@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
+from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
 from flexmb.integrate.simulate import sample_times
@@ -104,5 +106,6 @@ def _where(before: Solution, t_end: float):
         if model is None:
             raise ModelError(part, found=f"event '{event.name}' has stopped it", expected="a run that was cut off",
                              remedy="Take the event out of the model and simulate again")
+        last = replace(last, u=velocities_after(system, event, last.t, last.q, last.u))
     return last, model, carried(system, model, last.q, last.u), merge
 

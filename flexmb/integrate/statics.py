@@ -14,6 +14,7 @@ from flexmb.integrate.matrices import tangent_at
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
+from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate, keep_branches
 
 __all__ = ["statics"]
@@ -47,7 +48,7 @@ def _rates_of_drives(system, state, work) -> np.ndarray:
 
 def _saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
     """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable."""
-    r = epsilon * (abs(G).power(2) @ (1.0 / np.maximum(np.abs(block.diagonal()), 1e-300)))
+    r = epsilon * (abs(G).power(2) @ (1.0 / mass_metric(block)))
     r = np.maximum(r, 1e-6 * np.max(r, initial=0.0))
     return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 
@@ -121,7 +122,7 @@ class _Descent:
         self.path.append((self.q.copy(), now.u.copy(), self.lam.copy()))
         if len(self.path) == 1:
             # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
-            pull = self._greatest(self.force * self.extent / np.maximum(self.tangent.M.diagonal(), 1e-300))
+            pull = self._greatest(self.force * self.extent / mass_metric(self.tangent.M))
             self.step = np.sqrt(0.02 * self.size / max(pull, 1e-30))
         elif np.isfinite(self.unbalanced):
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))

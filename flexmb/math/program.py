@@ -16,7 +16,7 @@ Program = namedtuple(
     "Program",
     "place inertia energy equations forces raw starts bulk "
     "signal_starts signal_ops signal_args signal_tables signal_table_starts "
-    "frames vectors pattern regularisation equation_level branches evaluation",
+    "frames vectors pattern regularisation floor_at floor equation_level branches evaluation",
 )
 """place, inertia, energy, equations, forces : addresses of the kernels of every kind; numbers, because function objects
 would be inspected one by one in every call from Python
@@ -27,6 +27,8 @@ and 1 for flexible coordinates in a frame
 pattern : BlockPattern of the iteration matrix
 regularisation (ng,) : added to the diagonal of the multipliers (zero unless equations are dependent), with the sign of
 G M^-1 G^T, so that no pivot vanishes near singular configurations
+floor_at (nf, 2) : velocity, and place of its diagonal in the iteration matrix; floor (nf,): what is added there, times the
+weight of the mass, for bodies without inertia in some freedom (see `massless`); the residual does not know it
 equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
 branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
 evaluation : int, address of the machine code of `evaluate`
@@ -38,7 +40,7 @@ PROGRAM = types.NamedTuple(
     (*[_INTEGERS] * 5, types.Array(types.uint8, 1, "C"), _INTEGERS, _FLOATS,
      _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _INTEGERS,
      _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 3), *[_FLOATS] * 3), BlockPattern),
-     _FLOATS, _INTEGERS, types.int64, types.int64),
+     _FLOATS, _TABLE, _FLOATS, _INTEGERS, types.int64, types.int64),
     Program,
 )
 EVALUATION = types.void(PROGRAM, STATE, WORK)

@@ -2,6 +2,7 @@
 
 from flexmb.sensors.constraint_error import ConstraintError
 from flexmb.sensors.deflection import Deflection
+from flexmb.sensors.distance import Distance
 from flexmb.sensors.energy import Energy
 from flexmb.sensors.joint_coordinate import JointCoordinate
 from flexmb.sensors.loads import ForceOf, Reaction
@@ -9,9 +10,9 @@ from flexmb.sensors.marker_motion import Acceleration, Orientation, Position, Ve
 from flexmb.sensors.momentum import Momentum
 from flexmb.sensors.stress import Stress
 
-__all__ = ["KINDS", "Acceleration", "ConstraintError", "Deflection", "Energy", "ForceOf", "JointCoordinate", "Momentum",
-           "Orientation", "Position", "Reaction", "Stress", "Velocity"]
+__all__ = ["KINDS", "Acceleration", "ConstraintError", "Deflection", "Distance", "Energy", "ForceOf", "JointCoordinate",
+           "Momentum", "Orientation", "Position", "Reaction", "Stress", "Velocity"]
 
-KINDS = {kind.__name__: kind for kind in (Position, Velocity, Acceleration, Orientation, JointCoordinate, Reaction,
-                                          ForceOf, Deflection, Stress, Energy, Momentum, ConstraintError)}
+KINDS = {kind.__name__: kind for kind in (Position, Velocity, Acceleration, Orientation, Distance, JointCoordinate,
+                                          Reaction, ForceOf, Deflection, Stress, Energy, Momentum, ConstraintError)}
 """All kinds of sensors by name."""

@@ -17,8 +17,10 @@ from flexmb.system.complaints import (
     idle_equation,
     open_joint,
     singular,
+    without_inertia,
     worst_equations,
 )
+from flexmb.system.massless import inertia_floor
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
 from flexmb.system.program import accelerations, evaluate, project
 from flexmb.system.system import System
@@ -139,13 +141,17 @@ def _size(system: System) -> float:
 
 
 def _regularised(system: System, state: State, work) -> System:
-    """Return the system with its dependent equations found at `state`, and its multipliers regularised then."""
+    """Return the system with its dependent equations found at `state`, and its multipliers regularised then, and an inertia
+    for the factorisation where bodies have none."""
     if system.ng == 0:
         return system
     work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
-    bare = system.program._replace(regularisation=np.zeros(system.ng))
+    bare = system.program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(system.program.floor)))
     evaluate(bare, state, work)
     M, G = constraint_matrix(system, work)
+    places, values, loose = inertia_floor(system, M, G)
+    if loose >= 0:
+        raise without_inertia(system, state, work, loose)
     dependent = dependent_equations(M, G)
     scale = equation_scale(M, G)
     # one number for all forces and one for all moments gives those of least norm, unless inertias differ by many orders
@@ -154,6 +160,7 @@ def _regularised(system: System, state: State, work) -> System:
         scale[family] = np.minimum(scale[family].max(initial=0.0), 1e4 * scale[family])
     scale *= REGULARISATION if len(dependent) else 0.0
     softness = np.concatenate([np.zeros(system.nu), scale]) if len(dependent) else np.zeros(0)
-    program = system.program._replace(regularisation=scale, pattern=system.program.pattern._replace(softness=softness))
+    pattern = system.program.pattern._replace(softness=softness)
+    program = system.program._replace(regularisation=scale, pattern=pattern, floor_at=places, floor=values)
     allowed = np.where(forces, _size(system), 1.0) * (MESH_TOLERANCE if len(dependent) else 0.0)
     return replace(system, program=program, redundant=tuple(int(k) for k in dependent), gaps=allowed)

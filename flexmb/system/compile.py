@@ -273,8 +273,8 @@ def compile(model: Model) -> System:
         kernel_table([t.kernels["apply"] for t in force_tables]),
         raw, starts, compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames,
         layout.vectors, pattern,
-        np.zeros(len(constraints.names)), np.array(constraints.levels, np.int64), len(layout.q),
-        evaluation.compiled.address)
+        np.zeros(len(constraints.names)), np.zeros((0, 2), np.int64), np.zeros(0),
+        np.array(constraints.levels, np.int64), len(layout.q), evaluation.compiled.address)
     return System(
         model=model, program=program, q0=np.concatenate([layout.q, list(compiler.branches.values())]), u0=layout.u,
         n_signals=len(compiler.signals),

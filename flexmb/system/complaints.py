@@ -9,7 +9,8 @@ from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
-__all__ = ["equations_of_forces", "gaps", "idle_equation", "open_joint", "singular", "worst_equations"]
+__all__ = ["equations_of_forces", "gaps", "idle_equation", "open_joint", "singular",
+           "without_inertia", "worst_equations"]
 
 ZERO = 1e-12
 """Relative to the largest: an inertia below this is none, a gradient below this moves nothing."""
@@ -89,6 +90,11 @@ def singular(system: System, state, work, place: int) -> CompileError:
             system.owner(unknown), found="the equations of motion are singular: it contradicts or repeats others",
             expected="equations that do not depend on those of other joints here",
             remedy="Replace this joint by one that forbids less, or remove a drive of the same loop")
+    return without_inertia(system, state, work, unknown)
+
+
+def without_inertia(system: System, state, work, unknown: int) -> CompileError:
+    """Return the error that names the body that has no inertia in one of its velocities, which no joint holds."""
     work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
     evaluate(system.program, state, work)
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
@@ -97,7 +103,13 @@ def singular(system: System, state, work, place: int) -> CompileError:
     if not body.has_frame or unknown - first >= 6:
         return CompileError(
             body.title, found=f"the equations of motion are singular: its coordinate {unknown - first} has no inertia",
-            expected="mass in every coordinate", remedy="Check the mass matrix of its data, or its density")
+            expected="mass in every coordinate, or joints that hold it",
+            remedy="Give it mass, or check the mass matrix of its data, or its density")
+    if not inertia[first : first + 3].any() and unknown - first < 3:
+        return CompileError(
+            body.title, found="the equations of motion are singular: no mass",
+            expected="mass > 0 kg, or joints that hold the body in all directions",
+            remedy=f"Give {body.title} a mass, or fix it to its neighbour")
     about = [f"its {axis}-axis" for axis, m in zip("xyz", inertia[first + 3 : first + 6], strict=True)
              if m <= ZERO * inertia[first : first + 6].max()]
     if not about:

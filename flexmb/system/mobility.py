@@ -11,7 +11,7 @@ from scipy.linalg import qr
 from flexmb.math.block_lu import stored
 from flexmb.system.system import System
 
-__all__ = ["DEPENDENT", "Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "mobility"]
+__all__ = ["DEPENDENT", "Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "mass_metric", "mobility"]
 
 DEPENDENT = 1e-6
 """An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent: axes
@@ -27,12 +27,19 @@ def constraint_matrix(system: System, work) -> tuple[sparse.csr_matrix, sparse.c
     return matrix[:nu, :nu].tocsr(), matrix[nu:, :nu].tocsr()
 
 
+def mass_metric(M: sparse.csr_matrix) -> np.ndarray:
+    """Return the diagonal of M, with the geometric mean of the others where bodies have no inertia, (nu,)."""
+    diagonal = np.abs(M.diagonal())
+    some = diagonal > 0.0
+    return np.where(some, diagonal, np.exp(np.mean(np.log(diagonal[some]))) if np.any(some) else 1.0)
+
+
 def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
     """Return the diagonal of G diag(M)^-1 G^T, (ng,): the size of the pivots of the multipliers.
 
     An equation that nothing can move (the twist of a cable's end) has no size of its own and gets that of the largest.
     """
-    inverse = 1.0 / np.maximum(np.abs(M.diagonal()), 1e-300)
+    inverse = 1.0 / mass_metric(M)
     scale = np.asarray(G.multiply(G) @ inverse).ravel()
     return np.where(scale > 0.0, scale, np.max(scale, initial=0.0) or 1.0)
 
@@ -44,7 +51,7 @@ def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarra
     Householder factorisation with column pivoting for the rank, then name the latest equations that can be left out;
     large ones a sparse orthogonalisation, joint by joint.
     """
-    metric = 1.0 / np.sqrt(np.maximum(np.abs(M.diagonal()), 1e-300))
+    metric = 1.0 / np.sqrt(mass_metric(M))
     A = G @ sparse.diags(metric)
     norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
     empty = np.flatnonzero(norms == 0.0)

@@ -61,6 +61,8 @@ def assemble_constraints(program, work):
                     work.S[work.transposed[leg.iT + j]] += x * work.H[start + j]
     for n in range(len(work.equations)):
         work.S[work.equations[n].diagonal] += program.regularisation[n]
+    for n in range(len(program.floor_at)):
+        work.S[program.floor_at[n, 1]] += work.coefficients[0] * program.floor[n]
 
 
 @kernel

@@ -78,7 +78,13 @@ class Recursive:
         if store.failed[0] >= 0:
             raise _failure(tree, int(store.failed[0]), int(store.failed[1]))
         closure = _Closure(tree.tables, work, store, system)
-        a, lam = closure.solve(-work.residual)
+        force = -work.residual
+        a, lam = closure.solve(force.copy())
+        for _ in range(2 if len(system.program.floor) else 0):  # the inertia lent to massless bodies is given back
+            corrected = force.copy()
+            at = system.program.floor_at[:, 0]
+            corrected[at] += system.program.floor * a[at]
+            a, lam = closure.solve(corrected)
         if any(force.reads_reactions for force in system.model.forces):
             a, lam = _with_friction(system, own, work, closure, lam)
         return a, lam

@@ -1,13 +1,14 @@
 """RB15: a bouncing ball with a constant coefficient of restitution.
 
-Reference: closed form of the times of instantaneous impacts. flexmb has contacts of finite duration: a linear spring
-and damper that does not pull has a restitution that is the same at every speed (Schwager & Poeschel 2007, eq. 16),
-and its impact times tend to the instantaneous ones as the contact stiffens.
+Reference: closed form of the times of instantaneous impacts. An event with Impact meets them to 1e-11 s. A contact of finite
+duration, a linear spring and damper that does not pull, has a restitution that is the same at every speed (Schwager & Poeschel
+2007, eq. 16), and its impact times tend to the instantaneous ones as it stiffens.
 """
 
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from scipy.optimize import brentq
 
 import flexmb as fmb
@@ -19,6 +20,26 @@ def restitution(beta, stiffness, mass):
     """e of m p'' + 2 m beta p' + k p = 0 that ends when the force vanishes."""
     omega = np.sqrt(stiffness / mass - beta**2)
     return np.exp(-beta / omega * (np.pi - np.arctan2(2 * beta * omega, omega**2 - beta**2)))
+
+
+def test_instantaneous_impacts(reference):
+    case = reference("RB15")
+    markers = ("ground.origin", "ball.center")
+    model = fmb.Model(
+        gravity=(0, 0, -case["model"]["g"]),
+        bodies=[fmb.Ground(), fmb.PointMass("ball", mass=1.0, at=(0, 0, case["model"]["h"]))],
+        sensors=[fmb.Distance("height", markers=markers, along="z")],
+        events=[fmb.Event("bounce", sensor="height", below=0.0, repeats=True,
+                          then=fmb.Impact(markers, restitution=case["model"]["e"], along="z"))],
+    )  # fmt: skip
+    solution = fmb.simulate(model, case["duration_s"], samples=40001)
+    times = [phase.t[-1] for phase in solution.phases[:6]]
+    np.testing.assert_allclose(times, case["reference"]["impact_times"], atol=1e-9)
+    apexes = [solution["height"][(solution.t > a) & (solution.t < b)].max() for a, b in pairwise(times)]
+    np.testing.assert_allclose(apexes, case["reference"]["apex_heights"], atol=1e-7)
+    with pytest.raises(fmb.IntegrationError, match="again and again") as caught:
+        fmb.simulate(model, 5.0)
+    assert caught.value.solution.t[-1] == pytest.approx(case["reference"]["zeno_time_s"], abs=1e-3)
 
 
 def test_impact_times(reference):

@@ -1,0 +1,70 @@
+"""Bodies without inertia in some freedom: a weightless link, a rod that is thin as a line.
+
+Such a motion is determined if the joints determine it: M and G together must have full column rank (Udwadia & Phohomsiri
+2006). The factorisation takes bodies before their multipliers and needs a regular block; a small inertia is added to the
+matrix for it, eq. (lent-inertia). The residual does not know it, so that the result is that of the massless body.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import qr
+
+__all__ = ["inertia_floor"]
+
+SINGULAR = 1e-12
+"""Eigenvalues of a body's mass matrix below this, with its diagonal scaled to one, count as zero."""
+FLOOR = 1e-8
+"""Added inertia, relative to that of the body, or of all bodies if it has none."""
+HELD = 1e-9
+"""How far the joints must hold a massless motion, relative to its strongest hold."""
+
+
+def _typical(M: sparse.csr_matrix, bodies) -> tuple[float, ...]:
+    """Return the geometric means of masses and moments of inertia of all bodies (1 where there are none)."""
+    diagonal = M.diagonal()
+    masses = np.concatenate([diagonal[u][:3] for _, u in bodies])
+    moments = np.concatenate([diagonal[u][3:6] for body, u in bodies if body.has_frame] or [np.zeros(0)])
+    return tuple(float(np.exp(np.mean(np.log(x[x > 0.0])))) if np.any(x > 0.0) else 1.0 for x in (masses, moments))
+
+
+def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return the velocities and places in the iteration matrix (nf, 2), the inertia that is added there (nf,), and the
+    number of a velocity that has neither inertia nor a constraint (-1: there is none).
+    """
+    bodies = [(body, system.body_slices[body.name][1]) for body in system.model.bodies
+              if body.n_velocities in (3, 6) and body.block_size == body.n_velocities]
+    rows, motions = system.tables["rows"], []
+    places: list[tuple[int, int]] = []
+    values: list[float] = []
+    typical: tuple[float, ...] | None = None
+    for _, u in bodies:
+        block = M[u, u].toarray()
+        diagonal = np.diag(block)
+        if diagonal.min() > 0.0:
+            scale = 1.0 / np.sqrt(diagonal)
+            if np.linalg.eigvalsh(0.5 * (block + block.T) * np.outer(scale, scale))[0] > SINGULAR:
+                continue
+        typical = typical or _typical(M, bodies)
+        own = (np.max(diagonal[:3]), np.max(diagonal[3:], initial=0.0))
+        floor = np.repeat([x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)],
+                          [3, len(diagonal) - 3])
+        _, s, V = np.linalg.svd(block / np.sqrt(np.outer(floor, floor)))
+        places += [(u.start + k, rows[u.start + k] + k) for k in range(len(floor))]
+        values += list(FLOOR * floor)
+        kernel = V[s <= SINGULAR * max(1.0, s[0])]
+        motions += [(u.start + int(np.argmax(np.abs(way))), G[:, u] @ (way / np.sqrt(floor))) for way in kernel]
+    return np.array(places, np.int64).reshape(-1, 2), np.array(values, float), _loose(motions)
+
+
+def _loose(motions) -> int:
+    """Return the velocity of a massless motion, (velocity, change of the constraints), that no constraint holds, or -1."""
+    if not motions:
+        return -1
+    changes = np.array([change for _, change in motions])
+    largest = np.abs(changes).max(axis=1, keepdims=True)
+    _, R, order = qr((changes / np.where(largest > 0.0, largest, 1.0)).T, mode="economic", pivoting=True)
+    held = np.zeros(len(motions))
+    held[: min(R.shape)] = np.abs(np.diag(R))
+    return motions[int(order[np.argmin(held)])][0] if held.min() <= HELD else -1
