@@ -3,6 +3,7 @@
 from flexmb.fem.connectors import with_mass, with_spring, with_supports
 from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.frame import frame
+from flexmb.fem.joined import joined
 from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
 from flexmb.fem.matrices import from_matrices
 from flexmb.fem.mesh import Mesh, MeshWarning
@@ -30,6 +31,7 @@ __all__ = [
     "fixed_freedoms",
     "frame",
     "from_matrices",
+    "joined",
     "pressure_load",
     "read_matrices",
     "read_mesh",

@@ -82,6 +82,28 @@ class Mesh:
                             expected=f"One of: {known}", remedy=did_you_mean(name, self.cell_sets))
         return self.cell_sets[name]
 
+    def only(self, *names: str) -> Mesh:
+        """Return the mesh of the cells of some cell sets: ``fem.shell(mesh.only("skin"), ...)`` of a mesh with solids.
+
+        Nodes of other cells go; the sets of nodes, facets and cells that are left keep their names.
+        """
+        kept = [np.unique(np.concatenate([np.asarray(self.cell_set(name)[k], int) for name in names]))
+                for k in range(len(self.cells))]
+        new = [np.full(len(cells), -1) for _, cells in self.cells]
+        for number, rows in zip(new, kept):
+            number[rows] = np.arange(len(rows))
+        sets = {key: tuple(number[rows][number[rows] >= 0] for number, rows in zip(new, members))
+                for key, members in self.cell_sets.items()}
+        used = np.zeros(len(self.points) + 1, bool)
+        for (_, cells), rows in zip(self.cells, kept):
+            used[cells[rows]] = True
+        used[-1] = True  # the filler -1 of mixed facet rows
+        facets = {key: rows[used[rows].all(axis=1)] for key, rows in self.facet_sets.items()}
+        mesh = replace(self, cells=tuple((kind, cells[rows]) for (kind, cells), rows in zip(self.cells, kept)),
+                       cell_sets={key: members for key, members in sets.items() if any(map(len, members))},
+                       facet_sets={key: rows for key, rows in facets.items() if len(rows)})
+        return mesh.without_unused_nodes()
+
     def scaled(self, factor: float) -> Mesh:
         """Return the mesh with all coordinates multiplied: ``scaled(1e-3)`` turns millimetres into metres."""
         return replace(self, points=self.points * factor)

@@ -184,8 +184,11 @@ def _fit_rows(fe: FEModel, rows: dict[int, np.ndarray], fit: np.ndarray) -> spar
 
 
 def _nearest_line(fe: FEModel, point: np.ndarray) -> tuple[int, int, float] | None:
-    """Return (first node, second node, fraction) of the line element nearest to the point, or None."""
-    best, found = np.inf, None
+    """Return (first node, second node, fraction) of the line element nearest to the point, or None.
+
+    None also where a node of other elements is nearer: a point on a skin does not belong to its stringer.
+    """
+    best, found = (1.0 + 1e-9) * float(cKDTree(fe.nodes).query(point)[0]), None
     for block in fe.blocks:
         if not block.cell_type.startswith("line"):
             continue
@@ -196,7 +199,7 @@ def _nearest_line(fe: FEModel, point: np.ndarray) -> tuple[int, int, float] | No
         )
         distance = np.linalg.norm(first + fraction[:, None] * along - point, axis=1)
         i = int(np.argmin(distance))
-        if distance[i] < best:
+        if distance[i] <= best:
             ends = block.connectivity[i]
             best, found = distance[i], (int(ends[0]), int(ends[1]), float(fraction[i]))
     return found

@@ -1,0 +1,171 @@
+"""`joined`: FE models of different kinds as one part: a skin of shells with stringers of beams, beams on solids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import MeshError
+from flexmb.fem.fe_model import ElementBlock, FEModel
+from flexmb.fem.mesh_groups import stacked
+from flexmb.fem.nodal_assembly import freedom_rows
+
+__all__ = ["PlacedBlock", "joined"]
+
+COINCIDENT = 1e-6
+"""Nodes of different models nearer than this fraction of the size of the whole become one node."""
+
+
+def joined(*models: FEModel, name: str | None = None) -> FEModel:
+    """Return one model of several: nodes at the same place become one, stiffness and mass add up.
+
+    A node has every freedom that one of the models gives it. A node of solids has no rotations: a beam or a shell
+    that ends on it is hinged there; hold it by a rigid link over a face instead (`with_rigid_link`), for which the
+    models need no common node.
+
+    Parameters
+    ----------
+    models : FEModel
+        Without links, which come after joining. Nodes within one model are kept apart, whatever their distance.
+    name : str
+        Default: the name of the first model.
+
+    Returns
+    -------
+    FEModel
+        Sets of the same name are united.
+
+    Raises
+    ------
+    MeshError
+        Fewer than two models, a model with links, a node that meets two nodes of another model.
+
+    Examples
+    --------
+    >>> from flexmb.fem import Section, frame
+    >>> from flexmb.model.material import Material
+    >>> steel, tube = Material(young=210e9, poisson=0.3, density=7850.0), Section.tube(0.05, 0.002)
+    >>> mast = frame([(0, 0, 0), (0, 0, 2)], section=tube, material=steel)
+    >>> yard = frame([(-1, 0, 2), (0, 0, 2), (1, 0, 2)], section=tube, material=steel)
+    >>> joined(mast, yard).nodes.shape                           # the top of the mast is the middle of the yard
+    (4, 3)
+    """
+    _check(models)
+    name = models[0].name if name is None else name
+    every = np.vstack([fe.nodes for fe in models])
+    nodes, numbers = models[0].nodes, [np.arange(len(models[0].nodes))]
+    tolerance = COINCIDENT * float(np.linalg.norm(np.ptp(every, axis=0)))
+    for fe in models[1:]:
+        number = _placed(fe, nodes, tolerance)
+        nodes = np.vstack([nodes, fe.nodes[number >= len(nodes)]])
+        numbers.append(number)
+    pairs = [np.column_stack([number[fe.dofs[:, 0]], fe.dofs[:, 1]]) for fe, number in zip(models, numbers)]
+    dofs = np.unique(np.vstack(pairs), axis=0)
+    row = freedom_rows(dofs, len(nodes))
+    K, M = sparse.csr_matrix((len(dofs),) * 2), sparse.csr_matrix((len(dofs),) * 2)
+    for fe, pair in zip(models, pairs, strict=True):
+        into = sparse.csr_matrix((np.ones(fe.ndof), (row[pair[:, 0], pair[:, 1]], np.arange(fe.ndof))),
+                                 shape=(len(dofs), fe.ndof))  # fmt: skip
+        K, M = K + into @ fe.K @ into.T, M + into @ fe.M @ into.T
+    return FEModel(nodes=nodes, dofs=dofs, K=K.tocsr(), M=M.tocsr(), name=name,
+                   node_sets=_node_sets(models, numbers), facet_sets=_facet_sets(models, numbers),
+                   blocks=tuple(PlacedBlock(block=block, number=number, number_of_nodes=len(nodes))
+                                for fe, number in zip(models, numbers) for block in fe.blocks))  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedBlock:
+    """Elements of a model that became part of a larger one: an `ElementBlock` around another one.
+
+    Parameters
+    ----------
+    block : ElementBlock
+    number : (own nodes,), int
+        Node numbers in the larger model; each occurs once.
+    number_of_nodes : int
+        Of the larger model.
+    """
+
+    block: ElementBlock
+    number: np.ndarray
+    number_of_nodes: int
+
+    @property
+    def cell_type(self) -> str:
+        """Cell name in meshio's spelling."""
+        return self.block.cell_type
+
+    @cached_property
+    def connectivity(self) -> np.ndarray:
+        """(ne, nodes per cell), int, node numbers of the larger model."""
+        return self.number[self.block.connectivity]
+
+    def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
+        """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
+        own = np.full(self.number_of_nodes, -1)
+        own[self.number] = np.arange(len(self.number))
+        here = np.flatnonzero(own[dofs[:, 0]] >= 0)
+        own_dofs = np.column_stack([own[dofs[here, 0]], dofs[here, 1]])
+        matrix = self.block.geometric_stiffness(displacement[self.number], own_dofs).tocoo()
+        return sparse.csr_matrix((matrix.data, (here[matrix.row], here[matrix.col])), shape=(len(dofs),) * 2)
+
+    def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """``modes^T K_g modes`` for each load case: (l, m, m), N/m."""
+        return self.block.projected_geometric_stiffness(displacements[self.number], modes[self.number])
+
+    def nodal_stress(self, displacements: np.ndarray) -> np.ndarray:
+        """Stress xx, yy, zz, xy, yz, zx at nodes, (n, 6, k), Pa; NaN at nodes of other blocks."""
+        stress = np.full(displacements.shape, np.nan)
+        stress[self.number] = self.block.nodal_stress(displacements[self.number])
+        return stress
+
+
+def _check(models: tuple[FEModel, ...]) -> None:
+    if len(models) < 2:
+        raise MeshError("Joined FE models", found=f"{len(models)} models", expected="two or more",
+                        remedy="Call fem.joined(first, second, ...)")  # fmt: skip
+    for fe in models:
+        if fe.expansion is not None:
+            raise MeshError(f"FE model '{fe.name}'", found="a model with links", expected="models without links",
+                            remedy="Join first, then call fem.with_rigid_link or fem.with_averaging_link")  # fmt: skip
+
+
+def _placed(fe: FEModel, nodes: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the number of each node of a model among the nodes so far (n, 3), new ones behind them."""
+    from scipy.spatial import cKDTree
+
+    distance, nearest = cKDTree(nodes).query(fe.nodes, k=min(2, len(nodes)))
+    distance, nearest = distance.reshape(len(fe.nodes), -1), nearest.reshape(len(fe.nodes), -1)
+    meets = distance[:, 0] <= tolerance
+    taken = np.sort(nearest[meets, 0])
+    twice = np.flatnonzero(meets & (distance[:, -1] <= tolerance)) if distance.shape[1] > 1 else np.zeros(0, int)
+    same = np.flatnonzero(meets & np.isin(nearest[:, 0], taken[:-1][np.diff(taken) == 0]))
+    if len(twice) or len(same):
+        at = fe.nodes[(twice if len(twice) else same)[0]]
+        raise MeshError(f"FE model '{fe.name}'", found=f"several nodes at ({at[0]:.6g}, {at[1]:.6g}, {at[2]:.6g}) m "
+                        "within one model, where models are to be joined", expected="one node per model at a place",
+                        remedy="Merge duplicate nodes in the mesh, or join away from the cut")  # fmt: skip
+    number = np.where(meets, nearest[:, 0], -1)
+    number[~meets] = len(nodes) + np.arange((~meets).sum())
+    return number
+
+
+def _node_sets(models, numbers) -> dict[str, np.ndarray]:
+    sets: dict[str, np.ndarray] = {}
+    for fe, number in zip(models, numbers, strict=True):
+        for key, members in fe.node_sets.items():
+            sets[key] = np.union1d(sets.get(key, np.zeros(0, int)), number[members])
+    return sets
+
+
+def _facet_sets(models, numbers) -> dict[str, np.ndarray]:
+    sets: dict[str, np.ndarray] = {}
+    for fe, number in zip(models, numbers, strict=True):
+        renumber = np.append(number, -1)  # the filler -1 of mixed facet rows stays -1
+        for key, facets in fe.facet_sets.items():
+            mine = renumber[np.asarray(facets, int)]
+            sets[key] = stacked([sets[key], mine]) if key in sets else mine
+    return sets
