@@ -17,6 +17,7 @@ from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import add_cross, cross, dot, matvec, matvec_t
+from flexmb.model.described import has_flag, is_number, named_arguments
 from flexmb.model.kinds import Body, Table
 from flexmb.model.pose import Pose, as_pose, vector3
 
@@ -229,9 +230,12 @@ class RigidBody(Body):
         self.require_positive("mass", zero=True)
         object.__setattr__(self, "center_of_mass", vector3(self.center_of_mass, self.title, "center_of_mass"))
         check_frame(self)
-        J = np.asarray(self.inertia, float)
+        try:
+            J = np.asarray(self.inertia, float)
+        except (TypeError, ValueError):
+            J = np.empty(0)
         J = np.diag(J) if J.shape == (3,) else J
-        if J.shape != (3, 3) or not np.all(np.isfinite(J)) or not np.allclose(J, J.T, rtol=1e-9):
+        if J.shape != (3, 3) or has_flag(self.inertia) or not np.all(np.isfinite(J)) or not np.allclose(J, J.T, rtol=1e-9):
             raise ModelError(self.title, found=f"inertia = {self.inertia!r}",
                              expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre "
                              "of mass",
@@ -262,15 +266,14 @@ class RigidBody(Body):
         return (bulk, self.mass, c, origin, compiler.gravity)
 
     @classmethod
+    @named_arguments
     def rod(cls, name: str, *, length: float, mass: float, radius: float | None = None, **fields) -> RigidBody:
         """Make a slender (or round) rod along x from the origin to (length, 0, 0), markers ``start`` and ``end``.
 
         Without a radius the rod is slender: m L^2 / 12 across, exactly, and along its axis the inertia of a round rod
         of the radius L / 100, because a body without any could not be simulated.
         """
-        if radius is not None and not radius > 0.0:
-            raise ModelError(f"Body '{name}'", found=f"radius = {radius} m", expected="a positive number",
-                             remedy="Leave the radius out for a slender rod")
+        _require_positive(name, length=length, mass=mass, **({} if radius is None else {"radius": radius}))
         axial = 0.5 * mass * (0.01 * length if radius is None else radius) ** 2
         lateral = mass * (length**2 / 12.0 + (0.0 if radius is None else radius) ** 2 / 4.0)
         markers = {"start": (0.0, 0.0, 0.0), "end": (length, 0.0, 0.0), **fields.pop("markers", {})}
@@ -278,22 +281,36 @@ class RigidBody(Body):
                    markers=markers, **fields)
 
     @classmethod
+    @named_arguments
     def box(cls, name: str, *, size, density: float, **fields) -> RigidBody:
         """Make a box with edges `size` (3,), m, centred on its origin."""
+        _require_positive(name, density=density)
         x, y, z = vector3(size, f"Body '{name}'", "size")
         mass = density * x * y * z
         inertia = (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
         return cls(name, mass=mass, inertia=inertia, **fields)
 
     @classmethod
+    @named_arguments
     def cylinder(cls, name: str, *, radius: float, length: float, density: float, **fields) -> RigidBody:
         """Make a solid cylinder about its z-axis, centred on its origin."""
+        _require_positive(name, radius=radius, length=length, density=density)
         mass = density * np.pi * radius**2 * length
         lateral = mass * (radius**2 / 4.0 + length**2 / 12.0)
         return cls(name, mass=mass, inertia=(lateral, lateral, 0.5 * mass * radius**2), **fields)
 
     @classmethod
+    @named_arguments
     def sphere(cls, name: str, *, radius: float, density: float, **fields) -> RigidBody:
         """Make a solid sphere centred on its origin."""
+        _require_positive(name, radius=radius, density=density)
         mass = density * 4.0 / 3.0 * np.pi * radius**3
         return cls(name, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, **fields)
+
+
+def _require_positive(name: str, **values: Any) -> None:
+    """Raise ModelError if one of the sizes of a shaped body is no positive number."""
+    for field_name, value in values.items():
+        if not is_number(value) or value <= 0.0:
+            raise ModelError(f"Body '{name}'", found=f"{field_name} = {value!r}", expected="a number > 0 in SI units",
+                             remedy=f"Give {field_name} a value in m, kg or kg/m3")

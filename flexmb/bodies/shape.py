@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.described import Described
 from flexmb.model.pose import vector3
 
 __all__ = ["VALUES", "Box", "Extrusion", "Shape", "Tube", "checked_shapes"]
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class Shape(metaclass=Described):
     """A solid that is drawn.
 
     Parameters

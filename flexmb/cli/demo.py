@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.out)
-    run = new_run(folder / "run", DATA / STATION)
+    run = new_run(folder / "run", DATA / STATION, overwrite=True)
     clock = _Clock()
     for name in (STATION, MESH):
         shutil.copyfile(DATA / name, folder / name)

@@ -93,8 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     with ProgressBar() as progress:
         progress("reading the mesh", 0.0)
-        mesh = fem.read_mesh(arguments.mesh)
-        fe = fem.solid(mesh if arguments.scale == 1.0 else mesh.scaled(arguments.scale), material)
+        fe = fem.solid(fem.read_mesh(arguments.mesh, scale=arguments.scale), material)
         data = reduction.reduce(
             fe,
             interfaces=interfaces,

@@ -29,6 +29,7 @@ ZERO = 1e-9  # of the largest component of a sensor: what is less is rounding
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model_arguments(parser)
     parser.add_argument("--out", metavar="FOLDER", help="run folder; default: runs/<name of the model file>")
+    parser.add_argument("--overwrite", action="store_true", help="replace the run that the folder holds")
     parser.add_argument(
         "--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]"
     )
@@ -43,7 +44,8 @@ def execute(arguments: argparse.Namespace) -> int:
     given = settings(arguments)
     model = fmb.load_model(path, given)
     simulation = fmb.load_simulation(path, given, t_end=arguments.t_end, samples=arguments.samples)
-    folder = new_run(Path(arguments.out) if arguments.out else Path("runs") / path.stem, path)
+    out = Path(arguments.out) if arguments.out else Path("runs") / path.stem
+    folder = new_run(out, path, overwrite=arguments.overwrite)
     with Log(folder / LOG) as log:
         solution = record(model, simulation, folder, log)
         if arguments.vtk:

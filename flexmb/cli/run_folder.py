@@ -15,13 +15,13 @@ __all__ = ["LOG", "MODEL", "SOLUTION", "TABLE", "Log", "new_run", "open_run"]
 MODEL, SOLUTION, TABLE, LOG = "model.toml", "solution.h5", "sensors.csv", "log.txt"
 
 
-def new_run(folder: Path, model_file: Path) -> Path:
-    """Make a folder for a run; the files of an earlier run in it are removed.
+def new_run(folder: Path, model_file: Path, *, overwrite: bool = False) -> Path:
+    """Make a folder for a run; the files of an earlier run in it are removed if that is allowed.
 
     Raises
     ------
     ModelError
-        The folder cannot be made, or the run would overwrite the model file it is made from.
+        The folder cannot be made, it holds a run that must not be overwritten, or the model file of this run.
     """
     if (folder / MODEL).resolve() == model_file.resolve():
         raise ModelError(
@@ -29,6 +29,13 @@ def new_run(folder: Path, model_file: Path) -> Path:
             found="the model file lies in it",
             expected="another folder",
             remedy="Give one with --out",
+        )
+    if (folder / SOLUTION).exists() and not overwrite:
+        raise ModelError(
+            f"Run folder '{folder}'",
+            found="it holds a run",
+            expected="a new folder",
+            remedy="Give another one with --out, or --overwrite to replace it",
         )
     try:
         folder.mkdir(parents=True, exist_ok=True)

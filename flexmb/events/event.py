@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.described import Described
 from flexmb.model.kinds import Part
 
 __all__ = ["Action", "Event"]
 
 
-class Action:
+class Action(metaclass=Described):
     """A pure function of models: what an event does."""
 
     strikes: ClassVar[bool] = False

@@ -14,6 +14,7 @@ from flexmb.fem.frame_element import FrameElements, section_flexibility, section
 from flexmb.fem.mesh_cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, rotated, summed
 from flexmb.fem.section import Section
+from flexmb.model.described import check_kind
 from flexmb.model.material import Material
 
 __all__ = ["frame"]
@@ -74,6 +75,8 @@ def frame(
     16779.1
     """
     part = f"Frame '{name}'"
+    check_kind(material, Material, f"{part}, material", "Write material=flexmb.Material(young=210e9, poisson=0.3, "
+               "density=7850.0)", MeshError)
     nodes, lines, groups, sets = _lines(part, points, mesh, connectivity)
     axes, lengths = _axes(part, nodes, lines, orientation)
     pairs = _section_pairs(part, section, nodes, lines, lengths, groups)
@@ -223,6 +226,10 @@ def _section_pairs(part, section, nodes, lines, lengths, groups) -> list[tuple[S
                 remedy="Add its group to section={...}",
             )
         return pairs
+    if not isinstance(section, list | tuple):
+        section = [section]
+    for one in section:
+        check_kind(one, Section, f"{part}, section", "Write section=fem.Section.tube(diameter=0.05, wall=0.003)", MeshError)
     section = list(section)
     if len(section) == 2 and len(nodes) > 2:
         length = np.zeros(len(nodes))

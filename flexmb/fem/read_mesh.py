@@ -16,6 +16,7 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.mesh import Mesh, MeshWarning
 from flexmb.fem.mesh_groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
+from flexmb.model.described import is_number
 
 __all__ = ["read_mesh"]
 
@@ -34,11 +35,16 @@ PLAUSIBLE = (1e-3, 150.0)
 """Diagonal, m, outside of which the unit of length is doubted."""
 
 
-def read_mesh(path: str | Path) -> Mesh:
+def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     """Read a Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp) or VTK (.vtu .vtk) mesh.
 
-    Nodes that belong to no cell are dropped and the rest renumbered. Coordinates are taken as metres;
-    ``read_mesh(path).scaled(1e-3)`` reads a mesh in millimetres.
+    Nodes that belong to no cell are dropped and the rest renumbered.
+
+    Parameters
+    ----------
+    path : path
+    scale : float
+        Metres per unit of the file: 1e-3 for a mesh in millimetres.
 
     Returns
     -------
@@ -48,19 +54,25 @@ def read_mesh(path: str | Path) -> Mesh:
     Raises
     ------
     MeshError
-        No such file, not readable, unknown kind of cell, no cells.
+        No such file, not readable, unknown kind of cell, no cells, a scale that is no positive number.
 
     Warns
     -----
     MeshWarning
         Coincident nodes, an implausible size, a set without cells.
     """
+    if not isinstance(path, str | Path):
+        raise MeshError("fem.read_mesh", found=f"the path {path!r}", expected="the name of a mesh file",
+                        remedy='Write fem.read_mesh("part.msh")')
     path = Path(path)
     part = f"Mesh file '{path}'"
     if not path.is_file():
         near = did_you_mean(path.name, (p.name for p in path.parent.glob("*"))) if path.parent.is_dir() else ""
         raise MeshError(part, found="no such file", expected="an existing mesh file",
                         remedy=near or f"The current folder is {Path.cwd()}")
+    if not is_number(scale) or scale <= 0.0:
+        raise MeshError(part, found=f"scale = {scale!r}", expected="a factor > 0: metres per unit of the mesh",
+                        remedy="Write scale=1e-3 for a mesh in millimetres")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise MeshError(part, found=f"the suffix '{path.suffix}'", expected=f"One of: {', '.join(READERS)}",
@@ -75,7 +87,7 @@ def read_mesh(path: str | Path) -> Mesh:
                         expected="a complete file of that format",
                         remedy="Open it in the program that wrote it, and write it again") from error
     mesh = to_mesh(grouped, path.stem, part)
-    kept = mesh.without_unused_nodes()
+    kept = mesh.without_unused_nodes().scaled(float(scale))
     for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
         warnings.warn(f"{part}: the set '{name}' holds only nodes without cells; it was dropped",
                       MeshWarning, stacklevel=2)
@@ -89,7 +101,7 @@ def _warn_about_size(part: str, mesh: Mesh) -> None:
     diagonal = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     if not PLAUSIBLE[0] <= diagonal <= PLAUSIBLE[1]:
         warnings.warn(f"{part}: the diagonal is {diagonal:.6g} m; coordinates must be metres. "
-                      "For a mesh in millimetres use read_mesh(...).scaled(1e-3)", MeshWarning, stacklevel=3)
+                      "For a mesh in millimetres give scale=1e-3 (flexmb reduce --scale 1e-3)", MeshWarning, stacklevel=3)
     pairs = cKDTree(mesh.points).query_pairs(COINCIDENT * diagonal, output_type="ndarray")
     if len(pairs):
         i, j = sorted(map(int, pairs[0]))

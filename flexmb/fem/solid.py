@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from flexmb.errors import MeshError
+from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem import solid_kernels as kernels
 from flexmb.fem.block_pattern import BlockPattern, node_pattern
 from flexmb.fem.facets import oriented_facet_sets, same_side
@@ -16,6 +16,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.mesh import DIMENSION, Mesh, MeshWarning
 from flexmb.fem.solid_block import SolidBlock
 from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
+from flexmb.model.described import check_kind
 
 __all__ = ["solid"]
 
@@ -54,6 +55,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     --------
     >>> fe = solid(read_mesh("meshes/conrod.msh"), Material(young=210e9, poisson=0.3, density=7850.0))  # doctest: +SKIP
     """
+    check_kind(mesh, Mesh, "fem.solid", "Read one with fem.read_mesh('part.msh')", MeshError)
     part = f"Mesh '{mesh.name}'"
     kinds = {**SOLID_ELEMENTS, **(elements or {})}
     if not any(DIMENSION[cell_type] == 3 and len(cells) for cell_type, cells in mesh.cells):
@@ -125,10 +127,13 @@ def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: 
 def _materials(part: str, mesh: Mesh, material, number: int, n_cells: int):
     """Yield (material, row numbers) for the cells of one entry of the mesh; each row once."""
     if not isinstance(material, Mapping):
+        _check_material(part, material)
         yield material, np.arange(n_cells)
         return
     count = np.zeros(n_cells, int)
     for name, given in material.items():
+        _check_solid_set(part, mesh, name)
+        _check_material(f"{part}, cell set '{name}'", given)
         rows = mesh.cell_set(name)[number]
         count[rows] += 1
         if len(rows):
@@ -139,6 +144,26 @@ def _materials(part: str, mesh: Mesh, material, number: int, n_cells: int):
                             f"the first is number {int(np.flatnonzero(wrong)[0])} (counted from 0)",
                             expected=f"each cell in exactly one of the sets: {', '.join(material)}",
                             remedy=f"The mesh has the cell sets: {', '.join(sorted(mesh.cell_sets)) or 'none'}")
+
+
+def _check_solid_set(part: str, mesh: Mesh, name: str) -> None:
+    """Raise MeshError unless the mesh has a cell set of this name with solid cells."""
+    solid = sorted(own for own, rows in mesh.cell_sets.items()
+                   if any(len(r) and DIMENSION[kind] == 3 for r, (kind, _) in zip(rows, mesh.cells)))
+    if name not in solid:
+        what = "holds no solid cells" if name in mesh.cell_sets else "does not exist"
+        raise MeshError(part, found=f"a material is given for the cell set '{name}', which {what}",
+                        expected=f"sets with solid cells: {', '.join(solid) or 'none'}",
+                        remedy=did_you_mean(name, solid) or "Name the physical groups of volumes in the mesh")
+
+
+def _check_material(part: str, material) -> None:
+    """Raise MeshError unless `material` is one."""
+    if not (hasattr(material, "elasticity") and hasattr(material, "density")):
+        raise MeshError(part, found=f"the material is {material!r}",
+                        expected="a flexmb.Material, an OrthotropicMaterial, or a mapping of cell set to one",
+                        remedy="Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0), or "
+                        'flexmb.MATERIALS["steel"]')
 
 
 def _warn_about_elements(part: str, blocks: list[SolidBlock]) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.model import Model
@@ -67,11 +67,16 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
         All give the same accelerations (Baumgarte: where nothing has drifted); multipliers of dependent equations are
         those of least norm.
     """
+    formulation = formulation or Augmented()
+    if isinstance(formulation, type) or not hasattr(formulation, "accelerate"):
+        raise ModelError("accelerations", found=f"formulation = {formulation!r}",
+                         expected="one of Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()",
+                         remedy="Give an object: formulation=flexmb.Recursive()")
     system, start = assemble(model)
     if state is not None:
         start = system.state(state.t, state.q, state.u)
     work = system.workspace()
-    a, lam = (formulation or Augmented()).accelerate(system, start, work)
+    a, lam = formulation.accelerate(system, start, work)
     seen = observe(system, [start.t], start.q[None], start.u[None], a[None], lam[None])
     reactions = {name: seen.reaction[0, k] for name, k in system.joint_index.items()}
     return Accelerations(system=system, q=start.q, u=start.u, a=a, lam=lam, reactions=reactions)

@@ -12,6 +12,7 @@ from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
+from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate, project
 
@@ -100,7 +101,7 @@ class _Run:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Explicit:
+class Explicit(metaclass=Described):
     """Accelerations from any formulation, integrated by a Runge-Kutta method, projected onto g = 0 and G u = -dg/dt.
 
     For rigid or soft systems and high accuracy; stiff ones (bushings, short springs, many modes) need small steps here:
@@ -133,12 +134,12 @@ class Explicit:
         if self.method not in METHODS:
             raise ModelError("Explicit", found=f"method = {self.method!r}", expected=f"one of {', '.join(METHODS)}",
                              remedy="DOP853 for smooth motions, Radau for stiff ones")
-        if not hasattr(self.formulation, "accelerate"):
+        if isinstance(self.formulation, type) or not hasattr(self.formulation, "accelerate"):
             raise ModelError("Explicit", found=f"formulation = {self.formulation!r}", expected=f"one of {FORMULATIONS}",
                              remedy="Give an object: Explicit(formulation=Recursive())")
         for name in ("rtol", "atol", "drift", "largest"):
             value = getattr(self, name)
-            if value is not None and not value > 0.0:
+            if value is not None and not (is_number(value) and value > 0.0):
                 raise ModelError("Explicit", found=f"{name} = {value!r}", expected="a positive number",
                                  remedy=f"Leave {name} out for its default")
 

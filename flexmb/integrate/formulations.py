@@ -16,6 +16,7 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import CompileError
 from flexmb.integrate.matrices import Equations, equations_at
+from flexmb.model.described import Described
 from flexmb.system.program import accelerations
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
@@ -49,7 +50,7 @@ def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray,
             scale * equations.f, scale)
 
 
-class _Formulation:
+class _Formulation(metaclass=Described):
     """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
 
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:

@@ -14,6 +14,7 @@ from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.stabilised_layout import layout
+from flexmb.model.described import Described, is_number
 from flexmb.system.assembly import worst_equations
 from flexmb.system.mobility import equation_scale
 from flexmb.system.program import accelerations, evaluate
@@ -171,7 +172,7 @@ class _Run:
 
 
 @dataclass(frozen=True, kw_only=True)
-class IDA:
+class IDA(metaclass=Described):
     """SUNDIALS' IDA: backward differentiation of order 1 to 5 on the stabilised index-2 equations.
 
     Accelerations and multipliers of the samples are those of the equations of motion at the sample's positions and
@@ -203,13 +204,13 @@ class IDA:
     def __post_init__(self):
         for name in ("rtol", "atol", "largest"):
             value = getattr(self, name)
-            if value is not None and not value > 0.0:
+            if value is not None and not (is_number(value) and value > 0.0):
                 raise ModelError("IDA", found=f"{name} = {value!r}", expected="a positive number",
                                  remedy=f"Leave {name} out for its default")
         if self.max_order not in range(1, 6):
             raise ModelError("IDA", found=f"max_order = {self.max_order!r}", expected="1, 2, 3, 4 or 5",
                              remedy="Leave max_order out for 5")
-        if not self.most_steps > 0:
+        if not is_number(self.most_steps) or self.most_steps <= 0:
             raise ModelError("IDA", found=f"most_steps = {self.most_steps!r}", expected="a positive count",
                              remedy="Leave most_steps out for its default")
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import IntegrationError, ModelError
+from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
+from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Solution
 from flexmb.system import assemble
@@ -22,20 +23,27 @@ from flexmb.system import compile as compile_model
 __all__ = ["simulate"]
 
 
+INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit")
+
+
 def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
     """Return the times at which the state is kept, from a count or from given times."""
-    if not np.isfinite(t_end) or t_end <= t_start:
+    if not is_number(t_end) or t_end <= t_start:
         raise ModelError("simulate", found=f"t_end = {t_end!r} s",
                          expected=f"a time after the start, t = {t_start:g} s",
                          remedy="Give t_end in seconds")
     if np.ndim(samples) == 0:
-        count = int(samples)
+        whole = is_number(samples) and samples == int(samples)
+        count = int(samples) if whole else 0
         if count < 2:
             raise ModelError("simulate", found=f"samples = {samples!r}",
-                             expected="at least 2 (start and end), or the times",
+                             expected="a whole number of at least 2 (start and end), or the times",
                              remedy="samples=1001 gives a sample every thousandth of the time")
         return np.linspace(t_start, t_end, count)
-    times = np.asarray(samples, float)
+    try:
+        times = np.asarray(samples, float)
+    except (TypeError, ValueError):
+        times = np.empty(0)
     if times.ndim != 1 or len(times) < 2 or np.any(np.diff(times) <= 0.0) or times[0] < t_start or times[-1] > t_end:
         raise ModelError("simulate", found="sample times that do not increase, or lie outside the run",
                          expected=f"increasing times from {t_start:g} to {t_end:g} s", remedy="Sort the times")
@@ -56,7 +64,15 @@ def state_at(start, model: Model):
 def _integrator(integrator, formulation):
     """Return the integrator that is meant by the arguments of `simulate`."""
     if formulation is None:
-        return GeneralizedAlpha() if integrator is None else integrator
+        integrator = GeneralizedAlpha() if integrator is None else integrator
+        if isinstance(integrator, type | str) or not hasattr(integrator, "start"):
+            name = integrator.__name__ if isinstance(integrator, type) else str(integrator)
+            near = did_you_mean(name, INTEGRATORS)
+            proposed = near.split("'")[1] if near else INTEGRATORS[0]
+            raise ModelError("simulate", found=f"integrator = {name if isinstance(integrator, type) else integrator!r}",
+                             expected=f"one of {', '.join(f'{known}(...)' for known in INTEGRATORS)}",
+                             remedy=f"Give the object itself: integrator=flexmb.{proposed}()")
+        return integrator
     if integrator is not None:
         raise ModelError("simulate", found=f"both an integrator, {integrator!r}, and a formulation, {formulation!r}",
                          expected="one of them",

@@ -84,11 +84,27 @@ def load_simulation(
     context = Context(
         path, resolve(tables, parameters or {}, path.name), {**kind_lists.values(), **integrators}
     )
-    values = {name: context.value(entry, f"{where}, {name}") for name, entry in raw.items()}
-    if isinstance(values.get("integrator"), str):
-        place = f"{where}, integrator"
-        values["integrator"] = call(find_kind(values["integrator"], integrators, place), {}, place)
+    values = {name: entry if name == "integrator" else context.value(entry, f"{where}, {name}")
+              for name, entry in raw.items()}  # fmt: skip
+    if "integrator" in values:
+        values["integrator"] = _integrator(values["integrator"], context, integrators, f"{where}, integrator")
     return call(Simulation, {**values, **own}, where)
+
+
+def _integrator(raw: Any, context: Context, integrators: Mapping[str, type], where: str) -> Any:
+    """Return the integrator that is named, or described by a table with ``kind``."""
+    given = dict(raw) if isinstance(raw, dict) else {"kind": raw}
+    if not isinstance(given.get("kind"), str):
+        word = next(iter(given)) if "kind" not in given else ""
+        raise ModelError(
+            where,
+            found="the field 'kind' is missing" if "kind" not in given else repr(raw),
+            expected=f"One of: {', '.join(integrators)}, as a text or in a table with its settings",
+            remedy=did_you_mean(word, integrators) if word not in integrators and did_you_mean(word, integrators)
+            else f'Write integrator = {{ kind = "{word if word in integrators else "GeneralizedAlpha"}", ... }}',
+        )
+    make = find_kind(given.pop("kind"), integrators, where)
+    return call(make, {name: context.value(entry, f"{where}.{name}") for name, entry in given.items()}, where)
 
 
 def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Model:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from flexmb.errors import ModelError
+from flexmb.model.described import Described, is_number
 
 __all__ = ["Simulation"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Simulation:
+class Simulation(metaclass=Described):
     """How a model is simulated: ``flexmb.simulate(model, **settings.keywords())``.
 
     Parameters
@@ -31,24 +30,26 @@ class Simulation:
 
     def __post_init__(self):
         t_end, samples = self.t_end, self.samples
-        if (
-            isinstance(t_end, bool)
-            or not isinstance(t_end, int | float)
-            or not np.isfinite(t_end)
-            or t_end <= 0.0
-        ):
+        if not is_number(t_end) or t_end <= 0.0:
             raise ModelError(
                 "Simulation",
                 found=f"t_end = {t_end!r}",
                 expected="a positive duration in s",
                 remedy="Write t_end = 1.0",
             )
-        if samples is not None and (isinstance(samples, bool) or samples != int(samples) or samples < 2):
+        if samples is not None and (not is_number(samples) or samples != int(samples) or samples < 2):
             raise ModelError(
                 "Simulation",
                 found=f"samples = {samples!r}",
                 expected="a whole number of at least 2",
                 remedy="Write samples = 1001",
+            )
+        if self.integrator is not None and not hasattr(self.integrator, "start"):
+            raise ModelError(
+                "Simulation",
+                found=f"integrator = {self.integrator!r}",
+                expected="an integrator such as GeneralizedAlpha(rho_inf=0.8)",
+                remedy='In a file write integrator = { kind = "GeneralizedAlpha", rho_inf = 0.8 }',
             )
         object.__setattr__(self, "t_end", float(t_end))
         object.__setattr__(self, "samples", None if samples is None else int(samples))

@@ -13,6 +13,8 @@ from flexmb.io.scene import Scene
 from flexmb.io.vtkhdf import VtkHdfSeries
 from flexmb.io.vtu import VtuSeries, write_collection
 from flexmb.io.xdmf import write_xdmf
+from flexmb.model.described import check_kind
+from flexmb.results import Solution
 
 __all__ = ["part_file", "write_vtk"]
 
@@ -42,6 +44,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     Path
         The .pvd or .xdmf file.
     """
+    check_kind(solution, Solution, f"VTK output '{path}'", "Give what flexmb.simulate returns, or "
+               "flexmb.Solution.load(...)", DataFileError)  # fmt: skip
     path = Path(path)
     writers = {".pvd": _write_pvd, ".vtkhdf": _write_vtkhdf}
     if path.suffix not in writers:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from flexmb.constraints import Coupled, joint_coordinate
 from flexmb.errors import ModelError
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Joint, Part
 
 __all__ = ["Coupler"]
@@ -54,7 +53,7 @@ class Coupler(Joint):
                 raise ModelError(self.title, found=f"{field} = {value!r}", expected="two names",
                                  remedy='Write joints=("A", "B")')
             object.__setattr__(self, field, tuple(value))
-        if not isinstance(self.ratio, int | float | np.number) or not np.isfinite(self.ratio) or self.ratio == 0.0:
+        if not is_number(self.ratio) or self.ratio == 0.0:
             raise ModelError(self.title, found=f"ratio = {self.ratio!r}", expected="a finite number other than 0",
                              remedy="ratio is the speed of the first joint over that of the second")
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from flexmb.constraints import Coupled, joint_coordinate
 from flexmb.errors import ModelError
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Joint, Part
 
 __all__ = ["RackAndPinion"]
@@ -42,7 +41,7 @@ class RackAndPinion(Joint):
             raise ModelError(self.title, found=f"joints = {self.joints!r}", expected="two names, pinion and rack",
                              remedy='Write joints=("pinion axis", "rack guide")')
         object.__setattr__(self, "joints", tuple(self.joints))
-        if not isinstance(self.radius, int | float | np.number) or not np.isfinite(self.radius) or self.radius == 0.0:
+        if not is_number(self.radius) or self.radius == 0.0:
             raise ModelError(self.title, found=f"radius = {self.radius!r}", expected="a length other than 0 m",
                              remedy="Give the pitch radius: half of module times teeth")
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from flexmb.constraints import Coordinate, Coupled, Helix, InPlane, Perpendicular, Slide, Turn
 from flexmb.errors import ModelError
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Joint
 
 __all__ = ["Screw"]
@@ -36,7 +37,7 @@ class Screw(Joint):
 
     def __post_init__(self):
         super().__post_init__()
-        if not isinstance(self.pitch, int | float | np.number) or not np.isfinite(self.pitch) or self.pitch == 0.0:
+        if not is_number(self.pitch) or self.pitch == 0.0:
             raise ModelError(self.title, found=f"pitch = {self.pitch!r}", expected="a length per turn other than 0 m",
                              remedy="Use Revolute for a joint that turns without advancing")
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.described import Described, check_mapping, is_number
 from flexmb.model.pose import Pose
 
 __all__ = ["Body", "Compiler", "Equation", "Force", "Freedom", "Joint", "Part", "Sensor", "Table"]
@@ -44,7 +45,7 @@ class Compiler:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Part(metaclass=Described):
     """Anything with a name in a model."""
 
     name: str
@@ -65,8 +66,7 @@ class Part:
         """Raise ModelError if a field is not a positive (or, with `zero`, non-negative) finite number."""
         for name in names:
             value = getattr(self, name)
-            ok = isinstance(value, int | float | np.number) and np.isfinite(value)
-            if not ok or value < 0.0 or (value == 0.0 and not zero):
+            if not is_number(value) or value < 0.0 or (value == 0.0 and not zero):
                 raise ModelError(self.title, found=f"{name} = {value!r}",
                                  expected="a number " + (">= 0" if zero else "> 0") + " in SI units",
                                  remedy=f"Give {name} a value in kg, m, s, N")
@@ -103,6 +103,10 @@ class Body(Part):
     family: ClassVar[str] = "Body"
     table: ClassVar[Table | None] = None
     has_frame: ClassVar[bool] = True
+
+    def __post_init__(self):
+        super().__post_init__()
+        check_mapping(self.markers or {}, self.title, "markers", '{"A": (0.1, 0, 0)}')
     watch: ClassVar[Any] = None
     """Class (bodies of the kind, system) that measures how far they are from what they hold for; None: nothing."""
 
@@ -190,7 +194,7 @@ class Joint(Part):
     def __post_init__(self):
         super().__post_init__()
         markers = self.markers
-        if isinstance(markers, str) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
+        if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
             raise ModelError(self.title, found=f"markers = {markers!r}", expected="two names 'body.marker'",
                              remedy="Write markers=('ground.A', 'crank.A')")
         object.__setattr__(self, "markers", tuple(markers))
@@ -236,7 +240,7 @@ class Force(Part):
     def require_marker_pair(self) -> None:
         """Raise ModelError if the field `markers` is not a pair of names; store it as a tuple."""
         markers = self.markers  # type: ignore[attr-defined]
-        if isinstance(markers, str) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
+        if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
             raise ModelError(self.title, found=f"markers = {markers!r}", expected="two names 'body.marker'",
                              remedy="Write markers=('ground.A', 'crank.A')")
         object.__setattr__(self, "markers", tuple(markers))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.described import Described, is_number
 
 __all__ = ["MATERIALS", "Material"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Material:
+class Material(metaclass=Described):
     """Isotropic, linear elastic, homogeneous.
 
     Parameters
@@ -42,10 +43,10 @@ class Material:
         part = f"Material '{self.name}'"
         for field, unit in (("young", "Pa"), ("density", "kg/m3")):
             value = getattr(self, field)
-            if not value > 0.0:
+            if not is_number(value) or value <= 0.0:
                 raise ModelError(part, found=f"{field} = {value!r} {unit}", expected="a positive number",
                                  remedy="Use SI units: steel has young=210e9 Pa, density=7850 kg/m3")
-        if not -1.0 < self.poisson < 0.5:
+        if not is_number(self.poisson) or not -1.0 < self.poisson < 0.5:
             raise ModelError(part, found=f"poisson = {self.poisson!r}", expected="-1 < poisson < 0.5",
                              remedy="For a nearly incompressible material use 0.49 at most")
 

@@ -8,16 +8,18 @@ from typing import Any
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.assembly import joined, placed
+from flexmb.model.described import Described
 from flexmb.model.kinds import Part, check_names, find_part
 from flexmb.model.pose import vector3
 
 __all__ = ["Model"]
 
+GROUND = "ground"
 FAMILIES = ("bodies", "joints", "forces", "sensors", "events")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Model:
+class Model(metaclass=Described):
     """A mechanism: bodies, joints, forces, sensors and events, all frozen.
 
     Parameters
@@ -48,17 +50,34 @@ class Model:
         title = f"Model '{self.name}'"
         object.__setattr__(self, "gravity", vector3(self.gravity, title, "gravity"))
         for family in FAMILIES:
-            parts = tuple(getattr(self, family))
+            given = getattr(self, family)
+            if isinstance(given, str | Part) or not isinstance(given, Iterable):
+                raise ModelError(title, found=f"{family} = {given!r:.60}", expected="a list of parts",
+                                 remedy=f"Write {family}=[...]")
+            parts = tuple(given)
             object.__setattr__(self, family, parts)
             for part in parts:
                 if not isinstance(part, Part):
-                    raise ModelError(title, found=f"{family} holds {part!r}",
+                    raise ModelError(title, found=f"{family} holds {part!r:.60}",
                                      expected="parts such as flexmb.RigidBody(...)",
                                      remedy="Put the parts themselves into the list")
             check_names(parts, parts[0].family if parts else family)
+        self._check_ground()
         for family in ("joints", "forces", "sensors", "events"):
             for part in getattr(self, family):
                 part.check(self)
+
+    def _check_ground(self) -> None:
+        """Raise ModelError unless the name "ground" is that of the one body that cannot move."""
+        for body in self.bodies:
+            if body.n_velocities == 0 and body.name != GROUND:
+                raise ModelError(body.title, found=f"a ground called '{body.name}'",
+                                 expected=f"one Ground, which is called '{GROUND}'",
+                                 remedy="Leave its name out, and put the markers of all grounds into one Ground(markers=...)")
+            if body.n_velocities and body.name == GROUND:
+                raise ModelError(body.title, found=f"a {type(body).__name__} called '{GROUND}'",
+                                 expected="another name, for this one is that of the world frame",
+                                 remedy="Rename the body; a body that cannot move is fmb.Ground")
 
     def __repr__(self):
         counts = ", ".join(f"{len(getattr(self, family))} {family}" for family in FAMILIES if getattr(self, family))

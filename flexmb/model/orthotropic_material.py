@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.described import Described
 
 __all__ = ["OrthotropicMaterial"]
 
@@ -15,7 +16,7 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OrthotropicMaterial:
+class OrthotropicMaterial(metaclass=Described):
     """Three planes of symmetry: wood, rolled sheet, a unidirectional ply.
 
     The compliance (Jones, Mechanics of Composite Materials, eq. (2.25)): strain_1 = stress_1 / E_1

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.math.rotations import rotation_matrix
+from flexmb.model.described import Described, has_flag
 
 __all__ = ["Pose", "as_pose", "vector3"]
 
@@ -19,14 +20,14 @@ def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
         array = np.empty(0)
-    if array.shape != (3,) or not np.all(np.isfinite(array)):
+    if array.shape != (3,) or has_flag(value) or not np.all(np.isfinite(array)):
         raise ModelError(part, found=f"{field} = {value!r}", expected="three finite numbers (x, y, z)",
                          remedy=f"Write {field} = (0.0, 0.0, 0.0)")
     return float(array[0]), float(array[1]), float(array[2])
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class Pose(metaclass=Described):
     """Position and orientation of a marker or body in its parent's axes.
 
     Parameters

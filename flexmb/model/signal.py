@@ -16,8 +16,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
+from flexmb.model.described import Described, is_number
 from flexmb.model.expression import Program, compile_expression
 
 __all__ = [
@@ -38,9 +39,12 @@ __all__ = [
     "step",
 ]
 
+WORDS = ("ramp", "step", "harmonic", "table", "expression", "sum", "product")
+"""Names of the signals, in Python and in model files."""
+
 
 @dataclass(frozen=True, eq=False)
-class Signal:
+class Signal(metaclass=Described):
     """A given function of time."""
 
     word: ClassVar[str] = ""
@@ -111,7 +115,7 @@ def _terms(signal: Signal, kind: type) -> tuple[Signal, ...]:
 
 
 def _number(value: Any, part: str, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
+    if not is_number(value):
         raise ModelError(
             part,
             found=f"{name} = {value!r}",
@@ -361,13 +365,19 @@ def as_signal(value: Any, part: str, field: str) -> Signal:
         return value
     if isinstance(value, str) and value.lstrip().startswith("="):
         return Expression(value)
-    if isinstance(value, int | float | np.number) and not isinstance(value, bool) and np.isfinite(value):
+    if is_number(value):
         return Constant(float(value))
+    remedy = f"Write {field} = fmb.ramp(rate=1.0), or a finite number"
+    if isinstance(value, Mapping):  # from a model file
+        near = did_you_mean(next(iter(value)), WORDS) if len(value) == 1 else ""
+        remedy = near or f"Write {field} = {{ ramp = {{ rate = 1.0 }} }}, or a number"
+    elif isinstance(value, str):
+        remedy = f'Write {field} = "= 0.5*t" for an expression in a model file, a number without quotes'
     raise ModelError(
         part,
         found=f"{field} = {value!r}",
-        expected="a signal: a number, ramp, step, harmonic, table, expression",
-        remedy=f"Write {field} = fmb.ramp(rate=1.0), or a finite number",
+        expected=f"a signal: a number, {', '.join(WORDS)}",
+        remedy=remedy,
     )
 
 

@@ -45,6 +45,9 @@ class Table(Signal):
             except (TypeError, ValueError):
                 points = np.empty(0)
             found = "no list of numbers" if points.size == 0 else f"the shape {points.shape}"
+            if points.ndim == 1 and points.size >= 2 and not np.all(np.isfinite(points)):
+                wrong = int(np.argmin(np.isfinite(points)))
+                found = f"the entry {points[wrong]} at place {wrong} (counted from 0)"
             if points.ndim != 1 or points.size < 2 or not np.all(np.isfinite(points)):
                 raise ModelError(
                     "Signal table",

@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
+from flexmb.model.described import check_kind, check_mapping
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.cache import kept
@@ -77,10 +78,17 @@ def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo =
     """
     settings = _Settings(interfaces, parse_modes(modes), geometric_stiffness, stations or {}, loads or {}, frame,
                          damping, stress, tuple(residual_vectors), preload or {}, compare)  # fmt: skip
+    check_kind(fe, FEModel, "Reduction", "Make it with fem.solid(mesh, material), fem.frame, fem.shell or "
+               "fem.from_matrices", ReductionError)
+    for words, given in (("interfaces", interfaces), ("stations", stations or {}), ("loads", loads or {})):
+        check_mapping(given, "Reduction", words, f'{{"{EXAMPLES[words]}": "name of a set"}}', ReductionError)
     _check_names(settings)
     if cache is None:
         return _reduced(fe, settings, backend, progress or _silent)
     return kept(cache, fe, (settings,), lambda: _reduced(fe, settings, backend, progress or _silent))
+
+
+EXAMPLES = {"interfaces": "a", "stations": "mid", "loads": "air"}
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from flexmb.constraints import EQUATIONS
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import DAMPED, MARKER, STIFF
+from flexmb.model.described import check_kind
 from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
@@ -250,6 +251,7 @@ def compile(model: Model) -> System:
     CompileError
         If the parts do not fit together.
     """
+    check_kind(model, Model, "Model", "Give a flexmb.Model(bodies=[...]), or flexmb.load_model('file.toml')")
     compiler = _Compiler(model)
     layout = _Layout(model, compiler)
     if layout.iu[-1] == 0:

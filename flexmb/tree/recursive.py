@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
+from flexmb.model.described import Described
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.articulated import factor
 from flexmb.tree.loops import add_loads, close, mobilities, responses, without_stress
@@ -36,7 +37,7 @@ def _solve_all(tables, store, force, a):
 
 
 @dataclass(frozen=True)
-class Recursive:
+class Recursive(metaclass=Described):
     """The recursive solution of linear cost (Banerjee 1993; rigid bodies: the articulated-body algorithm).
 
     Trees cost the same per body whatever their number. Loops are opened at cut joints; their multipliers follow from

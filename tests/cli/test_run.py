@@ -51,7 +51,7 @@ def test_settings(fall, tmp_path):
     _, values = table(tmp_path / "runs" / "fall" / "sensors.csv")
     assert values[:, 0] == pytest.approx(np.linspace(0, 0.5, 6))
     assert values[-1, 3] == pytest.approx(-0.75, abs=1e-3)
-    assert main([*arguments, "--t-end", "0.25"]) == 0
+    assert main([*arguments, "--t-end", "0.25", "--overwrite"]) == 0
     assert table(tmp_path / "runs" / "fall" / "sensors.csv")[1][-1, 0] == 0.25
 
 
@@ -176,6 +176,16 @@ def test_the_model_file_is_not_overwritten(fall, tmp_path, capsys):
     assert main(["run", "one/model.toml", "--out", "one"]) == 2
     assert "Run folder 'one': the model file lies in it" in capsys.readouterr().err
     assert (tmp_path / "one" / "model.toml").is_file()
+
+
+def test_a_run_is_replaced_only_on_demand(fall, tmp_path, capsys):
+    assert main(["run", "fall.toml", "--out", "one"]) == 0
+    before = (tmp_path / "one" / "sensors.csv").read_bytes()
+    assert main(["run", "fall.toml", "--out", "one", "--set", "g=1.6"]) == 2
+    assert "Run folder 'one': it holds a run. Expected: a new folder." in capsys.readouterr().err
+    assert (tmp_path / "one" / "sensors.csv").read_bytes() == before
+    assert main(["run", "fall.toml", "--out", "one", "--set", "g=1.6", "--overwrite"]) == 0
+    assert (tmp_path / "one" / "sensors.csv").read_bytes() != before
 
 
 def test_damaged_solution(fall, tmp_path, capsys):

@@ -1,6 +1,7 @@
 """Mesh files of every format: the same part gives the same model; groups; every message."""
 
 import re
+import warnings
 from pathlib import Path
 
 import meshio
@@ -302,8 +303,14 @@ def test_file_without_cells(write):
 
 def test_millimetres_are_suspected(write):
     big = re.sub(r"(?<=[ ,])([12])\.", r"\g<1>000.", ABAQUS)
-    with pytest.warns(fem.MeshWarning, match=r"diagonal is 2449\.49 m.*scaled\(1e-3\)"):
+    with pytest.warns(fem.MeshWarning, match=r"diagonal is 2449\.49 m.*scale=1e-3"):
         mesh = fem.read_mesh(write("mm.inp", big))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        told = fem.read_mesh(write("mm.inp", big), scale=1e-3)
+    assert np.array_equal(told.points, mesh.scaled(1e-3).points)
+    with pytest.raises(MeshError, match=r"scale = 0\. Expected: a factor > 0"):
+        fem.read_mesh(write("mm.inp", big), scale=0)
     assert np.ptp(mesh.scaled(1e-3).points, axis=0) == pytest.approx([1.0, 1.0, 2.0])
 
 

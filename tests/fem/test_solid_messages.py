@@ -81,7 +81,7 @@ def test_materials_by_set():
         fem.solid(mesh, {"left": STEEL})
     with pytest.raises(MeshError, match=r"1 hexahedron20 cells have several materials, the first is number 0 "):
         fem.solid(mesh, {"left": STEEL, "all": STEEL})
-    with pytest.raises(MeshError, match=r"'lft' does not exist.*Did you mean 'left'"):
+    with pytest.raises(MeshError, match=r"'lft', which does not exist.*Did you mean 'left'"):
         fem.solid(mesh, {"lft": STEEL})
 
 

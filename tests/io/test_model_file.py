@@ -242,6 +242,6 @@ def test_what_a_file_cannot_hold(tmp_path):
     object.__setattr__(model.sensors[0], "marker", lambda: 0)
     with pytest.raises(
         ModelError,
-        match=r"Sensor 'p'.marker: a value of type function\. numbers, text.*cannot hold Python objects",
+        match=r"Sensor 'p'.marker: a value of type function\. Expected: numbers, text.*cannot hold Python objects",
     ):
         io.save_model(model, tmp_path / "m.toml")

@@ -110,6 +110,7 @@ CASES = [
         "[[body]] 'crank', mass: Expression 'import os': an expression that is not arithmetic",
     ),
     ('"= mass"', '"= 2*t"', "[[body]] 'crank': Body 'crank': mass = Expression("),
+    ("mass = \"= mass\"", "mass = true", "[[body]] 'crank': Body 'crank': mass = True", "a number > 0"),
     # parameters
     (
         "mass = 2.0",
@@ -271,8 +272,21 @@ def test_wrong_settings(tmp_path, settings, messages):
         ("[simulation]\nt_end = 1.0\nsample = 5", ("there is no field 'sample'", "Did you mean 'samples'?")),
         (
             '[simulation]\nt_end = 1.0\nintegrator = "Euler"',
-            ("[simulation], integrator: kind = 'Euler' is unknown", "One of:"),
+            ("[simulation], integrator: kind = 'Euler' is unknown", "One of: Explicit, GeneralizedAlpha, IDA."),
         ),
+        (
+            '[simulation]\nt_end = 1.0\nintegrator = { kind = "GeneralisedAlpha" }',
+            ("One of: Explicit, GeneralizedAlpha, IDA.", "Did you mean 'GeneralizedAlpha'?"),
+        ),
+        (
+            "[simulation]\nt_end = 1.0\nintegrator = { rho_inf = 0.9 }",
+            ("integrator: the field 'kind' is missing", 'Write integrator = { kind = "GeneralizedAlpha", ... }'),
+        ),
+        (
+            "[simulation]\nt_end = 1.0\nintegrator = { IDA = { rtol = 1e-6 } }",
+            ("integrator: the field 'kind' is missing", 'Write integrator = { kind = "IDA", ... }'),
+        ),
+        ("[simulation]\nt_end = 1.0\nintegrator = 3", ("integrator: 3", "as a text or in a table")),
     ],
 )
 def test_wrong_simulations(tmp_path, table, messages):
@@ -300,6 +314,6 @@ def test_settings_of_the_command_line(text, found):
 @pytest.mark.parametrize("text", ["pressure", "=3", "pressure=", ""])
 def test_settings_without_name_or_value(text):
     with pytest.raises(
-        ModelError, match=r"Setting '.*': no name and value. name=value. Write pressure=5.5e3"
+        ModelError, match=r"Setting '.*': no name and value. Expected: name=value. Write pressure=5.5e3"
     ):
         io.parse_setting(text)

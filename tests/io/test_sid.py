@@ -176,9 +176,9 @@ def damaged(data, tmp_path, change):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (lambda t: t[: len(t) // 3], r"SID file '.*x\.sid': the block '\w+' has no end\. an ASCII SID file"),
+        (lambda t: t[: len(t) // 3], r"SID file '.*x\.sid': the block '\w+' has no end\. Expected: an ASCII SID file"),
         (lambda t: "hello\nworld\n", r"no Taylor block \(mdCM, J, Ct, \.\.\.\)"),
-        (lambda t: re.sub(r" +Cr\n.*?end Cr\n", "", t, flags=re.S), r"no block Cr\. mdCM, J, Ct, Cr, Me, Ke"),
+        (lambda t: re.sub(r" +Cr\n.*?end Cr\n", "", t, flags=re.S), r"no block Cr\. Expected: mdCM, J, Ct, Cr, Me, Ke"),
         (
             lambda t: t.replace("m0(    1,    1)       = ", "m0(    1,    1)       = ****"),
             r"'\*\*\*\*.*' in place of a number",
@@ -194,7 +194,7 @@ def damaged(data, tmp_path, change):
                 t,
                 flags=re.S,
             ),
-            r"Ge differs from 2 Cr1 by .* in the best layout\. an identity",
+            r"Ge differs from 2 Cr1 by .* in the best layout\. Expected: an identity",
         ),
     ],
 )

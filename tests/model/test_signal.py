@@ -109,7 +109,7 @@ def test_as_signal():
     assert as_signal(r, "Joint 'A'", "angle") is r
 
 
-@pytest.mark.parametrize("value", ["2*t", None, True, float("nan"), [1.0]])
+@pytest.mark.parametrize("value", [None, True, float("nan"), [1.0]])
 def test_what_is_no_signal(value):
     with pytest.raises(
         ModelError, match=r"Joint 'A': angle = .*a signal: a number, ramp.*Write angle = fmb.ramp"
@@ -120,34 +120,34 @@ def test_what_is_no_signal(value):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: ramp(rate="fast"), "Signal ramp: rate = 'fast'. a finite number. Use SI units"),
-        (lambda: ramp(rate=1.0, rise=-1.0), "Signal ramp: rise = -1.0. a duration >= 0 s. Correct rise"),
-        (lambda: step(value=1.0, rise=-1.0), "Signal step: rise = -1.0. a duration >= 0 s. Correct rise"),
+        (lambda: ramp(rate="fast"), "Signal ramp: rate = 'fast'. Expected: a finite number. Use SI units"),
+        (lambda: ramp(rate=1.0, rise=-1.0), "Signal ramp: rise = -1.0. Expected: a duration >= 0 s. Correct rise"),
+        (lambda: step(value=1.0, rise=-1.0), "Signal step: rise = -1.0. Expected: a duration >= 0 s. Correct rise"),
         (
             lambda: harmonic(amplitude=float("inf"), frequency=1.0),
-            "Signal harmonic: amplitude = inf. a finite number",
+            "Signal harmonic: amplitude = inf. Expected: a finite number",
         ),
-        (lambda: table([0, 1], [0, 1, 2]), "Signal table: 2 values x and 3 values y. as many x as y"),
+        (lambda: table([0, 1], [0, 1, 2]), "Signal table: 2 values x and 3 values y. Expected: as many x as y"),
         (
             lambda: table([0, 1, 1], [0, 1, 2]),
-            "Signal table: x goes from 1.0 to 1.0. increasing x. Sort the points",
+            "Signal table: x goes from 1.0 to 1.0. Expected: increasing x. Sort the points",
         ),
-        (lambda: table([0], [0]), "Signal table: x has the shape (1,). two or more finite numbers"),
-        (lambda: table("ab", [0]), "Signal table: x has no list of numbers. two or more finite numbers"),
+        (lambda: table([0], [0]), "Signal table: x has the shape (1,). Expected: two or more finite numbers"),
+        (lambda: table("ab", [0]), "Signal table: x has no list of numbers. Expected: two or more finite numbers"),
         (
             lambda: table([0, 1], [0, 1], kind="quintic"),
-            "Signal table: kind = 'quintic'. 'cubic' or 'linear'",
+            "Signal table: kind = 'quintic'. Expected: 'cubic' or 'linear'",
         ),
-        (lambda: table([0, 1], [0, 1], of=["t"]), "Signal table: of = ['t']. a signal"),
-        (lambda: Expression(3), "Signal expression: text = 3. a formula between quotes"),
+        (lambda: table([0, 1], [0, 1], of=["t"]), "Signal table: of = ['t']. Expected: a signal"),
+        (lambda: Expression(3), "Signal expression: text = 3. Expected: a formula between quotes"),
         (lambda: expression("a*t"), "Expression 'a*t': the name 'a' is unknown"),
         (
             lambda: ramp(rate=1.0) / 0,
-            "Signal: a division by zero. a divisor other than 0. Correct the divisor",
+            "Signal: a division by zero. Expected: a divisor other than 0. Correct the divisor",
         ),
         (lambda: ramp(rate=1.0) / ramp(rate=1.0), "Signal: divisor = Ramp("),
-        (lambda: Sum("ab"), "Signal sum: terms = 'ab'. a list of signals. Write sum = [first, second]"),
-        (lambda: Product(()), "Signal product: terms = (). a list of signals"),
+        (lambda: Sum("ab"), "Signal sum: terms = 'ab'. Expected: a list of signals. Write sum = [first, second]"),
+        (lambda: Product(()), "Signal product: terms = (). Expected: a list of signals"),
     ],
 )
 def test_messages(make, message):
