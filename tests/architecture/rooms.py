@@ -9,7 +9,7 @@ MAY_KNOW = {
     "hdf5": (),
     "math": (),
     "model": ("hdf5", "math"),
-    "fem": ("math", "model.material"),
+    "fem": ("math", "model.described", "model.material"),
     "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
     "constraints": ("math", "model"),
     "bodies": ("math", "model"),
