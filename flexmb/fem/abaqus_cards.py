@@ -7,6 +7,7 @@ faces S1 to S6. Element names are mapped to the plain one of the same shape (C3D
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -34,12 +35,20 @@ FACES = {
 }
 """Corner nodes of the faces S1, S2, ... (Abaqus Analysis User's Guide, element library)."""
 
+CONNECTORS = frozenset(("MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "RIGID BODY",
+                        "SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "FASTENER", "NONSTRUCTURAL MASS"))
+"""Keywords that join or load parts with mass and are not part of a mesh."""
+
+POINT_ELEMENT = re.compile(r"MASS$|ROTARYI|SPRING|DASHPOT|CONN[23]D|DCOUP|HEATCAP|GAP|JOINTC")
+"""Names of elements that are masses, springs and the like."""
+
 
 @dataclass(kw_only=True)
 class AbaqusCards:
     """Numbers of nodes and elements as in the file, sets by name, and the text of the mesh for meshio.
 
-    ``surfaces[name]`` lists (element numbers, corner nodes of the face by cell family).
+    ``surfaces[name]`` lists (element numbers, corner nodes of the face by cell family); ``left_out`` counts keywords
+    and elements that carry mass or stiffness and are not part of a mesh.
     """
 
     mesh_text: str = ""
@@ -48,6 +57,7 @@ class AbaqusCards:
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     element_sets: dict[str, np.ndarray] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[np.ndarray, dict[str, frozenset[int]]]]] = field(default_factory=dict)
+    left_out: Counter[str] = field(default_factory=Counter)
 
 
 def sections(path: Path):
@@ -82,6 +92,10 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
             ids = [int(line.split(",")[0]) for line in data]
             cards.node_ids += ids
             add(cards.node_sets, options.get("NSET"), np.array(ids, np.int64))
+        elif keyword in CONNECTORS:
+            cards.left_out[f"*{keyword}"] += 1
+        elif keyword == "ELEMENT" and POINT_ELEMENT.match(options.get("TYPE", "").upper()):
+            cards.left_out[f"elements {options['TYPE'].upper()}"] += len(data)
         elif keyword == "ELEMENT":
             numbers = _elements(path, options, data, elements)
             cards.element_ids.append(numbers)

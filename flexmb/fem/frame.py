@@ -13,6 +13,7 @@ from flexmb.fem.frame_block import FrameBlock
 from flexmb.fem.frame_element import FrameElements, section_flexibility, section_mass
 from flexmb.fem.mesh_cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, rotated, summed
+from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.section import Section
 from flexmb.model.described import check_kind
 from flexmb.model.material import Material
@@ -78,6 +79,8 @@ def frame(
     check_kind(material, Material, f"{part}, material", "Write material=flexmb.Material(young=210e9, poisson=0.3, "
                "density=7850.0)", MeshError)
     nodes, lines, groups, sets = _lines(part, points, mesh, connectivity)
+    warn_about_size(part, nodes)
+    warn_about_material(part, material.young, material.density)
     axes, lengths = _axes(part, nodes, lines, orientation)
     pairs = _section_pairs(part, section, nodes, lines, lengths, groups)
     block = _block(pairs, material, lines, axes, lengths, len(nodes), shear, rotary_inertia)

@@ -10,6 +10,7 @@ from scipy import sparse
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.matrix_checks import check_definite, check_rigid_motions, check_symmetric, check_wave_speed
+from flexmb.fem.plausibility import warn_about_size
 
 __all__ = ["from_matrices"]
 
@@ -64,6 +65,7 @@ def from_matrices(
     stiffness, mass = (scale @ stiffness @ scale).tocsr(), (scale @ mass @ scale).tocsr()
     sets = {key: np.atleast_1d(np.asarray(value, int)) for key, value in (node_sets or {}).items()}
     fe = FEModel(nodes=length_unit * nodes, dofs=dofs, K=stiffness, M=mass, node_sets=sets, name=name)
+    warn_about_size(part, fe.nodes, remedy="length_unit=1e-3")
     check_definite(part, fe)
     check_rigid_motions(part, fe)
     check_wave_speed(part, fe)

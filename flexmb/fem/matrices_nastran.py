@@ -17,6 +17,8 @@ from flexmb.fem.matrix_files import FileMatrices, by_labels
 
 __all__ = ["nastran_cards", "nastran_float", "read_nastran"]
 
+CONTINUED = re.compile(r"[+*]([A-Za-z]\w*)?")
+"""The last field of a line between commas when another line follows."""
 STIFFNESS, MASS = ("KAAX", "K2GG", "KGG", "K"), ("MAAX", "M2GG", "MGG", "M")
 """Names by which matrices are taken as stiffness and mass, in this order."""
 
@@ -69,6 +71,8 @@ def nastran_cards(path: Path):
             continue
         if "," in text:
             fields = [word.strip() for word in text.split(",")]
+            if CONTINUED.fullmatch(fields[-1]):
+                fields.pop()
         else:
             width = 16 if "*" in text[:8] else 8
             fields = [text[:8].strip()] + [

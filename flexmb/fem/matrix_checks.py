@@ -10,6 +10,7 @@ from scipy import sparse
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.mesh import MeshWarning
+from flexmb.fem.plausibility import WAVE_SPEED
 from flexmb.math.factor import NotPositiveDefinite, factor
 
 __all__ = ["check_definite", "check_rigid_motions", "check_symmetric", "check_wave_speed"]
@@ -19,8 +20,6 @@ SYMMETRIC = 1e-6
 RIGID = 1e-6
 """Energy of a rigid motion, relative to that of the same displacements without the neighbours, that counts
 as free."""
-WAVE_SPEED = (30.0, 30e3)
-"""m/s; rubber 50, lead 1200, steel 5100, diamond 18 000 (sqrt(E / rho))."""
 LANGUAGE = ("x", "y", "z", "about x", "about y", "about z")
 
 

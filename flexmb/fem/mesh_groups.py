@@ -13,6 +13,7 @@ from flexmb.errors import MeshError
 from flexmb.fem.abaqus_cards import read_abaqus_cards
 from flexmb.fem.mesh import DIMENSION, Mesh, check_cells
 from flexmb.fem.nastran_cards import read_nastran_cards
+from flexmb.fem.nastran_connectors import nastran_connectors
 
 __all__ = ["GroupedMesh", "from_abaqus", "from_gmsh", "from_nastran", "from_vtu", "to_mesh"]
 
@@ -22,7 +23,7 @@ class GroupedMesh:
     """What a reader hands on: points, blocks of cells as in the file, groups by name.
 
     ``cell_sets[name]`` is a list with one array of row numbers per block; ``facet_sets`` holds facets that the
-    file defines by element faces.
+    file defines by element faces. ``left_out`` names what carries mass or stiffness and is not part of a mesh.
     """
 
     points: np.ndarray
@@ -30,6 +31,7 @@ class GroupedMesh:
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     cell_sets: dict[str, list[np.ndarray]] = field(default_factory=dict)
     facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
 
 
 def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
@@ -147,6 +149,7 @@ def from_nastran(path: Path) -> GroupedMesh:
     mesh = _meshio().nastran.read(io.StringIO(cards.bulk))
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     place = {int(number): i for i, number in enumerate(mesh.points_id)}
+    _check_once(path, np.asarray(mesh.points_id), mesh.points)
     sets: dict[str, list[np.ndarray]] = {}
     for b, properties in enumerate(mesh.cell_data.get("nastran:ref", [])):
         for pid in np.unique(properties):
@@ -156,7 +159,21 @@ def from_nastran(path: Path) -> GroupedMesh:
     for name, numbers in cards.element_sets.items():
         sets[name] = [np.flatnonzero(np.isin(ids, numbers)) for ids in mesh.cells_id]
     nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
-    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets)
+    spiders, left_out = nastran_connectors(path)
+    nodes |= {name: _known_nodes(name, numbers, place, path) for name, numbers in spiders.items() if len(numbers)}
+    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets, left_out=left_out)
+
+
+def _check_once(path: Path, numbers: np.ndarray, points: np.ndarray) -> None:
+    """Raise MeshError if a grid point is given twice at different places; the same twice is allowed in Nastran."""
+    order = np.argsort(numbers, kind="stable")
+    same = numbers[order][1:] == numbers[order][:-1]
+    apart = np.abs(points[order][1:] - points[order][:-1]).max(axis=1, initial=0.0) > 0.0
+    if (same & apart).any():
+        twice = numbers[order][1:][same & apart]
+        raise MeshError(f"Mesh file '{path}'", found=f"{len(twice)} grid points at two places, the first is {twice[0]}",
+                        expected="every grid point once", remedy="Renumber one of the parts before they are put "
+                        "into one file")
 
 
 def _known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Path) -> np.ndarray:
@@ -186,7 +203,8 @@ def from_abaqus(path: Path) -> GroupedMesh:
                 if len(chosen) and face:
                     facets.setdefault(name, []).append(chosen[:, list(face)])
     return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets,
-                       facet_sets={name: stacked(tables) for name, tables in facets.items()})
+                       facet_sets={name: stacked(tables) for name, tables in facets.items()},
+                       left_out=[f"{number} {keyword}" for keyword, number in sorted(cards.left_out.items())])
 
 
 def _face_with(cell_type: str, faces_by_family: dict[str, frozenset[int]]) -> tuple[int, ...]:

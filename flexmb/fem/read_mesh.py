@@ -31,9 +31,6 @@ READERS: dict[str, Callable[[Path], GroupedMesh]] = {
 COINCIDENT = 1e-7
 """Nodes nearer than this fraction of the mesh diagonal are reported as coincident."""
 
-PLAUSIBLE = (1e-3, 150.0)
-"""Diagonal, m, outside of which the unit of length is doubted."""
-
 
 def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     """Read a Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp) or VTK (.vtu .vtk) mesh.
@@ -59,7 +56,7 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     Warns
     -----
     MeshWarning
-        Coincident nodes, an implausible size, a set without cells.
+        Coincident nodes, a set without cells, masses and links that were left out.
     """
     if not isinstance(path, str | Path):
         raise MeshError("fem.read_mesh", found=f"the path {path!r}", expected="the name of a mesh file",
@@ -67,7 +64,8 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     path = Path(path)
     part = f"Mesh file '{path}'"
     if not path.is_file():
-        near = did_you_mean(path.name, (p.name for p in path.parent.glob("*"))) if path.parent.is_dir() else ""
+        others = (p.name for p in path.parent.glob("*") if p.is_file())
+        near = did_you_mean(path.name, others) if path.parent.is_dir() else ""
         raise MeshError(part, found="no such file", expected="an existing mesh file",
                         remedy=near or f"The current folder is {Path.cwd()}")
     if not is_number(scale) or scale <= 0.0:
@@ -83,25 +81,28 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         raise
     except Exception as error:  # meshio raises whatever its parsers run into
         text = str(error) or type(error).__name__
+        if isinstance(error, KeyError) and str(error.args[0]).isdigit():  # of the table of node numbers
+            text = f"a cell names the node {error.args[0]}, which does not exist"
         raise MeshError(part, found=f"the file cannot be read as {path.suffix} ({text})",
                         expected="a complete file of that format",
                         remedy="Open it in the program that wrote it, and write it again") from error
     mesh = to_mesh(grouped, path.stem, part)
+    if grouped.left_out:
+        warnings.warn(f"{part}: left out were {', '.join(grouped.left_out)}; a mesh holds nodes, elements and sets. Add "
+                      "them to the FE model with fem.with_mass, fem.with_rigid_link, fem.with_averaging_link or "
+                      "fem.with_spring", MeshWarning, stacklevel=2)
     kept = mesh.without_unused_nodes().scaled(float(scale))
     for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
         warnings.warn(f"{part}: the set '{name}' holds only nodes without cells; it was dropped",
                       MeshWarning, stacklevel=2)
-    _warn_about_size(part, kept)
+    _warn_about_coincident_nodes(part, kept)
     return kept
 
 
-def _warn_about_size(part: str, mesh: Mesh) -> None:
+def _warn_about_coincident_nodes(part: str, mesh: Mesh) -> None:
     from scipy.spatial import cKDTree
 
     diagonal = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    if not PLAUSIBLE[0] <= diagonal <= PLAUSIBLE[1]:
-        warnings.warn(f"{part}: the diagonal is {diagonal:.6g} m; coordinates must be metres. "
-                      "For a mesh in millimetres give scale=1e-3 (flexmb reduce --scale 1e-3)", MeshWarning, stacklevel=3)
     pairs = cKDTree(mesh.points).query_pairs(COINCIDENT * diagonal, output_type="ndarray")
     if len(pairs):
         i, j = sorted(map(int, pairs[0]))

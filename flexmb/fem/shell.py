@@ -11,6 +11,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.mesh import Mesh
 from flexmb.fem.mesh_cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, summed
+from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.shell_block import ShellBlock
 from flexmb.model.material import Material
 
@@ -55,6 +56,8 @@ def shell(
     name = mesh.name if name is None else name
     part = f"Shell '{name}'"
     nodes, cells, groups, node_sets, facet_sets = kept_cells(mesh, ("triangle", "quad"), part)
+    warn_about_size(part, nodes)
+    warn_about_material(part, material.young, material.density)
     blocks = []
     for cell_type, connectivity in cells.items():
         axes, corners, heights = _flattened(part, cell_type, nodes, connectivity)

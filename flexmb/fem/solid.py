@@ -14,6 +14,7 @@ from flexmb.fem.block_pattern import BlockPattern, node_pattern
 from flexmb.fem.facets import oriented_facet_sets, same_side
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.mesh import DIMENSION, Mesh, MeshWarning
+from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.solid_block import SolidBlock
 from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
 from flexmb.model.described import check_kind
@@ -51,6 +52,11 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     MeshError
         No solid cells, inverted or flat cells, cells without or with several materials.
 
+    Warns
+    -----
+    MeshWarning
+        Separate pieces, cells that are far too stiff, an implausible size or speed of sound.
+
     Examples
     --------
     >>> fe = solid(read_mesh("meshes/conrod.msh"), Material(young=210e9, poisson=0.3, density=7850.0))  # doctest: +SKIP
@@ -63,6 +69,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
         raise MeshError(part, found=f"no solid cells, but {found}", expected="tetrahedra, hexahedra or wedges",
                         remedy="Save the volume group too, or use fem.shell or fem.frame")
     mesh = mesh.without_unused_nodes()
+    warn_about_size(part, mesh.points)
     blocks = []
     for number, (cell_type, connectivity) in enumerate(mesh.cells):
         if DIMENSION[cell_type] < 3 or not len(connectivity):
@@ -70,6 +77,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
         element = kinds[cell_type]
         cells = _oriented(part, mesh.points, connectivity, element)
         for given, rows in _materials(part, mesh, material, number, len(cells)):
+            warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
             blocks.append(SolidBlock(element=element, nodes=mesh.points, connectivity=cells[rows],
                                      elasticity=given.elasticity, density=float(given.density)))
     _warn_about_elements(part, blocks)

@@ -245,7 +245,7 @@ def test_truncated_file(tmp_path):
 
 
 def test_unsupported_cells(write, tmp_path):
-    message(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=SPRING1\n1, 1\n"), "'SPRING1'", "C3D10", "Delete")
+    message(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=AC3D8\n1, 1\n"), "'AC3D8'", "C3D10", "Delete")
     path = tmp_path / "pyramid.vtu"
     meshio.Mesh(np.eye(5, 3), [("pyramid", [[0, 1, 2, 3, 4]])]).write(path)
     message(path, "1 cells of the type 'pyramid'", "tetra10", "Mesh again")
@@ -303,11 +303,13 @@ def test_file_without_cells(write):
 
 def test_millimetres_are_suspected(write):
     big = re.sub(r"(?<=[ ,])([12])\.", r"\g<1>000.", ABAQUS)
+    mesh = fem.read_mesh(write("mm.inp", big))
     with pytest.warns(fem.MeshWarning, match=r"diagonal is 2449\.49 m.*scale=1e-3"):
-        mesh = fem.read_mesh(write("mm.inp", big))
+        fem.solid(mesh, STEEL)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         told = fem.read_mesh(write("mm.inp", big), scale=1e-3)
+        fem.solid(told, STEEL)
     assert np.array_equal(told.points, mesh.scaled(1e-3).points)
     with pytest.raises(MeshError, match=r"scale = 0\. Expected: a factor > 0"):
         fem.read_mesh(write("mm.inp", big), scale=0)

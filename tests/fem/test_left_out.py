@@ -1,0 +1,118 @@
+"""What a deck holds besides its mesh is named, and what cannot be meant is doubted: masses, links, units, numbers."""
+
+import warnings
+
+import numpy as np
+import pytest
+from fem.beams import plate, straight
+
+from flexmb import fem
+from flexmb.errors import MeshError
+from flexmb.model.material import Material
+
+STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
+
+NASTRAN = """BEGIN BULK
+GRID,1,,0.,0.,0.
+GRID,2,,1.,0.,0.
+GRID,3,,1.,1.,0.
+GRID,4,,0.,1.,0.
+GRID,5,,1.,.5,0.
+GRID,6,,0.,.5,0.
+CQUAD4,1,1,1,2,3,4
+RBE2    11      5       123456  2       3       1.2-5
+RBE3,12,,6,123456,1.0,123,1,+
++,4,UM,1,123
+CONM2,20,5,,2.5
+CONM2,21,3,,1.5+0
+CELAS2,22,1000.,1,1
+ENDDATA
+"""
+
+ABAQUS = """*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+*ELEMENT, TYPE=S4
+1, 1, 2, 3, 4
+*ELEMENT, TYPE=MASS, ELSET=m
+2, 3
+*MASS, ELSET=m
+2.5
+*ELEMENT, TYPE=SpringA, ELSET=s
+3, 1, 3
+*TIE, NAME=glue
+a, b
+*RIGID BODY, REF NODE=1, TIE NSET=x
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    """``write("a.bdf", text)`` writes a file and returns its path."""
+
+    def file(name, text):
+        (tmp_path / name).write_text(text)
+        return tmp_path / name
+
+    return file
+
+
+def test_nastran_masses_and_rigid_elements(write):
+    """The nodes of a spider are a set; the reader says what it left out, with the total mass."""
+    with pytest.warns(fem.MeshWarning, match=r"1 CELAS2, 2 CONM2 \(mass 4\), 1 RBE2, 1 RBE3; .*fem\.with_mass"):
+        mesh = fem.read_mesh(write("a.bdf", NASTRAN))
+    assert mesh.node_sets["rbe2_11"].tolist() == [1, 2]
+    assert mesh.node_sets["rbe3_12"].tolist() == [0, 3]
+
+
+def test_abaqus_masses_and_links(write):
+    with pytest.warns(fem.MeshWarning, match=r"1 \*RIGID BODY, 1 \*TIE, 1 elements MASS, 1 elements SPRINGA"):
+        mesh = fem.read_mesh(write("a.inp", ABAQUS))
+    assert len(mesh.cells_of("quad")) == 1
+
+
+def test_plain_meshes_leave_nothing_out(write):
+    text = "\n".join(line for line in NASTRAN.splitlines() if line.startswith(("BEGIN", "GRID", "CQUAD4", "END")))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*left out were.*")
+        fem.read_mesh(write("a.bdf", text + "\n"))
+        fem.read_mesh(write("a.inp", ABAQUS.split("*ELEMENT, TYPE=MASS")[0]))
+
+
+def test_grid_points_at_two_places(write):
+    twice = NASTRAN.replace("CQUAD4,", "GRID,2,,7.,0.,0.\nCQUAD4,")
+    with pytest.raises(MeshError, match=r"1 grid points at two places, the first is 2.*Renumber"):
+        fem.read_mesh(write("a.bdf", twice))
+    with pytest.warns(fem.MeshWarning, match="left out"):
+        fem.read_mesh(write("a.bdf", NASTRAN.replace("CQUAD4,", "GRID,2,,1.,0.,0.\nCQUAD4,")))
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.bdf", NASTRAN.replace("1,1,1,2,3,4", "1,1,1,2,3,77")),
+                                            ("a.inp", ABAQUS.replace("1, 1, 2, 3, 4", "1, 1, 2, 3, 77"))])  # fmt: skip
+def test_missing_nodes_are_named(write, name, text):
+    with pytest.raises(MeshError, match="names the node 77, which does not exist"):
+        fem.read_mesh(write(name, text))
+
+
+@pytest.mark.parametrize("make", [
+    lambda material: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), material, 0.01),
+    lambda material: fem.frame(straight(2), section=fem.Section.tube(0.05, 0.002), material=material),
+])  # fmt: skip
+@pytest.mark.parametrize(("young", "density", "speed"), [(210e3, 7850.0, "5.2"), (210e9, 7.85e-9, "5.2e+09")])
+def test_materials_in_other_units(make, young, density, speed):
+    """MPa beside kg/m3, t/mm3 beside Pa: the speed of sound tells."""
+    with pytest.warns(fem.MeshWarning, match=rf"speed of sound of {speed.replace('+', '.')} m/s.*1 MPa = 1e6 Pa"):
+        make(Material(young=young, poisson=0.3, density=density))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        make(STEEL)
+
+
+def test_frames_and_matrices_in_millimetres():
+    section = fem.Section.tube(50.0, 2.0)
+    with pytest.warns(fem.MeshWarning, match=r"the diagonal is 1000 m"):
+        fe = fem.frame(1000.0 * straight(2), section=section, material=STEEL)
+    with pytest.warns(fem.MeshWarning, match=r"the diagonal is 1000 m.*length_unit=1e-3"):
+        fem.from_matrices(fe.K, fe.M, np.array(fe.nodes))
