@@ -13,12 +13,12 @@ import warnings
 from collections.abc import Sequence
 from types import ModuleType
 
-from flexmb.cli import check, demo, export, plot, reduce, render, resume, run, show, sweep, view
+from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, view
 from flexmb.errors import FlexmbError
 
 __all__ = ["VERBS", "main"]
 
-VERBS: tuple[ModuleType, ...] = (reduce, show, check, run, resume, sweep, export, plot, render, view, demo)
+VERBS: tuple[ModuleType, ...] = (reduce, show, check, run, resume, sweep, export, plot, render, view, report, demo)
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 
 FAILED, INTERRUPTED = 2, 130

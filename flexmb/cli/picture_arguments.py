@@ -7,7 +7,7 @@ from typing import Any
 
 from flexmb.errors import ModelError
 
-__all__ = ["add_picture_arguments", "picture_settings"]
+__all__ = ["add_picture_arguments", "direction", "picture_settings"]
 
 
 def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,8 +20,12 @@ def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
 def picture_settings(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return camera, size and scale."""
     size = tuple(int(x) for x in _numbers("--size", arguments.size, "x", 2, "1600x900"))
-    camera = arguments.camera and _numbers("--camera", arguments.camera, ",", 3, "1,-2,0.5")
-    return {"camera": camera, "size": size, "scale": arguments.scale}
+    return {"camera": direction(arguments.camera), "size": size, "scale": arguments.scale}
+
+
+def direction(text: str | None) -> tuple[float, ...] | None:
+    """Return the direction of ``--camera``, or None if it was not given."""
+    return _numbers("--camera", text, ",", 3, "1,-2,0.5") if text else None
 
 
 def _numbers(option: str, text: str, separator: str, count: int, example: str) -> tuple[float, ...]:

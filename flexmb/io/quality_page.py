@@ -11,26 +11,13 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import DataFileError
+from flexmb.io.web_page import page, percent, table, vector
 from flexmb.model.mode_table import mode_table
 
 __all__ = ["report_numbers", "write_report"]
 
 SCHEMA, VERSION = "flexmb.quality_report", 1
 GOOD, FAIR = 0.01, 0.05  # relative frequency errors that are shown green and yellow
-
-STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #26303a; max-width: 72em; margin: 2em auto; padding: 0 1.5em }
-h1 { font-size: 1.5em; margin-bottom: 0.1em } h2 { font-size: 1.15em; margin: 1.8em 0 0.4em }
-p { margin: 0.3em 0 } .note { color: #66727e }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums }
-th, td { padding: 0.2em 0.9em 0.2em 0; text-align: right; border-bottom: 1px solid #dfe6ee; white-space: nowrap }
-th { color: #66727e; font-weight: 600 } th.text, td.text { text-align: left }
-.bar { display: inline-block; height: 0.7em; background: #6f9fc8; margin-left: 0.5em; vertical-align: baseline }
-.good { color: #2b7a4b } .fair { color: #a86f10 } .poor { color: #b3263d; font-weight: 600 }
-.warning { border-left: 4px solid #c98a2b; padding: 0.3em 0.8em; background: #fbf5e9; margin: 0.4em 0 }
-.fine { border-left: 4px solid #3a8f5c; padding: 0.3em 0.8em; background: #eef6f1 }
-img { max-width: 100% }
-"""
 
 
 def report_numbers(data) -> dict[str, Any]:
@@ -66,19 +53,19 @@ def write_report(data, path: str | Path, *, picture: str | Path | None = None) -
         A PNG to show in the page, such as the one of `flexmb.view.mode_sheet`.
     """
     path = Path(path)
-    page, numbers = path.with_suffix(".html"), path.with_suffix(".json")
+    web, numbers = path.with_suffix(".html"), path.with_suffix(".json")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        page.write_text(_page(data, picture), encoding="utf-8")
+        web.write_text(_page(data, picture), encoding="utf-8")
         numbers.write_text(json.dumps(report_numbers(data), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise DataFileError(
-            f"Report '{page}'",
+            f"Report '{web}'",
             found=f"cannot write it ({error})",
             expected="a writable folder with free space",
             remedy="Free space, or choose another folder",
         ) from error
-    return page, numbers
+    return web, numbers
 
 
 def _page(data, picture) -> str:
@@ -92,34 +79,11 @@ def _page(data, picture) -> str:
     if picture is not None:
         encoded = base64.b64encode(Path(picture).read_bytes()).decode("ascii")
         parts.append(f'<h2>Modes</h2><img alt="mode shapes" src="data:image/png;base64,{encoded}">')
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{escape(data.name)}: quality of the reduced body</title><style>{STYLE}</style></head>\n<body>\n"
-        + "\n".join(parts)
-        + "\n</body></html>\n"
-    )
-
-
-def _table(titles: list[tuple[str, bool]], rows: list[list[str]]) -> str:
-    """Return a table; a title says whether its column is text, cells are HTML."""
-    kind = ['class="text"' if text else "" for _, text in titles]
-    head = "".join(f"<th {k}>{escape(title)}</th>" for (title, _), k in zip(titles, kind))
-    body = "".join(
-        "<tr>" + "".join(f"<td {k}>{cell}</td>" for cell, k in zip(row, kind)) + "</tr>\n" for row in rows
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"
-
-
-def _percent(share: float, digits: int = 1) -> str:
-    return f"{100.0 * share:.{digits}f} %"
+    return page(f"{data.name}: quality of the reduced body", parts)
 
 
 def _bar(share: float) -> str:
     return f'<span class="bar" style="width:{6.0 * max(share, 0.0):.2f}em"></span>'
-
-
-def _vector(values) -> str:
-    return ", ".join(f"{x:.6g}" for x in values)
 
 
 def _summary(data) -> str:
@@ -152,13 +116,13 @@ def _frequencies(q) -> str:
     titles = [("mode", False), ("full model Hz", False), ("reduced Hz", False), ("error", False)]
     return (
         f"<h2>Free-free frequencies</h2><p>{q['normal_modes']} fixed-interface modes; static error at the interfaces "
-        f"{q['static_error']:.1e}</p>" + _table(titles, rows)
+        f"{q['static_error']:.1e}</p>" + table(titles, rows)
     )
 
 
 def _coordinates(data) -> str:
-    table = mode_table(data)
-    names = list(dict.fromkeys(name for row in table for name in row["participation"]))
+    modes = mode_table(data)
+    names = list(dict.fromkeys(name for row in modes for name in row["participation"]))
     titles = [
         ("no.", False),
         ("frequency Hz", False),
@@ -168,20 +132,20 @@ def _coordinates(data) -> str:
     ]
     titles += [("compliance", True), ("effective mass", True), *((name, False) for name in names)]
     rows = []
-    for row in table:
+    for row in modes:
         moves = sorted(row["effective_mass"].items(), key=lambda item: -item[1])
         cells = [str(row["number"]), f"{row['frequency']:.6g}", escape(row["kind"]), escape(row["interface"])]
-        cells += [_percent(row["damping_ratio"], 2), _percent(row["compliance"]) + _bar(row["compliance"])]
+        cells += [percent(row["damping_ratio"], 2), percent(row["compliance"]) + _bar(row["compliance"])]
         cells += [
-            ", ".join(f"{escape(name)} {_percent(share)}" for name, share in moves[:2] if share >= 0.001)
+            ", ".join(f"{escape(name)} {percent(share)}" for name, share in moves[:2] if share >= 0.001)
         ]
-        cells += [_percent(row["participation"].get(name, 0.0)) for name in names]
+        cells += [percent(row["participation"].get(name, 0.0)) for name in names]
         rows.append(cells)
     return (
         "<h2>Modal coordinates</h2>"
         '<p class="note">Compliance: share of the static deflection of the interfaces under their own unit loads. '
         "Effective mass: of the fixed-interface mode it is mainly made of. Last columns: participation, shares of its "
-        "kinetic energy.</p>" + _table(titles, rows)
+        "kinetic energy.</p>" + table(titles, rows)
     )
 
 
@@ -193,16 +157,16 @@ def _interfaces(data, q) -> str:
             escape(i["kind"]),
             str(i["nodes"]),
             str(len(i["freedoms"])),
-            _vector(i["position"]),
+            vector(i["position"]),
         ]
         for i in q["interfaces"]
     ]
     first = data.n_interfaces
     rows += [
-        [escape(name), "station", "", "", _vector(position)]
+        [escape(name), "station", "", "", vector(position)]
         for name, position in zip(data.marker_names[first:], data.marker_positions[first:])
     ]
-    return "<h2>Interfaces and stations</h2>" + _table(titles, rows)
+    return "<h2>Interfaces and stations</h2>" + table(titles, rows)
 
 
 def _mass(data, q) -> str:
@@ -211,24 +175,24 @@ def _mass(data, q) -> str:
     diagonal = np.diag(np.array(mesh["inertia"]))
     rows = [
         ["mass, kg", f"{data.mass:.9g}", f"{mesh['mass']:.9g}"],
-        ["centre of mass, m", _vector(data.center_of_mass), _vector(mesh["center_of_mass"])],
-        ["inertia about it, kg m2", _vector(np.diag(data.inertia)), _vector(diagonal)],
+        ["centre of mass, m", vector(data.center_of_mass), vector(mesh["center_of_mass"])],
+        ["inertia about it, kg m2", vector(np.diag(data.inertia)), vector(diagonal)],
     ]
     rigid = q["rigid_modes"]
     return (
         "<h2>Mass</h2>"
-        + _table(titles, rows)
+        + table(titles, rows)
         + f"<p>{rigid['removed']} rigid motions removed; they meet a relative "
         f"force of {rigid['grounding']:.1e} in the FE model.</p>"
     )
 
 
 def _effective_mass(q) -> str:
-    table, f = q["effective_mass"], q["fixed_interface_frequencies"]
-    titles = [("mode", False), ("frequency Hz", False), *((name, False) for name in table["directions"])]
+    shares_of, f = q["effective_mass"], q["fixed_interface_frequencies"]
+    titles = [("mode", False), ("frequency Hz", False), *((name, False) for name in shares_of["directions"])]
     rows = [
-        [str(k + 1), f"{f[k]:.6g}", *(_percent(share) for share in shares)]
-        for k, shares in enumerate(table["per_mode"])
+        [str(k + 1), f"{f[k]:.6g}", *(percent(share) for share in shares)]
+        for k, shares in enumerate(shares_of["per_mode"])
     ]
-    rows.append(["", "sum", *(_percent(share) for share in table["sum"])])
-    return "<h2>Effective mass of the fixed-interface modes</h2>" + _table(titles, rows)
+    rows.append(["", "sum", *(percent(share) for share in shares_of["sum"])])
+    return "<h2>Effective mass of the fixed-interface modes</h2>" + table(titles, rows)

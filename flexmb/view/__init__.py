@@ -6,5 +6,6 @@ from flexmb.view.mode_sheet import mode_sheet
 from flexmb.view.paraview import paraview_script
 from flexmb.view.pictures import overlay, render
 from flexmb.view.plots import plot
+from flexmb.view.report import report
 
-__all__ = ["KEYS", "mode_sheet", "overlay", "paraview_script", "plot", "render", "require_graphics", "window"]
+__all__ = ["KEYS", "mode_sheet", "overlay", "paraview_script", "plot", "render", "report", "require_graphics", "window"]
