@@ -27,7 +27,7 @@ _ROOMS = {
     "flexmb.events": "Change Event Impact Lock Release Stop",
     "flexmb.integrate": "Augmented Baumgarte Explicit GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations "
     "check inverse_dynamics kinematics linearize resume simulate statics",
-    "flexmb.tree": "Recursive",
+    "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
     "flexmb.study": "sweep",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",

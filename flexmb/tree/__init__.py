@@ -1,6 +1,7 @@
-"""Trees of joints: spanning tree, recursive solution of linear cost, loops by cut joints."""
+"""Trees of joints: spanning tree, recursive solution of linear cost, relative coordinates, loops by cut joints."""
 
+from flexmb.tree.joint_tree import JointTree, RelativeState
 from flexmb.tree.recursive import Recursive
 from flexmb.tree.spanning import Spanning, spanning_tree
 
-__all__ = ["Recursive", "Spanning", "spanning_tree"]
+__all__ = ["JointTree", "Recursive", "RelativeState", "Spanning", "spanning_tree"]

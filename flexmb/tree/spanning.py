@@ -75,7 +75,7 @@ class _Groups:
         return a != b
 
 
-def _edges(system, cut) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
+def _edges(system, cut, allowed) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
     """Return the two markers of every joint that can be a tree joint, and the equations of each with its drives."""
     legs, markers = system.tables["legs"], system.tables["markers"]
     of_equation: dict[int, list[int]] = {}
@@ -86,9 +86,9 @@ def _edges(system, cut) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]
     for joint in system.joints:
         span = system.joint_equations[joint.name]
         used = {m for e in range(span.start, span.stop) for m in of_equation[e]}
-        if joint.name in cut:
-            continue
         leader = getattr(joint, "joint", joint.name) if joint.prescribes else joint.name
+        if joint.name in cut or (leader == joint.name and allowed is not None and leader not in allowed):
+            continue
         places = tuple(system.marker_index[m] for m in joint.resolved_markers(system.model))
         if len(places) == 2 and used == set(places) and len({int(markers[m]["body"]) for m in used}) == 2:
             if leader == joint.name:
@@ -98,34 +98,36 @@ def _edges(system, cut) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]
 
 
 def _refuse_bodies_of_nodes(system) -> None:
-    """The recursion inverts the mass matrix of a body as a dense one: a body of many nodes is none of its business."""
+    """The recursion inverts the mass matrix of a body as a dense one: a body of many nodes is not for it."""
     for body in system.model.bodies:
         if body.block_size < body.n_velocities:
-            raise CompileError(body.title, found=f"{body.n_velocities} velocities in nodes of {body.block_size}",
-                               expected="bodies with a frame, or points, in the recursive formulation",
+            kind = type(body).__name__
+            raise CompileError(body.title, found=f"{kind} has no frame but nodes of {body.block_size} velocities",
+                               expected="bodies with a frame, or points, in the recursion",
                                remedy="Leave the formulation out: the sparse factorisation goes node by node")
 
 
+Carriers = tuple[tuple[str, ...], tuple[str, ...]]
+
+
 @lru_cache(maxsize=16)
-def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
-    """Return a spanning tree of the joints of a system (found once for each system).
+def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None = None) -> Spanning:
+    """Return a spanning tree of the joints of a system (found once for each choice).
 
     Parameters
     ----------
     system : System
     cut : tuple of str
         Joints that shall close loops, if any are preferred.
+    carriers : (tuple of str, tuple of str), optional
+        Joints that may carry a body (unless given: all), and those that must.
 
     Raises
     ------
     CompileError
-        If a joint in `cut` does not exist, or a body is a mesh of nodes of its own.
+        If a joint in `cut` does not exist, a body is a mesh of nodes of its own, or a joint cannot carry a body as it
+        must.
     """
-    for body in system.model.bodies:
-        if not body.has_frame and body.n_vector > 3:
-            raise CompileError(f"Body '{body.name}'", found=f"{type(body).__name__} has no frame",
-                               expected="rigid, floating or point bodies in the recursion",
-                               remedy="Use Augmented() or an implicit integrator for this model")
     names = [body.name for body in system.model.bodies]
     _refuse_bodies_of_nodes(system)
     for name in cut:
@@ -133,16 +135,22 @@ def spanning_tree(system, cut: tuple[str, ...] = ()) -> Spanning:
             raise CompileError("Recursive", found=f"joint '{name}' to cut does not exist",
                                expected=f"one of: {', '.join(system.joint_index)}",
                                remedy=did_you_mean(name, system.joint_index))
-    ends, equations = _edges(system, cut)
+    allowed, wanted = carriers or (None, ())
+    ends, equations = _edges(system, cut, allowed)
     body = system.tables["markers"]["body"]
     moving = [k for k, name in enumerate(names) if system.body_slices[name][1].stop > system.body_slices[name][1].start]
     still = [k for k in range(len(names)) if k not in set(moving)]
     groups = _Groups(len(names))
     for k in still[1:]:
         groups.join(still[0], k)
-    candidates = sorted(ends, key=lambda n: -len(equations[n]))
+    candidates = sorted(ends, key=lambda n: (n not in wanted, -len(equations[n])))
     kept = [n for n in candidates if _has_frame(system, names, ends[n], body)
             and groups.join(int(body[ends[n][0]]), int(body[ends[n][1]]))]
+    for name in wanted:
+        if name not in kept:
+            raise CompileError(f"Joint '{name}'", found="it closes a loop, or holds a body that has no frame",
+                               expected="joints to keep that form a tree of bodies with frames",
+                               remedy=f"Cut one of the other joints, or leave '{name}' out of keep")
     order, entry, trees = _walk(kept, ends, body, still, moving)
     return _finished(system, names, order, entry, trees, ends, equations)
 

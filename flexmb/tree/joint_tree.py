@@ -1,0 +1,218 @@
+"""`JointTree`: a model in relative coordinates, the coordinates of the joints that carry its bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import CompileError, ModelError, did_you_mean
+from flexmb.math.tables import State
+from flexmb.model.model import Model
+from flexmb.system import assemble
+from flexmb.system.program import evaluate, keep_branches, run_kernels
+from flexmb.system.system import System
+from flexmb.tree.motions import FREE, HINGED, POINTS, describable, joint_labels, motion_rows
+from flexmb.tree.relative_passes import accelerate_bodies, move_bodies, place_bodies, read_state
+from flexmb.tree.spanning import Spanning, spanning_tree
+
+__all__ = ["JointTree", "RelativeState"]
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeState:
+    """A state in relative coordinates.
+
+    Parameters
+    ----------
+    q : (nq,), rad, m, Euler parameters, modal coordinates
+    v : (nv,), rad/s, m/s, modal rates
+    a : (nv,), rad/s2, m/s2
+    t : float, s
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    t: float = 0.0
+
+
+class JointTree:
+    """The tree of a model's joints, with its relative coordinates.
+
+    A coordinate is a turn (rad) or slide (m) of a joint as `JointCoordinate` counts it; a spherical joint has the Euler
+    parameters of marker b relative to a, its rates the relative angular velocity in axes of b; a free body has its
+    position and Euler parameters, its rates the velocities in body axes. Modal coordinates follow those of their body.
+    Joints that permit no simple motion (rods, curves, couplings, rolling) and those that close loops are cut.
+    Theory: recursive.
+
+    Parameters
+    ----------
+    model : Model
+    cut : tuple of str
+        Joints that shall be cut; by default those that leave the fewest closing equations.
+    keep : tuple of str
+        Joints that must carry a body.
+
+    Raises
+    ------
+    CompileError
+        If a joint in `keep` permits no simple motion, or closes a loop with others of them.
+
+    Attributes
+    ----------
+    system : System
+    tree : Spanning
+    names, rate_names : tuple of str
+        "A.turn", "B.slide", "ball.ball_0", "hub.frame_0", "wing.mode_1", in the order of q and of v.
+    drives : dict of str to Drive
+        Coordinates that are prescribed, and by what.
+
+    Examples
+    --------
+    >>> rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, rotation=(0, 0, 0.5))
+    >>> hinge = fmb.Revolute("A", markers=("ground.origin", "rod.start"))
+    >>> tree = fmb.JointTree(fmb.Model(bodies=[fmb.Ground(), rod], joints=[hinge]))
+    >>> tree.names, tree.start.q.round(6).tolist()
+    (('A.turn',), [0.5])
+    """
+
+    def __init__(self, model: Model, *, cut: tuple[str, ...] = (), keep: tuple[str, ...] = ()):
+        self.model = model
+        self.system, self._start = assemble(model)
+        count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
+        plain = {j.name: not j.prescribes and not j.couples and describable(j, count[j.name])
+                 for j in self.system.joints}
+        self.tree: Spanning = spanning_tree(self.system, tuple(cut), _carriers(self.system, plain, tuple(keep)))
+        self.work = self.system.workspace()
+        evaluate(self.system.program, self._start, self.work)
+        self.rows = motion_rows(self.system, self.tree, self.work.markers)
+        self.names, self.rate_names = self._labels()
+        self.drives = {f"{j.joint}.{_driven_freedom(j)}": j for j in self.system.joints
+                       if j.prescribes and j.joint in self.tree.joints.values()}
+
+    def _labels(self):
+        q: list[str] = []
+        v: list[str] = []
+        for name, row in zip(self.tree.order, self.rows, strict=True):
+            if row["held"] == HINGED:
+                joint = self.system.joints[self.system.joint_index[self.tree.joints[name]]]
+                of_q, of_v = joint_labels(joint)
+                q += of_q
+                v += of_v
+            elif row["held"] == FREE:
+                q += [f"{name}.frame_{k}" for k in range(7)]
+                v += [f"{name}.frame_{k}" for k in range(6)]
+            modes = [f"{name}.mode_{k + 1}" for k in range(row["modes"])]
+            q += modes
+            v += modes
+        return tuple(q), tuple(v)
+
+    @property
+    def start(self) -> RelativeState:
+        """The assembled start."""
+        return self.relative(self._start)
+
+    def index(self, name: str) -> int:
+        """Return the place of a coordinate in q; ModelError if there is none of that name."""
+        if name not in self.names:
+            raise ModelError("JointTree", found=f"there is no coordinate '{name}'",
+                             expected=f"One of: {', '.join(self.names)}", remedy=did_you_mean(name, self.names))
+        return self.names.index(name)
+
+    def relative(self, state: Any) -> RelativeState:
+        """Return the relative coordinates of a state or an instant of a solution (its ``t q u a``).
+
+        Turns are counted on where the model counts them (in drives, couplers, torsion springs); elsewhere they lie in
+        (-pi, pi].
+        """
+        own = self.system.state(state.t, state.q, state.u, getattr(state, "a", None))
+        evaluate(self.system.program, own, self.work)
+        q, v, a = np.zeros(len(self.names)), np.zeros(len(self.rate_names)), np.zeros(len(self.rate_names))
+        read_state(self.rows, own, self.work, q, v, a)
+        near = {place: own.q[self.system.program.branches + branch] for place, branch in self._counted()}
+        for name, drive in self.drives.items():
+            if drive.angle is not None:
+                near[self.names.index(name)] = drive.angle.sample(own.t)[..., 0].item()
+        for place, angle in near.items():
+            q[place] += 2.0 * np.pi * np.round((angle - q[place]) / (2.0 * np.pi))
+        return RelativeState(q, v, a, own.t)
+
+    def absolute(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> State:
+        """Return the state (t, q, u, a in absolute coordinates) of relative coordinates, rates and second rates.
+
+        Parameters
+        ----------
+        q : (nq,) or RelativeState
+        v, a : (nv,), optional
+            Zero unless given.
+
+        Raises
+        ------
+        ModelError
+            If a vector has another length than the coordinates.
+        """
+        if isinstance(q, RelativeState):
+            q, v, a, t = q.q, q.v, q.a, q.t
+        q, v, a = self._checked(q, v, a)
+        program, work = self.system.program, self.work
+        state = self.system.state(t, self._start.q)
+        for row in self.rows:
+            if row["held"] != POINTS and row["modes"]:
+                at, first = row["q"] + 7, row["iq"] + row["coordinates"]
+                state.q[at : at + row["modes"]] = q[first : first + row["modes"]]
+        run_kernels(program.place, 0, program, state, work)
+        place_bodies(self.rows, work, state.q.copy(), q, state.q)
+        run_kernels(program.place, 0, program, state, work)
+        move_bodies(self.rows, work, state.q, v, state.u)
+        run_kernels(program.place, 0, program, state, work)
+        accelerate_bodies(self.rows, work, state.q, v, a, state.a)
+        for place, branch in self._counted():
+            state.q[program.branches + branch] = q[place]
+        if self.system.branch_names:
+            work.coefficients[3] = 0.0
+            evaluate(program, state, work)
+            keep_branches(program, work, state.q)
+        return state
+
+    def _checked(self, q, v, a):
+        out = []
+        for name, x, labels in (("q", q, self.names), ("v", v, self.rate_names), ("a", a, self.rate_names)):
+            x = np.zeros(len(labels)) if x is None else np.array(x, float)
+            if x.shape != (len(labels),):
+                raise ModelError("JointTree", found=f"{name} has the shape {x.shape}",
+                                 expected=f"({len(labels)},): {', '.join(labels)}",
+                                 remedy="Give one number for each coordinate")
+            out.append(x)
+        return out
+
+    def _counted(self):
+        """Yield (place in q, number of the branch) of the turns that the model counts."""
+        names = {number: name for name, number in self.system.marker_index.items()}
+        for row in self.rows:
+            if row["held"] != HINGED or row["turn"] < 0:
+                continue
+            a, b = ((row["other"], row["own"]) if row["forward"] else (row["own"], row["other"]))
+            axis = "z" if row["turn_b"] >= 0 else "x"
+            branch = f"turn on {axis}: {names[a]}, {names[b]}"
+            if branch in self.system.branch_names:
+                yield int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)
+
+
+def _driven_freedom(drive) -> str:
+    return drive.freedom or ("turn" if drive.angle is not None else "slide")
+
+
+def _carriers(system: System, plain: dict[str, bool], keep: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the joints that may carry bodies, and those that must."""
+    for name in keep:
+        if name not in plain:
+            raise CompileError("JointTree", found=f"joint '{name}' to keep does not exist",
+                               expected=f"one of: {', '.join(plain)}", remedy=did_you_mean(name, plain))
+        if not plain[name]:
+            kind = type(system.joints[system.joint_index[name]]).__name__
+            raise CompileError(f"Joint '{name}'", found=f"{kind} permits no turns or slides that could carry a body",
+                               expected="a joint with relative coordinates in the tree",
+                               remedy=f"Leave '{name}' out of keep: it closes a loop by its equations")
+    return tuple(name for name, good in plain.items() if good), keep

@@ -1,0 +1,142 @@
+"""What the tree joint of every body lets move, as rows for the kernels: from the primitive freedoms that joints permit.
+
+The pose of marker b in the axes of marker a is ``d = d_0 + sum s_i e_i`` and ``R_ab = R_z(theta) C R_z(beta)`` (or
+``C R(p)`` for a ball), with a constant C taken from the assembled joint: it absorbs which axes point along each other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.constraints import Ball, Coordinate, Helix, Slide, Turn, TurnOfSecond
+
+__all__ = ["FREE", "HINGED", "MOTION", "POINTS", "describable", "joint_labels", "motion_rows"]
+
+HINGED, FREE, POINTS = 0, 1, 2
+"""How a body is held: by a joint, a free frame, no frame at all."""
+
+MOTION = np.dtype(
+    [
+        ("held", np.int64),  # HINGED, FREE or POINTS
+        ("iq", np.int64),  # first relative coordinate; after those of joint or frame come those of the body's modes
+        ("iv", np.int64),  # first relative rate
+        ("q", np.int64),  # first coordinate of the body
+        ("u", np.int64),  # first velocity of the body
+        ("modes", np.int64),  # number of its modal coordinates (POINTS: of all its coordinates)
+        ("own", np.int64),  # marker C of the tree joint on the body
+        ("other", np.int64),  # marker Q of the tree joint on the parent
+        ("parent_q", np.int64),  # first coordinate of the parent, -1: it stands still
+        ("forward", np.int64),  # 1: C is marker b of the joint; 0: marker a
+        ("slide", np.int64, 3),  # place of the slide along x, y, z of a among the coordinates of the joint, -1: none
+        ("turn", np.int64),  # place of the turn about z of a, -1: none
+        ("turn_b", np.int64),  # place of the turn about z of b, -1: none
+        ("ball", np.int64),  # place of the Euler parameters and of the angular velocity, -1: none
+        ("coordinates", np.int64),  # of the joint or frame
+        ("rates", np.int64),
+        ("advance", float),  # m/rad, of a screw
+        ("d", float, 3),  # m, from a to b in axes of a where nothing slides
+        ("C", float, (3, 3)),  # axes of b in axes of a, all turns zero
+    ],
+    align=True,
+)
+
+DIRECT = (Slide, Turn, TurnOfSecond, Ball, Helix)
+
+
+def describable(joint, equations: int) -> bool:
+    """Can the motion that a joint permits be described by these primitives?"""
+    kinds = [type(freedom) for freedom in joint.permits]
+    count = sum(3 if kind is Ball else 1 for kind in kinds)
+    turns = [kind for kind in kinds if kind is not Slide]
+    return (all(kind in DIRECT for kind in kinds) and count + equations == 6
+            and (len(turns) < 2 or (len(turns) == 2 and set(turns) == {Turn, TurnOfSecond}))
+            and all(freedom.axis == "z" for freedom in joint.permits if isinstance(freedom, Turn | TurnOfSecond)))
+
+
+def _ordered(joint):
+    """Return the freedoms: slides first, then the turn about z of a, then what follows it."""
+    order = {Slide: 0, Turn: 1, Helix: 1, TurnOfSecond: 2, Ball: 2}
+    return sorted(joint.permits, key=lambda freedom: (order[type(freedom)], getattr(freedom, "axis", "")))
+
+
+def joint_labels(joint) -> tuple[list[str], list[str]]:
+    """Return the names of the coordinates and rates of a joint: "A.turn", "B.slide", "C.ball_0"."""
+    q, v = [], []
+    for freedom in _ordered(joint):
+        if isinstance(freedom, Ball):
+            q += [f"{joint.name}.ball_{k}" for k in range(4)]
+            v += [f"{joint.name}.ball_{k}" for k in range(3)]
+            continue
+        name = {Slide: "slide", TurnOfSecond: "turn_b"}.get(type(freedom), "turn")
+        if isinstance(freedom, Slide) and freedom.axis != "z":
+            name = f"slide_{freedom.axis}"
+        q.append(f"{joint.name}.{name}")
+        v.append(q[-1])
+    return q, v
+
+
+def _about_z(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+class _Posed:
+    """What `Coordinate.value` asks of a compiler: the poses of two markers."""
+
+    def __init__(self, a, b):
+        self.poses = {0: a, 1: b}
+
+    def pose(self, marker: int):
+        return self.poses[marker]
+
+
+def _hinge(row, joint, a, b) -> None:
+    """Fill in what the joint lets move, with its markers (r, R) as assembled."""
+    for name in ("turn", "turn_b", "ball"):
+        row[name] = -1
+    row["slide"] = -1
+    (r_a, R_a), (r_b, R_b) = a, b
+    d, R = R_a.T @ (r_b - r_a), R_a.T @ R_b
+    angle, back, place = 0.0, 0.0, 0
+    for freedom in _ordered(joint):
+        if isinstance(freedom, Slide):
+            axis = "xyz".index(freedom.axis)
+            row["slide"][axis], d[axis] = place, 0.0
+        elif isinstance(freedom, Ball):
+            row["ball"], R = place, np.eye(3)
+        elif isinstance(freedom, Helix):
+            row["turn"], row["advance"] = place, freedom.pitch / (2.0 * np.pi)
+            angle = Coordinate("turn", "x").value(_Posed(a, b), 0, 1)
+            d[2] -= row["advance"] * angle
+        elif isinstance(freedom, Turn):
+            row["turn"], angle = place, Coordinate.of(freedom).value(_Posed(a, b), 0, 1)
+        else:
+            row["turn_b"], back = place, Coordinate.of(freedom).value(_Posed(a, b), 0, 1)
+        place += 1
+    row["coordinates"], row["rates"] = (4, 3) if row["ball"] >= 0 else (place, place)
+    row["d"], row["C"] = d, _about_z(-angle) @ R @ _about_z(-back)
+
+
+def motion_rows(system, tree, markers) -> np.ndarray:
+    """Return the rows of the bodies of a tree, in its order; `markers` of an evaluation at the assembled position."""
+    tables, model = tree.tables, system.model
+    rows = np.zeros(len(tree.order), MOTION)
+    iq = iv = 0
+    for k, (name, row) in enumerate(zip(tree.order, rows, strict=True)):
+        body = model.body(name)
+        at_q, at_u = system.body_slices[name]
+        row["iq"], row["iv"], row["q"], row["u"] = iq, iv, at_q.start, at_u.start
+        row["modes"], row["own"], row["other"] = body.n_vector, tables.outer[k], tables.inner[k]
+        row["parent_q"] = tables.iq[tables.parent[k]] if tables.parent[k] >= 0 else -1
+        if not body.has_frame:
+            row["held"] = POINTS
+        elif name not in tree.joints:
+            row["held"], row["coordinates"], row["rates"] = FREE, 7, 6
+        else:
+            joint = system.joints[system.joint_index[tree.joints[name]]]
+            a, b = (system.marker_index[m] for m in joint.resolved_markers(model))
+            row["forward"] = int(b == tables.outer[k])
+            _hinge(row, joint, *((markers[m]["r"].copy(), markers[m]["R"].copy()) for m in (a, b)))
+        iq += row["coordinates"] + row["modes"]
+        iv += row["rates"] + row["modes"]
+    return rows
