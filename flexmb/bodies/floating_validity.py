@@ -58,14 +58,18 @@ class _Limits:
         data = body.reduced
         self.title, self.modes = body.title, data.n_modes
         self.size = float(np.linalg.norm(np.ptp(data.nodes, axis=0))) or 1.0
-        travel = np.linalg.norm(data.shapes, axis=1)  # (n, m)
-        watched = np.unique(np.argsort(-travel, axis=0)[: max(1, NODES // self.modes)])
+        travel = np.einsum("ndm,ndm->nm", data.shapes, data.shapes)
+        count = min(len(travel), max(1, NODES // self.modes))
+        watched = np.unique(np.argpartition(travel, -count, axis=0)[-count:])
         self.shapes, self.nodes = data.shapes[watched], data.nodes[watched]
-        self.highest = 2.0 * np.pi * float(data.frequencies.max(initial=0.0))
-        root = np.sqrt(np.diag(data.stiffness))
-        factor = np.linalg.cholesky(data.stiffness / np.outer(root, root))
-        self.inverse = np.linalg.solve(factor, np.diag(1.0 / root))
+        # of the matrices, not of the report: data made by hand need not tell its frequencies
+        mass = data.invariants.nn
+        self.highest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, data.stiffness))).max()))
         self.G = stiffness_matrices(bulk, row["elastic"], self.modes, row["loads"], row["stiffening"])[3].swapaxes(0, 1)
+        if len(self.G):
+            root = np.sqrt(np.diag(data.stiffness))
+            factor = np.linalg.cholesky(data.stiffness / np.outer(root, root))
+            self.inverse = np.linalg.solve(factor, np.diag(1.0 / root))
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
         self.causes = (12 * ["acceleration"] + [name for name in interfaces for _ in range(6)]
                        + [f"load '{name}'" for name in data.load_names] + ["preload"])
@@ -132,4 +136,4 @@ class FloatingWatch:
             yield body.title, "deformation", place, everything, share.max(axis=1) / DEFORMATION
             values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]])
             yield body.title, "load", f"most of it from {cause}" if cause else "", looks, values
-            yield body.title, "speed", "", everything, np.linalg.norm(u[:, 3:6], axis=1) / body.highest
+            yield body.title, "speed", "", everything, np.linalg.norm(u[:, 3:6], axis=1) / (body.highest or np.inf)

@@ -119,7 +119,8 @@ class FrameBlock:
         the nodes."""
         forces = self.section_forces(displacements)
         row = np.array([1.0, *fibre])
-        return np.stack([row @ self.bending(end) @ forces[:, j] for j, end in enumerate((0.0, 1.0))], axis=1)
+        rows = [(row @ self.bending(end))[:, None] for end in (0.0, 1.0)]  # (ne or 1, 1, 6)
+        return np.stack([(rows[j] @ forces[:, j])[:, 0] for j in range(2)], axis=1)
 
     def _end_forces(self, displacements: np.ndarray) -> np.ndarray:
         return self.elements.end_forces @ gathered(displacements, self.connectivity, self.axes)

@@ -125,6 +125,15 @@ def test_fibre_stress_refers_to_the_line_of_nodes():
         np.testing.assert_allclose(fe.blocks[0].fibre_stress(field, fibre), 100.0 / OFFSET.area, rtol=1e-9)
 
 
+def test_fibre_stress_of_a_tapered_beam():
+    """N / A of the section at each end of each beam."""
+    thick, thin = Section.rectangle(0.2, 0.1), Section.rectangle(0.1, 0.1)
+    fe = fem.with_supports(fem.frame(straight(4), section=[thick, thin], material=STEEL), "start")
+    stress = fe.blocks[0].fibre_stress(solve(fe, 4, (100.0, 0, 0, 0, 0, 0)), (0.0, 0.0))
+    areas = 0.1 * np.linspace(0.2, 0.1, 5)
+    np.testing.assert_allclose(stress[:, :, 0], 100.0 / np.column_stack([areas[:-1], areas[1:]]), rtol=1e-9)
+
+
 def test_lumped_mass_converges_to_the_consistent_frequencies():
     first = []
     for lumped in (False, True):
