@@ -84,6 +84,7 @@ def _let_termination_interrupt() -> None:
     def interrupt(number, frame):
         raise KeyboardInterrupt
 
+    interrupt.interrupts = True  # type: ignore[attr-defined] # a running simulation may wait for its next sample
     try:
         signal.signal(signal.SIGTERM, interrupt)
     except ValueError:  # not the main thread: the caller's own signals stay

@@ -13,7 +13,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import flexmb as fmb
-from flexmb.cli.interruption import Interruption
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, new_run
@@ -85,14 +84,9 @@ def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:
 
 def computed(simulate: Callable[[Callable], fmb.Solution], load: Callable[[], fmb.Solution], log: Log):
     """Return what `simulate(progress)` returns; after a failure or an interruption what was computed until then."""
-    with ProgressBar() as bar, Interruption() as interruption:
-
-        def progress(t: float, t_end: float) -> None:
-            interruption.look()
-            bar("simulating", t / t_end)
-
+    with ProgressBar() as bar:
         try:
-            return simulate(progress)
+            return simulate(lambda t, t_end: bar("simulating", t / t_end))
         except IntegrationError as error:
             log.line(str(error))
             print(f"flexmb run: {error}", file=sys.stderr)

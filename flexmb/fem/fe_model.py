@@ -98,6 +98,11 @@ class FEModel:
                             expected=f"One of: {known}", remedy=did_you_mean(name, self.node_sets))
         return self.node_sets[name]
 
+    def __repr__(self):
+        counts = ", ".join(f"{len(block.connectivity)} {block.cell_type}" for block in self.blocks) or "matrices only"
+        sets = ", ".join(sorted({*self.node_sets, *self.facet_sets})) or "none"
+        return f"FEModel('{self.name}': {len(self.nodes)} nodes, {len(self.dofs)} freedoms, {counts}, sets: {sets})"
+
     @property
     def ndof(self) -> int:
         """Number of freedoms."""

@@ -67,6 +67,12 @@ class Mesh:
         for cell_type, connectivity in self.cells:
             check_cells(part, cell_type, connectivity, len(self.points))
 
+    def __repr__(self):
+        counts = ", ".join(f"{len(rows)} {kind}" for kind, rows in self.cells) or "no cells"
+        size = " x ".join(f"{x:.4g}" for x in np.ptp(self.points, axis=0)) if len(self.points) else "0"
+        sets = ", ".join(sorted({*self.node_sets, *self.facet_sets, *self.cell_sets})) or "none"
+        return f"Mesh('{self.name}': {len(self.points)} nodes, {counts}, {size} m, sets: {sets})"
+
     def cells_of(self, cell_type: str) -> np.ndarray:
         """Return the connectivity of one cell type, (ne, nodes per cell); empty if there is none."""
         for found, connectivity in self.cells:

@@ -66,6 +66,10 @@ class Section:
     fibres: tuple[Point, ...] = ()
     shape: tuple = ("values",)
 
+    def __repr__(self):
+        made = "".join(f" {x:.4g}" if isinstance(x, float) else f" {x}" for x in self.shape)
+        return f"Section({made.strip()}: area {self.area:.4g} m2, inertia {self.inertia_y:.4g} and {self.inertia_z:.4g} m4)"
+
     def __post_init__(self):
         part = f"Section '{self.shape[0]}'"
         units = {

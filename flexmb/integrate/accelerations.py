@@ -40,6 +40,10 @@ class Accelerations:
     lam: np.ndarray
     reactions: dict[str, np.ndarray]
 
+    def __repr__(self):
+        joints = ", ".join(self.reactions) or "none"
+        return f"Accelerations of {self.system.model!r}: [body] for {', '.join(self.system.body_slices)}; reactions: {joints}"
+
     def __getitem__(self, body: str) -> np.ndarray:
         slices = self.system.body_slices
         if body not in slices:

@@ -49,6 +49,9 @@ class Report:
     moved: float
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return str(self)
+
     def __str__(self) -> str:
         m = self.model
         lines = [

@@ -48,6 +48,12 @@ class Linearization:
     eigenvalues: np.ndarray
     modes: np.ndarray
 
+    def __repr__(self):
+        listed = ", ".join(f"{f:.4g}" for f in self.frequencies[self.frequencies > 0.0][:6])
+        more = ", ..." if np.sum(self.frequencies > 0.0) > 6 else ""
+        found = f"{listed}{more} Hz" if listed else "no oscillation"
+        return f"Linearization({len(self.M)} freedoms: {found}; {'stable' if self.stable else 'unstable'})"
+
     @property
     def frequencies(self) -> np.ndarray:
         """Damped natural frequencies ``|Im s| / 2 pi``, (k,), Hz."""

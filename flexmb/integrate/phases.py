@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.impact import velocities_after
+from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.record import Recorder, joined_rows
 from flexmb.integrate.validity import Validity
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
@@ -39,6 +40,7 @@ class Phases:
         self.validity = Validity(before)
         self.t = float(times[0])
         self.recording = False
+        self.interruption = Interruption()
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
 
@@ -49,7 +51,14 @@ class Phases:
         wrong later (an event leaves a mechanism that cannot move on) ends the run, and what was computed is kept.
         """
         try:
-            return self._run(model, state, works, goes_on)
+            with self.interruption:
+                return self._run(model, state, works, goes_on)
+        except KeyboardInterrupt:
+            if not self.recorder.phases and not self.recorder.rows:
+                raise
+            if self.recording:
+                self.recorder.end("interrupted")
+            return Status.interrupted(self.t)
         except (ModelError, CompileError, IntegrationError) as error:
             if not self.recorder.phases and not self.recorder.rows:
                 raise
@@ -131,6 +140,7 @@ class Phases:
                 self.t = float(marks[last - 1])
                 if self.progress is not None:
                     self.progress(self.t, float(self.times[-1]))
+                self.interruption.look()
                 spent = time.perf_counter() - clock
                 block = max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4))))
         except KeyboardInterrupt:

@@ -70,6 +70,11 @@ class Recorder:
             columns = {name: one.column_titles(name) for name in names}
             self.file.end(reason, {name: one[name] for name in names}, columns)
 
+    def close(self) -> None:
+        """Close the file if it is open: what it holds stays readable."""
+        if self.file is not None:
+            self.file.close()
+
     def solution(self, status: Status, statistics: dict[str, Any]) -> Solution:
         """Return the solution of all phases and finish the file."""
         if self.file is not None:

@@ -74,7 +74,11 @@ def resume(
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
     phases = Phases(integrator, recorder, times, progress, before.statistics)
-    status = phases.run(model, state, last.works, goes_on=before.phases[-1] if merge else None)
+    try:
+        status = phases.run(model, state, last.works, goes_on=before.phases[-1] if merge else None)
+    except BaseException:
+        recorder.close()
+        raise
     spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
     counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
     solution = recorder.solution(status, {**counts, "seconds": spent, **phases.validity.statistics})

@@ -120,7 +120,8 @@ def simulate(
     Returns
     -------
     Solution
-        Its ``status`` says how the run ended; Ctrl-C ends it with status "interrupted" and all samples so far.
+        Its ``status`` says how the run ended. Ctrl-C ends it at the next sample with status "interrupted" and all samples
+        so far, in memory and in the file; before the first sample, and the second time, it raises KeyboardInterrupt.
 
     Raises
     ------
@@ -136,7 +137,11 @@ def simulate(
     assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
-    status = phases.run(model, state)
+    try:
+        status = phases.run(model, state)
+    except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
+        recorder.close()
+        raise
     spent = time.perf_counter() - clock
     solution = recorder.solution(status, {**phases.statistics, "seconds": spent, **phases.validity.statistics})
     if status.kind == "failed":

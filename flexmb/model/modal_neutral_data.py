@@ -151,6 +151,12 @@ class ModalNeutralData:
                                  expected=f"{expected}",
                                  remedy="Make the data with reduction.reduce, or see its fields")
 
+    def __repr__(self):
+        first = f", first {self.frequencies[0]:.4g} Hz" if self.n_modes else ""
+        more = "".join(f"; {word}: {', '.join(names)}" for word, names in (("loads", self.load_names),) if names)
+        return (f"ModalNeutralData('{self.name}': {self.mass:.4g} kg, {self.n_modes} flexible coordinates{first}; markers: "
+                f"{', '.join(self.marker_names) or 'none'}{more})")
+
     @property
     def n_modes(self) -> int:
         """Number m of flexible coordinates."""

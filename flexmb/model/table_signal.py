@@ -76,6 +76,11 @@ class Table(Signal):
         if self.of is not None and self.joint is None:
             object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
 
+    def __repr__(self):
+        of = "" if self.of is None else f", of {self.of!r}"
+        return (f"Table({len(self.x)} points, x {self.x[0]:.4g} to {self.x[-1]:.4g}, y {min(self.y):.4g} to "
+                f"{max(self.y):.4g}, {self.kind}{of})")
+
     @property
     def joint(self) -> str | None:
         """Name of the joint whose coordinate is the argument, if it is one."""

@@ -40,6 +40,9 @@ class Instant:
     works: np.ndarray
     model: Any = None
 
+    def __repr__(self):
+        return f"Instant(t = {self.t:.6g} s, {len(self.q)} coordinates, {len(self.u)} velocities)"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phase:

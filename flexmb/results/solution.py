@@ -54,6 +54,12 @@ class Solution:
             raise FlexmbError("Solution", found="a solution or phase without samples", expected="at least one sample",
                               remedy="Give the initial state as the first sample")
 
+    def __repr__(self):
+        phases = f" in {len(self.phases)} phases" if len(self.phases) > 1 else ""
+        sensors, how = ", ".join(self.sensor_names) or "none", str(self.status).rstrip(".")
+        return (f"Solution({len(self.t)} samples{phases}, t = {self.t[0]:.6g} to {self.t[-1]:.6g} s; {how}; "
+                f"sensors: {sensors})")
+
     @property
     def t(self) -> np.ndarray:
         """Times of all samples, (nt,), s; an event's time is there twice."""

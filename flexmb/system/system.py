@@ -67,6 +67,9 @@ class System:
     redundant: tuple[int, ...] = ()
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
+    def __repr__(self):
+        return f"System({self.model!r}: {self.nq} coordinates, {self.nu} velocities, {self.ng} equations)"
+
     @property
     def nq(self) -> int:
         """Number of coordinates."""

@@ -7,7 +7,6 @@ from types import FrameType
 
 __all__ = ["Interruption"]
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interruption:
@@ -17,12 +16,8 @@ class Interruption:
     destructor. So the handler only takes a note once `look` is called regularly; before that, and the second time, it
     raises at once: compiling or a step that hangs can be interrupted too.
 
-    Examples
-    --------
-    ::
-
-        with Interruption() as interruption:
-            flexmb.simulate(model, 1.0, progress=lambda t, t_end: interruption.look())
+    Only what would raise KeyboardInterrupt is taken over: Ctrl-C where Python's own handler is installed, and a kill
+    where a handler turns it into one, as the command line does. Handlers of the caller's own stay.
     """
 
     def __init__(self):
@@ -31,7 +26,7 @@ class Interruption:
 
     def __enter__(self) -> Interruption:
         try:
-            self._before = {number: signal.signal(number, self._note) for number in SIGNALS}
+            self._before = {number: signal.signal(number, self._note) for number in _taken()}
         except ValueError:  # not the main thread: the caller's own handling stays
             self._before = {}
         return self
@@ -51,3 +46,13 @@ class Interruption:
         self._looked = True
         if self._asked:
             raise KeyboardInterrupt
+
+
+def _taken() -> list[int]:
+    """Return the numbers of the signals that would raise KeyboardInterrupt."""
+    taken: list[int] = []
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        taken.append(signal.SIGINT)
+    if getattr(signal.getsignal(signal.SIGTERM), "interrupts", False):
+        taken.append(signal.SIGTERM)
+    return taken
