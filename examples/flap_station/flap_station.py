@@ -39,7 +39,7 @@ def main() -> float:
         body = lever(folder / "lever_arm.msh").save(Path(scratch) / "lever.h5")
         model = fmb.load_model(folder / "flap_station.toml", {"lever": str(body)})
     print(fmb.check(model))
-    solution = fmb.simulate(model, t_end=1.0, samples=201)
+    solution = fmb.simulate(model, t_end=1.0, samples=201, start="equilibrium")
     angle = np.degrees(solution["flap angle"])
     print(f"flap angle: dip {angle.min():.3f} deg, landing {angle[-1]:.2f} deg")
     print(f"drive strut: {solution['strut force'][:, 0].min() / 1e3:.1f} kN at most")

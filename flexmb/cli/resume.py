@@ -28,12 +28,13 @@ def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
     open_run(folder)  # says what is wrong with the folder
     simulation = fmb.load_simulation(folder / MODEL, {}, t_end=arguments.t_end, samples=arguments.samples)
+    settings = {name: value for name, value in simulation.keywords().items() if name != "start"}
     files = {"read_model": fmb.read_model_text, "write_model": fmb.model_text}
     with Log(folder / LOG, goes_on=True) as log:
         log.line(shlex.join(["flexmb", *sys.argv[1:]]))
         solution = computed(
             lambda progress: fmb.resume(
-                folder / SOLUTION, **simulation.keywords(), **files, progress=progress
+                folder / SOLUTION, **settings, **files, progress=progress
             ),
             lambda: open_run(folder),
             log,

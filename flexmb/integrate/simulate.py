@@ -14,6 +14,7 @@ from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
+from flexmb.integrate.statics import statics
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Solution
@@ -107,9 +108,10 @@ def simulate(
     samples : int or (nt,) s
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s
-    start : Solution or Instant, optional
+    start : Solution, Instant or "equilibrium", optional
         Where the motion begins, instead of the described positions and velocities: the result of `statics` (its last
-        sample), or an instant of another solution. Bodies are found by name.
+        sample), or an instant of another solution. Bodies are found by name. "equilibrium" is that of this model at
+        `t_start`: elastic bodies begin bent by their loads, and do not ring.
     output : path, optional
         Solution file that is written while the run goes on; a run that is cut off leaves what it had.
     write_model : callable Model -> text, optional
@@ -133,6 +135,12 @@ def simulate(
     integrator = _integrator(integrator, formulation)
     times = sample_times(t_start, t_end, samples)
     clock = time.perf_counter()
+    if isinstance(start, str):
+        if start != "equilibrium":
+            raise ModelError("simulate", found=f"start = {start!r}",
+                             expected="'equilibrium', a Solution or an instant of one",
+                             remedy="Leave it out to begin as described")
+        start = statics(model, t=t_start)
     state = None if start is None else state_at(start, model)
     assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
     recorder = Recorder(model, output, write_model)

@@ -22,11 +22,14 @@ class Simulation(metaclass=Described):
         Number of equally spaced samples, both ends included.
     integrator : integrator, optional
         In a file: ``integrator = {kind = "GeneralizedAlpha", rho_inf = 0.8}``.
+    start : "equilibrium", optional
+        Begin in equilibrium with the loads of the start, instead of as described.
     """
 
     t_end: float
     samples: int | None = None
     integrator: Any = None
+    start: str | None = None
 
     def __post_init__(self):
         t_end, samples = self.t_end, self.samples
@@ -50,6 +53,13 @@ class Simulation(metaclass=Described):
                 found=f"integrator = {self.integrator!r}",
                 expected="an integrator such as GeneralizedAlpha(rho_inf=0.8)",
                 remedy='In a file write integrator = { kind = "GeneralizedAlpha", rho_inf = 0.8 }',
+            )
+        if self.start not in (None, "equilibrium"):
+            raise ModelError(
+                "Simulation",
+                found=f"start = {self.start!r}",
+                expected='"equilibrium"',
+                remedy="Leave it out to begin as described",
             )
         object.__setattr__(self, "t_end", float(t_end))
         object.__setattr__(self, "samples", None if samples is None else int(samples))

@@ -69,6 +69,7 @@ VALUES = [
     (lambda: fmb.simulate(model(), 1.0, integrator="Gen"), "integrator = 'Gen'", "flexmb.GeneralizedAlpha()"),
     (lambda: fmb.simulate(model(), 1.0, formulation=fmb.Recursive), "formulation = ", "Give an object"),
     (lambda: fmb.accelerations(model(), formulation="Kane"), "formulation = 'Kane'", "Give an object"),
+    (lambda: fmb.simulate(model(), 1.0, start="rest"), "start = 'rest'", "Leave it out"),
     (lambda: fmb.check(None), "nothing (None)", "Give a flexmb.Model"),
     (lambda: fmb.simulate("model.toml", 1.0), "the text 'model.toml'", "flexmb.load_model"),
     (lambda: fmb.linearize(fmb.Model), "the class Model itself", "Give a flexmb.Model"),
