@@ -51,8 +51,14 @@ def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
     return times if times[0] == t_start else np.concatenate([[t_start], times])
 
 
-def state_at(start, model: Model):
+def state_at(start, model: Model, t: float):
     """Return the state by body name of an instant (or the last instant of a solution), for another start of a model."""
+    if isinstance(start, str):
+        if start != "equilibrium":
+            raise ModelError("simulate", found=f"start = {start!r}",
+                             expected="'equilibrium', a Solution or an instant of one",
+                             remedy="Leave it out to begin as described")
+        start = statics(model, t=t)
     start = getattr(start, "final", start)
     system = compile_model(start.model or model)
     if len(start.q) != system.nq or len(start.u) != system.nu:
@@ -135,13 +141,7 @@ def simulate(
     integrator = _integrator(integrator, formulation)
     times = sample_times(t_start, t_end, samples)
     clock = time.perf_counter()
-    if isinstance(start, str):
-        if start != "equilibrium":
-            raise ModelError("simulate", found=f"start = {start!r}",
-                             expected="'equilibrium', a Solution or an instant of one",
-                             remedy="Leave it out to begin as described")
-        start = statics(model, t=t_start)
-    state = None if start is None else state_at(start, model)
+    state = None if start is None else state_at(start, model, t_start)
     assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
