@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 
-__all__ = ["Program", "compile_expression", "evaluate", "evaluate_values", "names"]
+__all__ = ["Program", "compile_expression", "evaluate", "evaluate_values", "joined_arrays", "names"]
 
 _BINARY = {
     ast.Add: op.ADD,
@@ -77,14 +77,15 @@ class Program:
 
     def then(self, *others: Program) -> Program:
         """Return the programs one after another; tables are renumbered."""
-        parts = (self, *others)
-        shifts = np.cumsum([0] + [len(p.tables) for p in parts])
-        args = [np.where(p.ops == op.TABLE, p.args + shift, p.args) for p, shift in zip(parts, shifts)]
-        return Program(
-            np.concatenate([p.ops for p in parts]),
-            np.concatenate(args),
-            tuple(table for p in parts for table in p.tables),
-        )
+        return Program(*joined_arrays((self, *others)))
+
+
+def joined_arrays(programs: Sequence[Program]) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
+    """Return ops, args and tables of programs one after another; they need not run as one."""
+    shifts = np.cumsum([0] + [len(p.tables) for p in programs])
+    args = [np.where(p.ops == op.TABLE, p.args + shift, p.args) for p, shift in zip(programs, shifts)]
+    ops = np.concatenate([np.empty(0, np.int64), *(p.ops for p in programs)])
+    return ops, np.concatenate([np.empty(0), *args]), tuple(table for p in programs for table in p.tables)
 
 
 def evaluate(text: str, parameters: Mapping[str, Any] | None = None) -> float:

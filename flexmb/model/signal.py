@@ -19,7 +19,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.model.described import Described, is_number
-from flexmb.model.expression import Program, compile_expression
+from flexmb.model.expression import Program, compile_expression, joined_arrays
 
 __all__ = [
     "Constant",
@@ -387,7 +387,6 @@ Packed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 def pack(programs: Sequence[Program]) -> Packed:
     """Return (starts, ops, args, tables, table_starts) of `flexmb.math.jets.sample_signals` for all programs."""
     starts = np.cumsum([0] + [len(p.ops) for p in programs]).astype(np.int64)
-    whole = Program.of().then(*programs)
-    table_starts = np.cumsum([0] + [len(table) for table in whole.tables]).astype(np.int64)
-    tables = np.concatenate([*whole.tables, np.empty(0)])
-    return starts, whole.ops, whole.args, tables, table_starts
+    ops, args, tables = joined_arrays(programs)
+    table_starts = np.cumsum([0] + [len(table) for table in tables]).astype(np.int64)
+    return starts, ops, args, np.concatenate([*tables, np.empty(0)]), table_starts

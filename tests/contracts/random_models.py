@@ -49,6 +49,7 @@ FORCE_FIELDS = {
         "moment": (0.3, -0.2, fmb.expression("t")),
     },
     "TorsionSpring": {"stiffness": 30.0, "damping": 2.0, "free_angle": 0.4},
+    "Motor": {"target": fmb.expression("sin(3*t)"), "stiffness": 40.0, "damping": 3.0, "freedom": "slide"},
     "Actuator": {"effort": fmb.expression("5*sin(3*t)"), "freedom": "slide", "limits": (-4.0, 90.0)},
     "JointFriction": {
         "moving": 0.2,

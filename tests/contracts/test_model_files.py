@@ -82,6 +82,7 @@ MORE = {
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
     "Pressure": {"amount": fmb.ramp(rate=1e3)},
+    "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
     "Actuator": {"effort": fmb.ramp(rate=2.0), "limits": (-1.0, 3.0)},
     "Energy": {"kind": "strain"},
     "JointCoordinate": {"kind": "turn"},

@@ -66,6 +66,19 @@ def test_actuator_and_its_limits():
     np.testing.assert_allclose(solution["energy"], solution["work"], atol=1e-5)
 
 
+def test_motor_follows_and_stalls():
+    """A mass m on k (s - x) + c (s' - x') follows s = v t without error of speed; at its limit it gains limit/m t."""
+    motor = {"joint": "j", "target": fmb.ramp(rate=0.5), "stiffness": 400.0, "damping": 60.0}
+    sensors = [fmb.Velocity("v", marker="block.center"), fmb.Energy("work", kind="work_of_loads")]
+    free = fmb.simulate(block(forces=[fmb.Motor("m", **motor)], sensors=sensors), 3.0, integrator=FINE)
+    assert free["v"][-1, 0] == pytest.approx(0.5, abs=1e-5)
+    np.testing.assert_allclose(free["energy"], free["work"], atol=1e-5)
+    mass = free.model.body("block").mass
+    weak = block(forces=[fmb.Motor("m", limits=(-0.02, 0.02), **motor)], sensors=sensors)
+    held = fmb.simulate(weak, 0.5, integrator=FINE)
+    np.testing.assert_allclose(held["v"][:, 0], 0.02 / mass * held.t, atol=1e-6)
+
+
 def test_bushing_deflections():
     """Force and moment on the second marker over the six stiffnesses, in the axes of the first."""
     K = (1e3, 2e3, 3e3, 10.0, 20.0, 30.0)

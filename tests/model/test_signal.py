@@ -173,3 +173,11 @@ def test_pack_of_nothing():
 def test_descriptions_are_frozen():
     with pytest.raises(AttributeError):
         Ramp(rate=1.0).rate = 2.0
+
+
+def test_a_model_may_have_many_signals():
+    """What one signal needs at once is limited, not how many signals there are."""
+    programs = [Expression(f"{k} + t").program() for k in range(100)]
+    starts, ops, args, _, _ = pack(programs)
+    assert len(starts) == 101
+    assert starts[-1] == len(ops) == len(args)

@@ -1,0 +1,157 @@
+"""Elastic bodies of the high-lift example: flaps and tracks as beams, reduced to the files that the model files name.
+
+    shear centre line 0.33 c: beam nodes, one per rib         nose, area centre 0.42 c and trailing edge hang on
+       o------o------o------o------o------o   span            rigid arms; track fittings are interfaces
+
+The numbers are those of parameters.toml, which the model files read too: interface points coincide by construction.
+
+Run it with: python examples/highlift/make_bodies.py [folder], once, before `flexmb run ... --set rigid=0`
+"""
+
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+import flexmb as fmb
+from flexmb import fem, reduction
+
+FOLDER = Path(__file__).parent
+FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
+SKIN = {"young": 55e9, "poisson": 0.3}  # carries E I and G J of the data set, whatever its moduli are
+
+
+def flap_model(data: dict, start: float, end: float, ribs: dict[str, float], loads: list[float], name: str):
+    """Return the FE model of a flap from span `start` to `end`; named nodes at fittings and at nose points."""
+    places = np.unique(np.round([start, *loads, *ribs.values(), end], 9))
+    chord = np.interp(places, [start, end], data["chord"])
+    shear, centre = data["shear_centre_chord_fraction"], data["cg_chord_fraction"]
+    mass = data["mass_per_length"] - len(ribs) * FITTING / (end - start)
+    area = data["EA"] / SKIN["young"]
+    skin = fmb.Material(**SKIN, density=mass / area)
+    modulus = SKIN["young"] / (2.0 * (1.0 + SKIN["poisson"]))
+    sections = [
+        # the section's y-axis points forward
+        fem.Section.values(
+            area, data["EI_flapwise"] / SKIN["young"], data["EI_chordwise"] / SKIN["young"], data["GJ"] / modulus,
+            polar=data["rotary_inertia_per_length"] / skin.density,
+            area_center=(-(centre - shear) * c, 0.0), mass_center=(-(centre - shear) * c, 0.0),
+        )
+        for c in chord
+    ]  # fmt: skip
+    nodes = np.column_stack([shear * chord, places, np.full(len(places), data["shear_centre_zeta"])])
+    sets = {rib: [int(np.argmin(np.abs(places - y)))] for rib, y in ribs.items()}
+    fe = fem.frame(nodes, section=sections, material=skin, node_sets=sets, rotary_inertia=False, name=name)
+    for k, y in enumerate(places):
+        number = 1 + int(np.argmin(np.abs(np.array(loads) - y)))
+        is_load = np.isclose(loads[number - 1], y)
+        arms = {f"nose_{number}" if is_load else f"nose at {y:g}": 0.0, f"area centre {k}": centre, f"edge {k}": 1.0}
+        for arm, fraction in arms.items():
+            fe = fem.with_node(fe, (fraction * chord[k], y, 0.0), name=arm)
+            fe = fem.with_rigid_link(fe, k, arm)
+    return fe
+
+
+def reduced_flap(data, start, end, ribs, loads, factors, name):
+    """Reduce a flap; load shapes: force normal and along the chord and moment at the nose points, per q and coefficient."""
+    fe = flap_model(data, start, end, ribs, loads, name)
+    noses = {f"nose_{k}": fe.node_sets[f"nose_{k}"] for k in range(1, len(loads) + 1)}
+    strip = (end - start) / len(loads)
+    chords = np.interp(loads, [start, end], data["chord"])
+    forces = dict(zip((int(n[0]) for n in noses.values()), strip * chords * factors))
+    moments = dict(zip(forces, strip * chords**2 * factors))
+    shapes = {
+        "normal": reduction.NodalForces({n: (0, 0, f) for n, f in forces.items()}),
+        "chord": reduction.NodalForces({n: (f, 0, 0) for n, f in forces.items()}),
+        "moment": reduction.NodalForces({n: (0, 0, 0, 0, m, 0) for n, m in moments.items()}),
+    }
+    interfaces = {rib: [int(fe.node_sets[rib][0])] for rib in ribs}
+    stations = {name: [int(n[0])] for name, n in noses.items()}
+    return reduction.reduce(fe, interfaces, modes=12, stations=stations, loads=shapes, residual_vectors=tuple(shapes))
+
+
+def inboard_flap(data: dict) -> fmb.ModalNeutralData:
+    """Return the inboard flap, axes of the wing, nose line of the retracted flap at x = z = 0."""
+    flap, wing = data["trailing_edge"]["inboard_flap"], data["trailing_edge"]
+    ribs = {"root": wing["track_1"]["y"], "tip": wing["track_2"]["y"], "rib": wing["interconnection_strut"]["y_inboard"]}
+    return reduced_flap(flap, *flap["y_range"], ribs, flap["nose_points_y"], np.ones(7), "inboard_flap")
+
+
+def outboard_flap(data: dict) -> fmb.ModalNeutralData:
+    """Return the outboard flap, in its frame O."""
+    wing, flap = data["trailing_edge"], data["trailing_edge"]["outboard_flap"]
+    tracks = dict(zip(("root", "mid", "tip"), (track["Y"] for track in wing["outboard_tracks"])))
+    ribs = {"rib": wing["interconnection_strut"]["outboard_attachment_Y"], **tracks}
+    factors = np.array(data["airloads"]["outboard"]["spanwise_factor"])
+    return reduced_flap(flap, 0.0, flap["span"], ribs, flap["nose_points_Y"], factors, "outboard_flap")
+
+
+def track_beam(data: dict, front, actuator, foot, scale: float, size: float, name: str) -> fmb.ModalNeutralData:
+    """Return the beam of a track in its axes t, y, n from the retracted front joint.
+
+    The rail is the straight line that moves like the mean of the beam under the carriage's path.
+    """
+    beam, material = data["trailing_edge"]["track_beams"], data["materials"][data["trailing_edge"]["track_beams"]["material"]]
+    rail = np.radians(14.0)
+    t, n = np.array([np.cos(rail), -np.sin(rail)]), np.array([np.sin(rail), np.cos(rail)])
+    ends = {key: np.array(at) - front for key, at in (("A", actuator), ("P", foot))}
+    ends = {key: np.array([d @ t, 0.0, d @ n]) for key, d in ends.items()}
+    low, high = (scale * s for s in beam["s_range"])
+    attached = [scale * s for s in beam["wing_attachments_s"]]
+    path = np.linspace(0.0, 1.156 * scale, 7)
+    places = np.unique(np.round([low, *attached, -0.4 * scale, *path, ends["A"][0], ends["P"][0], high], 9))
+    axis = scale * beam["axis_offset_n"]
+    box = beam["section"]
+    section = fem.Section.box(size * box["width"], size * box["height"], box["wall"])
+    solid = fmb.Material(young=material["E"], poisson=material["nu"], density=material["rho"])
+    nodes = np.column_stack([places, np.zeros(len(places)), np.full(len(places), axis)])
+    fe = fem.frame(nodes, section=section, material=solid, name=name)
+    number = {s: int(np.argmin(np.abs(places - s))) for s in (*attached, *path, ends["A"][0], ends["P"][0])}
+    for key, at in ends.items():
+        fe = fem.with_node(fe, at, name=key)
+        fe = fem.with_rigid_link(fe, number[at[0]], key)
+    interfaces = {
+        "front": [number[attached[0]]],
+        "rear": [number[attached[1]]],
+        "actuator": [number[ends["A"][0]]],
+        "foot": [number[ends["P"][0]]],
+    }
+    for s in path:
+        for side in (-1.0, 1.0):
+            key = f"rail {s:g} {side:g}"
+            fe = fem.with_node(fe, (s, side * size * box["width"] / 2.0, 0.0), name=key)
+            fe = fem.with_rigid_link(fe, number[s], key)
+    rail = [int(nodes[0]) for key, nodes in fe.node_sets.items() if key.startswith("rail")]
+    stations = {"A": [int(fe.node_sets["A"][0])], "P": [int(fe.node_sets["P"][0])], "rail": rail}
+    loads = {f"carriage {k}": reduction.NodalForces({number[s]: (0, 0, 1)}) for k, s in enumerate(path[::3])}
+    return reduction.reduce(fe, interfaces, modes=6, stations=stations, loads=loads, residual_vectors=tuple(loads))
+
+
+def tracks(data: dict) -> dict[str, fmb.ModalNeutralData]:
+    """Return the beams of track 2 and of tracks 3-5."""
+    wing = data["trailing_edge"]
+    two, out = wing["track_2"], wing["outboard_mechanism"]
+    plane = [0, 2]
+    size = wing["track_beams"]["section_scale_outboard"]
+    return {
+        "track_2": track_beam(data, np.array(two["front_joint_retracted"])[plane],
+                              np.array(two["drive"]["actuator_axis"])[plane], np.array(two["pendulum_foot"])[plane],
+                              1.0, 1.0, "track_2"),
+        "track_outboard": track_beam(data, np.array(out["front_joint_on_flap"]), np.array(out["actuator_axis_XZ"]),
+                                     np.array(out["pendulum_foot_XZ"]), out["scale_to_track_2"], size, "track_outboard"),
+    }  # fmt: skip
+
+
+def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:
+    """Write the reduced bodies to a folder and return them."""
+    data = tomllib.loads((FOLDER / "parameters.toml").read_text())
+    bodies = {"inboard_flap": inboard_flap(data), "outboard_flap": outboard_flap(data), **tracks(data)}
+    for name, body in bodies.items():
+        body.save(Path(folder) / f"{name}.h5")
+        print(f"{name}: {body.mass:.1f} kg, {body.n_modes} coordinates, {body.frequencies[:4].round(1)} Hz")
+    return bodies
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,100 @@
+"""`Motor`: a controlled drive of limited force or torque."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.errors import ModelError
+from flexmb.forces.on_coordinate import OnCoordinate
+from flexmb.math.tables import row_kernel
+from flexmb.model.kinds import Table
+from flexmb.model.signal import as_signal
+
+__all__ = ["Motor"]
+
+ROW = np.dtype(
+    [
+        ("x", COORDINATE),
+        ("target", np.int64),  # signal
+        ("stiffness", float),  # N/m or N m/rad
+        ("damping", float),  # N s/m or N m s/rad
+        ("lower", float),  # N or N m
+        ("upper", float),
+    ],
+    align=True,
+)
+
+
+@row_kernel
+def apply(raw, data, state, work):
+    """F = k (s - x) + c (s' - x') within its limits, eq. (motor)."""
+    rows = raw.view(ROW)
+    gradient = np.empty(12)
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        x, rate = measure(row.x, state, work, gradient)
+        wanted = row.stiffness * (state.signals[row.target, 0] - x) + row.damping * (state.signals[row.target, 1] - rate)
+        force = min(max(wanted, row.lower), row.upper)
+        act(row.x, work, gradient, force)
+        work.energy[3] += force * rate
+        if work.coefficients[3] > 0.0:
+            free = 1.0 if force == wanted else 0.0
+            add_tangent(row.x, work, gradient, force, free * row.stiffness, free * row.damping)
+
+
+@dataclass(frozen=True, eq=False)
+class Motor(OnCoordinate):
+    """Drive a freedom of a joint towards a given motion with a limited effort: a controlled motor, and its stalling.
+
+    F = stiffness (s - x) + damping (s' - x') within the limits, with the given motion s(t), eq. (motor). Turns are counted
+    through full turns. Where the motion is met exactly, whatever effort it takes, use `Drive`; where the effort is given,
+    `Actuator`.
+
+    Parameters
+    ----------
+    name : str
+    joint : str
+        A joint that turns or slides.
+    target : signal, rad or m
+        The wanted motion of the freedom.
+    stiffness : float, N m/rad or N/m
+        Effort per error of position.
+    damping : float, N m s/rad or N s/m
+        Effort per error of speed.
+    limits : (float, float), N m or N, optional
+        Smallest and largest effort: the stall torque.
+    freedom : str, optional
+        "turn", "turn_b", "slide", "slide_x" or "slide_y", for joints with several; by default the first turn, else the
+        slide.
+    """
+
+    name: str
+    _: KW_ONLY
+    joint: str
+    target: Any
+    stiffness: float
+    damping: float = 0.0
+    limits: tuple[float, float] | None = None
+    freedom: str | None = None
+
+    table: ClassVar[Table] = Table("Motor", ROW, {"apply": apply})
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_positive("stiffness", "damping", zero=True)
+        object.__setattr__(self, "target", as_signal(self.target, self.title, "target"))
+        if self.limits is not None:
+            limits = np.asarray(self.limits, float)
+            if limits.shape != (2,) or not limits[0] < limits[1]:
+                raise ModelError(self.title, found=f"limits = {self.limits!r}", expected="(smallest, largest)",
+                                 remedy="Write limits=(-250.0, 250.0)")
+            object.__setattr__(self, "limits", (float(limits[0]), float(limits[1])))
+
+    def record(self, compiler):
+        """Return the row."""
+        return (self.coordinate_row(compiler), compiler.signal(self.target), self.stiffness, self.damping,
+                *(self.limits or (-np.inf, np.inf)))
