@@ -57,11 +57,15 @@ class _Limits:
     def __init__(self, body, row, bulk):
         data = body.reduced
         self.title, self.modes = body.title, data.n_modes
-        self.size = float(np.linalg.norm(np.ptp(data.nodes, axis=0))) or 1.0
-        travel = np.einsum("ndm,ndm->nm", data.shapes, data.shapes)
+        nodes, shapes = data.nodes, data.shapes
+        if not len(nodes):  # of SID and MBDyn files: markers are all that is known of the geometry
+            nodes = np.vstack([np.zeros((1, 3)), data.marker_positions])
+            shapes = np.concatenate([np.zeros((1, 3, data.n_modes)), data.marker_translations])
+        self.size = float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
+        travel = np.einsum("ndm,ndm->nm", shapes, shapes)
         count = min(len(travel), max(1, NODES // self.modes))
         watched = np.unique(np.argpartition(travel, -count, axis=0)[-count:])
-        self.shapes, self.nodes = data.shapes[watched], data.nodes[watched]
+        self.shapes, self.nodes = shapes[watched], nodes[watched]
         # of the matrices, not of the report: data made by hand need not tell its frequencies
         mass = data.invariants.nn
         self.highest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, data.stiffness))).max()))

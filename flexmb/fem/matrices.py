@@ -57,8 +57,15 @@ def from_matrices(
         Rigid motions that cost energy or masses that differ between directions; an implausible wave speed.
     """
     part = f"Matrices '{name}'"
-    nodes = np.array(nodes, float).reshape(len(nodes), -1)
+    nodes = _positions(part, nodes)
     stiffness, mass = (check_symmetric(part, symbol, matrix) for symbol, matrix in (("K", K), ("M", M)))
+    if stiffness.shape != mass.shape:
+        raise MeshError(
+            part,
+            found=f"K has the shape {stiffness.shape}, M {mass.shape}",
+            expected="two matrices of the same freedoms",
+            remedy="Export both from one model with the same supports; condensed models lose rows",
+        )
     dofs = _dofs(part, dofs, stiffness.shape[0], len(nodes))
     rotation = dofs[:, 1] >= 3
     scale = sparse.diags(np.where(rotation, length_unit, 1.0) * np.sqrt(mass_unit))
@@ -70,6 +77,27 @@ def from_matrices(
     check_rigid_motions(part, fe)
     check_wave_speed(part, fe)
     return fe
+
+
+def _positions(part: str, nodes) -> np.ndarray:
+    """Return node positions (n, 3); MeshError if they are not such."""
+    array = np.array(nodes, float)
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
+        raise MeshError(
+            part,
+            found=f"nodes have the shape {array.shape}",
+            expected="(n, 3)",
+            remedy="Give one row x, y, z per node; planar meshes need z = 0",
+        )
+    if not np.isfinite(array).all():
+        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise MeshError(
+            part,
+            found=f"node {bad} is at {array[bad].tolist()}",
+            expected="finite coordinates",
+            remedy="Check the node table",
+        )
+    return array
 
 
 def _dofs(part: str, dofs, size: int, number_of_nodes: int) -> np.ndarray:

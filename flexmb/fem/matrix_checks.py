@@ -25,6 +25,13 @@ LANGUAGE = ("x", "y", "z", "about x", "about y", "about z")
 
 def check_symmetric(part: str, symbol: str, matrix) -> sparse.csr_matrix:
     """Return the symmetric part; raise MeshError unless the matrix is square, finite and symmetric."""
+    if np.iscomplexobj(matrix.data if sparse.issparse(matrix) else matrix):
+        raise MeshError(
+            part,
+            found=f"{symbol} is complex",
+            expected="a real matrix",
+            remedy="Leave out structural damping; damping ratios are given to the reduction",
+        )
     matrix = sparse.csr_matrix(matrix, dtype=float)
     if matrix.shape[0] != matrix.shape[1]:
         raise MeshError(

@@ -61,8 +61,9 @@ def read_matrices(
         raise MeshError(
             f"Matrix file '{path}'", found="no such file", expected="a file", remedy="Check the folder"
         )
-    read = _reader(path)
-    matrices = read(path, None if mass is None else Path(mass))
+    if mass is not None and not Path(mass).is_file():
+        raise MeshError(f"Mass file '{mass}'", found="no such file", expected="a file", remedy="Check the folder")
+    matrices = _read(path, None if mass is None else Path(mass))
     table = _table(path, nodes, matrices)
     positions, dofs, sets = _located(path, matrices, table)
     return from_matrices(
@@ -89,6 +90,22 @@ def write_matrices(path: str | Path, fe: FEModel) -> None:
         }
     arrays |= {f"set_{name}": numbers for name, numbers in fe.node_sets.items()}
     np.savez_compressed(path, **arrays)
+
+
+def _read(path: Path, mass: Path | None) -> FileMatrices:
+    """Call the reader of the format; what it stumbles over is a MeshError with the file's name."""
+    read = _reader(path)
+    try:
+        return read(path, mass)
+    except MeshError:
+        raise
+    except Exception as error:  # scipy and numpy raise whatever their parsers run into
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found=f"the file cannot be read ({str(error) or type(error).__name__})",
+            expected=f"complete files of the format {path.suffix}",
+            remedy="Export the matrices again: the file was cut off, or it is of another kind",
+        ) from error
 
 
 def _reader(path: Path) -> Callable[[Path, Path | None], FileMatrices]:

@@ -70,7 +70,7 @@ def static(fe: FEModel, load: np.ndarray, fixed) -> np.ndarray:
 
     ``K u = f`` with the freedoms `fixed` (see `fixed_freedoms`) held at zero.
     """
-    load = np.asarray(load, float)
+    load = _load(fe, load)
     free = _free(fe, fixed)
     u = np.zeros((fe.ndof, load.size // fe.ndof))
     u[free] = _solver(fe, fe.K[free][:, free], free).solve(load.reshape(fe.ndof, -1)[free])
@@ -84,11 +84,12 @@ def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
     factorise positive definite for unsupported models too.
     """
     free = _free(fe, fixed)
+    _check_count(fe, n, len(free), "eigenmodes")
     k, m = fe.K[free][:, free], fe.M[free][:, free]
     # Between zero and the first elastic eigenvalue whatever the units: far below the mean of K over M.
     shift = 1e-8 * k.diagonal().sum() / m.diagonal().sum()
     solver = _solver(fe, (k + shift * m).tocsr(), free)
-    values, vectors = lowest_modes(solver.solve, lambda x: m @ x, k.shape[0], min(n, k.shape[0]))
+    values, vectors = lowest_modes(solver.solve, lambda x: m @ x, k.shape[0], n)
     shapes = np.zeros((fe.ndof, len(values)))
     shapes[free] = vectors
     return Modes(frequencies=np.sqrt(np.maximum(values - shift, 0.0)) / (2.0 * np.pi), shapes=shapes)
@@ -106,10 +107,15 @@ def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarr
         raise MeshError(f"FE model '{fe.name}'", found="no element blocks",
                         expected="elements with geometric stiffness",
                         remedy="Make the model from a mesh; K and M alone do not know the stress")
-    free = _free(fe, fixed)
+    load, free = _load(fe, load), _free(fe, fixed)
+    _check_count(fe, n, len(free) - 1, "buckling modes")
+    if load.ndim != 1 or not np.any(load[free]):
+        raise MeshError(f"FE model '{fe.name}'", found="a load of several columns" if load.ndim != 1 else
+                        "a load that is zero at all free freedoms", expected="one load (ndof,) that deforms the model",
+                        remedy="Load nodes that are not held; sum load cases to one")
     solver = _solver(fe, fe.K[free][:, free], free)
     u = np.zeros((fe.ndof, 1))
-    u[free] = solver.solve(np.asarray(load, float).reshape(-1, 1)[free])
+    u[free] = solver.solve(load[free, None])
     field = fe.field(u)[:, :, 0]
     kg = sum(block.geometric_stiffness(field, fe.dofs) for block in fe.blocks)[free][:, free]
     k = fe.K[free][:, free]
@@ -122,6 +128,21 @@ def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarr
     shapes[free] = vectors[:, order]
     shapes /= shapes[np.abs(shapes).argmax(axis=0), np.arange(n)]
     return -1.0 / mu[order], shapes
+
+
+def _load(fe: FEModel, load) -> np.ndarray:
+    load = np.asarray(load, float)
+    if load.ndim not in (1, 2) or len(load) != fe.ndof or not np.isfinite(load).all():
+        found = f"a load of the shape {load.shape}" if load.shape[:1] != (fe.ndof,) else "a load that is not finite"
+        raise MeshError(f"FE model '{fe.name}'", found=found, expected=f"finite numbers, ({fe.ndof},) or ({fe.ndof}, k)",
+                        remedy="Use fem.pressure_load, fem.traction_load, or fe.forces of nodal forces (n, 6, k)")
+    return load
+
+
+def _check_count(fe: FEModel, n: int, most: int, what: str) -> None:
+    if not 0 < n <= most:
+        raise MeshError(f"FE model '{fe.name}'", found=f"{n} {what} asked for", expected=f"1 to {most}, the free freedoms",
+                        remedy="Ask for fewer, or refine the mesh")
 
 
 def _free(fe: FEModel, fixed) -> np.ndarray:

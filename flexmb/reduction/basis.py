@@ -137,22 +137,32 @@ def _eigenvectors(
     try:
         mu, y = eigh(0.5 * (M_a + M_a.T), 0.5 * (K_a + K_a.T))
     except LinAlgError as error:
-        w, y = eigh(0.5 * (K_a + K_a.T))
-        shape = body.constraint_modes @ (admissible @ (scale * y[:, 0]))[: body.nq]
-        raise mechanism(
-            body.fe, int(np.abs(shape).argmax()), f"the condensed stiffness is not positive ({w[0]:.1e})"
-        ) from error
+        raise _hinge(body, admissible * scale, K_a) from error
     if mu[0] <= 1e-15 * mu[-1]:
+        if np.linalg.eigvalsh(K_a)[0] <= 1e-12:  # no energy rather than no mass (the diagonal of K_a is one)
+            raise _hinge(body, admissible * scale, K_a)
         shape = body.constraint_modes @ (admissible @ (scale * y[:, 0]))[: body.nq]
         node = body.fe.dofs[int(np.abs(shape).argmax()), 0]
         raise ReductionError(
             f"FE model '{body.fe.name}'",
             found=f"an interface motion without mass, largest at node {node}",
             expected="mass behind every interface freedom",
-            remedy="Give this region a density or a lumped mass, or take the interface away",
+            remedy="Give this region a density, a lumped mass or inertia (fem.with_mass), or take the interface away",
         )
     order = np.argsort(mu)[::-1]
     return 1.0 / mu[order], admissible @ (scale[:, None] * y[:, order] / np.sqrt(mu[order]))
+
+
+def _hinge(body: HeldBody, directions: np.ndarray, stiffness: np.ndarray) -> ReductionError:
+    """Return the error for interfaces that move against each other without strain energy."""
+    energy, y = eigh(0.5 * (stiffness + stiffness.T))
+    shape = body.constraint_modes @ (directions @ y[:, 0])[: body.nq]
+    return mechanism(
+        body.fe,
+        int(np.abs(shape).argmax()),
+        f"the interfaces move against each other without strain energy (relative {energy[0] / energy[-1]:.0e})",
+        held=False,
+    )
 
 
 def _check_energy(body: HeldBody, shapes: np.ndarray, w2: np.ndarray) -> None:
@@ -166,4 +176,5 @@ def _check_energy(body: HeldBody, shapes: np.ndarray, w2: np.ndarray) -> None:
             body.fe,
             int(np.abs(soft).argmax()),
             f"its strain energy is {w2[0] / handled:.0e} of the terms it is made of",
+            held=False,
         )

@@ -16,14 +16,17 @@ __all__ = ["check_connected", "check_grounding", "check_mass", "mechanism"]
 _GROUNDED = 1e-5  # relative force of a rigid motion above which the stiffness matrix is grounded
 
 
-def mechanism(fe: FEModel, freedom: int, found: str) -> ReductionError:
-    """Return the error for a singular stiffness, naming node, place and direction of the freedom."""
+def mechanism(fe: FEModel, freedom: int, found: str, *, held: bool = True) -> ReductionError:
+    """Return the error for a singular stiffness, naming node, place and direction of the freedom.
+
+    `held` says whether it moves while the interfaces are held.
+    """
     node, direction = fe.dofs[freedom]
     at = ", ".join(f"{x:.4g}" for x in fe.nodes[node])
     return ReductionError(
         f"FE model '{fe.name}'",
         found=f"a mechanism: node {node} at ({at}) m moves freely in "
-        f"{DIRECTIONS[direction]} while the interfaces are held; {found}",
+        f"{DIRECTIONS[direction]}{' while the interfaces are held' if held else ''}; {found}",
         expected="a stiffness matrix that is singular for rigid motions only",
         remedy="Look there for elements that are not joined, a hinge, or a freedom without stiffness",
     )

@@ -134,7 +134,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         exact = free_modes(body, asked.compare, start=basis.shapes)
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
-    quality = quality_numbers(body, normal, basis, exact, clamped)
+    quality = quality_numbers(body, normal, basis, exact, clamped, stations=markers[len(couplings):])
     data = _data(fe, markers, basis, names, forces, asked.stress)
     data = replace(data, n_interfaces=len(couplings), damping_ratios=damping_ratios(asked.damping, basis.w2),
                    geometric=geometric, frame=asked.frame, quality=quality)  # fmt: skip

@@ -13,7 +13,10 @@ from flexmb.reduction.statics import HeldBody
 
 __all__ = ["UpTo", "choose_modes", "parse_modes"]
 
-_PATTERN = re.compile(r"\s*up to\s+([\d.eE+]+)\s*(k?hz)(?:\s+within\s+([\d.eE+-]+)\s*%)?\s*", re.IGNORECASE)
+_NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
+_PATTERN = re.compile(
+    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?\s*", re.IGNORECASE
+)
 _DEFAULT_ACCURACY = 0.01
 
 

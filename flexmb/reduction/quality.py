@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
 from flexmb.reduction.interfaces import Coupling
+from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.statics import HeldBody
 
 __all__ = ["quality_numbers"]
@@ -19,7 +21,12 @@ _FASTEST = 20e3  # m/s; diamond has 18e3
 
 
 def quality_numbers(
-    body: HeldBody, normal: NormalModes, basis: Basis, exact: NormalModes | None, clamped: int | None
+    body: HeldBody,
+    normal: NormalModes,
+    basis: Basis,
+    exact: NormalModes | None,
+    clamped: int | None,
+    stations: Sequence[MarkerMotion] = (),
 ) -> dict[str, Any]:
     """Return the report as numbers and text that JSON can hold (flexmb.model.modal_neutral_report words it)."""
     fe = body.fe
@@ -45,7 +52,7 @@ def quality_numbers(
         "frequencies": _frequencies(reduced, exact),
         "modes": _mode_table(body, normal, basis),
     }
-    return {**numbers, "warnings": _warnings(body, numbers)}
+    return {**numbers, "warnings": _warnings(body, numbers) + _far_stations(body, stations)}
 
 
 def _interface(coupling: Coupling) -> dict[str, Any]:
@@ -56,6 +63,19 @@ def _interface(coupling: Coupling) -> dict[str, Any]:
         "freedoms": coupling.freedoms.tolist(),
         "position": coupling.position.tolist(),
     }
+
+
+def _far_stations(body: HeldBody, stations: Sequence[MarkerMotion]) -> list[str]:
+    """Doubt the unit of stations that lie further away than the part is large; they move as on a rigid arm."""
+    found = []
+    for station in stations:
+        distance = float(np.linalg.norm(body.fe.nodes - station.position, axis=1).min())
+        if distance > 2.0 * body.length:
+            found.append(
+                f"Station '{station.name}' is {distance:.3g} m away from the nearest node of a part of "
+                f"{2.0 * body.length:.3g} m. Coordinates are metres; it follows the nearest elements as on a rigid arm."
+            )
+    return found
 
 
 def _warnings(body: HeldBody, numbers: dict[str, Any]) -> list[str]:

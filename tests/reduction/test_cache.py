@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fem.beams import STEEL, plate
 from reduction.solids import block
 
-from flexmb import reduction
+from flexmb import fem, reduction
+from flexmb.errors import DataFileError
 from flexmb.reduction.cache import fingerprint
 
 ENDS = {"a": "left", "b": "right"}
@@ -70,3 +72,17 @@ def test_damaged_file_is_made_again(fe, tmp_path):
     path.write_bytes(path.read_bytes()[:1000])
     assert stages(fe, tmp_path, modes=3)[1] != []
     assert stages(fe, tmp_path, modes=3)[1] == []
+
+
+def test_side_of_the_stress_is_content():
+    """The stiffness of a shell does not know at which side its stress is taken."""
+    sheet = plate(2, 1, 1.0, 0.5, "quad")
+    prints = {fingerprint(fem.shell(sheet, STEEL, 0.01, stress_side=side), ()) for side in (-1.0, 0.0, 1.0)}
+    assert len(prints) == 3
+    assert fingerprint(fem.shell(sheet, STEEL, 0.01), ()) in prints
+
+
+def test_place_that_is_no_folder(fe, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(DataFileError, match=r"no folder can be made there.*may be written to"):
+        reduction.reduce(fe, ENDS, modes=3, cache=tmp_path / "file")

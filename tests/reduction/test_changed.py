@@ -173,7 +173,7 @@ def test_refused_changes():
     for plane in ((0, 0, 0), "xw", (1, 0)):
         with pytest.raises(ReductionError, match=r"the plane .* 'xy', 'yz', 'xz', or a normal: three numbers, not all"):
             data.mirrored(plane)
-    with pytest.raises(ReductionError, match=r"displacement \(1, 2\)\. three numbers, m\. Write \(x, y, z\)"):
+    with pytest.raises(ReductionError, match=r"displacement \(1, 2\)\. Expected: three numbers, m\. Write \(x, y, z\)"):
         data.translated((1, 2))
-    with pytest.raises(ReductionError, match=r"unit factors 0\.0, 1\.0, 1\.0\. positive numbers"):
+    with pytest.raises(ReductionError, match=r"unit factors 0\.0, 1\.0, 1\.0\. Expected: positive numbers"):
         reduction.rescaled(data, length=0.0)

@@ -104,7 +104,7 @@ def test_station_on_a_beam_takes_the_cubic(beam):
 
 def test_station_must_be_one_point(fe):
     with pytest.raises(
-        ReductionError, match=r"Station 's': 2 points\. one point.*Name one station per point"
+        ReductionError, match=r"Station 's': 2 points\. Expected: one point.*Name one station per point"
     ):
         station_motions(fe, {"s": np.array([[0.0, 0, 0], [1, 0, 0]])})
 
@@ -158,10 +158,10 @@ def test_line_load_deflects_a_cantilever_by_the_closed_form(beam):
         ({100000: (1.0, 2.0, 0.0)}, r"node 100000 with a force"),
         (
             {3: (0, 0, 0, 0, 1.0, 0)},
-            r"a load on node 3 in rotation y\. a freedom that the node has.*Solid nodes carry no moments",
+            r"a load on node 3 in rotation y\. Expected: a freedom that the node has.*Solid nodes carry no moments",
         ),
         (reduction.LineLoad("mid", (0, 0, 1)), r"no line element has all its nodes in 'mid'"),
-        (3.0, r"Load 'air': float\. a facet set's name"),
+        (3.0, r"Load 'air': float\. Expected: a facet set's name"),
     ],
 )
 def test_refused_loads(fe, load, match):
@@ -193,8 +193,8 @@ def test_damping_proposals(fe):
 @pytest.mark.parametrize(
     ("damping", "match"),
     [
-        ([0.1, 0.2], r"Damping: 2 ratios\. one, or one per mode"),
-        (-0.1, r"a ratio of -0\.1\. numbers from 0 upwards"),
+        ([0.1, 0.2], r"Damping: 2 ratios\. Expected: one, or one per mode"),
+        (-0.1, r"a ratio of -0\.1\. Expected: numbers from 0 upwards"),
         (reduction.Bands(((100.0, 0.1), (50.0, 0.2))), r"bands up to .*rising upper frequencies"),
     ],
 )

@@ -119,6 +119,13 @@ def test_a_weak_ground_spring_is_reported():
     assert any("a weak spring to the ground: remove it" in text for text in data.quality["warnings"])
 
 
+def test_a_station_in_other_units_is_reported():
+    data = reduction.reduce(block(), {"a": "left"}, modes=2, stations={"near": (0.1, 0.0, 0.0), "tip": (100.0, 0, 0)})
+    (text,) = [text for text in data.quality["warnings"] if "Station" in text]
+    assert text.startswith("Station 'tip' is 9")
+    assert "Coordinates are metres" in text
+
+
 def test_good_data_have_no_warning():
     fe = planar_beam()
     data = reduction.reduce(fe, BOTH, modes=10)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reduction.beams import planar_beam
-from reduction.solids import STEEL, block
+from reduction.solids import STEEL, block, block_mesh
 from scipy import sparse
 
 from flexmb import fem, reduction
@@ -118,7 +118,7 @@ def test_more_modes_than_masses():
     )
 
 
-@pytest.mark.parametrize("modes", [-1, 2.5, True, "up to 200", "many", None])
+@pytest.mark.parametrize("modes", [-1, 2.5, True, "up to 200", "up to 1.2.3 Hz", "up to e Hz", "many", None])
 def test_unreadable_mode_choice(fe, modes):
     refused(r"Reduction: modes = .*a count, or a text like 'up to 200 Hz within 1 %'", fe, modes=modes)
 
@@ -182,6 +182,23 @@ def test_mechanism_between_the_interfaces():
     refused(r"FE model 'hinged': a mechanism: node \d at", hinged_frame(), {"a": [0], "b": [2]})
 
 
+def test_hinge_between_two_interfaces_that_hold_both_halves():
+    """Solids that share one edge: no part is loose while the interfaces are held, yet one swings about the other."""
+    mesh = block_mesh(divisions=(2, 1, 1))
+    moved = mesh.points + [0.4, 0.0, 0.0]
+    moved[mesh.points[:, 2] > 1e-9, 2] += 1e-3  # only the nodes of the lower edge meet
+    first, second = fem.solid(mesh, STEEL), fem.solid(replace(mesh, points=moved, node_sets={}), STEEL)
+    fe = fem.joined(first, second, name="two blocks")
+    far = np.flatnonzero(fe.nodes[:, 0] > fe.nodes[:, 0].max() - 1e-9)
+    refused(
+        r"FE model 'two blocks': a mechanism: node \d+ at .* moves freely in [xyz]; the interfaces move "
+        r"against each other without strain energy",
+        fe,
+        {"a": "left", "b": far.tolist()},
+        compare=0,
+    )
+
+
 def test_freedom_without_stiffness():
     fe = planar_beam(n_el=4)
     K = fe.K.tolil()
@@ -213,7 +230,7 @@ def test_massless_interface():
     M = sparse.lil_matrix((18, 18))
     M[:6, :6] = np.diag([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
     refused(
-        r"an interface motion without mass, largest at node \d.*Give this region a density or a lumped mass",
+        r"an interface motion without mass, largest at node \d.*Give this region a density, a lumped mass or inertia",
         replace(beam, M=M.tocsr(), blocks=()),
         {"a": [0], "b": [2]},
         modes=0,

@@ -1,0 +1,68 @@
+"""Statics, eigenmodes, buckling and given matrices: what does not fit is refused before any computing."""
+
+import numpy as np
+import pytest
+from fem.beams import STEEL, straight
+from scipy import sparse
+
+from flexmb import fem
+from flexmb.errors import MeshError
+from flexmb.fem.read_matrices import read_matrices
+
+
+@pytest.fixture(scope="module")
+def beam():
+    return fem.frame(straight(3), section=fem.Section.tube(0.05, 0.002), material=STEEL)
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda fe: fem.static(fe, np.zeros(4), "start"), r"a load of the shape \(4,\).*Expected: finite numbers, \(24,\)"),
+        (lambda fe: fem.static(fe, np.full(24, np.nan), "start"), r"a load that is not finite"),
+        (lambda fe: fem.buckling(fe, np.zeros(24), "start"), r"a load that is zero at all free freedoms"),
+        (lambda fe: fem.buckling(fe, np.eye(24)[0], "start"), r"zero at all free freedoms.*Load nodes that are not held"),
+        (lambda fe: fem.buckling(fe, np.ones((24, 2)), "start"), r"a load of several columns"),
+        (lambda fe: fem.buckling(fe, np.ones(24), "start", 18), r"18 buckling modes asked for\. Expected: 1 to 17"),
+        (lambda fe: fem.eigenmodes(fe, "start", 19), r"19 eigenmodes asked for\. Expected: 1 to 18"),
+        (lambda fe: fem.eigenmodes(fe, "start", 0), r"0 eigenmodes asked for"),
+    ],
+)
+def test_loads_and_counts(beam, act, message):
+    with pytest.raises(MeshError, match=message):
+        act(beam)
+
+
+def test_all_modes_of_a_small_model(beam):
+    assert len(fem.eigenmodes(beam, "start", 18).frequencies) == 18
+
+
+@pytest.mark.parametrize(
+    ("K", "M", "nodes", "message"),
+    [
+        (np.eye(6), np.eye(3), np.eye(2, 3), r"K has the shape \(6, 6\), M \(3, 3\).*same freedoms"),
+        (np.eye(6), np.eye(6), np.full((2, 3), np.nan), r"node 0 is at \[nan, nan, nan\].*finite coordinates"),
+        (np.eye(6), np.eye(6), np.zeros((2, 2)), r"nodes have the shape \(2, 2\)"),
+        ((1.0 + 1.0j) * np.eye(6), np.eye(6), np.eye(2, 3), r"K is complex.*structural damping"),
+        (np.eye(6), sparse.csr_matrix(np.eye(6) * 1j), np.eye(2, 3), r"M is complex"),
+    ],
+)
+def test_given_matrices(K, M, nodes, message):
+    with pytest.raises(MeshError, match=message):
+        fem.from_matrices(K, M, nodes)
+
+
+def test_matrix_files_that_are_cut_or_missing(beam, tmp_path):
+    from scipy.io import mmwrite
+
+    for symbol in "KM":
+        mmwrite(tmp_path / f"{symbol}.mtx", getattr(beam, symbol), symmetry="symmetric")
+    with pytest.raises(MeshError, match=r"Mass file .*none\.mtx'.*no such file"):
+        read_matrices(tmp_path / "K.mtx", mass=tmp_path / "none.mtx", nodes=beam.nodes)
+    text = (tmp_path / "K.mtx").read_text()
+    (tmp_path / "K.mtx").write_text(text[: len(text) // 2])
+    with pytest.raises(MeshError, match=r"K\.mtx'.*cannot be read.*Export the matrices again"):
+        read_matrices(tmp_path / "K.mtx", mass=tmp_path / "M.mtx", nodes=beam.nodes)
+    (tmp_path / "part.npz").write_bytes(b"PK\x03\x04 nothing")
+    with pytest.raises(MeshError, match=r"part\.npz'.*cannot be read"):
+        read_matrices(tmp_path / "part.npz")
