@@ -253,6 +253,20 @@ class FloatingBody(Body):
                              remedy="Use True for all of them")
 
     @classmethod
+    def similar(cls, name: str, *, data: ModalNeutralData, scale: float, **fields) -> FloatingBody:
+        """Make a body that is geometrically similar to that of the data: all lengths times `scale`, same material.
+
+        Masses then grow with scale^3, stiffness with scale, frequencies with 1/scale; equal strains mean equal
+        stresses. So a part can be made longer, with all its other measures, without a new reduction.
+        """
+        if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.0 < scale < np.inf:
+            raise ModelError(f"Body '{name}'", found=f"scale = {scale!r}", expected="a positive number",
+                             remedy="scale=1.05 makes all lengths 5 % longer")
+        if scale != 1.0:
+            data = data.rescaled(length=scale, mass=scale**3, time=scale)
+        return cls(name, data=data, **fields)
+
+    @classmethod
     def split(cls, name: str, parts: Sequence[ModalNeutralData], *, at=(0.0, 0.0, 0.0), rotation: Any = None,
               velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), damping: Any = 0.0,
               geometric_stiffness: Any = True, rigid: bool = False) -> tuple[FloatingBody, ...]:  # fmt: skip

@@ -33,11 +33,11 @@ def test_plot(run, capsys):
         (["plot", "one", "place", "-o", "x.bmp"], "the ending '.bmp'"),
         (["plot", "two"], "Run folder 'two': it does not exist"),
         (["view", "two"], "Run folder 'two': it does not exist"),
-        (["view", "one", "--size", "big"], "--size big: 'big'. 2 numbers"),
+        (["view", "one", "--size", "big"], "--size big: 'big'. Expected: 2 numbers"),
         (["render", "two"], "Run folder 'two': it does not exist"),
         (["render", "one", "-o", "x.bmp"], "the ending '.bmp'"),
-        (["render", "one", "--size", "0x10"], "--size 0x10: '0x10'. 2 numbers separated by 'x'. Write --size 1600x900"),
-        (["render", "one", "--camera", "1,2"], "--camera 1,2: '1,2'. 3 numbers separated by ','. Write --camera 1,-2"),
+        (["render", "one", "--size", "0x10"], "--size 0x10: '0x10'. Expected: 2 numbers separated by 'x'. Write --size"),
+        (["render", "one", "--camera", "1,2"], "--camera 1,2: '1,2'. Expected: 3 numbers separated by ','. Write --camera"),
     ],
 )
 def test_messages(run, arguments, message, capsys):

@@ -36,7 +36,7 @@ def test_runs_of_the_same_name_are_told_apart(runs, capsys):
         (["runs/three"], "Run folder 'runs/three': it does not exist"),
         (["runs/one", "runs/one"], "Report: a run folder is given twice"),
         (["runs/one", "-o", "x.txt"], "Report 'x.txt': the ending '.txt'"),
-        (["runs/one", "--camera", "up"], "--camera up: 'up'. 3 numbers"),
+        (["runs/one", "--camera", "up"], "--camera up: 'up'. Expected: 3 numbers"),
     ],
 )
 def test_messages(runs, capsys, arguments, message):

@@ -60,17 +60,17 @@ def test_a_function(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--over", "g"], "--over g: no name and values. NAME=start:stop:count or NAME=a,b,c"),
-        (["--over", "g=1:2"], "Range of 'g': '1:2'. start:stop:count. Write g=3e3:6e3:7; without the count"),
+        (["--over", "g"], "--over g: no name and values. Expected: NAME=start:stop:count or NAME=a,b,c"),
+        (["--over", "g=1:2"], "Range of 'g': '1:2'. Expected: start:stop:count. Write g=3e3:6e3:7; without the count"),
         (["--over", "g=1:x:3"], "Range of 'g': start 1.0, stop x, count 3.0"),
         (["--over", "g="], "Plan, g: the list of values is empty"),
         (["--over", "g=1", "--over", "g=2"], "--over g: the parameter is given twice"),
         (["--over", "h=1,2"], "there is no parameter 'h' to vary. The file has: g, duration"),
         (["--over", "g=1", "--list", "x.csv"], "--list: --over or --latin beside it"),
-        (["--latin", "3", "--over", "g=2:1"], "Range of 'g': (2.0, 1.0). two numbers, the lower one first"),
+        (["--latin", "3", "--over", "g=2:1"], "Range of 'g': (2.0, 1.0). Expected: two numbers, the lower one first"),
         ([], "Plan: it has no parameter"),
         (["--over", "g=1", "--output", "max(palce)"], "there is no sensor or component 'palce'"),
-        (["--over", "g=1", "--out", "."], "it holds fall.toml. a new or empty folder"),
+        (["--over", "g=1", "--out", "."], "it holds fall.toml. Expected: a new or empty folder"),
     ],
 )
 def test_wrong_arguments(fall, capsys, arguments, message):

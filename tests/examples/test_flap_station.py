@@ -55,13 +55,13 @@ def time_at(eta, duration):
     return brentq(lambda t: progress.sample(t)[0] - eta, 0.0, duration, xtol=1e-12)
 
 
-def linkage(lever_angle, guess=0.0):
+def linkage(lever_angle, guess=0.0, lever_length=LENGTHS["lever"]):
     """Solve the two loops: return stroke (m), flap angle (rad) and unit vector from D to E, in (x, z)."""
     slope = np.radians(14.0)
     t, n = np.array([np.cos(slope), -np.sin(slope)]), np.array([np.sin(slope), np.cos(slope)])
     front, rear = np.array([0.30, -0.28]), np.array([1.35, -0.42])
     foot, axis = np.array([1.428396, -1.165891]), np.array([-0.475284, -0.540170])
-    D = axis + LENGTHS["lever"] * (np.sin(lever_angle) * t - np.cos(lever_angle) * n)
+    D = axis + lever_length * (np.sin(lever_angle) * t - np.cos(lever_angle) * n)
     d = front - 0.05 * t - 0.10 * n - D
     stroke = -(d @ t) + np.sqrt((d @ t) ** 2 - d @ d + LENGTHS["strut"] ** 2)
 
@@ -94,6 +94,20 @@ def test_it_has_no_freedom_left_but_those_of_the_lever(station):
     elastic = fmb.check(station())
     assert (elastic.mobility, elastic.redundant) == (18, ())
     assert elastic.assembly_error < 1e-6  # the data set rounds points to a micrometre
+
+
+def test_another_lever_length(station):
+    """The lever grows in all its measures, so the linkage moves by the loops with the new length."""
+    model = station(lever_length=0.63, lever_is_rigid=True)
+    assert model.body("lever").data.mass == pytest.approx(1.05**3 * 24.0, rel=1e-3)
+    solution = fmb.kinematics(model, 1.0, samples=21)
+    angle = 0.0
+    for phi, stroke, found in zip(*(solution[s] for s in ("lever angle", "carriage stroke", "flap angle"))):
+        expected, angle, _ = linkage(phi, angle, lever_length=0.63)
+        first = linkage(np.radians(-40.0), lever_length=0.63)
+        assert stroke == pytest.approx(expected, abs=2e-6)
+        assert found == pytest.approx(angle, abs=2e-6)
+        assert first[0] != 0.0
 
 
 def test_loops_of_the_rigid_linkage(slow):

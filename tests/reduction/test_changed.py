@@ -6,7 +6,8 @@ from reduction.solids import STEEL, block_mesh
 from scipy.spatial.transform import Rotation
 
 from flexmb import fem, reduction
-from flexmb.errors import ReductionError
+from flexmb.bodies import FloatingBody
+from flexmb.errors import ModelError, ReductionError
 from flexmb.model.material import Material
 
 OPTIONS = {
@@ -177,3 +178,27 @@ def test_refused_changes():
         data.translated((1, 2))
     with pytest.raises(ReductionError, match=r"unit factors 0\.0, 1\.0, 1\.0\. Expected: positive numbers"):
         reduction.rescaled(data, length=0.0)
+
+
+def test_a_similar_body_is_that_of_the_enlarged_mesh():
+    """All lengths times 1.3, same material: the body of the data enlarged is the reduction of the mesh enlarged."""
+    body = FloatingBody.similar("larger", data=reduced(), scale=1.3)
+    found, expected = body.data, reduced(lambda x: 1.3 * x)
+    np.testing.assert_allclose(found.nodes, expected.nodes, atol=1e-12)
+    np.testing.assert_allclose(found.frequencies, expected.frequencies, rtol=1e-9)
+    assert found.mass == pytest.approx(expected.mass, rel=1e-12)
+    np.testing.assert_allclose(found.inertia, expected.inertia, rtol=1e-9, atol=1e-12)
+    for shape in (np.s_[1, 2], np.s_[1, 1]):  # a unit force at the end: displacement and stress everywhere
+        bent = [np.linalg.solve(d.stiffness, d.marker_translations[shape]) for d in (found, expected)]
+        moved = [d.shapes @ eta for d, eta in zip((found, expected), bent)]
+        np.testing.assert_allclose(*moved, atol=1e-7 * np.abs(moved[1]).max())
+        stress = [d.stress_modes @ eta for d, eta in zip((found, expected), bent)]
+        np.testing.assert_allclose(*stress, atol=1e-7 * np.abs(stress[1]).max())
+    pressure = [np.linalg.solve(d.stiffness, d.load_shapes[0, 6:]) for d in (found, expected)]
+    moved = [d.shapes @ eta for d, eta in zip((found, expected), pressure)]
+    np.testing.assert_allclose(*moved, atol=1e-7 * np.abs(moved[1]).max())
+    data = reduced()
+    assert FloatingBody.similar("same", data=data, scale=1.0).data is data
+    for scale in (0.0, -1.0, float("nan"), True, "2"):
+        with pytest.raises(ModelError, match=r"Body 'b': scale = .* a positive number\. scale=1\.05 makes"):
+            FloatingBody.similar("b", data=data, scale=scale)

@@ -46,14 +46,14 @@ def test_ranges_have_both_ends():
     [
         (lambda: study.grid({}), r"Plan: it has no parameter\. .*--over pressure=4e3:6e3:5"),
         (lambda: study.grid({"a": []}), r"Plan, a: the list of values is empty.*Write a=1,2,3"),
-        (lambda: study.grid({"a": 3.0}), r"Plan, a: 3\.0\. a list of values.*Write \[4e3, 5e3\]"),
+        (lambda: study.grid({"a": 3.0}), r"Plan, a: 3\.0\. Expected: a list of values.*Write \[4e3, 5e3\]"),
         (lambda: study.grid({"a": "abc"}), r"Plan, a: 'abc'"),
-        (lambda: study.grid({"a": [1.0, float("nan")]}), r"Plan, row 2, a: nan\. a finite number"),
+        (lambda: study.grid({"a": [1.0, float("nan")]}), r"Plan, row 2, a: nan\. Expected: a finite number"),
         (lambda: study.grid({"a": [None]}), r"Plan, row 1, a: None"),
         (lambda: study.Plan(("a", "a"), ((1, 2),)), r"Plan, a: the parameter is given twice"),
-        (lambda: study.Plan(("a", "b"), ((1, 2), (3,))), r"Plan, row 2: 1 values\. 2: a, b"),
+        (lambda: study.Plan(("a", "b"), ((1, 2), (3,))), r"Plan, row 2: 1 values\. Expected: 2: a, b"),
         (lambda: study.listed([]), r"Plan: it has no parameter"),
-        (lambda: study.listed([{"a": 1}, {"b": 1}]), r"Plan, row 2: it has b\. those of the first row: a"),
+        (lambda: study.listed([{"a": 1}, {"b": 1}]), r"Plan, row 2: it has b\. Expected: those of the first row: a"),
         (lambda: study.latin_hypercube({"a": (2.0, 1.0)}, 5), r"Range of 'a': \(2\.0, 1\.0\).*the lower one first"),
         (lambda: study.latin_hypercube({"a": (1.0, "x")}, 5), r"Range of 'a'"),
         (lambda: study.latin_hypercube({"a": (1.0, 2.0)}, 0), r"Latin hypercube: samples = 0.*--latin 50"),
@@ -72,8 +72,8 @@ def test_plans_that_cannot_be(make, message):
     ("text", "message"),
     [
         (None, r"Plan '.*plan\.csv': it cannot be read .*Correct the path"),
-        ("a,b\n", r"Plan '.*': 1 lines\. a line with the names and at least one with values"),
-        ("a,b\n1,2\n1,\n", r"Plan '.*', line 3: 1 values\. 2: a, b"),
+        ("a,b\n", r"Plan '.*': 1 lines\. Expected: a line with the names and at least one with values"),
+        ("a,b\n1,2\n1,\n", r"Plan '.*', line 3: 1 values\. Expected: 2: a, b"),
     ],
 )
 def test_files_that_are_no_plan(tmp_path, text, message):

@@ -75,7 +75,16 @@ def test_a_model_file_on_processes(fall, tmp_path):
     assert kept["place"][-1, 2] == results["depth [m]"][5]
     with (tmp_path / "out" / "results.csv").open(newline="") as file:
         table = list(csv.DictReader(file))
-    assert list(table[0]) == ["number", "g", "duration", "status", "depth [m]", "seconds", "warnings", "error"]
+    assert list(table[0]) == [
+        "number",
+        "g",
+        "duration",
+        "status",
+        "depth [m]",
+        "seconds",
+        "warnings",
+        "error",
+    ]
     assert float(table[0]["depth [m]"]) == results["depth"][0]
     assert table[2]["depth [m]"] == ""
     assert table[2]["status"] == "failed"
@@ -136,7 +145,10 @@ def test_failures_are_repeated_when_asked(tmp_path, threads, monkeypatch):
     [
         ({"over": {"g": [1.0, 3.0]}}, "the parameters or their values have changed"),
         ({"outputs": ["max(place z)"]}, "other outputs are asked for"),
-        ({"parameters": {"duration": 2.0}}, "the model file, its fixed parameters or its reduced bodies have changed"),
+        (
+            {"parameters": {"duration": 2.0}},
+            "the model file, its fixed parameters or its reduced bodies have changed",
+        ),
         ({"samples": 5}, "samples was 3, now 5"),
         ({"source": formulas.square, "over": {"x": [1.0]}}, "the function has changed"),
     ],
@@ -145,7 +157,9 @@ def test_another_study_in_the_folder_is_refused(fall, tmp_path, threads, change,
     settings = {"source": fall, "over": {"g": [1.0, 2.0]}, "folder": tmp_path / "out", "executor": threads}
     fmb.sweep(**settings)
     before = (tmp_path / "out" / "rows.jsonl").read_text()
-    expected = rf"Study folder '.*out': it holds another study: .*{message}.*the same settings.*Give another folder"
+    expected = (
+        rf"Study folder '.*out': it holds another study: .*{message}.*the same settings.*Give another folder"
+    )
     with pytest.raises(DataFileError, match=expected):
         fmb.sweep(**{**settings, **change})
     assert (tmp_path / "out" / "rows.jsonl").read_text() == before
@@ -156,13 +170,21 @@ def test_folders_that_cannot_be_used(tmp_path, threads):
         return fmb.sweep(formulas.square, {"x": [1.0]}, folder=folder, executor=threads)
 
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(DataFileError, match=r"it holds notes\.txt\. a new or empty folder.*Give another one"):
+    with pytest.raises(
+        DataFileError, match=r"it holds notes\.txt\. Expected: a new or empty folder.*Give another one"
+    ):
         tried(tmp_path)
-    with pytest.raises(DataFileError, match=r"it cannot be used \(File exists\)\. a folder that can be written"):
+    with pytest.raises(
+        DataFileError, match=r"it cannot be used \(File exists\)\. Expected: a folder that can be written"
+    ):
         tried(tmp_path / "notes.txt")
     (tmp_path / "foreign").mkdir()
-    (tmp_path / "foreign" / "study.json").write_text(json.dumps({"schema": "other", "schema_version": 1, "settings": {}}))
-    with pytest.raises(DataFileError, match=r"study\.json has the schema other 1\. flexmb\.study 1"):
+    (tmp_path / "foreign" / "study.json").write_text(
+        json.dumps({"schema": "other", "schema_version": 1, "settings": {}})
+    )
+    with pytest.raises(
+        DataFileError, match=r"study\.json has the schema other 1\. Expected: flexmb\.study 1"
+    ):
         tried(tmp_path / "foreign")
     (tmp_path / "foreign" / "study.json").write_text("{")
     with pytest.raises(DataFileError, match=r"study\.json is damaged .*what flexmb wrote"):
@@ -174,15 +196,17 @@ def test_folders_that_cannot_be_used(tmp_path, threads):
 
 
 def test_unknown_parameters_and_sensors_show_at_once(fall):
-    with pytest.raises(ModelError, match=r"there is no parameter 'duratoin' to vary\. .*Did you mean 'duration'\?"):
+    with pytest.raises(
+        ModelError, match=r"there is no parameter 'duratoin' to vary\. .*Did you mean 'duration'\?"
+    ):
         fmb.sweep(fall, {"duratoin": [1.0]})
-    with pytest.raises(ModelError, match=r"'g' is varied and set to 1\.0\. one or the other"):
+    with pytest.raises(ModelError, match=r"'g' is varied and set to 1\.0\. Expected: one or the other"):
         fmb.sweep(fall, {"g": [1.0]}, parameters={"g": 1.0})
     with pytest.raises(ModelError, match=r"no sensor or component 'plac'.*Did you mean 'place'\?"):
         fmb.sweep(fall, {"g": [1.0]}, outputs=["max(plac)"])
-    with pytest.raises(ModelError, match=r"jobs = 0\. a whole number of at least 1"):
+    with pytest.raises(ModelError, match=r"jobs = 0\. Expected: a whole number of at least 1"):
         fmb.sweep(fall, {"g": [1.0]}, jobs=0)
-    with pytest.raises(ModelError, match=r"timeout = -1\.0 s\. a positive time"):
+    with pytest.raises(ModelError, match=r"timeout = -1\.0 s\. Expected: a positive time"):
         fmb.sweep(fall, {"g": [1.0]}, timeout=-1.0)
     with pytest.raises(ModelError, match=r"run folders shall be kept, but there is no folder"):
         fmb.sweep(fall, {"g": [1.0]}, keep_runs=True)
@@ -192,16 +216,26 @@ def test_what_a_function_may_return(threads, tmp_path):
     model = fmb.sweep(formulas.stone, {"g": [2.0]}, outputs=["final(place z)"], t_end=1.0, executor=threads)
     assert model["final(place z)"] == pytest.approx([-1.0], rel=SOLVER)
     solution = fmb.sweep(
-        formulas.thrown, {"g": [2.0]}, outputs=["final(place z)"], executor=threads, folder=tmp_path / "out", keep_runs=True
+        formulas.thrown,
+        {"g": [2.0]},
+        outputs=["final(place z)"],
+        executor=threads,
+        folder=tmp_path / "out",
+        keep_runs=True,
     )
     assert solution["final(place z)"] == pytest.approx([-1.0], rel=SOLVER)
     assert (tmp_path / "out" / "runs" / "0001" / "solution.h5").is_file()
     assert "no end time is given" in fmb.sweep(formulas.stone, {"g": [2.0]}, executor=threads).rows[0].error
-    assert "it returns str. a Model, a Solution" in fmb.sweep(formulas.wrong, {"x": [1]}, executor=threads).rows[0].error
+    assert (
+        "it returns str. Expected: a Model, a Solution"
+        in fmb.sweep(formulas.wrong, {"x": [1]}, executor=threads).rows[0].error
+    )
 
 
 def test_functions_that_cannot_be_varied():
-    with pytest.raises(ModelError, match=r"Function 'square': there is no parameter 'offest'.*Did you mean 'offset'\?"):
+    with pytest.raises(
+        ModelError, match=r"Function 'square': there is no parameter 'offest'.*Did you mean 'offset'\?"
+    ):
         fmb.sweep(formulas.square, {"offest": [1.0]})
     with pytest.raises(ModelError, match=r"its argument 'x' has no value.*Vary x, or set it"):
         fmb.sweep(formulas.square, {"offset": [1.0]})
@@ -219,7 +253,12 @@ def test_columns_by_name(threads):
 
 def test_parquet(threads, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
-    fmb.sweep(formulas.square, study.listed([{"x": 1}, {"x": 2.5}, {"x": -1}]), executor=threads, folder=tmp_path / "out")
+    fmb.sweep(
+        formulas.square,
+        study.listed([{"x": 1}, {"x": 2.5}, {"x": -1}]),
+        executor=threads,
+        folder=tmp_path / "out",
+    )
     table = parquet.read_table(tmp_path / "out" / "results.parquet")
     assert table.column("x").to_pylist() == [1.0, 2.5, -1.0]
     assert table.column("y [m2]").to_pylist() == [1.0, 6.25, None]
@@ -244,7 +283,9 @@ def test_a_function_that_is_not_found(tmp_path, monkeypatch):
     (tmp_path / "vanishing.py").write_text("def f(x):\n    return x\n")
     function = study.function_in(f"{tmp_path}/vanishing.py:f")
     (tmp_path / "vanishing.py").unlink()
-    with pytest.raises(FlexmbError, match=r"the worker does not find what it shall compute: ModuleNotFoundError"):
+    with pytest.raises(
+        FlexmbError, match=r"the worker does not find what it shall compute: ModuleNotFoundError"
+    ):
         fmb.sweep(function, {"x": [1]}, jobs=1)
     with pytest.raises(ModelError, match=r"there is no file '.*vanishing\.py'"):
         study.function_in(f"{tmp_path}/vanishing.py:f")

@@ -86,7 +86,7 @@ def test_the_script_opens_what_is_there(solution, paraview, tmp_path, ending):
 
 
 def test_without_the_files(solution, tmp_path):
-    message = r"ParaView script for '.*x\.pvd': there is no '.*\.pvd'\. the files .*Call flexmb\.write_vtk first"
+    message = r"ParaView script for '.*x\.pvd': there is no '.*\.pvd'\. Expected: the files .*Call flexmb\.write_vtk first"
     with pytest.raises(DataFileError, match=message):
         paraview_script(solution, tmp_path / "x.pvd")
 

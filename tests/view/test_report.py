@@ -177,9 +177,9 @@ def test_no_pictures_where_nothing_can_be_drawn(swing, tmp_path, monkeypatch):
 
 
 def test_messages(swing, tmp_path):
-    with pytest.raises(FlexmbError, match=r"Report '.*x\.pdf': the ending '\.pdf'\. \.html\. Name it report\.html"):
+    with pytest.raises(FlexmbError, match=r"Report '.*x\.pdf': the ending '\.pdf'\. Expected: \.html\. Name it report\.html"):
         report(swing, tmp_path / "x.pdf")
-    with pytest.raises(FlexmbError, match=r"Report: there is no run\. at least one"):
+    with pytest.raises(FlexmbError, match=r"Report: there is no run\. Expected: at least one"):
         report({}, tmp_path / "x.html")
     (tmp_path / "file").write_text("")
     with pytest.raises(DataFileError, match=r"Report '.*': cannot write it .*Choose another place"):
