@@ -24,6 +24,7 @@ _ROOMS = {
     "TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
     "Orientation Position Reaction Stress Velocity",
+    "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop",
     "flexmb.integrate": "Augmented Baumgarte Explicit GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations "
     "check inverse_dynamics kinematics linearize resume simulate statics",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,10 +11,14 @@ import numpy as np
 from flexmb.errors import CompileError, ModelError, did_you_mean
 from flexmb.math.tables import State
 from flexmb.model.model import Model
+from flexmb.model.pose import as_pose
 from flexmb.system import assemble
 from flexmb.system.program import evaluate, keep_branches, run_kernels
 from flexmb.system.system import System
+from flexmb.tree.joint_jacobian import joint_jacobian
+from flexmb.tree.joint_torques import gather_torques
 from flexmb.tree.motions import FREE, HINGED, POINTS, describable, joint_labels, motion_rows
+from flexmb.tree.reach import reach
 from flexmb.tree.relative_passes import accelerate_bodies, move_bodies, place_bodies, read_state
 from flexmb.tree.spanning import Spanning, spanning_tree
 
@@ -157,14 +162,7 @@ class JointTree:
             q, v, a, t = q.q, q.v, q.a, q.t
         q, v, a = self._checked(q, v, a)
         program, work = self.system.program, self.work
-        state = self.system.state(t, self._start.q)
-        for row in self.rows:
-            if row["held"] != POINTS and row["modes"]:
-                at, first = row["q"] + 7, row["iq"] + row["coordinates"]
-                state.q[at : at + row["modes"]] = q[first : first + row["modes"]]
-        run_kernels(program.place, 0, program, state, work)
-        place_bodies(self.rows, work, state.q.copy(), q, state.q)
-        run_kernels(program.place, 0, program, state, work)
+        state = self._placed(q)._replace(t=float(t))
         move_bodies(self.rows, work, state.q, v, state.u)
         run_kernels(program.place, 0, program, state, work)
         accelerate_bodies(self.rows, work, state.q, v, a, state.a)
@@ -174,6 +172,89 @@ class JointTree:
             work.coefficients[3] = 0.0
             evaluate(program, state, work)
             keep_branches(program, work, state.q)
+        return state
+
+    def pose(self, marker: str, q: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return position (3,), m, and axes (3, 3) in W of a marker at relative coordinates q (nq,)."""
+        number = self._marker(marker)
+        self._placed(q)
+        seen = self.work.markers[number]
+        return seen["r"].copy(), seen["R"].copy()
+
+    def jacobian(self, marker: str, q: Any) -> np.ndarray:
+        """Return the twist of a marker per rate, (6, nv): velocity (m/s) and angular velocity (rad/s) in W, at its origin.
+
+        Source: Whitney 1972 for joints; modes by eq. (tree-jacobian).
+        """
+        number = self._marker(marker)
+        self._placed(q)
+        body = self.tree.order.index(marker.partition(".")[0]) if self.work.markers[number]["nu"] else -1
+        return joint_jacobian(self.rows, self.tree.tables.parent, self.work, body, number, len(self.rate_names))
+
+    def torques(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> np.ndarray:
+        """Return the forces (nv,) on the rates that a motion needs beside those of the model (N m, N, modal forces).
+
+        Recursive inverse dynamics (Luh, Walker & Paul 1980), here with flexible bodies: evaluates each body once at its
+        acceleration and passes its load on to its parent, eq. (tree-torques). Drives count as what supplies the torque.
+
+        Raises
+        ------
+        CompileError
+            If loops are closed by cut joints: their forces are not determined by the motion of the tree.
+        """
+        if len(self.tree.tables.cut_equations):
+            raise CompileError(f"Model '{self.model.name}'", found=f"no tree: loops are closed by {', '.join(self.tree.cut)}",
+                               expected="a tree of joints for forces by recursion",
+                               remedy="Use fmb.inverse_dynamics with drives for closed mechanisms")
+        state = self.absolute(q, v, a, t)
+        self.work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)  # what stiffens bodies belongs to the tangent
+        evaluate(self.system.program, state, self.work)
+        tau = np.zeros(len(self.rate_names))
+        gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)
+        return tau
+
+    def reach(self, marker: str, at: Any, *, start: Any = None, limits: Mapping[str, tuple[float, float]] | None = None,
+              orientation: bool = True, tolerance: float = 1e-10) -> np.ndarray:
+        """Return relative coordinates (nq,) that bring a marker to a pose: inverse kinematics by damped least squares.
+
+        Parameters
+        ----------
+        marker : str
+        at : Pose or (3,), m
+            Where the marker shall be, in W.
+        start : (nq,), optional
+            Where the search begins; the assembled start unless given. Modes, driven and free coordinates stay there.
+        limits : dict of coordinate name to (low, high), rad or m, optional
+        orientation : bool
+            Shall its axes agree as well?
+        tolerance : float, m
+            Largest distance, with the angle times the largest lever.
+
+        Raises
+        ------
+        ModelError
+            If the pose is out of reach, with the nearest distance found; if no joint moves the marker.
+        """
+        begin = self.start.q if start is None else self._checked(start, None, None)[0]
+        return reach(self, marker, as_pose(at, "JointTree", "at"), begin, limits or {}, orientation, tolerance)
+
+    def _marker(self, name: str) -> int:
+        self.model.marker(name, "JointTree")
+        return self.system.marker_index[name]
+
+    def _placed(self, q: Any) -> State:
+        """Return the state at relative coordinates without velocity, and leave its kinematics in the workspace."""
+        q = self._checked(q, None, None)[0]
+        program, work = self.system.program, self.work
+        state = self.system.state(0.0, self._start.q)
+        for row in self.rows:
+            if row["held"] != POINTS and row["modes"]:
+                at, first = row["q"] + 7, row["iq"] + row["coordinates"]
+                state.q[at : at + row["modes"]] = q[first : first + row["modes"]]
+        state.u[:] = 0.0
+        run_kernels(program.place, 0, program, state, work)
+        place_bodies(self.rows, work, state.q.copy(), q, state.q)
+        run_kernels(program.place, 0, program, state, work)
         return state
 
     def _checked(self, q, v, a):

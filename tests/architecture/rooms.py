@@ -15,6 +15,7 @@ MAY_KNOW = {
     "bodies": ("math", "model"),
     "joints": ("math", "model", "constraints"),
     "forces": ("math", "model", "constraints"),
+    "mechanisms": ("math", "model", "bodies", "joints"),
     "sensors": ("math", "model"),
     "events": ("math", "model", "constraints", "joints"),
     "system": ("math", "model", "constraints"),

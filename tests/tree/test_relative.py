@@ -182,7 +182,7 @@ def test_a_joint_to_keep_that_does_not_exist_is_refused():
 
 
 def test_a_vector_of_another_length_is_refused():
-    with pytest.raises(fmb.ModelError, match=r"v has the shape \(3,\)\. \(2,\): j0.turn, j1.turn"):
+    with pytest.raises(fmb.ModelError, match=r"v has the shape \(3,\)\..*\(2,\): j0.turn, j1.turn"):
         fmb.JointTree(chain(2)).absolute([0.0, 0.0], [0.0, 0.0, 0.0])
 
 
