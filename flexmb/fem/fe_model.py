@@ -29,6 +29,10 @@ class ElementBlock(Protocol):
     def connectivity(self) -> np.ndarray:
         """(ne, nodes per cell), int, node numbers of the FE model in meshio's order."""
 
+    @property
+    def modulus(self) -> float:
+        """Largest elastic stiffness of the material, Pa: tells materials apart where they meet; 0 without nodal stress."""
+
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
 

@@ -67,6 +67,7 @@ class FrameBlock:
     bending: Callable[[float], np.ndarray]
     number_of_nodes: int
     cell_type: str = "line"
+    modulus: float = 0.0  # no nodal stress
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> FrameBlock:
         """Return the chosen beams (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""

@@ -103,6 +103,11 @@ class PlacedBlock:
         """(ne, nodes per cell), int, node numbers of the larger model."""
         return self.number[self.block.connectivity]
 
+    @property
+    def modulus(self) -> float:
+        """Largest elastic stiffness of the material, Pa."""
+        return self.block.modulus
+
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
         own = np.full(self.number_of_nodes, -1)

@@ -172,6 +172,11 @@ class LinkedBlock:
         """(ne, nodes per cell), int."""
         return self.block.connectivity
 
+    @property
+    def modulus(self) -> float:
+        """Largest elastic stiffness of the material, Pa."""
+        return self.block.modulus
+
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
         number = {(int(n), int(d)): row for row, (n, d) in enumerate(self.dofs)}

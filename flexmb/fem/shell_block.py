@@ -55,6 +55,11 @@ class ShellBlock:
         """Cell name in meshio's spelling."""
         return "triangle" if self.connectivity.shape[1] == 3 else "quad"
 
+    @property
+    def modulus(self) -> float:
+        """Largest elastic stiffness of the material, Pa."""
+        return float(self.elasticity[0, 0])
+
     @cached_property
     def elasticity(self) -> np.ndarray:
         """Plane stress elasticity (3, 3), Pa, for (e_xx, e_yy, 2 e_xy)."""

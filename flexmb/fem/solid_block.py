@@ -47,6 +47,11 @@ class SolidBlock:
         """Cell name in meshio's spelling."""
         return self.element.cell_type
 
+    @property
+    def modulus(self) -> float:
+        """Largest elastic stiffness of the material, Pa."""
+        return float(np.max(np.diag(self.elasticity)))
+
     def add_stiffness(self, pattern: BlockPattern, data: np.ndarray) -> None:
         """Add the stiffness matrices, N/m, to the values `data` of ``pattern.blocks``."""
         kernels.assemble_stiffness(self.nodes, self.connectivity, *self._stiffness_tables(),

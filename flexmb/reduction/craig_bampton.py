@@ -25,6 +25,7 @@ from flexmb.reduction.markers import MarkerMotion, interface_motions, station_mo
 from flexmb.reduction.mode_choice import UpTo, choose_modes, parse_modes
 from flexmb.reduction.quality import quality_numbers
 from flexmb.reduction.statics import HeldBody
+from flexmb.reduction.stress import stress_modes
 
 __all__ = ["reduce"]
 
@@ -167,19 +168,8 @@ def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, load_names
         invariants=inertia_invariants(fe, basis.shapes),
         load_names=tuple(load_names),
         load_shapes=np.vstack([fe.rigid_motions().T @ forces, basis.shapes.T @ forces]).T,
-        stress_modes=_stress_modes(fe, field) if stress and fe.blocks else None,
+        stress_modes=stress_modes(fe, field) if stress and fe.blocks else None,
     )
-
-
-def _stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
-    """Average the nodal stress of each mode over the blocks that meet at a node; zero where no element is."""
-    total, count = np.zeros(field.shape), np.zeros((len(fe.nodes), 1, 1))
-    for block in fe.blocks:
-        stress = block.nodal_stress(field)
-        there = ~np.isnan(stress).any(axis=(1, 2)) if stress.shape[2] else np.zeros(len(stress), bool)
-        total[there] += stress[there]
-        count[there] += 1.0
-    return total / np.maximum(count, 1.0)
 
 
 def _support(body: HeldBody, clamped: int | None) -> np.ndarray:

@@ -1,0 +1,30 @@
+"""Stress modes: the nodal stress of every shape, averaged within a material."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.fem.fe_model import FEModel
+
+__all__ = ["stress_modes"]
+
+SAME = 1e-9
+"""Relative difference of moduli below which two blocks are of one material."""
+
+
+def stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
+    """Return the stress xx, yy, zz, xy, yz, zx at the nodes, (n, 6, m), Pa, of a nodal field (n, 6, m); zero without elements.
+
+    The mean over all cells at a node that are of one material. Where materials meet the stress jumps, and a mean would
+    be that of neither: the node shows the stiffer one, which carries the larger stress along the joint.
+    """
+    n = len(fe.nodes)
+    total, weight, shown = np.zeros(field.shape), np.zeros(n), np.zeros(n)
+    for block in sorted(fe.blocks, key=lambda block: -block.modulus):
+        stress = block.nodal_stress(field)
+        cells = np.bincount(block.connectivity.ravel(), minlength=n)
+        there = (cells > 0) & ~np.isnan(stress).any(axis=(1, 2)) & (shown <= block.modulus * (1.0 + SAME))
+        total[there] += cells[there, None, None] * stress[there]
+        weight[there] += cells[there]
+        shown[there] = np.maximum(shown[there], block.modulus)
+    return total / np.maximum(weight, 1.0)[:, None, None]
