@@ -26,6 +26,8 @@ SUMMARY = "the flap station of a transport aircraft, from mesh to ParaView"
 DATA = Path(__file__).parent / "demo_data"
 STATION, MESH, LEVER = "flap_station.toml", "lever_arm.msh", "lever.h5"
 ROWS = 11
+EVERY = 4
+"""Of the samples, every so many-th is a frame for ParaView."""
 CAMERA = (0.2, -1.0, 0.27)
 """Direction to look from: along the hinges, a little from behind and above."""
 
@@ -66,11 +68,16 @@ def execute(arguments: argparse.Namespace) -> int:
     print("4  Pictures and ParaView")
     _draw(solution, folder / "flap_station.png")
     clock.stop("picture")
-    target = fmb.write_vtk(solution, folder / "flap_station.pvd", every=2)
-    other = fmb.write_vtk(solution, folder / "flap_station.vtkhdf", every=2)
+    target = fmb.write_vtk(solution, folder / "flap_station.pvd", every=EVERY, surface=True)
+    other = fmb.write_vtk(solution, folder / "flap_station.vtkhdf", every=EVERY, surface=True)
     clock.stop("ParaView files")
-    print(f"   Run folder: {run} (sensors.csv, solution.h5, model.toml, log.txt)")
+    frames = len(range(0, len(solution.t) - 1, EVERY)) + 1
+    print(f"   Run folder: {run} (sensors.csv, solution.h5, model.toml, log.txt), {_megabytes(run):.0f} MB")
     print(f"   ParaView: open {target} and press Play (the same as VTKHDF: {other})")
+    print(
+        f"   {frames} frames, surface of the lever: {_megabytes(target.with_suffix('')):.0f} MB; all samples with "
+        f"the inside: flexmb export {run} --vtk; whole folder {_megabytes(folder):.0f} MB"
+    )
     print(clock)
     print(f"Go on: flexmb run {folder / STATION} --set duration=2 --out {folder / 'slower'}")
     return exit_code(solution)
@@ -96,6 +103,11 @@ class _Clock:
         compiling = self.compiling()
         kernels = f"cold: {compiling:.1f} s of it compiling" if compiling else "warm: kernels from the cache"
         return f"Done in {self.last - self.began:.1f} s ({kernels}): {', '.join(self.stages)} s"
+
+
+def _megabytes(folder: Path) -> float:
+    """Return what the files of a folder take, MB."""
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) / 1e6
 
 
 def _reduced_lever(folder: Path) -> fmb.ModalNeutralData:

@@ -19,6 +19,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--vtkhdf", action="store_true", help="one VTKHDF file per body with an XDMF sidecar")
     parser.add_argument("--csv", action="store_true", help="sensors over time")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="every n-th sample only")
+    parser.add_argument(
+        "--surface", action="store_true", help="the skin of solid bodies only: smaller files, nothing to cut through"
+    )
     parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the run folder")
 
 
@@ -31,7 +35,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for ending, asked in ((".pvd", arguments.vtk or nothing), (".vtkhdf", arguments.vtkhdf)):
         if asked:
             file = target / f"{name}{ending}"
-            print(f"Open in ParaView: {fmb.write_vtk(solution, file)}")
+            print(f"Open in ParaView: {fmb.write_vtk(solution, file, every=arguments.every, surface=arguments.surface)}")
             script = fmb.view.paraview_script(solution, file)
             print(f"  ready-made, with colours, camera and time: paraview --script={script}")
     if arguments.csv:

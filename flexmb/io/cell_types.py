@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 
-__all__ = ["VTK_TYPES", "XDMF_TYPES", "flat_cells", "mixed_topology"]
+__all__ = ["VTK_TYPES", "XDMF_TYPES", "flat_cells", "mixed_topology", "skin_cells"]
 
 VTK_TYPES = {
     "vertex": 1,
@@ -76,3 +76,26 @@ def mixed_topology(cells) -> np.ndarray:
         head = [number] if number > 2 else [number, np.shape(connectivity)[1]]
         blocks.append(np.hstack([np.tile(head, (len(connectivity), 1)), connectivity]).ravel())
     return np.concatenate(blocks).astype(np.int64)
+
+
+FACETS = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
+"""Cell type of a facet by its number of nodes."""
+
+
+def skin_cells(cells) -> tuple[np.ndarray | None, tuple[tuple[str, np.ndarray], ...]]:
+    """Return the nodes on the skin of solid cells and the skin as cells on them; None and the cells if none is solid.
+
+    Cells of other kinds (shells, lines) are part of the skin as they are.
+    """
+    from flexmb.fem.facets import skin
+    from flexmb.fem.solid_elements import SOLID_ELEMENTS
+
+    solid = [(name, np.asarray(rows)) for name, rows in cells if name in SOLID_ELEMENTS and len(rows)]
+    if not solid:
+        return None, tuple(cells)
+    facets = skin(solid)
+    counts = (facets >= 0).sum(axis=1)
+    outer = [(FACETS[n], facets[counts == n][:, :n]) for n in np.unique(counts)]
+    outer += [(name, np.asarray(rows)) for name, rows in cells if name not in SOLID_ELEMENTS]
+    nodes = np.unique(np.concatenate([rows.ravel() for _, rows in outer]))
+    return nodes, tuple((name, np.searchsorted(nodes, rows)) for name, rows in outer)

@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.io import solids
+from flexmb.io.cell_types import skin_cells
 from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
 from flexmb.io.shape_surfaces import shape_surface
 from flexmb.results import recover
@@ -40,6 +41,8 @@ class DrawnPart:
     cells : tuple of (meshio cell type, (ne, nn) int)
     data : ModalNeutralData, optional
         Modes of a flexible body; its nodes are the points.
+    nodes : (n,) int, optional
+        Those of its nodes that are the points; default: all.
     """
 
     name: str
@@ -49,6 +52,7 @@ class DrawnPart:
     carriers: tuple[tuple, ...]
     cells: tuple[tuple[str, np.ndarray], ...]
     data: Any = None
+    nodes: Any = None
 
 
 class Snapshot(NamedTuple):
@@ -74,6 +78,8 @@ class Scene:
         Use every n-th sample; the last one is always there.
     stress : bool
         Evaluate the von Mises stress of bodies with stress modes.
+    surface : bool
+        Draw the skin of solid bodies only.
 
     Attributes
     ----------
@@ -86,6 +92,7 @@ class Scene:
     solution: Any
     every: int = 1
     stress: bool = True
+    surface: bool = False
     parts: tuple[DrawnPart, ...] = field(init=False)
     samples: list[tuple[int, int]] = field(init=False)
     times: np.ndarray = field(init=False)
@@ -116,7 +123,7 @@ class Scene:
         self.samples = chosen if chosen[-1] == kept[-1] else [*chosen, kept[-1]]
         self.times = np.array([self.solution.phases[p].t[k] for p, k in self.samples])
         self.size = _size(model, self.solution)
-        self.parts = tuple(_parts(model, 0.01 * self.size))
+        self.parts = tuple(_parts(model, 0.01 * self.size, self.surface))
 
     def part(self, name: str) -> DrawnPart:
         """Return the part of this name."""
@@ -133,10 +140,10 @@ class Scene:
         if part.data is not None:
             r, A = maps[0][0][k], maps[0][1][k]
             eta = self.solution.series(phase).modal_coordinates(part.name)[k]
-            elastic = (recover.displacement(part.data, eta)[0]) @ A.T
+            elastic = (recover.displacement(part.data, eta, part.nodes)[0]) @ A.T
             mises = None
             if self.stress and part.data.stress_modes is not None:
-                mises = recover.von_mises(recover.stress(part.data, eta))[0]
+                mises = recover.von_mises(recover.stress(part.data, eta, part.nodes))[0]
             return Snapshot(r + part.points @ A.T + elastic, elastic, mises)
         r = np.array([m[0][k] for m in maps])[part.carrier]
         A = np.array([m[1][k] for m in maps])[part.carrier]
@@ -149,7 +156,8 @@ class Scene:
         carrier, points = part.carrier[ids], part.points[ids]
         if part.data is not None:
             eta = self.solution.series(phase).modal_coordinates(part.name)[k]
-            points = points + scale * recover.displacement(part.data, eta, ids)[0]
+            own = ids if part.nodes is None else part.nodes[ids]
+            points = points + scale * recover.displacement(part.data, eta, own)[0]
         r, A = (np.array([m[i][k] for m in maps])[carrier] for i in (0, 1))
         return r + np.einsum("nij,nj->ni", A, points)
 
@@ -194,21 +202,18 @@ def _size(model, solution) -> float:
     return diagonal if diagonal > 0.0 else 1.0
 
 
-def _parts(model, e):
-    """Yield the drawn parts of a model; `e` (m) is the size of a joint."""
+def _parts(model, e, skin_only=False):
+    """Yield the drawn parts of a model; `e` (m) is the size of a joint; with `skin_only` solids without their inside."""
     supports = []
     for body in model.bodies:
         poses = body.marker_poses()
         if hasattr(body, "reduced"):
             data = recover.modal_data(body)
+            nodes, cells = skin_cells(data.cells) if skin_only else (None, data.cells)
+            points = data.nodes if nodes is None else data.nodes[nodes]
+            carriers = (("body", body.name, None),)
             yield DrawnPart(
-                body.name,
-                "flexible",
-                data.nodes,
-                np.zeros(len(data.nodes), int),
-                (("body", body.name, None),),
-                data.cells,
-                data,
+                body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes
             )
         elif not body.n_velocities:
             used = {m for part in (*model.joints, *model.forces) for m in _markers(part, model)}

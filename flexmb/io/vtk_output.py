@@ -19,7 +19,7 @@ from flexmb.results import Solution
 __all__ = ["part_file", "write_vtk"]
 
 
-def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True) -> Path:
+def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True, surface: bool = False) -> Path:
     """Write the motion of all parts for ParaView and return the file to open.
 
     Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
@@ -38,6 +38,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
         Write every n-th sample.
     stress : bool
         Write the von Mises stress.
+    surface : bool
+        Write the skin of solid bodies only: half the size or less, but nothing inside to cut through.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
             expected=f"One of: {', '.join(writers)}",
             remedy="Use .pvd if in doubt",
         )
-    scene = Scene(solution, every=every, stress=stress)
+    scene = Scene(solution, every=every, stress=stress, surface=surface)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         return writers[path.suffix](scene, path)
@@ -89,6 +91,8 @@ def _write_pvd(scene, path):
     digits = len(str(len(scene.times) - 1))
     entries = []
     for number, part in enumerate(scene.parts):
+        for old in folder.glob(f"{_file_name(part.name)}_[0-9]*.vtu"):  # of an earlier export with more frames
+            old.unlink()
         series, own = VtuSeries(part.cells), []
         for frame, t in enumerate(scene.times):
             file = folder / f"{_file_name(part.name)}_{frame:0{digits}d}.vtu"

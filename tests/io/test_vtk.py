@@ -12,12 +12,14 @@ import h5py
 import numpy as np
 import pytest
 import pyvista
+from fem.structured import CELL_TYPES, structured
 from results.every_cell import every_cell_data
 from results.spinning import observe, spinning_model, spinning_phase, spinning_system, split
+from tolerances import MACHINE
 
 from flexmb.errors import DataFileError, MeshError, ModelError
 from flexmb.io import solids
-from flexmb.io.cell_types import flat_cells
+from flexmb.io.cell_types import flat_cells, skin_cells
 from flexmb.io.scene import Scene
 from flexmb.io.vtk_output import write_vtk
 from flexmb.io.vtu import write_collection
@@ -217,3 +219,45 @@ def test_names_are_escaped(tmp_path):
     entry = ElementTree.parse(tmp_path / "x.pvd").getroot().find(".//DataSet")
     assert entry.get("name") == 'left & "right"'
     assert entry.get("timestep") == "0.0"
+
+
+def test_the_skin_of_a_block(solution, tmp_path):
+    """3 x 3 x 3 cells of every solid kind: the nodes on the outer faces, facets that enclose the volume, same values."""
+    for cell_type in CELL_TYPES:
+        mesh = structured(cell_type, (3, 3, 3), (1.0, 2.0, 3.0))
+        nodes, cells = skin_cells(mesh.cells)
+        points = mesh.points[nodes]
+        assert np.all(np.isin(points, [0.0]).any(axis=1) | np.isclose(points, [1.0, 2.0, 3.0]).any(axis=1))
+        outer = np.isclose(mesh.points, 0.0).any(axis=1) | np.isclose(mesh.points, [1.0, 2.0, 3.0]).any(axis=1)
+        assert len(nodes) == outer.sum()
+        grid = pyvista.PolyData(points, faces=np.concatenate([
+            np.column_stack([np.full(len(rows), n), rows[:, :n]]).ravel()
+            for name, rows in cells for n in [3 if name.startswith("tri") else 4]]))  # fmt: skip
+        assert grid.n_open_edges == 0
+        assert grid.triangulate().volume == pytest.approx(6.0, rel=1e-6)
+
+
+def test_surface_only(solution, tmp_path):
+    """The same places and stress as in the whole mesh, node by node."""
+    whole, skin = (Scene(solution, surface=surface) for surface in (False, True))
+    flexible = [part for part in skin.parts if part.look == "flexible"]
+    assert flexible
+    for part in flexible:
+        full = whole.part(part.name)
+        chosen = np.arange(len(full.points)) if part.nodes is None else part.nodes
+        one, two = skin.snapshot(part, 1), whole.snapshot(full, 1)
+        assert np.allclose(one.points, two.points[chosen], rtol=0, atol=MACHINE)
+        assert np.allclose(one.displacement, two.displacement[chosen], rtol=0, atol=MACHINE)
+        if one.von_mises is not None:
+            assert np.allclose(one.von_mises, two.von_mises[chosen], rtol=MACHINE)
+        ids = np.array([0, len(part.points) - 1])
+        assert np.allclose(skin.points(part, 1, ids, 2.0), whole.points(full, 1, chosen[ids], 2.0), atol=MACHINE)
+    target = write_vtk(solution, tmp_path / "skin.pvd", surface=True)
+    assert target.is_file()
+
+
+def test_frames_of_an_earlier_export_are_removed(solution, tmp_path):
+    write_vtk(solution, tmp_path / "a.pvd")
+    many = len(list((tmp_path / "a").glob("*.vtu")))
+    write_vtk(solution, tmp_path / "a.pvd", every=10_000)
+    assert len(list((tmp_path / "a").glob("*.vtu"))) < many
