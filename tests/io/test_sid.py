@@ -1,6 +1,7 @@
 """SID files: the identities of the format, and nothing lost on the way there and back."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,8 +64,6 @@ def test_identities_of_the_format(data, tmp_path):
 
 def test_gyroscopic_rows_are_those_of_the_lumped_sum(tmp_path):
     """Gr_k = -2 sum m r~ phi_k~ (Wallrapp), for a lumped mass matrix computed node by node."""
-    from dataclasses import replace
-
     from scipy import sparse
 
     fe = block(divisions=(3, 1, 1))
@@ -122,6 +121,24 @@ def test_geometric_stiffness_there_and_back(stiffened, tmp_path):
     g, h = stiffened.geometric, back.geometric
     np.testing.assert_allclose(h.interface, g.interface, atol=1e-12 * np.abs(g.interface).max())
     np.testing.assert_allclose(h.preload, g.preload, rtol=1e-12, atol=1e-9)
+
+
+def test_what_geometric_stiffness_costs_in_inertia(stiffened, tmp_path):
+    """Without J_2 the inertia of the deformed body is off by the square of the deformation; a plain file keeps it."""
+    back = read_sid(write_sid(stiffened, tmp_path / "both.sid"))
+    plain = read_sid(write_sid(replace(stiffened, geometric=None), tmp_path / "plain.sid"))
+
+    def inertia(data, eta):
+        i = data.invariants
+        return i.ww0 + np.einsum("j,jab->ab", eta, i.ww1) + np.einsum("j,k,jkab->ab", eta, eta, i.ww2)
+
+    eta = 1e-3 * np.random.default_rng(2).standard_normal(stiffened.n_modes)
+    off = [np.linalg.norm(inertia(back, s * eta) - inertia(stiffened, s * eta)) for s in (1.0, 2.0)]
+    assert off[1] == pytest.approx(4.0 * off[0], rel=1e-4)
+    both = inertia(stiffened, eta) + inertia(stiffened, eta).T
+    np.testing.assert_allclose(inertia(plain, eta) + inertia(plain, eta).T, both, rtol=1e-9, atol=1e-9 * np.abs(both).max())
+    moved = np.linalg.norm(stiffened.shapes @ eta, axis=1).max()
+    assert 0.0 < off[0] < np.sqrt(2.0) * stiffened.mass * moved**2  # |u^2 I - u u^T| = sqrt(2) u^2
 
 
 def test_the_same_motion(data, tmp_path):

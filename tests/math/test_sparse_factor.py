@@ -4,6 +4,7 @@ import builtins
 
 import numpy as np
 import pytest
+from fem.beams import plate
 from reduction.solids import STEEL, block
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -47,6 +48,23 @@ def mixed_freedoms():
     return K[keep][:, keep], x[keep]
 
 
+def linked_panel():
+    """Shells, a stringer, a rigid link, an averaging link and a mass: six freedoms per node, dense rows at the links."""
+    n = 18
+    sheet = plate(n, 4, 2.0, 0.4, "quad")
+    skin = fem.shell(sheet, STEEL, 0.002)
+    stringer = fem.frame(
+        np.linspace((0, 0.2, 0), (2, 0.2, 0), n + 1), section=fem.Section.tube(0.03, 0.002), material=STEEL
+    )
+    fe = fem.joined(skin, stringer)
+    x = fe.nodes[:, 0]
+    fe = fem.with_rigid_link(fe, (2.2, 0.2, 0.1), np.flatnonzero(x > 2.0 - 1e-9), "hub")
+    fe = fem.with_averaging_link(fe, (1.0, 0.2, 0.2), np.flatnonzero(np.abs(x - 1.0) < 0.3), name="load")
+    fe = fem.with_mass(fe, "load", 2.0)
+    free = np.flatnonzero(fe.nodes[fe.dofs[:, 0], 0] > 1e-9)
+    return fe.K[free][:, free], fe.nodes[fe.dofs[free, 0]]
+
+
 def laplacian():
     """Not from FE: a 3-D grid, one freedom per node."""
     n = 12
@@ -60,7 +78,7 @@ def laplacian():
     return K.tocsr(), np.stack(np.meshgrid(*3 * [np.arange(float(n))], indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-MODELS = [held_solid, held_grid, mixed_freedoms, laplacian]
+MODELS = [held_solid, held_grid, mixed_freedoms, linked_panel, laplacian]
 
 
 @pytest.mark.parametrize("model", MODELS)

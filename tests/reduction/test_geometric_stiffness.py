@@ -1,7 +1,10 @@
 """Geometric stiffness of unit loads: buckling and rotating beams in closed form, support independence, linearity."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from fem.beams import plate
 from reduction.solids import STEEL, block
 from scipy.linalg import eigh
 
@@ -95,7 +98,18 @@ MODELS = {
         {"a": "left", "b": "right", "c": reduction.Averaging("mid")},
     ),
     "frame": lambda: (cantilever(0.02, 0.03, n=6), {"a": "start", "b": "end", "c": [3]}),
+    "shells with a beam": lambda: (stiffened_sheet(), {"a": "left", "b": "right", "c": reduction.Averaging("mid")}),
 }
+
+
+def stiffened_sheet():
+    """A sheet of shells with a beam along its middle line."""
+    sheet = plate(6, 2, 1.0, 0.3, "quad")
+    x = sheet.points[:, 0]
+    sets = {"left": x < 1e-9, "right": x > 1 - 1e-9, "mid": np.abs(x - 0.5) < 0.2}
+    skin = fem.shell(replace(sheet, node_sets={k: np.flatnonzero(v) for k, v in sets.items()}), STEEL, 0.004)
+    line = np.linspace((0.0, 0.15, 0.0), (1.0, 0.15, 0.0), 7)
+    return fem.joined(skin, fem.frame(line, section=fem.Section.tube(0.03, 0.002), material=STEEL))
 
 
 @pytest.mark.parametrize("kind", MODELS)
