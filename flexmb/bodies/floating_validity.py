@@ -27,8 +27,6 @@ __all__ = ["DEFORMATION", "FloatingWatch"]
 
 DEFORMATION = 0.1
 """Largest displacement, relative to the body's size, that counts as small."""
-NODES = 64
-"""Nodes of which the displacement is watched: those that move most in the modes."""
 LOOKS = 16
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
 
@@ -62,18 +60,17 @@ class _Limits:
             nodes = np.vstack([np.zeros((1, 3)), data.marker_positions])
             shapes = np.concatenate([np.zeros((1, 3, data.n_modes)), data.marker_translations])
         self.size = float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
-        travel = np.einsum("ndm,ndm->nm", shapes, shapes)
-        count = min(len(travel), max(1, NODES // self.modes))
-        watched = np.unique(np.argpartition(travel, -count, axis=0)[-count:])
+        some = slice(None, None, 1 + len(nodes) // 4096)  # a fine mesh need not be looked at node by node
+        furthest = some.step * np.linalg.norm(shapes[some], axis=1).argmax(axis=0)
+        watched = np.unique(np.concatenate([furthest, nodes.argmin(axis=0), nodes.argmax(axis=0)]))
         self.shapes, self.nodes = shapes[watched], nodes[watched]
         # of the matrices, not of the report: data made by hand need not tell its frequencies
         mass = data.invariants.nn
         self.highest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, data.stiffness))).max()))
         self.G = stiffness_matrices(bulk, row["elastic"], self.modes, row["loads"], row["stiffening"])[3].swapaxes(0, 1)
         if len(self.G):
-            root = np.sqrt(np.diag(data.stiffness))
-            factor = np.linalg.cholesky(data.stiffness / np.outer(root, root))
-            self.inverse = np.linalg.solve(factor, np.diag(1.0 / root))
+            w, vectors = np.linalg.eigh(data.stiffness)
+            self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
         self.causes = (12 * ["acceleration"] + [name for name in interfaces for _ in range(6)]
                        + [f"load '{name}'" for name in data.load_names] + ["preload"])

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import eig, null_space
 
 from flexmb.integrate.formulations import RANK
-from flexmb.integrate.matrices import tangent_at
+from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
 from flexmb.system import assemble
 from flexmb.system.mobility import DEPENDENT, mass_metric
@@ -80,18 +80,6 @@ class Linearization:
         return A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, n))
 
 
-def adjoint(system, u: np.ndarray) -> np.ndarray:
-    """Return the block diagonal ad(u) (nu, nu): du = dx' + ad(u) dx for frames, zero for plain vectors."""
-    ad = np.zeros((system.nu, system.nu))
-    for _, k in system.program.frames:
-        v, w = u[k : k + 3], u[k + 3 : k + 6]
-        skew = [np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]]) for x in (v, w)]
-        ad[k : k + 3, k : k + 3] = skew[1]
-        ad[k : k + 3, k + 3 : k + 6] = skew[0]
-        ad[k + 3 : k + 6, k + 3 : k + 6] = skew[1]
-    return ad
-
-
 def linearize(model: Model, about: Any = None) -> Linearization:
     """Linearise a model about a state.
 
@@ -113,7 +101,7 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     work = system.workspace()
     tangent = tangent_at(system, state, work)
     M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
-    ad, ad_rate = adjoint(system, state.u), adjoint(system, state.a)
+    ad, ad_rate = (adjoint(system, x).toarray() for x in (state.u, state.a))
     scale = 1.0 / np.sqrt(mass_metric(tangent.M))
     rank = DEPENDENT if system.misfits else RANK  # axes that are parallel but for the digits of a mesh
     N = scale[:, None] * null_space(G * scale, rcond=rank) if len(G) else np.diag(scale)

@@ -10,7 +10,7 @@ from scipy import sparse
 from flexmb.math.block_lu import stored
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
-__all__ = ["Equations", "Tangent", "equations_at", "tangent_at"]
+__all__ = ["Equations", "Tangent", "adjoint", "equations_at", "tangent_at"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,3 +87,16 @@ def tangent_at(system, state, work) -> Tangent:
     nu = system.nu
     M, D, K = (_matrix(system, state, work, **{name: 1.0}) for name in ("mass", "damping", "stiffness"))
     return Tangent(M=M[:nu, :nu], D=D[:nu, :nu], K=K[:nu, :nu], L=-K[:nu, nu:], G=K[nu:, :nu])
+
+
+def adjoint(system, u: np.ndarray) -> sparse.csr_matrix:
+    """Return the block diagonal ad(u) (nu, nu): du = dx' + ad(u) dx for frames, zero for plain vectors."""
+    first = np.asarray(system.program.frames, int).reshape(-1, 2)[:, 1]
+    entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    for vector, row, column in ((3, 0, 0), (0, 0, 3), (3, 3, 3)):  # w~ v~; 0 w~
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            x = u[first + vector + k]
+            entries += [(first + row + j, first + column + i, x), (first + row + i, first + column + j, -x)]
+    rows, columns, values = (np.concatenate(parts) for parts in zip(*entries))
+    return sparse.csr_matrix((values, (rows, columns)), shape=(system.nu, system.nu))

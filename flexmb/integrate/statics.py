@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.extent import extents, model_size
-from flexmb.integrate.matrices import tangent_at
+from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
@@ -67,7 +67,7 @@ def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations
     model : Model
     t : float, s
     tolerance : float
-        Largest unbalanced force relative to the largest applied or elastic one.
+        Largest unbalanced force relative to the largest applied, elastic or (of a steady motion) inertia force.
     iterations : int
     state : Instant, optional
         Where to begin; by default the assembled start.
@@ -113,11 +113,12 @@ class _Descent:
         now = self.system.state(self.t, self.q, lam=self.lam)
         now.u[:] = _rates_of_drives(self.system, now, self.work)
         self.tangent = tangent_at(self.system, now, self.work)
+        self.turning = adjoint(self.system, now.u)
         keep_branches(self.system.program, self.work, self.q)
         self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
         before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
-        self.largest = max(self.largest, self._greatest(reactions / self.extent),
+        self.largest = max(self.largest, self._greatest(reactions / self.extent), self._inertia(now.u),
                            self.unbalanced if not self.path else 0.0)
         self.path.append((self.q.copy(), now.u.copy(), self.lam.copy()))
         if len(self.path) == 1:
@@ -128,9 +129,15 @@ class _Descent:
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
         return self.unbalanced <= tolerance * max(self.largest, 1e-30) and self._greatest(self.g) <= 1e-9 * self.size
 
+    def _inertia(self, u: np.ndarray) -> float:
+        """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
+        rate = self._greatest(u * self.extent) / self.size
+        return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) / self.extent)
+
     def advance(self) -> bool:
         """Move by one iteration, at most three tenths of the model's size; never done by itself."""
-        block = self.tangent.M / self.step**2 + self.tangent.K
+        # the twists of a steady motion turn with the frames: du = ad(u) dx in body axes
+        block = self.tangent.M / self.step**2 + self.tangent.K + self.tangent.D @ self.turning
         try:
             x = splu(_saddle(block, self.tangent.L, self.tangent.G, 1e-12)).solve(-np.concatenate([self.force, self.g]))
         except RuntimeError:  # exactly singular: more inertia helps
