@@ -36,5 +36,6 @@ def test_a_slender_rod_swings_in_space():
 
 @pytest.mark.parametrize("radius", [0.0, -0.1])
 def test_a_radius_must_be_positive(radius):
-    with pytest.raises(ModelError, match=r"Body 'rod': radius = -?0\.[01] m\. a positive number\. Leave the rad"):
+    message = r"Body 'rod': radius = -?0\.[01]\. Expected: a number > 0 in SI units\. Give radius a value"
+    with pytest.raises(ModelError, match=message):
         fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=radius)
