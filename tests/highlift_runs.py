@@ -1,5 +1,6 @@
 """The high-lift example: its files, its data, and runs that several tests look at."""
 
+import importlib.util
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,15 @@ FOLDER = Path(__file__).parents[1] / "examples" / "highlift"
 DATA = tomllib.loads((FOLDER / "parameters.toml").read_text())
 CHECK = DATA["check"]["quasi_static"]
 RANGE = np.radians(DATA["trailing_edge"]["track_2"]["drive"]["lever_range_deg"])
+
+
+@cache
+def bodies():
+    """Return the script that makes the elastic bodies, as a module."""
+    spec = importlib.util.spec_from_file_location("make_bodies", FOLDER / "make_bodies.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @cache

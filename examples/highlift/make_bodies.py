@@ -18,6 +18,7 @@ import flexmb as fmb
 from flexmb import fem, reduction
 
 FOLDER = Path(__file__).parent
+PATH = 1.156  # m, of the carriage of track 2
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
 SKIN = {"young": 55e9, "poisson": 0.3}  # carries E I and G J of the data set, whatever its moduli are
 
@@ -87,66 +88,64 @@ def outboard_flap(data: dict) -> fmb.ModalNeutralData:
     return reduced_flap(flap, 0.0, flap["span"], ribs, flap["nose_points_Y"], factors, "outboard_flap")
 
 
-def track_beam(data: dict, front, actuator, foot, scale: float, size: float, name: str) -> fmb.ModalNeutralData:
-    """Return the beam of a track in its axes t, y, n from the retracted front joint.
-
-    The rail is the straight line that moves like the mean of the beam under the carriage's path.
-    """
-    beam, material = data["trailing_edge"]["track_beams"], data["materials"][data["trailing_edge"]["track_beams"]["material"]]
+def track_model(data: dict, front, actuator, foot, scale: float, size: float, name: str):
+    """Return the FE model of a track in its axes t, y, n from the retracted front joint; sets name its places."""
+    beam = data["trailing_edge"]["track_beams"]
+    material = data["materials"][beam["material"]]
     rail = np.radians(14.0)
     t, n = np.array([np.cos(rail), -np.sin(rail)]), np.array([np.sin(rail), np.cos(rail)])
-    ends = {key: np.array(at) - front for key, at in (("A", actuator), ("P", foot))}
-    ends = {key: np.array([d @ t, 0.0, d @ n]) for key, d in ends.items()}
+    arms = {"A": np.array(actuator) - front, "P": np.array(foot) - front}
+    arms = {key: np.array([d @ t, 0.0, d @ n]) for key, d in arms.items()}
     low, high = (scale * s for s in beam["s_range"])
-    attached = [scale * s for s in beam["wing_attachments_s"]]
-    path = np.linspace(0.0, 1.156 * scale, 7)
-    places = np.unique(np.round([low, *attached, -0.4 * scale, *path, ends["A"][0], ends["P"][0], high], 9))
-    axis = scale * beam["axis_offset_n"]
-    box = beam["section"]
-    section = fem.Section.box(size * box["width"], size * box["height"], box["wall"])
+    first, second = (scale * s for s in beam["wing_attachments_s"])
+    path = scale * np.linspace(0.0, PATH, 7)
+    along = {"front": first, "rear": second, "actuator": arms["A"][0], "foot": arms["P"][0]}
+    along |= {f"carriage {k}": s for k, s in enumerate(path)}
+    places = np.unique(np.round([low, -0.4 * scale, high, *along.values()], 9))
+    sets = {key: [int(np.argmin(np.abs(places - s)))] for key, s in along.items()}
+    nodes = np.column_stack([places, np.zeros(len(places)), np.full(len(places), scale * beam["axis_offset_n"])])
+    section = fem.Section.box(size * beam["section"]["width"], size * beam["section"]["height"], beam["section"]["wall"])
     solid = fmb.Material(young=material["E"], poisson=material["nu"], density=material["rho"])
-    nodes = np.column_stack([places, np.zeros(len(places)), np.full(len(places), axis)])
-    fe = fem.frame(nodes, section=section, material=solid, name=name)
-    number = {s: int(np.argmin(np.abs(places - s))) for s in (*attached, *path, ends["A"][0], ends["P"][0])}
-    for key, at in ends.items():
-        fe = fem.with_node(fe, at, name=key)
-        fe = fem.with_rigid_link(fe, number[at[0]], key)
-    interfaces = {
-        "front": [number[attached[0]]],
-        "rear": [number[attached[1]]],
-        "actuator": [number[ends["A"][0]]],
-        "foot": [number[ends["P"][0]]],
-    }
-    for s in path:
+    fe = fem.frame(nodes, section=section, material=solid, node_sets=sets, name=name)
+    for key, holder in (("A", "actuator"), ("P", "foot")):
+        fe = fem.with_rigid_link(fem.with_node(fe, arms[key], name=key), sets[holder][0], key)
+    for k, s in enumerate(path):
         for side in (-1.0, 1.0):
-            key = f"rail {s:g} {side:g}"
-            fe = fem.with_node(fe, (s, side * size * box["width"] / 2.0, 0.0), name=key)
-            fe = fem.with_rigid_link(fe, number[s], key)
-    rail = [int(nodes[0]) for key, nodes in fe.node_sets.items() if key.startswith("rail")]
-    stations = {"A": [int(fe.node_sets["A"][0])], "P": [int(fe.node_sets["P"][0])], "rail": rail}
-    loads = {f"carriage {k}": reduction.NodalForces({number[s]: (0, 0, 1)}) for k, s in enumerate(path[::3])}
+            key, at = f"rail {k} {side:g}", (s, side * size * beam["section"]["width"] / 2.0, 0.0)
+            fe = fem.with_rigid_link(fem.with_node(fe, at, name=key), sets[f"carriage {k}"][0], key)
+    return fe
+
+
+def track_beam(*arguments) -> fmb.ModalNeutralData:
+    """Reduce a track; its rail is the straight line that moves like the mean of the beam under the carriage's path."""
+    fe = track_model(*arguments)
+    interfaces = {key: [int(fe.node_sets[key][0])] for key in ("front", "rear", "actuator", "foot")}
+    stations = {key: [int(fe.node_sets[key][0])] for key in ("A", "P")}
+    stations["rail"] = [int(nodes[0]) for key, nodes in fe.node_sets.items() if key.startswith("rail")]
+    loads = {f"carriage {k}": reduction.NodalForces({int(fe.node_sets[f"carriage {k}"][0]): (0, 0, 1)}) for k in (0, 3, 6)}
     return reduction.reduce(fe, interfaces, modes=6, stations=stations, loads=loads, residual_vectors=tuple(loads))
 
 
-def tracks(data: dict) -> dict[str, fmb.ModalNeutralData]:
-    """Return the beams of track 2 and of tracks 3-5."""
-    wing = data["trailing_edge"]
-    two, out = wing["track_2"], wing["outboard_mechanism"]
-    plane = [0, 2]
-    size = wing["track_beams"]["section_scale_outboard"]
+def track_arguments(data: dict) -> dict[str, tuple]:
+    """Return what describes the tracks, by the name of the file."""
+    two, out = data["trailing_edge"]["track_2"], data["trailing_edge"]["outboard_mechanism"]
+    size = data["trailing_edge"]["track_beams"]["section_scale_outboard"]
+    front, actuator, foot = (
+        np.array(point)[[0, 2]]
+        for point in (two["front_joint_retracted"], two["drive"]["actuator_axis"], two["pendulum_foot"])
+    )
+    outer = (np.array(out[key]) for key in ("front_joint_on_flap", "actuator_axis_XZ", "pendulum_foot_XZ"))
     return {
-        "track_2": track_beam(data, np.array(two["front_joint_retracted"])[plane],
-                              np.array(two["drive"]["actuator_axis"])[plane], np.array(two["pendulum_foot"])[plane],
-                              1.0, 1.0, "track_2"),
-        "track_outboard": track_beam(data, np.array(out["front_joint_on_flap"]), np.array(out["actuator_axis_XZ"]),
-                                     np.array(out["pendulum_foot_XZ"]), out["scale_to_track_2"], size, "track_outboard"),
-    }  # fmt: skip
+        "track_2": (data, front, actuator, foot, 1.0, 1.0, "track_2"),
+        "track_outboard": (data, *outer, out["scale_to_track_2"], size, "track_outboard"),
+    }
 
 
 def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:
     """Write the reduced bodies to a folder and return them."""
     data = tomllib.loads((FOLDER / "parameters.toml").read_text())
-    bodies = {"inboard_flap": inboard_flap(data), "outboard_flap": outboard_flap(data), **tracks(data)}
+    bodies = {"inboard_flap": inboard_flap(data), "outboard_flap": outboard_flap(data)}
+    bodies |= {name: track_beam(*arguments) for name, arguments in track_arguments(data).items()}
     for name, body in bodies.items():
         body.save(Path(folder) / f"{name}.h5")
         print(f"{name}: {body.mass:.1f} kg, {body.n_modes} coordinates, {body.frequencies[:4].round(1)} Hz")

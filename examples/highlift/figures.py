@@ -1,0 +1,69 @@
+"""Curves of the high-lift system laid out like Figs. 16-21 of Zierath, Woernle & Heyden, rigid beside elastic.
+
+Run it with: python examples/highlift/figures.py [picture]   (after make_bodies.py; a minute for four runs)
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import flexmb as fmb
+
+FOLDER = Path(__file__).parent
+BLUE, ORANGE, GREY = "tab:blue", "tab:orange", "0.6"
+
+
+def run(case: str, rigid: bool) -> fmb.Solution:
+    """Return the solution of a case, the first second."""
+    given = {"rigid": rigid}
+    settings = fmb.load_simulation(FOLDER / f"{case}.toml", given, t_end=1.0, samples=1001)
+    return fmb.simulate(fmb.load_model(FOLDER / f"{case}.toml", given), **settings.keywords())
+
+
+def draw(axes, operation: fmb.Solution, failure: fmb.Solution, style: str, label: str) -> None:
+    """Draw the six figures of one variant."""
+    t = operation.t
+    forces = {k: f"inboard_t{k}_strut force" for k in (1, 2)}
+    before = float(np.interp(0.645, failure.t, failure[forces[1]][:, 0]))
+    for name, colour in (("inboard_t2", BLUE), ("outboard_t3", ORANGE)):
+        lever, angle = (np.degrees(operation[f"{name}_{what} angle"]) for what in ("lever", "flap"))
+        axes[0].plot(lever, angle, style, color=colour, label=f"{name.split('_')[0]}{label}")
+    axes[1].plot(t, 1e3 * operation["interconnection travel"], style, color=BLUE, label=f"operation{label}")
+    for k, colour in ((1, BLUE), (2, ORANGE)):
+        axes[2].plot(t, operation[forces[k]][:, 0] / 1e3, style, color=colour, label=f"track {k}{label}")
+        axes[3].plot(failure.t, failure[forces[k]][:, 0] / before, style, color=colour, label=f"track {k}{label}")
+    axes[4].plot(t, 1e3 * operation["interconnection travel"], style, color=BLUE, label=f"operation{label}")
+    axes[4].plot(failure.t, 1e3 * failure["interconnection travel"], style, color=ORANGE, label=f"failure{label}")
+    axes[5].plot(failure.t, failure["interconnection force"][:, 2] / before, style, color=BLUE, label=f"strut{label}")
+
+
+def main(picture: str = "high_lift.png") -> None:
+    """Write the picture."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(2, 3, figsize=(11.0, 6.0), layout="constrained")
+    axes = axes.ravel()
+    strut = "interconnection strut"
+    titles = ("flap angle over lever angle [deg]", f"{strut} [mm]", "drive struts [kN]",
+              "drive struts / track 1 before", f"{strut} [mm]", f"{strut} / track 1 before")  # fmt: skip
+    for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
+        draw(axes, run("operation", rigid), run("strut_2_breaks", rigid), style, label)
+    for number, (ax, title) in enumerate(zip(axes, titles), 16):
+        ax.set_title(f"{title}, cf. Fig. {number}", fontsize=9)
+        ax.legend(fontsize=6)
+        ax.tick_params(labelsize=7)
+        ax.grid(color="0.9")
+    for ax in (axes[1], axes[4]):
+        for stop in (-28.0, 12.0):
+            ax.axhline(stop, color=GREY, linewidth=0.8)
+    for ax in axes[3:]:
+        ax.set_xlim(0.5, 1.0)
+    figure.savefig(picture, dpi=70)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

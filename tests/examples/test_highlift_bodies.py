@@ -1,0 +1,188 @@
+"""Elastic flaps and tracks of the high-lift example: the outcomes 5.16, 5.17, 5.18 and 5.20, and frequencies by hand.
+
+Reference: statics of the full finite elements, Craig & Bampton 1968, and Euler-Bernoulli beams in closed form.
+"""
+
+import itertools
+from functools import cache
+
+import numpy as np
+import pytest
+from highlift_runs import DATA, bodies
+from scipy.linalg import eigh
+from tolerances import MACHINE
+
+from flexmb import fem, reduction
+from flexmb.reduction.basis import normal_modes
+from flexmb.reduction.interfaces import resolve
+from flexmb.reduction.statics import HeldBody
+
+FLAP = DATA["trailing_edge"]["inboard_flap"]
+CHORDS = np.interp(FLAP["nose_points_y"], FLAP["y_range"], FLAP["chord"])
+STRIP = np.ptp(FLAP["y_range"]) / 7
+
+
+@cache
+def flap():
+    """The finite elements of the inboard flap."""
+    wing = DATA["trailing_edge"]
+    ribs = {"root": wing["track_1"]["y"], "tip": wing["track_2"]["y"], "rib": wing["interconnection_strut"]["y_inboard"]}
+    return bodies().flap_model(FLAP, *FLAP["y_range"], ribs, FLAP["nose_points_y"], "inboard_flap")
+
+
+def node(fe, name) -> int:
+    return int(fe.node_sets[name][0])
+
+
+def nodal(fe, table):
+    """Return the forces on the freedoms of {node: six components}."""
+    return reduction.NodalForces(table).forces(fe, "test")
+
+
+@pytest.mark.parametrize("eta", [0, 5, 10])
+def test_outcome_5_16(eta):
+    """Nose force plus correction moment is the load at the centre of pressure: in every freedom of the elements, so in
+    resultant, moment and all modal loads."""
+    coefficients = [DATA["airloads"]["inboard"][key][eta] for key in ("CN", "CC", "XCP")]
+    CN, CC, XCP = coefficients
+    real, fe = flap(), flap()
+    for k, (y, c) in enumerate(zip(FLAP["nose_points_y"], CHORDS), 1):
+        rib = int(np.argmin(np.linalg.norm(real.nodes - (0.33 * c, y, 0.0), axis=1)))
+        real = fem.with_rigid_link(fem.with_node(real, (XCP * c, y, 0.0), name=f"pressure_{k}"), rib, f"pressure_{k}")
+    strips = STRIP * CHORDS
+    loads = {node(real, f"pressure_{k}"): (CC * s, 0, CN * s) for k, s in enumerate(strips, 1)}
+    noses = {
+        node(fe, f"nose_{k}"): (CC * s, 0, CN * s, 0, -CN * s * XCP * c, 0)
+        for k, (s, c) in enumerate(zip(strips, CHORDS), 1)
+    }
+    one, two = nodal(real, loads), nodal(fe, noses)
+    assert np.abs(one - two).max() < 1e2 * MACHINE * np.abs(two).max()
+    resultant = fe.rigid_motions().T @ two
+    area = np.sum(strips)
+    np.testing.assert_allclose(resultant[:3], [CC * area, 0, CN * area], rtol=1e-9, atol=1e-9)
+    assert resultant[4] == pytest.approx(-CN * XCP * np.sum(strips * CHORDS), rel=1e-9)
+    data = reduction.reduce(fe, {"tip": [node(fe, "tip")]}, modes=4, loads={"nose": reduction.NodalForces(noses)})
+    np.testing.assert_allclose(data.load_shapes[0][:6], resultant, rtol=1e-9, atol=1e-9)
+
+
+def held_deflection(data, interfaces, load) -> np.ndarray:
+    """Return the translations of all nodes under a load shape, the named interfaces held in all directions."""
+    m, rows = data.n_modes, []
+    for name in interfaces:
+        k = data.marker_names.index(name)
+        x, y, z = data.marker_positions[k]
+        arm = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+        rows.append(np.hstack([np.eye(3), arm, data.marker_translations[k]]))
+        rows.append(np.hstack([np.zeros((3, 3)), np.eye(3), data.marker_rotations[k]]))
+    G = np.vstack(rows)
+    K = np.zeros((6 + m, 6 + m))
+    K[6:, 6:] = data.stiffness
+    matrix = np.block([[K, G.T], [G, np.zeros((len(G), len(G)))]])
+    u = np.linalg.solve(matrix, np.concatenate([load, np.zeros(len(G))]))[: 6 + m]
+    moved = data.shapes @ u[6:] if data.shapes.ndim == 3 else data.shapes
+    return moved + u[:3] + np.cross(u[3:6], data.nodes)
+
+
+def full_deflection(fe, interfaces, force) -> np.ndarray:
+    """Return the same from the full model."""
+    fixed = [node(fe, name) for name in interfaces]
+    return fe.field(fem.static(fe, force, fixed)[:, None])[:, :3, 0]
+
+
+def test_outcome_5_17():
+    """The response to the distributed load gains with every normal mode; constraint modes alone give that to forces at
+    interfaces, and a residual vector that to the load, exactly."""
+    fe, held = flap(), ("root", "tip", "rib")
+    interfaces = {name: [node(fe, name)] for name in held}
+    air = {node(fe, f"nose_{k}"): (0, 0, s, 0, -0.4 * s * c, 0) for k, (s, c) in enumerate(zip(STRIP * CHORDS, CHORDS), 1)}
+    shape = {"air": reduction.NodalForces(air)}
+    exact = full_deflection(fe, held, nodal(fe, air))
+    errors = []
+    for modes in (0, 2, 4, 8, 16):
+        data = reduction.reduce(fe, interfaces, modes=modes, loads=shape, compare=0)
+        errors.append(np.abs(held_deflection(data, held, data.load_shapes[0]) - exact).max() / np.abs(exact).max())
+    assert errors[0] == pytest.approx(1.0, abs=0.05)
+    assert all(later < sooner for sooner, later in itertools.pairwise(errors))
+    assert errors[-1] < 0.05
+    data = reduction.reduce(fe, interfaces, modes=2, loads=shape, residual_vectors=("air",), compare=0)
+    assert np.abs(held_deflection(data, held, data.load_shapes[0]) - exact).max() < 1e-7 * np.abs(exact).max()
+    push = {node(fe, "rib"): (1e3, 0, 5e3, 0, 2e3, 0)}
+    data = reduction.reduce(fe, interfaces, modes=0, loads={"push": reduction.NodalForces(push)}, compare=0)
+    exact = full_deflection(fe, ("root",), nodal(fe, push))
+    assert np.abs(held_deflection(data, ("root",), data.load_shapes[0]) - exact).max() < 1e-7 * np.abs(exact).max()
+
+
+def test_outcome_5_18():
+    """Stiffness in constraint and normal modes is block diagonal; the free body has six zero frequencies."""
+    fe = flap()
+    body = HeldBody(fe, resolve(fe, {name: [node(fe, name)] for name in ("root", "tip", "rib")}))
+    modes = normal_modes(body, 12)
+    basis = np.hstack([body.constraint_modes, modes.vectors])
+    K, M = basis.T @ (fe.K @ basis), basis.T @ (fe.M @ basis)
+    q = body.constraint_modes.shape[1]
+    scale = np.sqrt(np.abs(np.outer(np.diag(K)[:q], np.diag(K)[q:])))
+    assert np.abs(K[:q, q:] / scale).max() < 1e-8
+    np.testing.assert_allclose(K[q:, q:], np.diag(modes.w2), atol=1e-7 * modes.w2.max())
+    w2 = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), eigvals_only=True)
+    assert np.abs(w2[:6]).max() < 1e-6 * w2[6]
+    data = bodies().inboard_flap(DATA)
+    assert np.sqrt(w2[6]) / (2 * np.pi) == pytest.approx(data.frequencies[0], rel=1e-2)
+
+
+def test_outcome_5_20():
+    """A load through the shear centre does not twist the flap; at the area centre it does, by its moment over G J / L."""
+    fe = flap()
+    root, end = int(np.argmin(fe.nodes[:, 1])), int(np.flatnonzero(fe.nodes[:, 1] == FLAP["y_range"][1])[0])
+    axis = fe.nodes[end] - fe.nodes[root]
+    length = np.linalg.norm(axis)
+    axis /= length
+    centre = int(np.argmin(np.linalg.norm(fe.nodes - (0.42 * FLAP["chord"][1], FLAP["y_range"][1], 0.0), axis=1)))
+    twists = []
+    for place in (end, centre):
+        u = fem.static(fe, nodal(fe, {place: (0, 0, 1e3)}), [root])
+        twists.append(fe.field(u[:, None])[end, 3:, 0] @ axis)
+    arm = np.linalg.norm(np.cross(axis, fe.nodes[centre] - fe.nodes[end]))
+    assert abs(twists[0]) < 1e-9 * abs(twists[1])
+    assert abs(twists[1]) == pytest.approx(1e3 * arm * length / FLAP["GJ"], rel=1e-3)
+
+
+def test_frequencies_by_hand():
+    """Free flaps against the uniform beams of the data set, which leave out taper, and the offset of the mass from the
+    shear centre: that couples bending and torsion, within 8 %."""
+    for name, made in (("inboard_flap", bodies().inboard_flap(DATA)), ("outboard_flap", bodies().outboard_flap(DATA))):
+        expected = DATA["trailing_edge"][name]["expected_frequencies_hz"]
+        for key in ("free_bending_1", "free_torsion_1"):
+            assert np.min(np.abs(made.frequencies / expected[key] - 1.0)) < 0.08
+        assert made.mass + len(made.marker_names[: made.n_interfaces]) * bodies().FITTING == pytest.approx(
+            DATA["trailing_edge"][name]["mass"], rel=1e-2
+        )
+
+
+@pytest.mark.parametrize("yielding", [0.0, 1.0])
+def test_track_beam_on_the_wing(yielding):
+    """First vertical frequency with 150 kg at the pendulum foot and 60 kg at the carriage.
+
+    The beam with an overhang a behind the span b gives way by a^2 (a + b)/3EI, its shear by (a + a^2/b)/GA, its
+    attachments by (1 + a/b)^2/k and (a/b)^2/k. The 34 Hz of the data set leave out shear and attachments.
+    """
+    arguments = bodies().track_arguments(DATA)["track_2"]
+    fe, beam = bodies().track_model(*arguments), DATA["trailing_edge"]["track_beams"]
+    k = beam["attachment_stiffness"] if yielding else 1e13
+    fe = fem.with_mass(fem.with_mass(fe, node(fe, "foot"), 150.0), node(fe, "carriage 0"), 60.0)
+    fe = fem.with_spring(fe, node(fe, "front"), (k, k, k, 7e5, 0, 0))
+    fe = fem.with_spring(fe, node(fe, "rear"), (0, k, k, 0, 0, 0))
+    modes = fem.eigenmodes(fe, n=6)
+    foot = np.abs(fe.field(modes.shapes)[node(fe, "foot")])
+    found = modes.frequencies[foot[2] > foot[1]][0]
+    titanium = DATA["materials"]["titanium_6al4v"]
+    section = fem.Section.box(*(beam["section"][key] for key in ("width", "height", "wall")))
+    front, rear = beam["wing_attachments_s"]
+    a, b = beam["interfaces_s"]["pendulum_foot"] - rear, rear - front
+    bending = a**2 * (a + b) / (3.0 * titanium["E"] * section.inertia_y)
+    shear = (a + a**2 / b) * 2.0 * (1.0 + titanium["nu"]) / (titanium["E"] * section.area * section.shear_z)
+    attachment = ((1.0 + a / b) ** 2 + (a / b) ** 2) / k
+    mass = 150.0 + 0.24 * beam["mass_per_length"] * a
+    by_hand = 1.0 / np.sqrt(mass * (bending + shear + attachment)) / (2.0 * np.pi)
+    assert found == pytest.approx(by_hand, rel=0.02)
+    if not yielding:
+        assert found == pytest.approx(beam["expected_frequency_hz"], rel=0.08)
