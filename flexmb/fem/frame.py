@@ -141,6 +141,14 @@ def _lines(part, points, mesh, connectivity):
             expected="(n, 3), n >= 2",
             remedy="Give one row x, y, z per node; planar frames need z = 0",
         )
+    if not np.isfinite(nodes).all():
+        bad = int(np.flatnonzero(~np.isfinite(nodes).all(axis=1))[0])
+        raise MeshError(
+            part,
+            found=f"point {bad} is at {nodes[bad].tolist()}",
+            expected="finite coordinates, m",
+            remedy="Check the list of points",
+        )
     if connectivity is None:
         connectivity = np.stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))], axis=1)
     lines = np.atleast_2d(np.asarray(connectivity, int))

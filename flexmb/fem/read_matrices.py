@@ -81,6 +81,14 @@ def read_matrices(
 def write_matrices(path: str | Path, fe: FEModel) -> None:
     """Write K, M, nodes, dofs and node sets of an FE model to an .npz file that `read_matrices` and numpy
     read."""
+    path = Path(path)
+    if path.suffix.lower() != ".npz" or not path.parent.is_dir():
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found=f"the suffix '{path.suffix}'" if path.parent.is_dir() else f"no folder '{path.parent}'",
+            expected="a file .npz in an existing folder",
+            remedy="Create the folder, or write another name",
+        )
     arrays: dict[str, Any] = {"nodes": fe.nodes, "dofs": fe.dofs}
     for symbol, matrix in (("K", fe.K.tocsr()), ("M", fe.M.tocsr())):
         arrays |= {

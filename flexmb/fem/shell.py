@@ -13,6 +13,7 @@ from flexmb.fem.mesh_cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, summed
 from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.shell_block import ShellBlock
+from flexmb.model.described import check_kind, is_number
 from flexmb.model.material import Material
 
 __all__ = ["shell"]
@@ -55,6 +56,8 @@ def shell(
     """
     name = mesh.name if name is None else name
     part = f"Shell '{name}'"
+    check_kind(material, Material, f"{part}, material", "Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
+               MeshError)  # fmt: skip
     nodes, cells, groups, node_sets, facet_sets = kept_cells(mesh, ("triangle", "quad"), part)
     warn_about_size(part, nodes)
     warn_about_material(part, material.young, material.density)
@@ -91,6 +94,14 @@ def shell(
 
 
 def _thickness(part: str, thickness, count: int, groups: Mapping[str, np.ndarray]) -> np.ndarray:
+    for value in thickness.values() if isinstance(thickness, Mapping) else [thickness]:
+        if not is_number(value):
+            raise MeshError(
+                part,
+                found=f"the thickness {value!r}",
+                expected="a number, m, or a mapping of group name to number",
+                remedy='Write thickness=0.002 or thickness={"skin": 0.002, "rib": 0.003}',
+            )
     if not isinstance(thickness, Mapping):
         values = np.full(count, float(thickness))
     else:

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["pressure_load", "traction_load"]
+__all__ = ["node_areas", "pressure_load", "traction_load"]
 
 CORNERS = {"tri": np.array([[0, 0], [1, 0], [0, 1]], float), "quad": np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)}
 FACETS = {3: ("tri", "ElementTriP1", 4), 6: ("tri", "ElementTriP2", 4), 4: ("quad", "ElementQuad1", 3),
@@ -17,7 +17,7 @@ FACETS = {3: ("tri", "ElementTriP1", 4), 6: ("tri", "ElementTriP2", 4), 4: ("qua
 
 def pressure_load(fe: FEModel, facets: str | np.ndarray, pressure: float = 1.0) -> np.ndarray:
     """Return nodal forces (ndof,), N, of a pressure, Pa, that acts against the outward normal, eq. (fe-pressure)."""
-    return _load(fe, facets, lambda normal: -pressure * normal)
+    return fe.forces(_nodal(fe, facets, lambda normal: -pressure * normal))[:, 0]
 
 
 def traction_load(
@@ -25,10 +25,20 @@ def traction_load(
 ) -> np.ndarray:
     """Return nodal forces (ndof,), N, of a traction vector (3,), Pa, in body axes, eq. (fe-traction)."""
     t = np.asarray(traction, float)
-    return _load(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t)
+    if t.shape != (3,) or not np.isfinite(t).all():
+        raise MeshError(f"FE model '{fe.name}'", found=f"the traction {traction!r}", expected="three numbers, Pa",
+                        remedy="Give (tx, ty, tz) in body axes")
+    return fe.forces(_nodal(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t))[:, 0]
 
 
-def _load(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
+def node_areas(fe: FEModel, facets: str | np.ndarray) -> np.ndarray:
+    """Return the share of every node in the area of facets, int N dA, (n,), m2."""
+    along_x = _nodal(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * np.eye(3)[0])
+    return along_x[:, 0, 0]
+
+
+def _nodal(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
+    """Return the nodal forces (n, 6, 1) of a force per reference area, given the facets' normals."""
     if isinstance(facets, str):
         if facets not in fe.facet_sets:
             known = ", ".join(sorted(fe.facet_sets)) or "none"
@@ -45,7 +55,7 @@ def _load(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
         normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])  # its length is the area per unit of X
         forces = np.einsum("q,qa,fqk->fak", weight, value, force(normal))
         np.add.at(nodal[:, :3, 0], chosen, forces)
-    return fe.vectors(nodal)[:, 0]
+    return nodal
 
 
 def _facet_tables(nn: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

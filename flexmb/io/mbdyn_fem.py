@@ -77,6 +77,7 @@ def write_mbdyn_fem(
         if data.geometric is not None:
             groups[19] = _stress_stiffness(data.geometric)
     text = group_text(data.name, labels, data.frequencies, groups)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="ascii", errors="replace")
     return path
 

@@ -60,6 +60,7 @@ def write_sid(data: ModalNeutralData, path: str | Path) -> Path:
     lines.append("        end frame")
     for block, (m0, m1) in _body_blocks(data).items():
         lines += taylor_text(block, m0, m1, m, 8 * " ")
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join([*lines, "    end modal", "end part", ""]), encoding="ascii", errors="replace")
     return path
 

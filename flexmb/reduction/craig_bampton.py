@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
-from flexmb.model.described import check_kind, check_mapping
+from flexmb.model.described import check_kind, check_mapping, is_number
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.cache import kept
@@ -196,6 +196,28 @@ def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) 
 
 def _check_names(asked: _Settings) -> None:
     interfaces, stations, loads, frame = asked.interfaces, asked.stations, asked.loads, asked.frame
+    if asked.preload and not asked.geometric_stiffness:
+        raise ReductionError(
+            "Reduction",
+            found="a preload, but geometric_stiffness=False",
+            expected="geometric stiffness: a constant load acts through it alone",
+            remedy="Write geometric_stiffness=True, or give the load to the mechanism",
+        )
+    for name, factor in asked.preload.items():
+        if not is_number(factor):
+            raise ReductionError(
+                f"Preload '{name}'",
+                found=f"the factor {factor!r}",
+                expected="a number",
+                remedy='Write preload={"air": 5e3} for 5e3 times the unit load',
+            )
+    if isinstance(asked.compare, bool) or not isinstance(asked.compare, int | np.integer) or asked.compare < 0:
+        raise ReductionError(
+            "Reduction",
+            found=f"compare = {asked.compare!r}",
+            expected="a count from 0 upwards",
+            remedy="Give how many frequencies of the full model the report compares",
+        )
     common = sorted(set(interfaces) & set(stations))
     if common:
         raise ReductionError(

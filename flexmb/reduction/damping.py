@@ -44,7 +44,10 @@ def damping_ratios(damping: Any, w2: np.ndarray) -> np.ndarray:
     elif isinstance(damping, Rayleigh):
         ratios = damping.mass / (2.0 * w) + damping.stiffness * w / 2.0
     elif isinstance(damping, Bands):
-        upper, values = (np.array(column, float) for column in zip(*damping.bands, strict=True))
+        try:
+            upper, values = (np.array(column, float) for column in zip(*damping.bands, strict=True))
+        except (TypeError, ValueError):
+            raise _unreadable(damping.bands) from None
         if np.any(np.diff(upper) <= 0.0):
             raise ReductionError(
                 "Damping",
@@ -54,7 +57,10 @@ def damping_ratios(damping: Any, w2: np.ndarray) -> np.ndarray:
             )
         ratios = values[np.minimum(np.searchsorted(upper, w / (2.0 * np.pi)), len(upper) - 1)]
     else:
-        ratios = np.atleast_1d(np.asarray(damping, float))
+        try:
+            ratios = np.atleast_1d(np.asarray(damping, float))
+        except (TypeError, ValueError):
+            raise _unreadable(damping) from None
         if ratios.shape not in ((1,), (len(w),)):
             raise ReductionError(
                 "Damping",
@@ -71,3 +77,12 @@ def damping_ratios(damping: Any, w2: np.ndarray) -> np.ndarray:
             remedy="Give fractions of critical damping: 0.01 is one percent",
         )
     return ratios
+
+
+def _unreadable(damping: Any) -> ReductionError:
+    return ReductionError(
+        "Damping",
+        found=repr(damping),
+        expected="a fraction of critical damping, one per mode, reduction.Rayleigh or reduction.Bands",
+        remedy="Write damping=0.01 for one percent, or reduction.Bands(((100.0, 0.01), (500.0, 0.02)))",
+    )

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fem.beams import STEEL, frequencies, solve, straight
+from reduction.solids import block
 from tolerances import MACHINE
 
 from flexmb import fem
@@ -100,6 +101,16 @@ def test_forces_on_dependent_nodes_reach_the_freedoms(linked, rng):
     assert np.vdot(linked.forces(load), motion) == pytest.approx(
         np.vdot(load, linked.field(motion)), rel=1e-10
     )
+
+
+def test_pressure_on_linked_nodes_reaches_the_freedoms():
+    """Traction on a face whose nodes follow a rigid link: resultant and moment act on the reference node."""
+    fe = block()
+    hub = fem.with_rigid_link(fe, (0.2, 0.0, 0.1), "right", "hub")
+    free, linked = (fem.traction_load(model, "top", (1.0, 2.0, 3.0)) for model in (fe, hub))
+    for model, load in ((fe, free), (hub, linked)):
+        np.testing.assert_allclose(model.rigid_motions()[:, :3].T @ load, 0.4 * 0.06 * np.array([1.0, 2.0, 3.0]), rtol=1e-10)
+    np.testing.assert_allclose(hub.rigid_motions().T @ linked, fe.rigid_motions().T @ free, rtol=1e-10, atol=1e-12)
 
 
 def test_geometric_stiffness_of_linked_models(linked, rng):

@@ -2,17 +2,20 @@
 
 import numpy as np
 import pytest
-from fem.beams import STEEL, straight
+from fem.beams import STEEL, plate, straight
+from reduction.solids import block
 from scipy import sparse
 
 from flexmb import fem
 from flexmb.errors import MeshError
 from flexmb.fem.read_matrices import read_matrices
 
+TUBE = fem.Section.tube(0.05, 0.002)
+
 
 @pytest.fixture(scope="module")
 def beam():
-    return fem.frame(straight(3), section=fem.Section.tube(0.05, 0.002), material=STEEL)
+    return fem.frame(straight(3), section=TUBE, material=STEEL)
 
 
 @pytest.mark.parametrize(
@@ -31,6 +34,31 @@ def beam():
 def test_loads_and_counts(beam, act, message):
     with pytest.raises(MeshError, match=message):
         act(beam)
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda: fem.frame([(0, 0, 0), (np.nan, 0, 0)], section=TUBE, material=STEEL), r"point 1 is at \[nan, 0\.0, 0\.0\]"),
+        (lambda: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), "steel", 0.01), r"material: the text 'steel'"),
+        (lambda: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), STEEL, "thin"), r"the thickness 'thin'.*a number, m"),
+        (lambda: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), STEEL, {"skin": None}), r"the thickness None"),
+    ],
+)
+def test_models_that_cannot_be(act, message):
+    with pytest.raises(MeshError, match=message):
+        act()
+
+
+def test_traction_of_another_shape():
+    with pytest.raises(MeshError, match=r"the traction \(1, 0\).*three numbers, Pa"):
+        fem.traction_load(block(divisions=(1, 1, 1)), "top", (1, 0))
+
+
+@pytest.mark.parametrize("name", ["K.mat", "none/K.npz"])
+def test_matrices_are_written_as_npz(beam, tmp_path, name):
+    with pytest.raises(MeshError, match=r"a file \.npz in an existing folder"):
+        fem.write_matrices(tmp_path / name, beam)
 
 
 def test_all_modes_of_a_small_model(beam):

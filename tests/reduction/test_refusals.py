@@ -246,6 +246,20 @@ def test_geometric_stiffness_needs_elements():
     )
 
 
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"preload": {"air": 1.0}}, r"a preload, but geometric_stiffness=False.*Write geometric_stiffness=True"),
+        ({"preload": {"air": "x"}, "geometric_stiffness": True}, r"Preload 'air': the factor 'x'"),
+        ({"compare": -1}, r"compare = -1.*a count from 0"),
+        ({"damping": "1 %"}, r"Damping: '1 %'.*a fraction of critical damping"),
+        ({"damping": reduction.Bands((("a", 0.1),))}, r"Damping: \(\('a', 0\.1\),\)"),
+    ],
+)
+def test_settings_that_cannot_be(fe, options, match):
+    refused(match, fe, loads={"air": {0: (0.0, 1.0, 0.0)}}, **options)
+
+
 def test_frame_of_another_name(fe):
     refused(
         r"Frame 'aa': no interface of that name\. Expected: 'buckens' or one of: a, b\. Did you mean 'a'\?",
