@@ -27,7 +27,7 @@ _ROOMS = {
     "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop",
     "flexmb.integrate": "Augmented Baumgarte Explicit GeneralizedAlpha IDA NullSpace UdwadiaPhohomsiri accelerations "
-    "check inverse_dynamics kinematics linearize resume simulate statics",
+    "campbell check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
     "flexmb.study": "sweep",

@@ -1,6 +1,7 @@
 """Analyses: what happens to a system over time, and about a state."""
 
 from flexmb.integrate.accelerations import Accelerations, accelerations
+from flexmb.integrate.campbell import Campbell, campbell
 from flexmb.integrate.check import Report, check
 from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
@@ -17,6 +18,7 @@ __all__ = [
     "Accelerations",
     "Augmented",
     "Baumgarte",
+    "Campbell",
     "Explicit",
     "GeneralizedAlpha",
     "Linearization",
@@ -24,6 +26,7 @@ __all__ = [
     "Report",
     "UdwadiaPhohomsiri",
     "accelerations",
+    "campbell",
     "check",
     "inverse_dynamics",
     "kinematics",

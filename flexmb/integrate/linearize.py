@@ -10,12 +10,14 @@ and the null space N of G leaves ``P^T (...) N`` in the independent coordinates 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.linalg import eig, null_space
 
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.integrate.formulations import RANK
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
@@ -39,6 +41,10 @@ class Linearization:
         One of each conjugate pair, and all real ones, by increasing frequency.
     modes : (nu, k)
         Mode shapes in all coordinates.
+    projection : (nu, n)
+        Generalised forces on z per force on the coordinates, transposed; `basis` unless loads stiffen.
+    markers : mapping of "body.marker" to (int, (6, k))
+        First velocity of its body, and its Jacobian in W: translation, rotation.
     """
 
     M: np.ndarray
@@ -47,6 +53,8 @@ class Linearization:
     basis: np.ndarray
     eigenvalues: np.ndarray
     modes: np.ndarray
+    projection: np.ndarray
+    markers: Mapping[str, tuple[int, np.ndarray]]
 
     def __repr__(self):
         listed = ", ".join(f"{f:.4g}" for f in self.frequencies[self.frequencies > 0.0][:6])
@@ -79,6 +87,49 @@ class Linearization:
         B = np.vstack([np.zeros((n, n)), inverse])
         return A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, n))
 
+    def motion_of(self, marker: str) -> np.ndarray:
+        """Return displacement (m) and rotation (rad) of a marker in W per unit of z, (6, n): rows of an output matrix."""
+        first, jacobian = self._marker(marker)
+        return jacobian @ self.basis[first : first + jacobian.shape[1]]
+
+    def force_on(self, marker: str) -> np.ndarray:
+        """Return the generalised force on z per unit force (N) and moment (N m) in W at a marker, (n, 6)."""
+        first, jacobian = self._marker(marker)
+        return self.projection[first : first + jacobian.shape[1]].T @ jacobian.T
+
+    def frequency_response(self, frequencies, force: str, motion: str) -> np.ndarray:
+        """Return the response of one marker to a harmonic load on another.
+
+        It is C (i w - A)^-1 B of the state space between the two markers, evaluated as (K + i w C - w^2 M)^-1.
+
+        Parameters
+        ----------
+        frequencies : (nf,), Hz
+        force, motion : str
+            "body.marker" that is loaded, and that is observed.
+
+        Returns
+        -------
+        (nf, 6, 6), complex
+            Displacement x, y, z (m) and rotation (rad) in W, per force (N) and moment (N m) in W: ``H[:, 2, 2]`` is the
+            vertical deflection under a vertical force. Its absolute value is the amplitude, its angle the phase.
+
+        Raises
+        ------
+        ModelError
+            There is no such marker.
+        """
+        outputs, inputs = self.motion_of(motion), self.force_on(force)
+        omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequencies, float))
+        return np.array([outputs @ np.linalg.solve(self.K + 1j * w * self.C - w * w * self.M, inputs) for w in omega])
+
+    def _marker(self, name: str) -> tuple[int, np.ndarray]:
+        if name not in self.markers:
+            raise ModelError("Linearization", found=f"marker '{name}' does not exist",
+                             expected=f"One of: {', '.join(self.markers)}",
+                             remedy=did_you_mean(name, self.markers) or "Write it as 'body.marker'")
+        return self.markers[name]
+
 
 def linearize(model: Model, about: Any = None) -> Linearization:
     """Linearise a model about a state.
@@ -108,7 +159,17 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=rank) if len(G) else N
     reduced = [P.T @ X @ N for X in (M, D + M @ ad, K + D @ ad + M @ ad_rate)]
     values, vectors = _eigen(*reduced)
-    return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=N, eigenvalues=values, modes=N @ vectors)
+    return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=N, eigenvalues=values, modes=N @ vectors,
+                         projection=P, markers=_jacobians(system, work))
+
+
+def _jacobians(system, work) -> dict[str, tuple[int, np.ndarray]]:
+    """Return first velocity and Jacobian of every marker at the latest evaluation."""
+    found = {}
+    for name, k in system.marker_index.items():
+        first, size, at = (int(work.markers[k][key]) for key in ("iu", "nu", "iJ"))
+        found[name] = (first, work.J[at : at + 6 * size].reshape(6, size).copy())
+    return found
 
 
 def _eigen(M, C, K) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 
 __all__ = ["Envelope", "displacement", "largest_von_mises", "modal_data", "positions", "rotation_matrices",
-           "stress", "von_mises", "von_mises_envelope"]
+           "section_forces", "stress", "von_mises", "von_mises_envelope"]
 
 CHUNK = 16_000_000
 """Numbers of nodal stress held at once (128 MB); longer series go through in pieces."""
@@ -134,6 +134,25 @@ def _von_mises_pieces(data, eta, nodes):
     step = max(1, CHUNK // (6 * len(S)))
     for start in range(0, len(eta), step):
         yield start, von_mises(_superposed(S, eta[start : start + step]))
+
+
+def section_forces(data, eta, block) -> np.ndarray:
+    """Return N, V_y, V_z (N), M_x, M_y, M_z (N m) at both ends of every beam: (nt, ne, 2, 6), in the beam's axes.
+
+    Parameters
+    ----------
+    data : ModalNeutralData
+        Reduced from an FE model of frames.
+    eta : (nt, m)
+    block : FrameBlock
+        The beams of that FE model, ``fe.blocks[0]``.
+    """
+    if data.rotation_shapes is None or not hasattr(block, "section_forces"):
+        raise ModelError(f"Modal neutral data '{data.name}'", found=f"{type(block).__name__} has no section forces",
+                         expected="beams with rotations at their nodes",
+                         remedy="Give the block of the FE model that fem.frame made and that was reduced")
+    modes = block.section_forces(np.concatenate([data.shapes, data.rotation_shapes], axis=1))  # (ne, 2, 6, m)
+    return np.einsum("tm,ecfm->tecf", np.atleast_2d(np.asarray(eta, float)), modes)
 
 
 def _stress_modes(data, nodes):
