@@ -35,9 +35,8 @@ def linkage(l: float, h: float, stroke: float) -> tuple[float, float]:
 
 def peaks(design, data: str) -> np.ndarray:
     """Return the greatest strut force, kN, and drive torque, kN m, while the flap extends in real time."""
-    (b, first), (_, last) = (linkage(*design, stroke) for stroke in (0.0, TRAVEL))
+    (b, first), (_, last), (x, z) = linkage(*design, 0.0), linkage(*design, TRAVEL), A + design[1] * ACROSS
     changed = {"lever_length": design[0], "strut_length": b, "lever_start": first, "lever_range": last - first}
-    x, z = A + design[1] * ACROSS
     changed |= {"a_x": x, "a_z": z, "lever": data, "lever_is_rigid": True, "duration": 32.54}
     solution = fmb.kinematics(fmb.load_model(STATION / "flap_station.toml", changed), 32.54, samples=61)
     return 1e-3 * np.abs([solution["strut force"][:, 0], solution["actuator torque"][:, 5]]).max(axis=1)

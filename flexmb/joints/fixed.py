@@ -29,7 +29,7 @@ class Fixed(Joint):
     @classmethod
     def at_cuts(cls, bodies: Sequence[Body]) -> tuple[Fixed, ...]:
         """Return the joints between the parts of a body (`flexmb.FloatingBody.split`): one for each pair of markers
-        with the same name "cut_...", under that name with the name of the body."""
+        with the same name ``"cut_..."``, under that name with the name of the body."""
         ends: dict[str, list[str]] = {}
         for body in bodies:
             for marker in body.marker_poses():
