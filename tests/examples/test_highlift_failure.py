@@ -97,7 +97,7 @@ def test_a_linkage_that_cannot_close():
         wrong(track_2_pendulum_length=0.9)
     for message in (
         "cannot be assembled",
-        "inboard_pendulum to flap: Coincident[z] = -0.149",
+        "inboard_pendulum to flap: Coincident[z] = 0.149",
         "Check lengths",
     ):
         assert message in str(caught.value)
