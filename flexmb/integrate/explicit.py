@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.outcome import Outcome
@@ -33,6 +33,7 @@ class _Run:
         self.right = np.zeros(system.nu + system.ng)
         self.tolerance = settings.drift * model_size(system)
         self.counts = {"steps": 0, "evaluations": 0, "projections": 0}
+        self.complaint, self.solver = "", None
         y = np.concatenate([state.q, state.u, np.zeros(3)])
         method = getattr(scipy.integrate, settings.method)
         end = max(t_end, state.t + 1e-12)
@@ -58,7 +59,14 @@ class _Run:
         system = self.system
         self.counts["evaluations"] += 1
         state = self.state(t, y)
-        self.solve(state)
+        try:
+            self.solve(state)
+        except (CompileError, ValueError, np.linalg.LinAlgError) as error:
+            # a trial state may lie anywhere: the solver takes a shorter step where rates are not numbers
+            self.complaint = str(error) if isinstance(error, CompileError) else "the state is not finite"
+            if self.solver is None:
+                raise
+            return np.full(len(y), np.nan)
         out = np.zeros(len(y))
         kinematics(system.program, 0.0, np.ascontiguousarray(y), state.u, out)
         out[system.nq : system.nq + system.nu] = state.a
@@ -85,11 +93,15 @@ class _Run:
         solver.t_bound = t
         solver.status = "running" if solver.t < t else "finished"
         while solver.status == "running":
-            message = solver.step()
+            try:
+                message = solver.step()
+            except ValueError:  # Radau: a matrix that is not finite
+                solver.status, message = "failed", "the iteration of the method met numbers that are not finite"
             self.counts["steps"] += 1
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
-                return f"{message or 'the state is not finite'} at t = {solver.t:.9g} s{worst}"
+                why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
+                return f"{why} at t = {solver.t:.9g} s{worst}"
             self.project()
         return ""
 
