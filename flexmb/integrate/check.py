@@ -34,6 +34,9 @@ class Report:
         Largest residual of the constraints as described, before assembly.
     moved : float, m or rad
         Largest increment of a coordinate that assembly made.
+    indeterminate : tuple of str
+        Names of the equations whose multipliers are not unique: the dependent ones and all that share a state of
+        self-stress with them.
     misfits : dict of joint name to (float, float), m and rad
         What dependent equations leave open because they contradict each other within the digits of a mesh file (1e-6 of
         the model's size); larger gaps are an error. The motion ignores them, and they stress nothing.
@@ -48,6 +51,16 @@ class Report:
     assembly_error: float
     moved: float
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    indeterminate: tuple[str, ...] = ()
+
+    @property
+    def shared_reactions(self) -> dict[str, list[str]]:
+        """The primitive equations whose reactions are not unique, by joint."""
+        found: dict[str, list[str]] = {}
+        for name in self.indeterminate:
+            joint, _, kind = name.partition(": ")
+            found.setdefault(joint, []).append(kind)
+        return found
 
     def __repr__(self) -> str:
         return str(self)
@@ -61,9 +74,10 @@ class Report:
             f"  assembly error as described {self.assembly_error:.3g}, largest motion of assembly {self.moved:.3g}",
         ]
         if self.redundant:
-            lines.append(f"  {len(self.redundant)} dependent equations; their reactions are not unique "
-                         "(least norm is given):")
+            lines.append(f"  {len(self.redundant)} dependent equations:")
             lines += [f"    {name}" for name in self.redundant]
+            lines.append("  Reactions that are not unique with them (least norm is given), by joint:")
+            lines += [f"    {joint}: {', '.join(kinds)}" for joint, kinds in self.shared_reactions.items()]
             lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")
             lines.append("  for example a Revolute by a Cylindrical, Universal or Spherical joint.")
         if self.misfits:
@@ -89,11 +103,12 @@ def check(model: Model) -> Report:
         If the mechanism cannot be assembled.
     """
     system, state = assemble(model)
-    counts = mobility(system)
+    counts = mobility(system, state, system.workspace())
     if not np.all(np.isfinite(state.q)):
         raise CompileError(f"Model '{model.name}'", found="the assembled configuration is not finite",
                            expected="finite coordinates", remedy="Look for zero lengths and coincident markers")
     return Report(
         model=model, mobility=counts.mobility, gruebler=counts.gruebler, velocities=counts.velocities,
         equations=counts.equations, redundant=counts.redundant, assembly_error=described_error(system),
-        moved=float(np.abs(state.q - system.q0).max(initial=0.0)), misfits=dict(system.misfits))
+        moved=float(np.abs(state.q - system.q0).max(initial=0.0)), misfits=dict(system.misfits),
+        indeterminate=counts.indeterminate)

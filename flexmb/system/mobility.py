@@ -9,13 +9,17 @@ from scipy import sparse
 from scipy.linalg import qr
 
 from flexmb.math.block_lu import stored
+from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
-__all__ = ["DEPENDENT", "Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "mass_metric", "mobility"]
+__all__ = ["DEPENDENT", "Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "indeterminate_equations",
+           "mass_metric", "mobility"]
 
 DEPENDENT = 1e-6
 """An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent: axes
 that are parallel but for the digits of a mesh file count as parallel."""
+SHARE = 1e-5
+"""Equations with a smaller share in a state of self-stress take no part in it."""
 DENSE = 1500
 """Up to this number of equations the rank is found by a dense factorisation with pivoting."""
 
@@ -94,6 +98,28 @@ def _sparse_dependent(A: sparse.csr_matrix) -> np.ndarray:
     return np.sort(natural[places])
 
 
+def indeterminate_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, dependent) -> np.ndarray:
+    """Return the numbers of equations whose multipliers are not unique: those that take part in a state of self-stress.
+
+    A dependent gradient is a combination of independent ones, g_d = sum y_i g_i; multipliers (1, -y) do no work. The
+    combinations follow from the normal equations of the independent ones.
+    """
+    dependent = np.asarray(dependent, int)
+    if not len(dependent):
+        return dependent
+    A = G @ sparse.diags(1.0 / np.sqrt(mass_metric(M)))
+    norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
+    A = (sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A).tocsr()
+    others = np.setdiff1d(np.arange(A.shape[0]), dependent)
+    shares = np.zeros(len(others))
+    if len(others):
+        from scipy.sparse.linalg import splu
+
+        factor = splu((A[others] @ A[others].T).tocsc())
+        shares = np.max(np.abs(factor.solve((A[others] @ A[dependent].T).toarray())), axis=1, initial=0.0)
+    return np.sort(np.concatenate([dependent, others[shares > SHARE]]))
+
+
 @dataclass(frozen=True)
 class Mobility:
     """What `check` finds about the freedoms of a model.
@@ -108,12 +134,15 @@ class Mobility:
         Independent ones among them.
     redundant : tuple of str
         Names of the dependent equations.
+    indeterminate : tuple of str
+        Names of the equations whose multipliers are not unique: the dependent ones and those that they depend on.
     """
 
     velocities: int
     equations: int
     rank: int
     redundant: tuple[str, ...]
+    indeterminate: tuple[str, ...] = ()
 
     @property
     def mobility(self) -> int:
@@ -126,7 +155,14 @@ class Mobility:
         return self.velocities - self.equations
 
 
-def mobility(system: System) -> Mobility:
-    """Return the counts of an assembled system."""
-    names = tuple(system.equation_names[k] for k in system.redundant)
-    return Mobility(system.nu, system.ng, system.ng - len(names), names)
+def mobility(system: System, state, work) -> Mobility:
+    """Return the counts of an assembled system at a state."""
+    names = system.equation_names
+    redundant, shared = tuple(names[k] for k in system.redundant), ()
+    if system.redundant:
+        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+        program = system.program
+        bare = program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(program.floor)))
+        evaluate(bare, state, work)
+        shared = tuple(names[k] for k in indeterminate_equations(*constraint_matrix(system, work), system.redundant))
+    return Mobility(system.nu, system.ng, system.ng - len(redundant), redundant, shared)
