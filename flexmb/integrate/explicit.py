@@ -33,7 +33,8 @@ class _Run:
         self.right = np.zeros(system.nu + system.ng)
         self.tolerance = settings.drift * model_size(system)
         self.counts = {"steps": 0, "evaluations": 0, "projections": 0}
-        self.complaint, self.solver = "", None
+        self.complaint = ""
+        self.solver: Any = None
         y = np.concatenate([state.q, state.u, np.zeros(3)])
         method = getattr(scipy.integrate, settings.method)
         end = max(t_end, state.t + 1e-12)

@@ -13,7 +13,7 @@ from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
-from flexmb.system import assemble, mobility
+from flexmb.system import assemble
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import accelerations, advance, keep_branches, project
 
@@ -68,7 +68,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     """
     times = sample_times(t_start, t_end, samples)
     system, start = assemble(model, t=t_start)
-    free = mobility(system).mobility
+    free = system.nu - system.ng + len(system.redundant)
     if free:
         flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]
         raise CompileError(f"Model '{model.name}'", found=f"{free} freedoms that no drive determines",
