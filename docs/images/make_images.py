@@ -36,7 +36,36 @@ def rod_modes(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-DIAGRAMS = {"rod_modes": rod_modes}
+def which_body(path: Path) -> None:
+    """A beam spun up fast as one floating body, as several, as ANCF cable, and exactly."""
+    from verification.fast_spin_up import LENGTH, TIMES, ancf, exact, floating, lag
+
+    beams = {"1 floating body": floating(1), "3 bodies": floating(3), "6 bodies": floating(6), "ANCF, 12": ancf(12)}
+    figure, (over_time, over_lag) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
+    peaks, errors = [], {name: [] for name in beams}
+    for multiple in (0.125, 0.25, 0.5, 1.0, 1.5, 2.0):
+        expected = exact(multiple)
+        peaks.append(np.abs(expected).max())
+        for name, beam in beams.items():
+            found = lag(beam, multiple)
+            errors[name].append(np.abs(found - expected).max() / peaks[-1])
+            if multiple == 2.0 and name != "6 bodies":
+                over_time.plot(TIMES, found / LENGTH, label=name)
+    over_time.plot(TIMES, expected / LENGTH, "k:", label="exact")
+    over_time.set(xlabel="time (s)", ylabel="lag of the tip / length", title="twice the first frequency")
+    for name, values in errors.items():
+        over_lag.loglog(np.array(peaks) / LENGTH, values, "o-", markersize=4, label=name)
+    over_lag.set_xticks((0.02, 0.05, 0.1, 0.2, 0.3), ("2 %", "5 %", "10 %", "20 %", "30 %"))
+    over_lag.minorticks_off()
+    over_lag.axvline(0.1, color="0.6", linewidth=0.8)
+    over_lag.set(xlabel="largest lag / length", ylabel="error / largest lag", title="error over the deflection")
+    for axis in (over_time, over_lag):
+        axis.grid(True, alpha=0.3)
+        axis.legend(fontsize=8)
+    figure.savefig(path, dpi=120)
+
+
+DIAGRAMS = {"rod_modes": rod_modes, "which_body": which_body}
 
 
 def main() -> None:
