@@ -103,7 +103,8 @@ class FEModel:
         return self.node_sets[name]
 
     def __repr__(self):
-        counts = ", ".join(f"{len(block.connectivity)} {block.cell_type}" for block in self.blocks) or "matrices only"
+        counts = ", ".join(f"{len(block.connectivity)} {block.cell_type}" for block in self.blocks if len(block.connectivity))
+        counts = counts or "matrices only"
         sets = ", ".join(sorted({*self.node_sets, *self.facet_sets})) or "none"
         return f"FEModel('{self.name}': {len(self.nodes)} nodes, {len(self.dofs)} freedoms, {counts}, sets: {sets})"
 

@@ -15,6 +15,7 @@ from scipy import sparse
 from flexmb.errors import MeshError
 from flexmb.fem.connectors import NodeName, expansion_of, node_number, node_numbers, rigid_arm
 from flexmb.fem.fe_model import ElementBlock, FEModel
+from flexmb.fem.link_stiffness import RigidLinkBlock
 from flexmb.fem.nodal_assembly import all_freedoms
 
 __all__ = ["LinkedBlock", "with_averaging_link", "with_node", "with_rigid_link"]
@@ -82,6 +83,8 @@ def with_rigid_link(fe: FEModel, reference: NodeName, dependent: NodeName | Iter
                 for k in np.flatnonzero(arm[direction])
             ]
     eliminated = rows[numbers][rows[numbers] >= 0]
+    if fe.blocks:  # foreign matrices have no geometric stiffness to add to
+        fe = replace(fe, blocks=(*fe.blocks, _link_block(fe, node, numbers, rows)))
     return _eliminated(fe, columns, eliminated, entries)
 
 
@@ -202,6 +205,19 @@ class LinkedBlock:
         stress = np.full(displacements.shape, np.nan)
         stress[: self.own_nodes] = self.block.nodal_stress(displacements[: self.own_nodes])
         return stress
+
+
+def _link_block(fe: FEModel, node: int, numbers: np.ndarray, rows: np.ndarray) -> RigidLinkBlock:
+    """Return the geometric stiffness of a rigid link about to be made."""
+    which, directions = np.nonzero(rows[numbers, :3] >= 0)
+    return RigidLinkBlock(
+        node=node,
+        number_of_nodes=len(fe.nodes),
+        dofs=fe.dofs,
+        stiffness=fe.K[rows[numbers[which], directions]],
+        directions=directions,
+        arms=fe.nodes[numbers[which]] - fe.nodes[node],
+    )
 
 
 def _linked_blocks(blocks, fe: FEModel, own_nodes: int) -> tuple:

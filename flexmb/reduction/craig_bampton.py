@@ -154,7 +154,7 @@ def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, load_names
     return ModalNeutralData(
         name=fe.name,
         nodes=fe.nodes,
-        cells=tuple((b.cell_type, b.connectivity) for b in fe.blocks),
+        cells=tuple((b.cell_type, b.connectivity) for b in fe.blocks if len(b.connectivity)),
         shapes=field[:, :3].copy(),
         rotation_shapes=rotations,
         marker_names=tuple(marker.name for marker in markers),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from fem.beams import STEEL, frequencies, solve, straight
 from reduction.solids import block
+from scipy.optimize import brentq
 from tolerances import MACHINE
 
 from flexmb import fem
@@ -111,6 +112,23 @@ def test_pressure_on_linked_nodes_reaches_the_freedoms():
     for model, load in ((fe, free), (hub, linked)):
         np.testing.assert_allclose(model.rigid_motions()[:, :3].T @ load, 0.4 * 0.06 * np.array([1.0, 2.0, 3.0]), rtol=1e-10)
     np.testing.assert_allclose(hub.rigid_motions().T @ linked, fe.rigid_motions().T @ free, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize("arm", [0.5, -0.3])
+def test_column_with_a_rigid_extension(arm):
+    """Load P at the end of a rigid extension a of a clamped column L: tan(k L) = 1 / (k a), P = k^2 E I.
+
+    From E I y'' = P (y(L) + a y'(L) - y). A negative arm hangs the load below the top.
+    """
+    section = Section.rectangle(0.02, 0.01)
+    fe = fem.frame(straight(16), section=section, material=STEEL, shear=False)
+    fe = fem.with_supports(fem.with_rigid_link(fe, (1.0 + arm, 0.0, 0.0), "end", "load"), "start")
+    load = np.zeros((len(fe.nodes), 6, 1))
+    load[fe.node_sets["load"], 0] = -1.0
+    found = fem.buckling(fe, fe.forces(load)[:, 0], None, 1)[0][0]
+    low, high = (1e-6, np.pi / 2) if arm > 0.0 else (np.pi / 2 + 1e-6, np.pi)
+    k = brentq(lambda k: np.cos(k) - arm * k * np.sin(k), low, high)
+    assert found == pytest.approx(k**2 * STEEL.young * section.inertia_y, rel=1e-5)
 
 
 def test_geometric_stiffness_of_linked_models(linked, rng):

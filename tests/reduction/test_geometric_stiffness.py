@@ -148,6 +148,21 @@ def test_the_sum_does_not_depend_on_the_support(kind, rng):
         np.testing.assert_allclose(other, sums[0], atol=1e-8 * np.abs(sums[0]).max())
 
 
+@pytest.mark.parametrize("frame", ["buckens", "a"])
+def test_rigid_links_and_rigid_interfaces_are_the_same(frame):
+    """The same ends, tied by the model or by the reduction: the same stiffness of the same axial load."""
+    fe = block(size=(0.4, 0.06, 0.04), divisions=(6, 1, 1))
+    linked = fem.with_rigid_link(fem.with_rigid_link(fe, (0.0, 0.03, 0.02), "left", "A"), (0.4, 0.03, 0.02), "right", "B")
+    found = []
+    for model, (a, b) in ((fe, ("left", "right")), (linked, ("A", "B"))):
+        data = reduction.reduce(model, {"a": reduction.Rigid(a, at=(0.0, 0.03, 0.02)),
+                                        "b": reduction.Rigid(b, at=(0.4, 0.03, 0.02))},
+                                modes=8, geometric_stiffness=True, compare=0, frame=frame)  # fmt: skip
+        G = data.geometric.interface[0, 0] - data.geometric.interface[1, 0]
+        found.append(np.sort(np.linalg.eigvals(np.linalg.solve(data.stiffness, G)).real))
+    np.testing.assert_allclose(found[1], found[0], atol=1e-8 * np.abs(found[0]).max())
+
+
 def test_inertia_loads_balance_the_rigid_body(rng):
     """Antisymmetric fields are rigid angular accelerations: the loads are -M P X alpha, exactly."""
     fe = cantilever(0.02, 0.03, n=5)
