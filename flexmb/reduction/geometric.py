@@ -15,6 +15,10 @@ from flexmb.reduction.statics import HeldBody
 __all__ = ["geometric_stiffness", "inertia_loads"]
 
 
+ACCELERATIONS = range(12)
+"""Load cases of the unit acceleration fields: they come first."""
+
+
 def inertia_loads(fe: FEModel) -> np.ndarray:
     """Return the nodal forces of the unit acceleration fields, (ndof, 12): -M E_k, then -M [x_l e_k] at 3 + 3 k + l.
 
@@ -31,12 +35,14 @@ def inertia_loads(fe: FEModel) -> np.ndarray:
 
 
 def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> np.ndarray:
-    """Return the geometric stiffness of the rigid couplings for every load case, (loads, m, m).
+    """Return the geometric stiffness of the couplings for every load case, (loads, m, m).
 
     A coupling that turns by theta takes its nodes along ``theta x s + theta x (theta x s) / 2``; the second part works
     against the forces r = K u - f that hold the nodes in it: ``theta^T (sym(sum r s^T) - (sum r . s) I) theta / 2``.
     Without it a body frame that turns against a coupling (Buckens) meets a stiffness that is not there, wherever the
-    coupling holds back lateral contraction.
+    coupling holds back lateral contraction, and a marker away from its nodes would carry its load without a lever. The
+    marker of an averaging coupling at s from the mean of its nodes moves likewise under its own load f, which works on
+    that motion: r = -f.
 
     Parameters
     ----------
@@ -44,17 +50,17 @@ def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> n
     """
     fe = body.fe
     out = np.zeros((static.shape[1], shapes.shape[1], shapes.shape[1]))
-    for coupling, marker in zip(body.couplings, interfaces, strict=True):
-        rows = coupling.rows[fe.dofs[coupling.rows, 1] < 3]
-        if (
-            coupling.averaging or len(coupling.nodes) == 1
-        ):  # an average prescribes nothing; one node has no arm
-            continue
-        node, direction = fe.dofs[rows, 0], fe.dofs[rows, 1]
-        held = fe.K[rows] @ static - direct[rows]
-        arm = fe.nodes[node] - coupling.position
+    for number, (coupling, marker) in enumerate(zip(body.couplings, interfaces, strict=True)):
         moments = np.zeros((3, 3, static.shape[1]))  # sum r s^T
-        np.add.at(moments, direction, arm[:, :, None] * held[:, None, :])
+        if coupling.averaging:
+            own = len(ACCELERATIONS) + 6 * number  # load cases: unit forces of this interface
+            moments[range(3), :, range(own, own + 3)] = coupling.center - coupling.position
+        else:
+            rows = coupling.rows[fe.dofs[coupling.rows, 1] < 3]
+            node, direction = fe.dofs[rows, 0], fe.dofs[rows, 1]
+            held = fe.K[rows] @ static - direct[rows]
+            arm = fe.nodes[node] - coupling.position
+            np.add.at(moments, direction, arm[:, :, None] * held[:, None, :])
         turn = marker.matrix[3:] @ shapes
         matrix = 0.5 * (moments + moments.transpose(1, 0, 2))
         matrix -= np.eye(3)[:, :, None] * np.trace(moments)

@@ -64,7 +64,7 @@ class Coupling:
 
     The interface coordinates are q (nf,), motions of the reference point along `freedoms` (0..2 translation, 3..5
     rotation). Prescribing kinds give the nodes' freedoms ``U[rows] = matrix @ q``, (rows, nf); averaging kinds read
-    ``q = matrix @ U[rows]``, (nf, rows).
+    ``q = matrix @ U[rows]``, (nf, rows), and have the weighted mean of their nodes, `center`.
     """
 
     name: str
@@ -75,6 +75,7 @@ class Coupling:
     freedoms: np.ndarray
     averaging: bool = False
     label: str = field(default="rigid")
+    center: np.ndarray | None = None
 
 
 def rigid_block(fe: FEModel, rows: np.ndarray, point: np.ndarray) -> np.ndarray:
@@ -185,7 +186,8 @@ def _averaging(fe, name, kind, nodes, rows, point, whole) -> Coupling:
     average = (
         np.linalg.solve(scaled.T @ (weight[:, None] * scaled), (weight[:, None] * scaled).T) / scale[:, None]
     )
-    return Coupling(name, point, nodes, rows, average, freedoms, averaging=True, label="averaging")
+    center = weights @ fe.nodes[nodes] / weights.sum()
+    return Coupling(name, point, nodes, rows, average, freedoms, averaging=True, label="averaging", center=center)
 
 
 def _full_motion(fe, part, block, nodes, point, whole, instead) -> np.ndarray:

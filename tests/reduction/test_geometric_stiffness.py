@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fem.beams import plate
+from fem.structured import structured
 from reduction.solids import STEEL, block
 from scipy.linalg import eigh
+from scipy.optimize import brentq
 
 from flexmb import fem, reduction
 from flexmb.model.material import Material
@@ -95,9 +97,9 @@ def body_with_shapes(fe, interfaces):
 MODELS = {
     "solid": lambda: (
         block(divisions=(4, 2, 1)),
-        {"a": "left", "b": "right", "c": reduction.Averaging("mid")},
+        {"a": "left", "b": "right", "c": reduction.Averaging("mid", at=(0.25, 0.1, -0.1))},
     ),
-    "frame": lambda: (cantilever(0.02, 0.03, n=6), {"a": "start", "b": "end", "c": [3]}),
+    "frame": lambda: (cantilever(0.02, 0.03, n=6), {"a": "start", "b": reduction.Rigid("end", at=(2.5, 0.1, 0.0)), "c": [3]}),
     "shells with a beam": lambda: (stiffened_sheet(), {"a": "left", "b": "right", "c": reduction.Averaging("mid")}),
 }
 
@@ -146,6 +148,33 @@ def test_the_sum_does_not_depend_on_the_support(kind, rng):
     assert max(parts) > 1.5 * min(parts)  # the parts differ ...
     for other in sums[1:]:  # ... their sum does not
         np.testing.assert_allclose(other, sums[0], atol=1e-8 * np.abs(sums[0]).max())
+
+
+@pytest.mark.parametrize("kind", [reduction.Rigid, reduction.Averaging])
+@pytest.mark.parametrize("arm", [0.5, -0.3])
+def test_load_beside_the_nodes_of_its_interface(kind, arm):
+    """Marker b at a rigid extension a of a clamped column L: tan(k L) = 1 / (k a), P = k^2 E I."""
+    fe = cantilever(0.02, 0.01, length=1.0)
+    interfaces = {"a": "start", "b": kind("end", at=(1.0 + arm, 0.0, 0.0))}
+    data = reduction.reduce(fe, interfaces, modes=14, geometric_stiffness=True, compare=0, frame="a")
+    found = 1.0 / np.linalg.eigvals(np.linalg.solve(data.stiffness, data.geometric.interface[1, 0])).real.max()
+    low, high = (1e-6, np.pi / 2) if arm > 0.0 else (np.pi / 2 + 1e-6, np.pi)
+    k = brentq(lambda k: np.cos(k) - arm * k * np.sin(k), low, high)
+    assert found == pytest.approx(k**2 * STEEL.young * 0.02 * 0.01**3 / 12.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", [reduction.Rigid, reduction.Averaging])
+def test_solid_column_with_a_load_beside_its_face(kind):
+    """The same with solids (nu = 0): Engesser's column, whose clamped end sees the lever too, within 1 %."""
+    side, length, arm = 0.02, 0.4, 0.2
+    plain = Material(young=210e9, poisson=0.0, density=7850.0)
+    mesh = structured("hexahedron20", (10, 1, 1), (length, side, side))
+    fe = fem.solid(mesh, plain)
+    interfaces = {"a": "x0", "b": kind("x1", at=(length + arm, side / 2, side / 2))}
+    data = reduction.reduce(fe, interfaces, modes=14, geometric_stiffness=True, compare=0, frame="a")
+    found = 1.0 / np.linalg.eigvals(np.linalg.solve(data.stiffness, data.geometric.interface[1, 0])).real.max()
+    k = brentq(lambda k: np.cos(k * length) - arm * k * np.sin(k * length), 1e-6, np.pi / 2 / length)
+    assert found == pytest.approx(k**2 * plain.young * side**4 / 12.0, rel=0.01)
 
 
 @pytest.mark.parametrize("frame", ["buckens", "a"])
