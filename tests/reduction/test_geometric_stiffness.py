@@ -177,6 +177,18 @@ def test_solid_column_with_a_load_beside_its_face(kind):
     assert found == pytest.approx(k**2 * plain.young * side**4 / 12.0, rel=0.01)
 
 
+def test_weight_above_a_column():
+    """A mass on a rigid arm above a light column, its own weight the load: tan(k L) = 1 / (k a), m g = k^2 E I."""
+    arm, mass = 0.5, 3.0
+    light = Material(young=210e9, poisson=0.3, density=1e-3 * STEEL.density)
+    fe = cantilever(0.02, 0.01, length=1.0, material=light)
+    fe = fem.with_mass(fem.with_rigid_link(fe, (1.0 + arm, 0.0, 0.0), "end", "top"), "top", mass, (1e-3, 1e-3, 1e-3))
+    data = reduction.reduce(fe, {"a": "start", "b": "top"}, modes=14, geometric_stiffness=True, compare=0, frame="a")
+    found = 1.0 / np.linalg.eigvals(-np.linalg.solve(data.stiffness, data.geometric.inertia[0])).real.max()
+    k = brentq(lambda k: np.cos(k) - arm * k * np.sin(k), 1e-6, np.pi / 2)
+    assert found * mass == pytest.approx(k**2 * STEEL.young * 0.02 * 0.01**3 / 12.0, rel=2e-3)
+
+
 @pytest.mark.parametrize("frame", ["buckens", "a"])
 def test_rigid_links_and_rigid_interfaces_are_the_same(frame):
     """The same ends, tied by the model or by the reduction: the same stiffness of the same axial load."""
