@@ -12,6 +12,7 @@ from flexmb.errors import MeshError
 from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.mesh_groups import stacked
 from flexmb.fem.nodal_assembly import freedom_rows
+from flexmb.fem.split import DivisibleBlock
 
 __all__ = ["PlacedBlock", "joined"]
 
@@ -108,14 +109,26 @@ class PlacedBlock:
         """Largest elastic stiffness of the material, Pa."""
         return self.block.modulus
 
+    def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> PlacedBlock:
+        """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
+        kept = np.flatnonzero(number[self.number] >= 0)
+        own = np.full(len(self.number), -1)
+        own[kept] = np.arange(len(kept))
+        divided: DivisibleBlock = self.block  # type: ignore[assignment]
+        return PlacedBlock(block=divided.part(chosen, kept, own), number=number[self.number[kept]],
+                           number_of_nodes=len(nodes))  # fmt: skip
+
+    def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """Return K and M (ndof, ndof) of these elements, in the freedoms `dofs`."""
+        here, own = self._freedoms(dofs)
+        divided: DivisibleBlock = self.block  # type: ignore[assignment]
+        K, M = (_spread(matrix, here, len(dofs)) for matrix in divided.matrices(own, lumped))
+        return K, M
+
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
-        own = np.full(self.number_of_nodes, -1)
-        own[self.number] = np.arange(len(self.number))
-        here = np.flatnonzero(own[dofs[:, 0]] >= 0)
-        own_dofs = np.column_stack([own[dofs[here, 0]], dofs[here, 1]])
-        matrix = self.block.geometric_stiffness(displacement[self.number], own_dofs).tocoo()
-        return sparse.csr_matrix((matrix.data, (here[matrix.row], here[matrix.col])), shape=(len(dofs),) * 2)
+        here, own = self._freedoms(dofs)
+        return _spread(self.block.geometric_stiffness(displacement[self.number], own), here, len(dofs))
 
     def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """``modes^T K_g modes`` for each load case: (l, m, m), N/m."""
@@ -126,6 +139,19 @@ class PlacedBlock:
         stress = np.full(displacements.shape, np.nan)
         stress[self.number] = self.block.nodal_stress(displacements[self.number])
         return stress
+
+
+    def _freedoms(self, dofs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows of `dofs` at nodes of these elements, and the same freedoms by own node numbers."""
+        own = np.full(self.number_of_nodes, -1)
+        own[self.number] = np.arange(len(self.number))
+        here = np.flatnonzero(own[dofs[:, 0]] >= 0)
+        return here, np.column_stack([own[dofs[here, 0]], dofs[here, 1]])
+
+
+def _spread(matrix: sparse.csr_matrix, rows: np.ndarray, size: int) -> sparse.csr_matrix:
+    entries = matrix.tocoo()
+    return sparse.csr_matrix((entries.data, (rows[entries.row], rows[entries.col])), shape=(size, size))
 
 
 def _check(models: tuple[FEModel, ...]) -> None:

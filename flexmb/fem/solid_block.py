@@ -73,8 +73,11 @@ class SolidBlock:
         stiffness, mass = np.zeros(9 * len(pattern.indices)), np.zeros(len(pattern.indices))
         self.add_stiffness(pattern, stiffness)
         self.add_mass(pattern, mass, lumped)
-        rows = 3 * dofs[:, 0] + dofs[:, 1]
-        return pattern.blocks(stiffness)[rows][:, rows], pattern.three_times(mass)[rows][:, rows]
+        moved = np.flatnonzero(dofs[:, 1] < 3)  # nodes shared with shells or beams have rotations too
+        rows = 3 * dofs[moved, 0] + dofs[moved, 1]
+        into = sparse.csr_matrix((np.ones(len(moved)), (moved, np.arange(len(moved)))), shape=(len(dofs), len(moved)))
+        K, M = pattern.blocks(stiffness)[rows][:, rows], pattern.three_times(mass)[rows][:, rows]
+        return (into @ K @ into.T).tocsr(), (into @ M @ into.T).tocsr()
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes.

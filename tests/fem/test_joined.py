@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fem.beams import plate, straight
+from fem.structured import structured
 from tolerances import MACHINE
 
 from flexmb import fem, reduction
@@ -123,6 +124,21 @@ def test_station_on_the_skin_does_not_hang_on_the_stringer():
     rotation = data.rotation_shapes[corner]
     edge = data.marker_names.index("edge")
     assert np.allclose(data.marker_rotations[edge], rotation, atol=1e-9 * np.abs(rotation).max())
+
+
+def test_joined_models_are_cut_like_others():
+    """Parts of a stiffened sheet on a block of solids: their masses and stiffness add up to the whole."""
+    fe, _, _ = panel(8)
+    mesh = structured("hexahedron", (2, 1, 1), (LENGTH, WIDTH, 0.05))
+    fe = fem.joined(fe, fem.solid(mesh, PLAIN))
+    first, second = fem.split(fe, at=(0.49 * LENGTH,))
+    assert {block.cell_type for block in first.blocks} == {"quad", "line", "hexahedron"}
+    total = fe.rigid_motions().T @ fe.M @ fe.rigid_motions()
+    parts = sum(part.rigid_motions().T @ part.M @ part.rigid_motions() for part in (first, second))
+    np.testing.assert_allclose(parts, total, atol=1e-12 * np.abs(total).max())
+    for part in (first, second):  # free, and able to be cut again
+        assert np.abs(part.K @ part.rigid_motions()).max() < 1e-9 * abs(part.K).max()
+    assert len(fem.split(second, at=(0.75 * LENGTH,))) == 2
 
 
 def test_cells_of_some_sets():
