@@ -186,3 +186,15 @@ def test_track_beam_on_the_wing(yielding):
     assert found == pytest.approx(by_hand, rel=0.02)
     if not yielding:
         assert found == pytest.approx(beam["expected_frequency_hz"], rel=0.08)
+
+
+def test_load_shapes_are_the_loads_at_the_nose_points():
+    """The load shapes of the reduced flap, and point loads on its nose markers, as the model files apply them."""
+    data = bodies().inboard_flap(DATA)
+    sizes = {"normal": (2, STRIP * CHORDS), "chord": (0, STRIP * CHORDS), "moment": (4, STRIP * CHORDS**2)}
+    motion = np.concatenate([data.marker_translations, data.marker_rotations], axis=1)
+    for name, (direction, amounts) in sizes.items():
+        noses = [data.marker_names.index(f"nose_{k}") for k in range(1, 8)]
+        modal = sum(amount * motion[nose, direction] for nose, amount in zip(noses, amounts))
+        shape = data.load_shapes[data.load_names.index(name)]
+        np.testing.assert_allclose(shape[6:], modal, atol=1e-9 * np.abs(modal).max())

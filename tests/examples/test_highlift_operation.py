@@ -177,3 +177,30 @@ def test_load_factor():
     for name in ("inboard_t2_strut force", "inboard_t2_pendulum force"):
         ratio = np.abs(two[name][:, 0]).max() / np.abs(one[name][:, 0]).max()
         assert ratio == pytest.approx(2.0, rel=0.1)
+
+
+def test_struts_are_adjusted_in_the_retracted_position():
+    """Their lengths follow from the joints and are those of the data set; a longer lever needs a shorter strut."""
+    model = fmb.load_model(FOLDER / "operation.toml")
+    wing = DATA["trailing_edge"]
+    lengths = {
+        "inboard_t1_strut": ("S", wing["track_1"]["drive"]["strut_length"]),
+        "inboard_t2_strut": ("E", wing["track_2"]["drive"]["strut_length"]),
+        "outboard_t3_strut": ("E", wing["outboard_mechanism"]["strut_length"]),
+    }
+    for name, (end, length) in lengths.items():
+        assert model.body(name).markers[end].at[0] == pytest.approx(length, abs=2e-6)
+    longer = run("operation", ("track_2_drive_lever_length", 0.61))
+    assert longer.status.ok
+    assert longer["inboard_t2_stroke"][-1] > run("operation")["inboard_t2_stroke"][-1] + 0.01
+
+
+@pytest.mark.parametrize("formulation", [fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive()])
+def test_formulations_agree(formulation):
+    """Accelerations at the start by four formulations: two point-on-curve joints, loops through every station."""
+    model = fmb.load_model(FOLDER / "operation.toml")
+    one, two = fmb.accelerations(model, formulation=fmb.Augmented()), fmb.accelerations(model, formulation=formulation)
+    names = [body.name for body in model.bodies if body.name != "ground"]
+    largest = max(np.abs(one[name]).max() for name in names)
+    for name in names:
+        np.testing.assert_allclose(two[name], one[name], atol=1e-9 * largest)
