@@ -1,7 +1,8 @@
 """Simulate a model file and write a run folder.
 
 The folder holds the resolved model (model.toml, can be run again), the solution (solution.h5, written while the
-simulation runs: an interrupted run keeps what it had), the sensors (sensors.csv) and the log (log.txt).
+simulation runs: an interrupted run keeps what it had; it holds the reduced bodies too), the sensors (sensors.csv) and
+the log (log.txt).
 """
 
 from __future__ import annotations
@@ -63,13 +64,17 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
     log.line(shlex.join(["flexmb", *sys.argv[1:]]))
     log.line(repr(model))
     log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
-    fmb.save_model(model, folder / MODEL, simulation)
+    fmb.save_model(model, folder / MODEL, simulation, bodies_in=SOLUTION)
     output = {"output": folder / SOLUTION, "write_model": fmb.model_text}
-    solution = computed(
-        lambda progress: fmb.simulate(model, **simulation.keywords(), **output, progress=progress),
-        lambda: fmb.Solution.load(folder / SOLUTION, model=model),
-        log,
-    )
+    try:
+        solution = computed(
+            lambda progress: fmb.simulate(model, **simulation.keywords(), **output, progress=progress),
+            lambda: fmb.Solution.load(folder / SOLUTION, model=model),
+            log,
+        )
+    finally:
+        if not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
+            fmb.save_model(model, folder / MODEL, simulation)
     return kept(solution, folder, log)
 
 

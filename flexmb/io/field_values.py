@@ -22,6 +22,7 @@ from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose
 from flexmb.model.signal import Constant, Expression, Signal
 from flexmb.model.table_signal import SIGNALS
+from flexmb.results import stored_body
 
 __all__ = ["Context", "call", "find_kind", "located", "own_kind", "same", "toml_fields", "toml_value"]
 
@@ -37,7 +38,7 @@ class Context:
     parameters : mapping of name to number, text or list
     kinds : mapping of str to class
         Objects that may stand in fields.
-    cache : dict of Path to ModalNeutralData
+    cache : dict of (Path, body of a solution file or "") to ModalNeutralData
         Files read so far: bodies of one file share their data.
     stored : mapping of body name to ModalNeutralData, optional
         Where reduced bodies come from instead of files.
@@ -48,7 +49,7 @@ class Context:
     path: Path
     parameters: Mapping[str, Any]
     kinds: Mapping[str, type]
-    cache: dict[Path, ModalNeutralData] = field(default_factory=dict)
+    cache: dict[tuple[Path, str], ModalNeutralData] = field(default_factory=dict)
     stored: Mapping[str, ModalNeutralData] | None = None
     signals: Mapping[str, Signal] = field(default_factory=dict)
 
@@ -102,18 +103,19 @@ class Context:
             return value
         if self.stored is not None and value in self.stored:
             return self.stored[value]
-        path = (self.path.parent / value).resolve()
+        name, _, body = value.partition("#")  # a body of a run: "solution.h5#lever"
+        path = (self.path.parent / name).resolve()
         if not path.is_file():
             held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
             raise ModelError(
                 where,
-                found=f"the file '{value}' does not exist",
+                found=f"the file '{name}' does not exist",
                 expected=f"A file relative to the model file; the folder holds: {', '.join(held) or 'no .h5 file'}",
                 remedy=did_you_mean(path.name, held) or "Make it with `flexmb reduce`, or correct the path",
             )
-        if path not in self.cache:
-            self.cache[path] = ModalNeutralData.load(path)
-        return self.cache[path]
+        if (path, body) not in self.cache:
+            self.cache[path, body] = stored_body(path, body) if body else ModalNeutralData.load(path)
+        return self.cache[path, body]
 
 
 def located(error: FlexmbError, where: str) -> ModelError:

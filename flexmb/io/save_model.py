@@ -16,13 +16,20 @@ from flexmb.model.model import Model
 __all__ = ["model_text", "save_model"]
 
 
-def save_model(model: Model, path: str | Path, simulation: Simulation | None = None) -> Path:
+def save_model(
+    model: Model, path: str | Path, simulation: Simulation | None = None, *, bodies_in: str | None = None
+) -> Path:
     """Write a model to a TOML file that `load_model` reads back, and return the path.
 
-    Reduced bodies are written beside it, each once, as "<model>.<name of the data>.h5".
+    Reduced bodies are written beside it, each once, as "<model>.<name of the data>.h5"; with `bodies_in`, the name of
+    a solution file in the same folder that holds them, they are named as "<solution file>#<body>" instead.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    if bodies_in is not None:
+        names = _first_bodies(model)
+        path.write_text(_text(model, simulation, lambda data: f"{bodies_in}#{names[id(data)]}"), encoding="utf-8")
+        return path
     stored: dict[int, str] = {}
 
     def store(data: ModalNeutralData) -> str:
@@ -41,8 +48,13 @@ def save_model(model: Model, path: str | Path, simulation: Simulation | None = N
 
 def model_text(model: Model) -> str:
     """Return a model as TOML; reduced bodies are named by the first body that has them (see `read_model_text`)."""
-    names = {id(body.data): body.name for body in reversed(model.bodies) if hasattr(body, "data")}
+    names = _first_bodies(model)
     return _text(model, None, lambda data: names[id(data)])
+
+
+def _first_bodies(model: Model) -> dict[int, str]:
+    """Return the name of the first body that has them, by the identity of the data."""
+    return {id(body.data): body.name for body in reversed(model.bodies) if hasattr(body, "data")}
 
 
 def _text(model: Model, simulation: Simulation | None, data_name: Callable[[ModalNeutralData], str]) -> str:

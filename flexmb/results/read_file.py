@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from flexmb import hdf5
-from flexmb.errors import DataFileError
+from flexmb.errors import DataFileError, did_you_mean
 from flexmb.model import modal_neutral_file
 from flexmb.results.phase import Phase
 from flexmb.results.run_file import FIELDS, SCHEMA, VERSION
 from flexmb.results.status import Status
 
-__all__ = ["read_solution_file"]
+__all__ = ["read_solution_file", "stored_body"]
 
 
 def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[str, dict], Any] | None = None):
@@ -53,6 +53,17 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
         raise DataFileError(f"Solution file '{path}'", found="there are no samples", expected="at least one",
                             remedy="The run was cut off before its first sample: run it again")
     return tuple(phases), status or Status.interrupted(float(phases[-1].t[-1])), statistics, columns
+
+
+def stored_body(path: str | Path, body: str):
+    """Return the ModalNeutralData of one body of a solution file; DataFileError if the file or the body is missing."""
+    with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
+        numbers = json.loads(file.attrs["bodies"])
+        if body not in numbers:
+            raise DataFileError(f"Solution file '{path}'", found=f"there is no body '{body}'",
+                                expected=f"One of: {', '.join(numbers) or 'none'}",
+                                remedy=did_you_mean(body, numbers) or "Name a body of the run")
+        return modal_neutral_file.read(file["data"][str(numbers[body])])
 
 
 def _read_bodies(file):

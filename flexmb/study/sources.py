@@ -76,9 +76,14 @@ class ModelFile:
     def values(self, parameters: Mapping[str, Any], outputs, folder: Path | None) -> dict[str, float]:
         """Return the numbers of one variant; with a folder, it becomes a run folder."""
         model, simulation = self._model(parameters), self._simulation(parameters)
-        if folder is not None:
-            fmb.save_model(model, folder / MODEL, simulation)
-        return _simulated(model, simulation.keywords(), outputs, folder)
+        if folder is None:
+            return _simulated(model, simulation.keywords(), outputs, folder)
+        fmb.save_model(model, folder / MODEL, simulation, bodies_in=SOLUTION)
+        try:
+            return _simulated(model, simulation.keywords(), outputs, folder)
+        finally:
+            if not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
+                fmb.save_model(model, folder / MODEL, simulation)
 
     def _model(self, parameters: Mapping[str, Any]) -> Model:
         return fmb.load_model(self.path, {**self.parameters, **parameters})

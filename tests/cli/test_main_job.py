@@ -85,12 +85,39 @@ def test_mesh_to_paraview(bracket, tmp_path):
     assert main(["export", "run", "--vtk"]) == 0
     reader = pyvista.get_reader("run/run.pvd")
     assert len(reader.time_values) == 21
-    # the run folder is complete in itself: it runs without the files it came from
+    # the run folder is complete in itself, with the body once: it runs without the files it came from
+    assert sorted(path.name for path in Path("run").glob("*.h5")) == ["solution.h5"]
     (tmp_path / "bracket.h5").unlink()
     assert main(["run", "run/model.toml", "--out", "again"]) == 0
     assert (tmp_path / "again" / "sensors.csv").read_bytes() == (
         tmp_path / "run" / "sensors.csv"
     ).read_bytes()
+
+
+def test_a_body_of_a_run(bracket, tmp_path, capsys):
+    """In another model: "<solution file>#<body>"; the message for a wrong body lists those of the run."""
+    assert main(["run", "wall.toml", "--out", "run"]) == 0
+    text = (tmp_path / "wall.toml").read_text()
+    (tmp_path / "other.toml").write_text(text.replace("bracket.h5", "run/solution.h5#bracket"))
+    assert main(["check", "other.toml"]) == 0
+    (tmp_path / "other.toml").write_text(text.replace("bracket.h5", "run/solution.h5#brackt"))
+    capsys.readouterr()
+    assert main(["check", "other.toml"]) == 2
+    told = capsys.readouterr().err
+    assert "there is no body 'brackt'" in told
+    assert "Did you mean 'bracket'?" in told
+
+
+def test_a_run_that_cannot_begin_keeps_its_body(bracket, tmp_path):
+    """Without a solution file the reduced body is written beside the model."""
+    text = (tmp_path / "wall.toml").read_text()
+    twice = text[text.index("[[joint]]") : text.index("[[force]]")].replace('"bolts"', '"more"')
+    far = twice.replace('"ground.foot"', '"ground.far"')
+    text = text.replace("foot = \"= place\"", "foot = \"= place\", far = [9, 9, 9]").replace("[[force]]", far + "[[force]]")
+    (tmp_path / "wrong.toml").write_text(text)
+    assert main(["run", "wrong.toml", "--out", "run"]) == 2
+    assert [path.name for path in Path("run").glob("*.h5")] == ["model.bracket_hex8.h5"]
+    assert "solution.h5" not in Path("run/model.toml").read_text()
 
 
 def test_a_truncated_body_is_named(bracket, tmp_path, capsys):
