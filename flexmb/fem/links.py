@@ -92,7 +92,8 @@ def with_averaging_link(fe: FEModel, reference: NodeName, nodes: NodeName | Iter
                         name: str | None = None) -> FEModel:  # fmt: skip
     """Return the model in which a reference node follows the weighted mean motion of others (RBE3).
 
-    The others are not stiffened: a force on the reference node is distributed over them, mass on it as well.
+    The others are not stiffened: a force on the reference node is distributed over them, mass on it as well. The geometric
+    stiffness does not see the lever between their mean and the reference; `reduction.Averaging` does.
 
     Parameters
     ----------

@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.matrix_files import FileMatrices, by_labels
+from flexmb.fem.nastran_lines import nastran_lines
 
 __all__ = ["nastran_cards", "nastran_float", "read_nastran"]
 
@@ -65,7 +66,7 @@ def nastran_cards(path: Path):
     """Yield the fields of every bulk card, continuations joined; the first word without '*', comments left
     out."""
     words: list[str] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").expandtabs(8).splitlines():
+    for line in nastran_lines(path):
         text = line.split("$")[0].rstrip()
         if not text:
             continue

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.nastran_lines import nastran_lines
 
 __all__ = ["NastranCards", "read_nastran_cards"]
 
@@ -35,7 +36,7 @@ class NastranCards:
 
 def read_nastran_cards(path: Path) -> NastranCards:
     """Read sets and names, and the grid and element cards as clean bulk data."""
-    lines = path.read_text(encoding="utf-8", errors="replace").expandtabs(8).splitlines()
+    lines = nastran_lines(path)
     names: dict[int, tuple[str, int]] = {}
     cards = NastranCards(bulk="")
     found: list[tuple[int, str, list[str]]] = []  # set number, "GRID", "ELEM" or "" if the card does not say, words
@@ -68,6 +69,7 @@ def read_nastran_cards(path: Path) -> NastranCards:
             continue
         if not upper.strip() or upper.startswith(("BEGIN", "ENDDATA")):
             continue
+        check_default_system(path, upper)
         continued = line[0] in "+*" or line[:8].strip() == ""
         kept = kept if continued else bool(CELL_CARD.match(upper))
         if kept:
@@ -121,6 +123,17 @@ def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
         raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' reads '{' '.join(words)[:60]}'",
                         expected="numbers, THRU and EXCEPT", remedy="Write the set as a list of numbers") from None
     return np.array([n for n in numbers if n not in excluded], np.int64)
+
+
+def check_default_system(path: Path, card: str) -> None:
+    """Raise MeshError where GRDSET puts the grid points into a local coordinate system."""
+    if not card.startswith("GRDSET"):
+        return
+    words = [word.strip() for word in card.split(",")] if "," in card else [card[k:k + 8].strip() for k in range(0, 72, 8)]
+    if len(words) > 2 and words[2] not in ("", "0"):
+        raise MeshError(f"Mesh file '{path}'", found=f"GRDSET with the coordinate system {words[2]}",
+                        expected="all grid points in the basic system",
+                        remedy="Export the mesh with its coordinates in the basic (global) system")
 
 
 def check_system(path: Path, card: str) -> None:

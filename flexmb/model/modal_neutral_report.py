@@ -65,7 +65,7 @@ def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
         "Mass",
         f"  mass            {data.mass:.9g} kg (mesh {mesh['mass']:.9g} kg)",
         f"  centre of mass  {vector(data.center_of_mass)} m",
-        f"  inertia         {vector(np.diag(data.inertia))} kg m2 about it, off-diagonal "
+        f"  inertia         {vector(np.diag(data.inertia))} kg m2 about it, xy yz zx "
         f"{vector(off)}; difference from the mesh {error:.1e}",
         f"  rigid motions   {q['rigid_modes']['removed']} removed; relative force in the FE model "
         f"{q['rigid_modes']['grounding']:.1e} (zero if nothing ties it to the ground)",

@@ -81,6 +81,26 @@ def test_plain_meshes_leave_nothing_out(write):
         fem.read_mesh(write("a.inp", ABAQUS.split("*ELEMENT, TYPE=MASS")[0]))
 
 
+def test_included_files(write):
+    """Grid points in one file, elements in another; names with and without quotes."""
+    lines = NASTRAN.splitlines()
+    write("grids.bdf", "\n".join(line for line in lines if line.startswith("GRID")) + "\n")
+    write("rest.bdf", "\n".join(line for line in lines if line.startswith(("CQUAD4", "CONM2"))) + "\n")
+    with pytest.warns(fem.MeshWarning, match=r"2 CONM2 \(mass 4\)"):
+        mesh = fem.read_mesh(write("whole.bdf", "BEGIN BULK\nINCLUDE 'grids.bdf'\ninclude rest.bdf\nENDDATA\n"))
+    assert len(mesh.points) == 4
+    with pytest.raises(MeshError, match=r"INCLUDE 'none\.bdf': no such file"):
+        fem.read_mesh(write("bad.bdf", "BEGIN BULK\nINCLUDE 'none.bdf'\n"))
+    with pytest.raises(MeshError, match=r"INCLUDE 'self\.bdf': files include each other"):
+        fem.read_mesh(write("self.bdf", "INCLUDE 'self.bdf'\n"))
+
+
+@pytest.mark.parametrize("card", ["GRDSET,,3", "GRDSET                 3"])
+def test_default_coordinate_system(write, card):
+    with pytest.raises(MeshError, match=r"GRDSET with the coordinate system 3.*basic"):
+        fem.read_mesh(write("a.bdf", NASTRAN.replace("BEGIN BULK", f"BEGIN BULK\n{card}")))
+
+
 def test_grid_points_at_two_places(write):
     twice = NASTRAN.replace("CQUAD4,", "GRID,2,,7.,0.,0.\nCQUAD4,")
     with pytest.raises(MeshError, match=r"1 grid points at two places, the first is 2.*Renumber"):
