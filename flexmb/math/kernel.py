@@ -15,8 +15,10 @@ def kernel(function):
 
     ``error_model="numpy"`` makes a division by zero give inf or nan as numpy does (found by the residual checks),
     instead of a branch in every division. ``fastmath`` stays off: the order of operations is part of the result.
+    The second entry for callers in C is left out, as nobody uses it and every kernel would pay for compiling it; kernels
+    that are called through their address are `PointerKernel`.
     """
-    compiled = njit(cache=True, error_model="numpy", nogil=True)(function)
+    compiled = njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
     watch_sources(compiled._cache, function)
     return compiled
 

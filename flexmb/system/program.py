@@ -105,18 +105,14 @@ def assemble_pairs(work):
         pair = work.pairs[n]
         if pair.active == 0:
             continue
-        a, b = work.markers[pair.a], work.markers[pair.b]
         start = pair.iS
-        if a.nu > 0:
-            _add_pair_block(pair, ck, cd, 0, 0, a, a, start, work)
-            start += a.nu * (a.nu // a.width)
-        if a.nu > 0 and b.nu > 0:
-            _add_pair_block(pair, ck, cd, 0, 6, a, b, start, work)
-            start += a.nu * (b.nu // b.width)
-            _add_pair_block(pair, ck, cd, 6, 0, b, a, start, work)
-            start += b.nu * (a.nu // a.width)
-        if b.nu > 0:
-            _add_pair_block(pair, ck, cd, 6, 6, b, b, start, work)
+        for block in range(4):
+            # one place of call: each would be compiled for itself
+            first = work.markers[pair.a if block < 2 else pair.b]
+            second = work.markers[pair.a if block % 2 == 0 else pair.b]
+            if first.nu > 0 and second.nu > 0:
+                _add_pair_block(pair, ck, cd, 6 * (block // 2), 6 * (block % 2), first, second, start, work)
+                start += first.nu * (second.nu // second.width)
 
 
 def _evaluate(program, state, work):
