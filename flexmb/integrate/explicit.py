@@ -19,6 +19,8 @@ from flexmb.system.program import evaluate, project
 __all__ = ["Explicit"]
 
 AUGMENTED = Augmented()
+VANISHING, PATIENCE = 1e-9, 30
+"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration."""
 METHODS = ("DOP853", "RK45", "Radau")
 FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
 
@@ -38,6 +40,7 @@ class _Run:
         y = np.concatenate([state.q, state.u, np.zeros(3)])
         method = getattr(scipy.integrate, settings.method)
         end = max(t_end, state.t + 1e-12)
+        self.span = end - state.t
         self.solver = method(self.rates, state.t, y, end, rtol=settings.rtol, atol=settings.atol,
                              max_step=settings.largest or np.inf)
 
@@ -90,7 +93,7 @@ class _Run:
 
     def advance(self, t: float) -> str:
         """Integrate to `t`; return what went wrong, or an empty text."""
-        solver = self.solver
+        solver, left, short = self.solver, self.settings.most_steps, 0
         solver.t_bound = t
         solver.status = "running" if solver.t < t else "finished"
         while solver.status == "running":
@@ -99,6 +102,15 @@ class _Run:
             except ValueError:  # Radau: a matrix that is not finite
                 solver.status, message = "failed", "the iteration of the method met numbers that are not finite"
             self.counts["steps"] += 1
+            left -= 1
+            # one short step may end at a sample; many in a row get nowhere
+            short = short + 1 if solver.step_size is not None and solver.step_size < VANISHING * self.span else 0
+            if short > PATIENCE and solver.status == "running":
+                worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
+                return f"the step size fell below {VANISHING * self.span:.3g} s at t = {solver.t:.9g} s{worst}"
+            if left == 0 and solver.status == "running":
+                return (f"{self.settings.most_steps} steps between two samples reached only t = {solver.t:.9g} s: the "
+                        "motion is stiff or very fast")
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
@@ -132,6 +144,8 @@ class Explicit(metaclass=Described):
         How accelerations are found.
     largest : float, s, optional
         Largest step size.
+    most_steps : int
+        Largest number of steps from sample to sample.
 
     Source: Hairer, Nørsett & Wanner 1993 (methods); Eich 1993 (projection).
     """
@@ -142,6 +156,7 @@ class Explicit(metaclass=Described):
     drift: float = 1e-10
     formulation: Any = AUGMENTED
     largest: float | None = None
+    most_steps: int = 100_000
 
     def __post_init__(self):
         if self.method not in METHODS:
@@ -150,7 +165,7 @@ class Explicit(metaclass=Described):
         if isinstance(self.formulation, type) or not hasattr(self.formulation, "accelerate"):
             raise ModelError("Explicit", found=f"formulation = {self.formulation!r}", expected=f"one of {FORMULATIONS}",
                              remedy="Give an object: Explicit(formulation=Recursive())")
-        for name in ("rtol", "atol", "drift", "largest"):
+        for name in ("rtol", "atol", "drift", "largest", "most_steps"):
             value = getattr(self, name)
             if value is not None and not (is_number(value) and value > 0.0):
                 raise ModelError("Explicit", found=f"{name} = {value!r}", expected="a positive number",

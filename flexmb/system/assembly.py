@@ -129,6 +129,15 @@ def _acceleration_error(system, state, work, residual):
     largest = float(np.abs(state.a).max(initial=0.0))
     if worst > 1e-5 * (1.0 + largest):
         k = int(np.argmax(np.abs(residual)))
+        if system.redundant:
+            names = ", ".join(system.equation_names[n] for n in system.redundant[:5])
+            raise CompileError(
+                f"Equation '{system.equation_names[k]}'",
+                found=f"its second derivative misses zero by {worst:.3g} in a singular configuration: {names} depend on "
+                "other equations here",
+                expected="a start from which all joints and drives can be followed",
+                remedy="Start away from the dead centre (or drive another joint there); if nothing is at a dead centre, "
+                "two drives contradict each other: remove one, or make their signals agree")
         raise CompileError(
             f"Equation '{system.equation_names[k]}'", found=f"its second derivative misses zero by {worst:.3g}",
             expected="equations that can be satisfied together, in position, velocity and acceleration",
