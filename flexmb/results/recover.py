@@ -15,8 +15,8 @@ from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["Envelope", "displacement", "largest_von_mises", "modal_data", "positions", "rotation_matrices",
-           "section_forces", "stress", "von_mises", "von_mises_envelope"]
+__all__ = ["Envelope", "displacement", "largest_von_mises", "modal_data", "positions", "principal",
+           "rotation_matrices", "section_forces", "strain_energy", "stress", "velocities", "von_mises", "von_mises_envelope"]
 
 CHUNK = 16_000_000
 """Numbers of nodal stress held at once (128 MB); longer series go through in pieces."""
@@ -78,6 +78,30 @@ def positions(data, q, nodes=None) -> np.ndarray:
     return q[:, None, :3] + local @ rotation_matrices(q[:, 3:7]).transpose(0, 2, 1)
 
 
+def velocities(data, q, u, nodes=None) -> np.ndarray:
+    """Return velocities of nodes in W, ``R (v + w x (X + Phi eta) + Phi eta')``: (nt, k, 3), m/s.
+
+    Parameters
+    ----------
+    data : ModalNeutralData
+    q : (nt, 7 + m)
+    u : (nt, 6 + m)
+    nodes : (k,) int, optional
+        All nodes by default.
+    """
+    q, u = (np.atleast_2d(np.asarray(x, float)) for x in (q, u))
+    X = data.nodes if nodes is None else data.nodes[_checked(data, nodes)]
+    local = X + displacement(data, q[:, 7:], nodes)
+    rate = u[:, None, :3] + np.cross(u[:, None, 3:6], local) + displacement(data, u[:, 6:], nodes)
+    return rate @ rotation_matrices(q[:, 3:7]).transpose(0, 2, 1)
+
+
+def strain_energy(data, eta) -> np.ndarray:
+    """Return the strain energy of the body ``1/2 eta . K eta``, (nt,), J."""
+    eta = np.atleast_2d(np.asarray(eta, float))
+    return 0.5 * np.einsum("ti,ij,tj->t", eta, data.stiffness, eta)
+
+
 def stress(data, eta, nodes=None) -> np.ndarray:
     """Return the nodal stress xx, yy, zz, xy, yz, zx in body axes: (nt, k, 6), Pa."""
     return _superposed(_stress_modes(data, nodes), eta)
@@ -107,6 +131,12 @@ def von_mises(sigma) -> np.ndarray:
     out = np.empty(sigma.shape[:-1])
     _von_mises(sigma.reshape(-1, 6), out.reshape(-1))
     return out
+
+
+def principal(sigma) -> np.ndarray:
+    """Return the principal stresses (..., 3), Pa, the greatest first, of stresses (..., 6) ordered xx, yy, zz, xy, yz, zx."""
+    sigma = np.asarray(sigma, float)
+    return np.linalg.eigvalsh(sigma[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])[..., ::-1]
 
 
 def largest_von_mises(data, eta, nodes=None) -> np.ndarray:

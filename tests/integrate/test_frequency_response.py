@@ -121,5 +121,7 @@ def test_section_forces_of_a_loaded_beam():
     ends = np.column_stack([np.linspace(0, 0.75, 4), np.linspace(0.25, 1, 4)])
     np.testing.assert_allclose(forces[:, :, 1], 1e-3, rtol=1e-6)
     np.testing.assert_allclose(forces[:, :, 5], 1e-3 * (LENGTH - ends), rtol=0, atol=1e-9)
+    work = 1e-3**2 * LENGTH**3 / (6 * EI)  # F delta / 2, delta = F L^3 / (3 E I)
+    assert recover.strain_energy(data, eta) == pytest.approx(work, rel=1e-3)
     with pytest.raises(fmb.ModelError, match="has no section forces"):
         recover.section_forces(data, eta, None)

@@ -23,6 +23,33 @@ def test_positions_node_by_node(rng):
     np.testing.assert_allclose(recover.positions(data, q, [8, 2]), expected[:, [8, 2]], rtol=0, atol=4 * MACHINE)
 
 
+def test_velocities_are_the_rates_of_positions(rng):
+    """Central differences of the positions along r' = R v, R' = R w~, eta'."""
+    data, h = block_data(), 1e-6
+    turn = Rotation.random(random_state=4)
+    r, eta, u = rng.normal(size=3), 0.1 * rng.normal(size=2), rng.normal(size=8)
+
+    def position(t):
+        p = (turn * Rotation.from_rotvec(t * u[3:6])).as_quat(scalar_first=True)
+        return recover.positions(data, np.concatenate([r + t * turn.apply(u[:3]), p, eta + t * u[6:]]))[0]
+
+    q = np.concatenate([r, turn.as_quat(scalar_first=True), eta])
+    found = recover.velocities(data, q, u)[0]
+    np.testing.assert_allclose(found, (position(h) - position(-h)) / (2 * h), rtol=0, atol=1e-8)
+    np.testing.assert_array_equal(recover.velocities(data, q, u, [8, 2])[0], found[[8, 2]])
+
+
+def test_principal_stresses(rng):
+    """Simple states, and the invariants of any: trace, sum of squares, and von Mises from the differences."""
+    np.testing.assert_allclose(recover.principal([5.0, 0, 0, 0, 0, 0]), [5.0, 0, 0], atol=MACHINE)
+    np.testing.assert_allclose(recover.principal([0, 0, 0, 0, 0, 3.0]), [3.0, 0, -3.0], atol=10 * MACHINE)
+    sigma = rng.normal(size=(4, 7, 6))
+    a, b, c = np.moveaxis(recover.principal(sigma), -1, 0)
+    np.testing.assert_allclose(a + b + c, sigma[..., :3].sum(axis=-1), atol=100 * MACHINE)
+    von_mises = np.sqrt(0.5 * ((a - b) ** 2 + (b - c) ** 2 + (c - a) ** 2))
+    np.testing.assert_allclose(von_mises, recover.von_mises(sigma), rtol=1e-10)
+
+
 @pytest.mark.parametrize(("sigma", "expected"), [
     ((5.0, 0, 0, 0, 0, 0), 5.0),  # uniaxial: the stress itself
     ((0, 0, 0, 0, -2.0, 0), 2.0 * np.sqrt(3.0)),  # pure shear: sqrt(3) tau
