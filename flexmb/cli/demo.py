@@ -79,6 +79,7 @@ def execute(arguments: argparse.Namespace) -> int:
         f"the inside: flexmb export {run} --vtk; whole folder {_megabytes(folder):.0f} MB"
     )
     print(clock)
+    print(f"Report: flexmb report {run}")
     print(f"Go on: flexmb run {folder / STATION} --set duration=2 --out {folder / 'slower'}")
     return exit_code(solution)
 

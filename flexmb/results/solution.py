@@ -72,9 +72,9 @@ class Solution:
 
     @property
     def sensor_names(self) -> tuple[str, ...]:
-        """Names of the sensors that can be asked by name."""
-        names = dict.fromkeys(name for phase in self.phases for name in phase.tables)
-        names.update(dict.fromkeys(s.name for phase in self.phases if phase.model for s in phase.model.sensors))
+        """Names of the sensors that can be asked by name, in the order of the model."""
+        names = dict.fromkeys(s.name for phase in self.phases if phase.model for s in phase.model.sensors)
+        names.update(dict.fromkeys(name for phase in self.phases for name in phase.tables))
         return tuple(names)
 
     @property

@@ -16,7 +16,7 @@ from flexmb.study.worker import Worker
 
 __all__ = ["rows_by_processes"]
 
-QUIET = 1.0
+QUIET = 0.5
 """Seconds without compiling after which the first worker's kernels are taken to be there."""
 FALSE_STARTS = 2
 

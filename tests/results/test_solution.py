@@ -159,3 +159,12 @@ def test_files_that_are_none(tmp_path):
         Solution.load(tmp_path / "block.h5")
     with pytest.raises(DataFileError, match=r"does not exist"):
         Solution.load(tmp_path / "no.h5")
+
+
+def test_sensors_keep_the_order_of_the_model(tmp_path):
+    """Also when they are read from a file, which knows no order."""
+    names = ["z last", "a first", "m middle"]
+    asked = [sensors.Position(name, marker="rod.end") for name in names]
+    solution = Solution(phases=(spinning_phase(spinning_model(asked)),))
+    stored = Solution.load(solution.save(tmp_path / "s.h5"), model=solution.model)
+    assert stored.sensor_names == solution.sensor_names == tuple(names)
