@@ -66,6 +66,7 @@ def nastran_cards(path: Path):
     """Yield the fields of every bulk card, continuations joined; the first word without '*', comments left
     out."""
     words: list[str] = []
+    per_line = 8
     for line in nastran_lines(path):
         text = line.split("$")[0].rstrip()
         if not text:
@@ -80,12 +81,13 @@ def nastran_cards(path: Path):
                 text[k : k + width].strip() for k in range(8, min(len(text), 72), width)
             ]
         if fields[0][:1] in ("", "+", "*"):
-            padding = -(len(words) - 1) % 4  # blank fields at the end of a line are not written
+            padding = -(len(words) - 1) % per_line  # blank fields at the end of a line are not written
             words += [""] * padding + fields[1:]
             continue
         if words:
             yield words
         words = [fields[0].rstrip("*").upper(), *fields[1:]]
+        per_line = 4 if "*" in fields[0] else 8
     if words:
         yield words
 

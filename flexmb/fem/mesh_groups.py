@@ -14,6 +14,7 @@ from flexmb.fem.abaqus_cards import read_abaqus_cards
 from flexmb.fem.mesh import DIMENSION, Mesh, check_cells
 from flexmb.fem.nastran_cards import read_nastran_cards
 from flexmb.fem.nastran_connectors import nastran_connectors
+from flexmb.fem.nastran_mesh import read_nastran_mesh
 
 __all__ = ["GroupedMesh", "from_abaqus", "from_gmsh", "from_nastran", "from_vtu", "to_mesh"]
 
@@ -145,23 +146,34 @@ def _is_flag(rows: list[Any]) -> bool:
 
 def from_nastran(path: Path) -> GroupedMesh:
     """Read Nastran bulk data: properties become cell sets, SET, SET1 and SET3 become sets of nodes or cells."""
-    cards = read_nastran_cards(path)
-    mesh = _meshio().nastran.read(io.StringIO(cards.bulk))
-    blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
-    place = {int(number): i for i, number in enumerate(mesh.points_id)}
-    _check_once(path, np.asarray(mesh.points_id), mesh.points)
+    cards, mesh = read_nastran_cards(path), read_nastran_mesh(path)
+    place = {int(number): i for i, number in enumerate(mesh.ids)}
+    _check_once(path, mesh.ids, mesh.points)
+    blocks = [(kind, _rows(path, cells, mesh.ids)) for kind, cells in mesh.cells.items()]
     sets: dict[str, list[np.ndarray]] = {}
-    for b, properties in enumerate(mesh.cell_data.get("nastran:ref", [])):
+    for b, properties in enumerate(mesh.properties.values()):
         for pid in np.unique(properties):
             rows = sets.setdefault(cards.property_names.get(int(pid), f"pid_{pid}"),
                                    [np.zeros(0, np.int64) for _ in blocks])
             rows[b] = np.union1d(rows[b], np.flatnonzero(properties == pid))
     for name, numbers in cards.element_sets.items():
-        sets[name] = [np.flatnonzero(np.isin(ids, numbers)) for ids in mesh.cells_id]
+        sets[name] = [np.flatnonzero(np.isin(ids, numbers)) for ids in mesh.elements.values()]
     nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
     spiders, left_out = nastran_connectors(path)
+    left_out += [f"{number} {name}" for name, number in sorted(mesh.unknown.items())]
     nodes |= {name: _known_nodes(name, numbers, place, path) for name, numbers in spiders.items() if len(numbers)}
     return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets, left_out=left_out)
+
+
+def _rows(path: Path, cells: np.ndarray, ids: np.ndarray) -> np.ndarray:
+    """Return cells of file numbers as rows of the table of grid points."""
+    order = np.argsort(ids, kind="stable")
+    place = np.minimum(np.searchsorted(ids[order], cells), max(len(ids) - 1, 0))
+    missing = ids[order][place] != cells if len(ids) else np.ones(cells.shape, bool)
+    if missing.any():
+        raise MeshError(f"Mesh file '{path}'", found=f"a cell names the node {cells[missing][0]}, which does not exist",
+                        expected="cells of existing nodes", remedy="Write the file again, complete")
+    return order[place]
 
 
 def _check_once(path: Path, numbers: np.ndarray, points: np.ndarray) -> None:

@@ -21,27 +21,23 @@ __all__ = ["NastranCards", "read_nastran_cards"]
 SET_NAME = re.compile(r'^\$HMSET\s+(\d+)\s+(\d+)\s+"([^"]+)"')
 PROPERTY_NAME = re.compile(r'^\$HMNAME\s+PROP\s+(\d+)\s*"([^"]+)"|^\$\s*Femap Property\s+(\d+)\s*:\s*(.+?)\s*$')
 CASE_SET = re.compile(r"^\s*SET\s+(\d+)\s*=(.*)$", re.IGNORECASE)
-CELL_CARD = re.compile(r"^(GRID|C[A-Z]+\d?_?)\*?[ ,]")  # meshio writes CTETRA_ for ten nodes
 
 
 @dataclass(kw_only=True)
 class NastranCards:
-    """Sets by name (file numbers of nodes or elements), names of properties, and the bulk data for meshio."""
+    """Sets by name (file numbers of nodes or elements) and names of properties."""
 
-    bulk: str
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     element_sets: dict[str, np.ndarray] = field(default_factory=dict)
     property_names: dict[int, str] = field(default_factory=dict)
 
 
 def read_nastran_cards(path: Path) -> NastranCards:
-    """Read sets and names, and the grid and element cards as clean bulk data."""
+    """Read sets and names."""
     lines = nastran_lines(path)
     names: dict[int, tuple[str, int]] = {}
-    cards = NastranCards(bulk="")
+    cards = NastranCards()
     found: list[tuple[int, str, list[str]]] = []  # set number, "GRID", "ELEM" or "" if the card does not say, words
-    bulk = ["BEGIN BULK"]
-    kept = False
     i = 0
     while i < len(lines):
         line = lines[i]
@@ -65,21 +61,10 @@ def read_nastran_cards(path: Path) -> NastranCards:
                 words += fields(lines[i].upper())
                 i += 1
             found.append(bulk_set(words))
-            kept = False
-            continue
-        if not upper.strip() or upper.startswith(("BEGIN", "ENDDATA")):
-            continue
-        check_default_system(path, upper)
-        continued = line[0] in "+*" or line[:8].strip() == ""
-        kept = kept if continued else bool(CELL_CARD.match(upper))
-        if kept:
-            check_system(path, upper)
-            bulk.append(upper.rstrip())
     for number, kind, words in found:
         name, code = names.get(number, (f"set_{number}", 1))
         target = cards.element_sets if kind == "ELEM" or (kind == "" and code == 2) else cards.node_sets
         target[name] = expanded(path, name, words)
-    cards.bulk = "\n".join([*bulk, "ENDDATA", ""])
     return cards
 
 
@@ -123,29 +108,3 @@ def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
         raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' reads '{' '.join(words)[:60]}'",
                         expected="numbers, THRU and EXCEPT", remedy="Write the set as a list of numbers") from None
     return np.array([n for n in numbers if n not in excluded], np.int64)
-
-
-def check_default_system(path: Path, card: str) -> None:
-    """Raise MeshError where GRDSET puts the grid points into a local coordinate system."""
-    if not card.startswith("GRDSET"):
-        return
-    words = [word.strip() for word in card.split(",")] if "," in card else [card[k:k + 8].strip() for k in range(0, 72, 8)]
-    if len(words) > 2 and words[2] not in ("", "0"):
-        raise MeshError(f"Mesh file '{path}'", found=f"GRDSET with the coordinate system {words[2]}",
-                        expected="all grid points in the basic system",
-                        remedy="Export the mesh with its coordinates in the basic (global) system")
-
-
-def check_system(path: Path, card: str) -> None:
-    """Raise MeshError for a grid point in a local coordinate system: meshio would take it as global."""
-    if not card.startswith("GRID"):
-        return
-    if "," in card:
-        words = card.split(",")
-        system = words[2].strip() if len(words) > 2 else ""
-    else:
-        system = (card[24:40] if card.startswith("GRID*") else card[16:24]).strip()
-    if system not in ("", "0"):
-        raise MeshError(f"Mesh file '{path}'", found=f"a grid point in the coordinate system {system}: "
-                        f"{card.strip()[:40]}", expected="all grid points in the basic system",
-                        remedy="Export the mesh with its coordinates in the basic (global) system")

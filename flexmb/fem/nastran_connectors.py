@@ -21,6 +21,10 @@ CONNECTORS = frozenset((
     "CSEAM", "CDAMP1", "CDAMP2", "CVISC", "GENEL"))  # fmt: skip
 
 
+OFFSETS = {"CBAR": slice(11, 17), "CBEAM": slice(11, 17), "CQUAD4": slice(8, 9), "CTRIA3": slice(7, 8)}
+"""Fields of the offsets of an element from its grid points."""
+
+
 def nastran_connectors(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
     """Return the nodes (file numbers) of every RBE2 and RBE3 as sets "rbe2_7", and what was left out, in words."""
     count: Counter[str] = Counter()
@@ -28,6 +32,8 @@ def nastran_connectors(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
     mass = 0.0
     for words in nastran_cards(path):
         name = words[0]
+        if any(_is_nonzero(word) for word in words[OFFSETS.get(name, slice(0))]):
+            count[f"offsets of {name}"] += 1
         if name not in CONNECTORS:
             continue
         count[name] += 1
@@ -38,6 +44,13 @@ def nastran_connectors(path: Path) -> tuple[dict[str, np.ndarray], list[str]]:
             sets[f"{name.lower()}_{words[1]}"] = np.array(sorted(set(nodes)), np.int64)
     found = [f"{number} {name}" for name, number in sorted(count.items())]
     return sets, [f"{text} (mass {mass:.6g})" if text.endswith(" CONM2") else text for text in found]
+
+
+def _is_nonzero(word: str) -> bool:
+    try:
+        return nastran_float(word) != 0.0
+    except ValueError:  # a name or a coordinate system
+        return False
 
 
 def _grids(words: list[str]) -> list[int]:

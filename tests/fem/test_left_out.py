@@ -67,6 +67,49 @@ def test_nastran_masses_and_rigid_elements(write):
     assert mesh.node_sets["rbe3_12"].tolist() == [0, 3]
 
 
+@pytest.mark.parametrize(("card", "kind", "nodes"), [
+    ("CQUAD4,1,1,1,2,3,4,0.0,.001", "quad", [0, 1, 2, 3]),
+    ("CQUAD4  1       1       1       2       3       4       30.     0.001", "quad", [0, 1, 2, 3]),
+    ("CTRIA3* 1               1               1               2\n*       3               30.", "triangle", [0, 1, 2]),
+    ("CTRIA3,1,,1,2,3,30.", "triangle", [0, 1, 2]),
+    ("CTRIA6  1       1       1       2       3       5       6       7       30.", "triangle6", [0, 1, 2, 3, 4, 5]),
+    ("CQUAD8,1,1,1,2,3,4,5,6\n,7,8,.01,.01,.01,.01,0.", "quad8", list(range(8))),
+    ("CTUBE,1,1,1,2", "line", [0, 1]), ("CONROD,1,1,2,1,.1", "line", [0, 1]),
+    ("CBEAM,1,1,1,2,0.,0.,1.", "line", [0, 1]), ("CBEAM3,1,1,1,2,5,0.,0.,1.", "line3", [0, 1, 2]),
+])  # fmt: skip
+def test_elements_with_angles_and_offsets(write, card, kind, nodes):
+    """What follows the nodes of an element is not one of them, in every field format."""
+    places = ["0.,0.", "1.,0.", "1.,1.", "0.,1.", ".5,0.", "1.,.5", ".5,1.", "0.,.5"]
+    grids = "".join(f"GRID,{number},,{place},0.\n" for number, place in enumerate(places, 1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mesh = fem.read_mesh(write("a.bdf", f"BEGIN BULK\n{grids}{card}\nENDDATA\n"))
+    assert [(found, cells.tolist()) for found, cells in mesh.cells] == [(kind, [nodes])]
+    assert set(mesh.cell_sets) == {"pid_0" if card.startswith("CONROD") else "pid_1"}
+
+
+@pytest.mark.parametrize("card", ["CQUAD4,1,1,1,2,3", "CTRIA3,1,1,1,x,3", "CQUAD8,1,1,1,2,3,4,5,,7,8"])
+def test_elements_that_cannot_be_read(write, card):
+    grids = "".join(f"GRID,{number},,{number}.,0.,0.\n" for number in range(1, 9))
+    with pytest.raises(MeshError, match=r"a\.bdf'.*the card C(QUAD|TRIA)\d 1 1 1"):
+        fem.read_mesh(write("a.bdf", f"BEGIN BULK\n{grids}{card}\n"))
+
+
+def test_elements_of_other_kinds_are_named(write):
+    with pytest.warns(fem.MeshWarning, match="1 CTRIAX6"):
+        fem.read_mesh(write("a.bdf", NASTRAN.replace("RBE2", "CTRIAX6,9,1,1,2,3,4,5,6\nRBE2")))
+
+
+def test_offsets_of_beams_and_plates(write):
+    """W1A..W3B of CBAR and ZOFFS of CQUAD4; zeros and blanks are none."""
+    bars = "CBAR,7,2,1,2,0.,0.,1.\n,,,0.,0.,0.02,0.,0.,.02\nCBAR,8,2,2,3,0.,0.,1.\n,,,0.,0.,0.,,,\n"
+    plate = "CQUAD4,1,1,1,2,3,4,,.001\n"
+    text = "BEGIN BULK\n" + "".join(f"{line}\n" for line in NASTRAN.splitlines() if line.startswith("GRID")) + bars + plate
+    with pytest.warns(fem.MeshWarning, match="left out were 1 offsets of CBAR, 1 offsets of CQUAD4;"):
+        mesh = fem.read_mesh(write("a.bdf", text))
+    assert len(mesh.cells_of("line")) == 2
+
+
 def test_abaqus_masses_and_links(write):
     with pytest.warns(fem.MeshWarning, match=r"1 \*RIGID BODY, 1 \*TIE, 1 elements MASS, 1 elements SPRINGA"):
         mesh = fem.read_mesh(write("a.inp", ABAQUS))
@@ -97,7 +140,7 @@ def test_included_files(write):
 
 @pytest.mark.parametrize("card", ["GRDSET,,3", "GRDSET                 3"])
 def test_default_coordinate_system(write, card):
-    with pytest.raises(MeshError, match=r"GRDSET with the coordinate system 3.*basic"):
+    with pytest.raises(MeshError, match=r"coordinate system 3: GRDSET,,3.*basic"):
         fem.read_mesh(write("a.bdf", NASTRAN.replace("BEGIN BULK", f"BEGIN BULK\n{card}")))
 
 
