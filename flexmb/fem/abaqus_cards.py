@@ -39,6 +39,9 @@ CONNECTORS = frozenset(("MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLIN
                         "SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "FASTENER", "NONSTRUCTURAL MASS"))
 """Keywords that join or load parts with mass and are not part of a mesh."""
 
+GENERATORS = frozenset(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"))
+"""Keywords that make parts of a mesh which are not in the file."""
+
 POINT_ELEMENT = re.compile(r"MASS$|ROTARYI|SPRING|DASHPOT|CONN[23]D|DCOUP|HEATCAP|GAP|JOINTC")
 """Names of elements that are masses, springs and the like."""
 
@@ -75,9 +78,17 @@ def sections(path: Path):
         keyword, data = words[0].upper(), []
         pairs = (word.partition("=") for word in words[1:] if word)
         options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
-        if keyword == "INCLUDE":
-            yield from sections(path.parent / options["INPUT"])
-            keyword = ""
+        if "INPUT" in options and keyword in ("INCLUDE", "NODE", "ELEMENT"):
+            other = path.parent / options["INPUT"]
+            if not other.is_file():
+                raise MeshError(f"Mesh file '{path}'", found=f"*{keyword}, INPUT={options['INPUT']}: no such file",
+                                expected="an existing file beside this one", remedy="Put it there, or write one flat file")
+            if keyword == "INCLUDE":
+                yield from sections(other)
+                keyword = ""
+            else:
+                lines = other.read_text(encoding="utf-8", errors="replace").splitlines()
+                data += [row.strip() for row in lines if row.strip() and not row.startswith("**")]
     if keyword:
         yield keyword, options, data
 
@@ -88,8 +99,9 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
     for keyword, options, data in sections(path):
         _check_system(path, keyword, options, data)
         if keyword == "NODE":
-            nodes += data
-            ids = [int(line.split(",")[0]) for line in data]
+            rows = [[word.strip() for word in line.split(",")][:4] for line in data]  # normals may follow
+            nodes += [",".join([*(word or "0." for word in row), *["0."] * (4 - len(row))]) for row in rows]
+            ids = [int(row[0]) for row in rows]
             cards.node_ids += ids
             add(cards.node_sets, options.get("NSET"), np.array(ids, np.int64))
         elif keyword in CONNECTORS:
@@ -121,6 +133,10 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
 def _check_system(path: Path, keyword: str, options: dict[str, str], data: list[str]) -> None:
     """Raise MeshError where the coordinates in the file are not those of the model."""
     moved = keyword == "INSTANCE" and any(float(word) != 0.0 for word in ",".join(data).split(",") if word.strip())
+    if keyword in GENERATORS:
+        raise MeshError(f"Mesh file '{path}'", found=f"*{keyword}, which makes nodes or elements",
+                        expected="every node and element in a line of its own",
+                        remedy="Write the mesh out: Abaqus/CAE does, or a mesh from its output")
     turned = keyword == "SYSTEM" and data
     curved = keyword == "NODE" and options.get("SYSTEM", "R").upper() != "R"
     if moved or turned or curved:

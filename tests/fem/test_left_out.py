@@ -116,6 +116,24 @@ def test_abaqus_masses_and_links(write):
     assert len(mesh.cells_of("quad")) == 1
 
 
+def test_abaqus_nodes_with_normals_and_data_in_other_files(write):
+    plain = ABAQUS.split("*ELEMENT, TYPE=MASS")[0]
+    points = fem.read_mesh(write("a.inp", plain)).points
+    normals = plain.replace("1, 0., 0., 0.", "1, 0., 0., 0., 0., 0., 1.").replace("2, 1., 0., 0.", "2, 1., 0.,")
+    assert np.array_equal(fem.read_mesh(write("b.inp", normals)).points, points)
+    write("nodes.txt", "".join(f"{line}\n" for line in plain.splitlines()[1:5]))
+    apart = "*NODE, INPUT=nodes.txt\n" + plain[plain.index("*ELEMENT") :]
+    assert np.array_equal(fem.read_mesh(write("c.inp", apart)).points, points)
+    with pytest.raises(MeshError, match=r"\*NODE, INPUT=none: no such file"):
+        fem.read_mesh(write("d.inp", apart.replace("nodes.txt", "none")))
+
+
+@pytest.mark.parametrize("keyword", ["NGEN", "ELGEN"])
+def test_abaqus_generators_are_refused(write, keyword):
+    with pytest.raises(MeshError, match=rf"\*{keyword}, which makes nodes or elements.*Write the mesh out"):
+        fem.read_mesh(write("a.inp", ABAQUS + f"*{keyword}\n1, 3, 1\n"))
+
+
 def test_plain_meshes_leave_nothing_out(write):
     text = "\n".join(line for line in NASTRAN.splitlines() if line.startswith(("BEGIN", "GRID", "CQUAD4", "END")))
     with warnings.catch_warnings():
