@@ -12,6 +12,7 @@ from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.model.described import Described, is_number
 from flexmb.system.assembly import worst_equations
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate
 
@@ -19,7 +20,7 @@ __all__ = ["GeneralizedAlpha"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class GeneralizedAlpha:
+class GeneralizedAlpha(metaclass=Described):
     """Lie-group generalized-alpha method on the index-3 equations.
 
     Parameters
@@ -48,12 +49,12 @@ class GeneralizedAlpha:
 
     def __post_init__(self):
         part = "GeneralizedAlpha"
-        if not 0.0 <= self.rho_inf <= 1.0:
+        if not (is_number(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
             raise ModelError(part, found=f"rho_inf = {self.rho_inf!r}", expected="0 <= rho_inf <= 1",
                              remedy="Use 0.8 for flexible mechanisms, 0.95 for little damping")
         for name in ("step", "rtol", "atol", "largest"):
             value = getattr(self, name)
-            if value is not None and not value > 0.0:
+            if value is not None and not (is_number(value) and value > 0.0):
                 raise ModelError(part, found=f"{name} = {value!r}", expected="a positive number",
                                  remedy=f"Leave {name} out for its default")
 

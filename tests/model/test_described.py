@@ -42,6 +42,9 @@ FIELDS = [
     (lambda: fmb.Material(yong=1, poisson=0.3, density=1), "Material: there is no field 'yong'", "mean 'young'"),
     (lambda: fmb.IDA(rtoll=1e-6), "IDA: there is no field 'rtoll'", "mean 'rtol'"),
     (lambda: fmb.IDA(rtol="small"), "rtol = 'small'", "Leave rtol out"),
+    (lambda: fmb.GeneralizedAlpha(rtol="small"), "rtol = 'small'", "Leave rtol out"),
+    (lambda: fmb.GeneralizedAlpha(rho_inf="0.8"), "rho_inf = '0.8'", "Use 0.8"),
+    (lambda: fmb.GeneralizedAlpha(rho=0.8), "no field 'rho'", "rho_inf"),
     (lambda: fmb.Release("strut", 3, 4), "values without names", "Remove the others"),
     (lambda: fmb.Box((1, 1, 1), colour="red"), "there is no field 'colour'", "remove it"),
 ]
