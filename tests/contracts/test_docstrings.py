@@ -3,6 +3,7 @@
 import inspect
 import re
 from dataclasses import fields
+from pathlib import Path
 
 import pytest
 
@@ -54,3 +55,15 @@ def test_first_sentence_says_what_it_does(name):
     first = inspect.cleandoc(CLASSES[name].__doc__).splitlines()[0]
     assert len(first) > 15
     assert first.endswith((".", ":")), first
+
+
+@pytest.mark.parametrize("name", joints.KINDS)
+def test_every_joint_has_a_drawing_and_an_entry(name):
+    """The pictures are made by docs/images/draw_joints.py."""
+    docs = Path(__file__).parents[2] / "docs"
+    picture = (docs / "images" / "joints" / f"{name}.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    assert len(picture) < 20_000
+    page = (docs / "reference" / "joints.md").read_text("utf-8")
+    assert f"![{name}](../images/joints/{name}.png)" in page
+    assert f".. autoclass:: flexmb.joints.{name}\n" in page
