@@ -176,12 +176,14 @@ def test_lateral_buckling_of_a_strip():
     """In-plane end force on a deep strip: 4.0126 sqrt(E I G J) / L^2 with J = h t^3 / 3; membrane stress
     drives bending and twist.
 
-    The clamp hinders the twist over a length of about h: the excess, 2.7 % and 1.4 % here, halves with h / L.
+    The clamp hinders the twist over a length of about h: the excess, 2.4 % and 1.1 % here, halves with h / L. Part of the
+    moment at the tip is carried by rotations of its nodes, which the lever of the link does not see: first order in the
+    mesh size (40 x 4 elements: 2.3 % and 0.9 %).
     """
     height, t = 0.05, 0.002
     excess = []
     for length in (1.0, 2.0):
-        fe = fem.shell(plate(40, 4, length, height, "quad"), MATERIAL, t)
+        fe = fem.shell(plate(80, 8, length, height, "quad"), MATERIAL, t)
         fe = fem.with_rigid_link(fe, (length, height / 2, 0.0), on(fe, 0, length), name="tip")
         fe = fem.with_supports(fe, on(fe, 0, 0.0))
         load = np.zeros((len(fe.nodes), 6, 1))
@@ -194,21 +196,25 @@ def test_lateral_buckling_of_a_strip():
 
 
 def test_box_column_buckles_as_a_beam():
-    """Euler load of a thin-walled square tube: walls move in their own plane."""
+    """Euler load of a thin-walled square tube: walls move in their own plane.
+
+    Without lateral contraction, which the rigid end would hinder (0.4 % more at nu = 0.3).
+    """
+    material = Material(young=MATERIAL.young, poisson=0.0, density=MATERIAL.density)
     width, t, length, cells = 0.1, 0.008, 2.0, 24
     corners = width / 2 * np.array([(-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0)])
     x = np.linspace(0, length, cells + 1)
     points = np.array([(s, y, z) for s in x for y, z in corners])
     number = np.arange(len(points)).reshape(cells + 1, 8)
     quads = np.stack([number[:-1], number[1:], np.roll(number, -1, 1)[1:], np.roll(number, -1, 1)[:-1]], -1)
-    fe = fem.shell(Mesh(points=points, cells=(("quad", quads.reshape(-1, 4)),)), MATERIAL, t)
+    fe = fem.shell(Mesh(points=points, cells=(("quad", quads.reshape(-1, 4)),)), material, t)
     fe = fem.with_rigid_link(fe, (length, 0.0, 0.0), on(fe, 0, length), name="tip")
     fe = fem.with_supports(fe, on(fe, 0, 0.0))
     load = np.zeros((len(fe.nodes), 6, 1))
     load[fe.node_sets["tip"], 0] = -1.0
     factor = fem.buckling(fe, fe.forces(load)[:, 0], None)[0][0]
-    euler = np.pi**2 / 4 * MATERIAL.young * (2 / 3 * width**3 * t) / length**2
-    shear = MATERIAL.shear * 2 * width * t * 5 / 6
+    euler = np.pi**2 / 4 * material.young * (2 / 3 * width**3 * t) / length**2
+    shear = material.shear * 2 * width * t * 5 / 6
     assert factor == pytest.approx(1 / (1 / euler + 1 / shear), rel=2e-3)
 
 
