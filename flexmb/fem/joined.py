@@ -140,6 +140,10 @@ class PlacedBlock:
         stress[self.number] = self.block.nodal_stress(displacements[self.number])
         return stress
 
+    def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
+        """Stress (ne, nodes of a cell, 6, k), Pa, at the nodes of chosen cells, each cell by itself."""
+        return self.block.element_stress(displacements[self.number], cells)  # type: ignore[attr-defined]
+
 
     def _freedoms(self, dofs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of `dofs` at nodes of these elements, and the same freedoms by own node numbers."""

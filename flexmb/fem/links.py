@@ -207,6 +207,10 @@ class LinkedBlock:
         stress[: self.own_nodes] = self.block.nodal_stress(displacements[: self.own_nodes])
         return stress
 
+    def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
+        """Stress (ne, nodes of a cell, 6, k), Pa, at the nodes of chosen cells, each cell by itself."""
+        return self.block.element_stress(displacements[: self.own_nodes], cells)  # type: ignore[attr-defined]
+
 
 def _link_block(fe: FEModel, node: int, numbers: np.ndarray, rows: np.ndarray) -> RigidLinkBlock:
     """Return the geometric stiffness of a rigid link about to be made."""

@@ -152,7 +152,17 @@ class ShellBlock:
     def surface_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
         """Return the stress at nodes (n, 6, k), Pa, in body axes: side -1 bottom, 0 middle, +1 top; mean of
         the elements."""
-        local = self._local(np.asarray(displacements, float))
+        stress = self._corner_stress(np.asarray(displacements, float), side)
+        return scattered(stress, self.connectivity, self.number_of_nodes)
+
+    def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
+        """Stress xx, yy, zz, xy, yz, zx, (ne, corners, 6, k), Pa, on the surface `side` at the corners of chosen cells
+        (all by default), each cell by itself."""
+        stress = self._corner_stress(np.asarray(displacements, float), self.side)
+        return stress if cells is None else stress[cells]
+
+    def _corner_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
+        local = self._local(displacements)
         corner_values = []
         for xi, eta in CORNERS[self.connectivity.shape[1]]:
             at = functions(self.corners, xi, eta)
@@ -165,7 +175,7 @@ class ShellBlock:
             tensor[:, 0, 1] = tensor[:, 1, 0] = plane[:, 2]
             body = np.einsum("eia,eijk,ejb->eabk", self.axes, tensor, self.axes, optimize=True)
             corner_values.append(body[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]])
-        return scattered(np.stack(corner_values, axis=1), self.connectivity, self.number_of_nodes)
+        return np.stack(corner_values, axis=1)
 
     def _gradients(self, at) -> list[np.ndarray]:
         """Gradients (ne, 2, 6 c) of u, v and w at a point."""

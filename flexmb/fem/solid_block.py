@@ -138,6 +138,15 @@ class SolidBlock:
         with np.errstate(invalid="ignore"):
             return total / count[:, None, None]
 
+    def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
+        """Stress xx, yy, zz, xy, yz, zx, (ne, nodes of a cell, 6, k), Pa, at the nodes of chosen cells (all by default),
+        each cell by itself: where neighbours differ, the mesh is too coarse."""
+        t = self.element.tables
+        u = np.ascontiguousarray(displacements[:, :3], float)
+        chosen = self.connectivity if cells is None else self.connectivity[cells]
+        stress = self._stress(chosen, t.stress_gradient, t.stress_inner, u)
+        return np.einsum("np,epck->enck", t.extrapolation, stress)
+
     def _chunks(self):
         return (self.connectivity[i:i + CHUNK] for i in range(0, len(self.connectivity), CHUNK))
 

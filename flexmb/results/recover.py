@@ -15,7 +15,7 @@ from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["Envelope", "displacement", "largest_von_mises", "modal_data", "positions", "principal",
+__all__ = ["Envelope", "displacement", "element_stress", "largest_von_mises", "modal_data", "positions", "principal",
            "rotation_matrices", "section_forces", "strain_energy", "stress", "velocities", "von_mises", "von_mises_envelope"]
 
 CHUNK = 16_000_000
@@ -164,6 +164,34 @@ def _von_mises_pieces(data, eta, nodes):
     step = max(1, CHUNK // (6 * len(S)))
     for start in range(0, len(eta), step):
         yield start, von_mises(_superposed(S, eta[start : start + step]))
+
+
+def element_stress(data, eta, block, cells=None) -> np.ndarray:
+    """Return the stress xx, yy, zz, xy, yz, zx at the nodes of single elements: (nt, ne, nodes of a cell, 6), Pa, body axes.
+
+    Nodal stress is a mean over the cells at a node; how far these differ there tells the error of the mesh.
+
+    Parameters
+    ----------
+    data : ModalNeutralData
+        Reduced from an FE model of solids or shells.
+    eta : (nt, m)
+    block : SolidBlock or ShellBlock
+        The elements of that FE model, ``fe.blocks[0]``.
+    cells : (ne,) int, optional
+        Rows of ``block.connectivity``; all by default.
+    """
+    shapes = data.shapes
+    at_elements = getattr(block, "element_stress", None)
+    if at_elements is None or block.connectivity.max() >= len(shapes):
+        raise ModelError(f"Modal neutral data '{data.name}'", found=f"a {type(block).__name__} that cannot give it stress",
+                         expected="the solids or shells of the FE model that was reduced",
+                         remedy="Give fe.blocks[0] of that model; beams have recover.section_forces")
+    turned = np.zeros_like(shapes) if data.rotation_shapes is None else data.rotation_shapes
+    cells = None if cells is None else np.atleast_1d(np.asarray(cells, int))
+    modes = at_elements(np.concatenate([shapes, turned], axis=1), cells)  # (ne, c, 6, m)
+    return np.einsum("tm,encm->tenc", np.atleast_2d(np.asarray(eta, float)), modes, optimize=True).reshape(
+        -1, *modes.shape[:3])
 
 
 def section_forces(data, eta, block) -> np.ndarray:

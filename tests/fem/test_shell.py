@@ -72,6 +72,12 @@ def test_bending_patch(kind, state):
     np.testing.assert_allclose(
         top[:, [0, 1, 3]], np.tile(expected, (len(x), 1)), atol=1e-8 * MATERIAL.young * T
     )
+    (block,) = fe.blocks
+    corner = block.element_stress(found)[..., 0]
+    np.testing.assert_allclose(
+        corner[:, :, [0, 1, 3]], np.broadcast_to(block.side * expected, (*corner.shape[:2], 3)),
+        atol=1e-8 * MATERIAL.young * T,
+    )  # fmt: skip
 
 
 def interior_from_boundary(fe, exact):

@@ -73,6 +73,10 @@ def test_linear_stress_is_exact_at_the_nodes(cell_type):
     exact[:, 0] = MATERIAL.young * y
     assert np.abs(stress[:, :, 0] - exact).max() < 1e-11
     assert np.abs(stress[:, :, 1] - 2 * exact).max() < 1e-11
+    (block,) = fe.blocks
+    cells = np.array([3, 0])
+    single = block.element_stress(fe.field(u), cells)[..., 0]
+    assert np.abs(single - exact[block.connectivity[cells]]).max() < 1e-11
 
 
 @pytest.mark.parametrize("cell_type", CELL_TYPES)

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from reduction.solids import STEEL, block
 from results.spinning import block_data, spinning_model, spinning_phase
 from scipy.spatial.transform import Rotation
 from tolerances import MACHINE
 
+from flexmb import fem, reduction
 from flexmb.errors import ModelError
 from flexmb.results import recover
 
@@ -37,6 +39,32 @@ def test_velocities_are_the_rates_of_positions(rng):
     found = recover.velocities(data, q, u)[0]
     np.testing.assert_allclose(found, (position(h) - position(-h)) / (2 * h), rtol=0, atol=1e-8)
     np.testing.assert_array_equal(recover.velocities(data, q, u, [8, 2])[0], found[[8, 2]])
+
+
+def test_element_stress_of_a_pulled_block(rng):
+    """Axial force 1 kN on 0.06 m x 0.04 m, away from the ends; the nodes show the mean over their cells."""
+    fe = block(divisions=(8, 2, 1))
+    data = reduction.reduce(fe, interfaces={"left": "left", "right": "right"}, modes=2)
+    (solid,) = fe.blocks
+    pull = 1e3 * (data.marker_translations[1, 0] - data.marker_translations[0, 0])
+    eta = np.linalg.solve(data.stiffness, pull)
+    single = recover.element_stress(data, eta, solid)[0]
+    middle = np.abs(fe.nodes[solid.connectivity, 0].mean(axis=1) - 0.2) < 0.06
+    assert middle.sum() > 2
+    np.testing.assert_allclose(single[middle, :, 0], 1e3 / (0.06 * 0.04), rtol=1e-3)
+    total, count = np.zeros((len(fe.nodes), 6)), np.zeros(len(fe.nodes))
+    np.add.at(total, solid.connectivity, single)
+    np.add.at(count, solid.connectivity, 1.0)
+    nodal = recover.stress(data, eta)[0]
+    np.testing.assert_allclose(total / count[:, None], nodal, atol=1e-10 * np.abs(nodal).max())
+    np.testing.assert_array_equal(recover.element_stress(data, eta, solid, [4])[0, 0], single[4])
+
+
+def test_elements_that_cannot_give_stress():
+    data = reduction.reduce(block(), interfaces={"left": "left", "right": "right"}, modes=1)
+    beam = fem.frame(points=[(0, 0, 0), (1, 0, 0)], section=fem.Section.rectangle(0.1, 0.1), material=STEEL)
+    with pytest.raises(ModelError, match=r"FrameBlock that cannot give it stress.*beams have recover.section_forces"):
+        recover.element_stress(data, np.zeros((1, data.n_modes)), beam.blocks[0])
 
 
 def test_principal_stresses(rng):
