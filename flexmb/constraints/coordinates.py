@@ -216,6 +216,10 @@ class Coordinate:
         """Return rad or m."""
         return "rad" if self.kind == "turn" else "m"
 
+    def branch(self, a: str, b: str) -> str:
+        """Return the name of the branch that counts the full turns between two markers."""
+        return f"turn {'back' if self.swapped else 'on'} {self.axis}: {a}, {b}"
+
     def value(self, compiler, a: int, b: int) -> float:
         """Return the coordinate of markers a and b as described."""
         (r_a, R_a), (r_b, R_b) = (compiler.pose(m) for m in ((b, a) if self.swapped else (a, b)))
@@ -234,8 +238,7 @@ class Coordinate:
         branch = -1
         if counts and self.kind == "turn":
             names = {number: name for name, number in compiler.marker_index.items()}
-            way = "back" if self.swapped else "on"
-            branch = compiler.branch(f"turn {way} {self.axis}: {names[a]}, {names[b]}", self.value(compiler, a, b))
+            branch = compiler.branch(self.branch(names[a], names[b]), self.value(compiler, a, b))
         first, second = (b, a) if self.swapped else (a, b)
         kind = ("turn", "slide", "distance").index(self.kind)
         sign = -1.0 if self.swapped else 1.0

@@ -6,6 +6,8 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
+from flexmb.constraints import Slide, Turn
+from flexmb.constraints.coordinates import Coordinate, joint_coordinate
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Sensor
 
@@ -22,7 +24,8 @@ class JointCoordinate(Sensor):
     through full turns; it starts in (-pi, pi]. The slide is ``z_a . (r_b - r_a)``.
 
     Full turns between two samples are counted with the relative angular velocity and acceleration at both,
-    ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 - alpha_1)/12``, so fast joints need no dense samples.
+    ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 - alpha_1)/12``, so fast joints need no dense samples. Where a
+    drive, coupler or force follows the same turn, its own count is taken, and any samples will do.
 
     Parameters
     ----------
@@ -31,14 +34,20 @@ class JointCoordinate(Sensor):
         Name of the joint.
     kind : "turn", "slide" or None
         None: the turn of joints that can turn, the slide of others.
+    freedom : "turn", "turn_b", "slide", "slide_x", "slide_y" or None
+        Which one, for joints with several turns or slides, as in `Drive`; None: the first.
     """
 
     _: KW_ONLY
     joint: str
     kind: str | None = None
+    freedom: str | None = None
 
     def __post_init__(self):
         super().__post_init__()
+        if self.freedom is not None and self.kind is not None:
+            raise ModelError(self.title, found=f"both kind = {self.kind!r} and freedom = {self.freedom!r}",
+                             expected="one of them", remedy="Leave kind away: it follows from the freedom")
         if self.kind not in ("turn", "slide", None):
             raise ModelError(self.title, found=f"kind = {self.kind!r}", expected="'turn', 'slide' or nothing",
                              remedy="Leave kind away: it follows from the joint")
@@ -57,14 +66,19 @@ class JointCoordinate(Sensor):
 
     def values(self, series) -> np.ndarray:
         """Return the coordinate (nt,), rad or m."""
-        a, b = (series.marker(name) for name in self.markers_read(series.model))
-        z = a.R[:, :, 2]
-        if self._kind(series.model) == "slide":
-            return np.einsum("ti,ti->t", z, b.r - a.r)
-        x_b = b.R[:, :, 0]
-        angle = np.arctan2(np.einsum("ti,ti->t", a.R[:, :, 1], x_b), np.einsum("ti,ti->t", a.R[:, :, 0], x_b))
-        rate = np.einsum("ti,ti->t", z, b.w - a.w)
-        second = np.einsum("ti,ti->t", z, b.alpha - a.alpha)
+        names = self.markers_read(series.model)
+        coordinate = self._coordinate(series.model)
+        a, b = (series.marker(name) for name in (names[::-1] if coordinate.swapped else names))
+        axis = "xyz".index(coordinate.axis)
+        if coordinate.kind == "slide":
+            return np.einsum("ti,ti->t", a.R[:, :, axis], b.r - a.r)
+        sign, z, e = -1.0 if coordinate.swapped else 1.0, a.R[:, :, 2], b.R[:, :, axis]
+        angle = sign * np.arctan2(np.einsum("ti,ti->t", a.R[:, :, 1], e), np.einsum("ti,ti->t", a.R[:, :, 0], e))
+        counted = self._counted(series, coordinate, names)
+        if counted is not None:
+            return angle + TURN * np.round((counted - angle) / TURN)
+        rate = sign * np.einsum("ti,ti->t", z, b.w - a.w)
+        second = sign * np.einsum("ti,ti->t", z, b.alpha - a.alpha)
         return _unwrapped(series.t, angle, rate, second)
 
     def joined(self, pieces) -> np.ndarray:
@@ -80,19 +94,37 @@ class JointCoordinate(Sensor):
                 pieces[k] = pieces[k] + TURN * turns
         return np.concatenate(pieces)
 
+    def _counted(self, series, coordinate, names):
+        """Return the turn as a drive prescribes it, or as the integrator has counted it for a coupler or a force (nt,)."""
+        for drive in series.model.joints:
+            if getattr(drive, "angle", None) is not None and tuple(drive.resolved_markers(series.model)) == names:
+                if joint_coordinate(series.model.joint(drive.joint), "", drive.freedom or "turn", "turn") == coordinate:
+                    return drive.angle.sample(series.t)[:, 0]
+        known, branch = series.system.branch_names, coordinate.branch(*names)
+        if branch in known:
+            # it belongs to the last iteration of a step, so only its turns are exact
+            return series.phase.q[:, series.system.program.branches + known.index(branch)]
+        return None
+
     def _kind(self, model) -> str:
+        return self._coordinate(model).kind
+
+    def _coordinate(self, model) -> Coordinate:
         joint = model.joint(self.joint, self.title)
         target = joint if joint.permits or not hasattr(joint, "joint") else model.joint(joint.joint, self.title)
-        if self.kind is not None:
-            return self.kind
+        if self.freedom is not None:
+            return joint_coordinate(target, self.title, self.freedom)
         still, here = np.eye(3), np.zeros(3)
         twists = [freedom.twists(still, still, here) for freedom in target.permits]
-        if not twists:
+        if self.kind is None and not twists:
             raise ModelError(self.title,
                              found=f"joint '{self.joint}' ({type(joint).__name__}) neither turns nor slides",
                              expected="a joint that turns or slides",
                              remedy="Name another joint, or say kind='turn' or kind='slide'")
-        return "turn" if np.any(np.vstack(twists)[:, 3:]) else "slide"
+        kind = self.kind or ("turn" if np.any(np.vstack(twists)[:, 3:]) else "slide")
+        first = [f for f in target.coordinates if isinstance(f, Turn if kind == "turn" else Slide)]
+        # a joint may also be watched where it is stiff: about and along z of its first marker
+        return Coordinate.of(first[0]) if first else Coordinate(kind, "x" if kind == "turn" else "z")
 
 
 def _unwrapped(t, angle, rate, second):

@@ -122,7 +122,8 @@ def spinning_system(model, along=None, across=None):
         iq, iu = iq + nq, iu + nu
     return SimpleNamespace(
         model=model, marker_index={name: k for k, name in enumerate(model.marker_names())},
-        joint_index={j.name: k for k, j in enumerate(model.joints)}, force_index={"push": 0}, body_slices=slices)
+        joint_index={j.name: k for k, j in enumerate(model.joints)}, force_index={"push": 0}, body_slices=slices,
+        branch_names=())
 
 
 def observe(system, t, q, u, a, lam, works):
