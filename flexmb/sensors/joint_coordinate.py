@@ -97,9 +97,10 @@ class JointCoordinate(Sensor):
     def _counted(self, series, coordinate, names):
         """Return the turn as a drive prescribes it, or as the integrator has counted it for a coupler or a force (nt,)."""
         for drive in series.model.joints:
-            if getattr(drive, "angle", None) is not None and tuple(drive.resolved_markers(series.model)) == names:
-                if joint_coordinate(series.model.joint(drive.joint), "", drive.freedom or "turn", "turn") == coordinate:
-                    return drive.angle.sample(series.t)[:, 0]
+            if getattr(drive, "angle", None) is None or tuple(drive.resolved_markers(series.model)) != names:
+                continue
+            if joint_coordinate(series.model.joint(drive.joint), "", drive.freedom or "turn", "turn") == coordinate:
+                return drive.angle.sample(series.t)[:, 0]
         known, branch = series.system.branch_names, coordinate.branch(*names)
         if branch in known:
             # it belongs to the last iteration of a step, so only its turns are exact
