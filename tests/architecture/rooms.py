@@ -16,7 +16,7 @@ MAY_KNOW = {
     "joints": ("math", "model", "constraints"),
     "forces": ("math", "model", "constraints"),
     "mechanisms": ("math", "model", "bodies", "joints"),
-    "sensors": ("math", "model"),
+    "sensors": ("math", "model", "constraints"),
     "events": ("math", "model", "constraints", "joints"),
     "system": ("math", "model", "constraints"),
     "tree": ("math", "model", "constraints", "system"),
