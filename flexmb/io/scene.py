@@ -123,7 +123,7 @@ class Scene:
         self.samples = chosen if chosen[-1] == kept[-1] else [*chosen, kept[-1]]
         self.times = np.array([self.solution.phases[p].t[k] for p, k in self.samples])
         self.size = _size(model, self.solution)
-        self.parts = tuple(_parts(model, 0.01 * self.size, self.surface))
+        self.parts = tuple(_parts(model, _joint_size(model, self.size), self.surface))
 
     def part(self, name: str) -> DrawnPart:
         """Return the part of this name."""
@@ -200,6 +200,17 @@ def _size(model, solution) -> float:
     r = np.array([series.marker(name).r[0] for name in names]) if names else np.zeros((1, 3))
     diagonal = float(np.linalg.norm(np.ptp(r, axis=0)))
     return diagonal if diagonal > 0.0 else 1.0
+
+
+def _joint_size(model, size) -> float:
+    """Return the size of a joint, m: a hundredth of the model, and small beside its parts, which may be many."""
+    spans = []
+    for body in model.bodies:
+        r = np.array([pose.at for pose in body.marker_poses().values()]).reshape(-1, 3)
+        span = float(np.linalg.norm(np.ptp(r, axis=0))) if len(r) and body.n_velocities else 0.0
+        if span > 0.0:
+            spans.append(span)
+    return min(0.01 * size, 0.05 * float(np.median(spans))) if spans else 0.01 * size
 
 
 def _parts(model, e, skin_only=False):

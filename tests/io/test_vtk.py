@@ -261,3 +261,15 @@ def test_frames_of_an_earlier_export_are_removed(solution, tmp_path):
     many = len(list((tmp_path / "a").glob("*.vtu")))
     write_vtk(solution, tmp_path / "a.pvd", every=10_000)
     assert len(list((tmp_path / "a").glob("*.vtu"))) < many
+
+
+def test_joints_are_small_beside_the_parts_of_a_long_model():
+    """Thirty links of 1 m: a joint is drawn within 0.2 m, not at a hundredth of 30 m times its glyph."""
+    import flexmb as fmb
+
+    rods = [fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.05, at=(k, 0, 0)) for k in range(30)]
+    ends = ["ground.origin", *(f"b{k}.end" for k in range(29))]
+    joints = [fmb.Revolute(f"j{k}", markers=(end, f"b{k}.start")) for k, end in enumerate(ends)]
+    model = fmb.Model(bodies=[fmb.Ground(), *rods], joints=joints)
+    scene = Scene(fmb.simulate(model, 1e-3, samples=2))
+    assert 0.02 < np.abs(scene.part("joints").points).max() < 0.2
