@@ -14,7 +14,7 @@ from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
-from flexmb.system.program import evaluate, project
+from flexmb.system.program import constraint_velocity, evaluate, project
 
 __all__ = ["Explicit"]
 
@@ -77,13 +77,21 @@ class _Run:
         out[-3:] = self.work.energy[3:6]
         return out
 
+    def drifted(self, state) -> bool:
+        """Has the state left the constraints, at the level of position or of velocity?"""
+        rate = np.zeros(self.system.ng)
+        constraint_velocity(self.work, state.u, rate)
+        fastest = max(np.max(np.abs(self.work.markers[name])) for name in ("v", "w"))
+        return (np.max(np.abs(self.work.equations["g"])) > self.tolerance
+                or np.max(np.abs(rate)) > self.settings.drift * max(1.0, float(fastest)))
+
     def project(self) -> None:
         """Put the solver's present state back onto the constraints if it has drifted off."""
         system, solver = self.system, self.solver
         state = self.state(solver.t, solver.y)
         self.work.coefficients[3] = 0.0
         evaluate(system.program, state, self.work)
-        if system.ng and np.max(np.abs(self.work.equations["g"])) > self.tolerance:
+        if system.ng and self.drifted(state):
             self.counts["projections"] += 1
             project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance,
                     system.gaps, 10)
@@ -139,7 +147,8 @@ class Explicit(metaclass=Described):
     rtol, atol : float
         Relative and absolute tolerance of every coordinate and velocity (m, rad, per s).
     drift : float
-        Constraint residual, relative to the size of the model, at which the state is projected.
+        Constraint residual, relative to the size of the model, at which the state is projected; that of the velocities
+        relative to the fastest marker.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte
         How accelerations are found.
     largest : float, s, optional

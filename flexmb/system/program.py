@@ -14,8 +14,12 @@ from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import DAMPED, STIFF, PointerKernel, call_row_kernel
 
-__all__ = ["Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
+__all__ = ["BODIES", "Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
            "project"]
+
+BODIES = 2.0
+"""Weight in work.coefficients[3] with which the iteration matrix holds the blocks of the bodies, without constraints."""
+
 
 def kernel_table(kernels) -> np.ndarray:
     """Return the addresses of the machine code of row kernels."""
@@ -146,7 +150,8 @@ def _evaluate(program, state, work):
         equation = work.equations[n]
         work.energy[4] -= equation.force * equation.rate
     if tangent:
-        assemble_constraints(program, work)
+        if work.coefficients[3] < BODIES:
+            assemble_constraints(program, work)
         assemble_pairs(work)
 
 
@@ -326,10 +331,14 @@ def project(program, state, work, right, q, tolerance, gaps, iterations):
         if stride > 0.5:  # m or rad: a longer one would leave the branch of the drawing
             scale = 0.5 / stride
         advance(program, q.copy(), right[:nu], scale, q)
-    for _ in range(2):
+    for turn in range(12):  # two, unless dependent equations, which are regularised, leave more
         constraint_velocity(work, state.u, right[nu:])
+        largest = 0.0
         for i in range(ng):
             right[nu + i] = -right[nu + i]
+            largest = max(largest, abs(right[nu + i]))
+        if turn > 1 and largest <= tolerance:
+            break
         right[:nu] = 0.0
         lu_solve(work.S, program.pattern, right)
         for i in range(nu):

@@ -41,39 +41,90 @@ def _axes(row, q, at):
 
 
 @kernel
-def _turned_block(row, S, rows, first, a, b, half):
-    """Write R B R^T to the block (a, b) of P; B is that part of the body's own block in S."""
+def _turned_inertia(row, S, rows, iu, J):
+    """Write R J R^T to `J` (9,), the inertia about the body's origin; its own axes stand in the lower right block of S."""
     for i in range(3):
-        at = rows[first + a + i] + b
+        at = rows[iu + 3 + i] + 3
         x, y, z = S[at], S[at + 1], S[at + 2]
         for j in range(3):
             r = AXES + 3 * j
-            half[3 * i + j] = x * row[r] + y * row[r + 1] + z * row[r + 2]
+            J[9 + 3 * i + j] = x * row[r] + y * row[r + 1] + z * row[r + 2]
     for i in range(3):
         r = AXES + 3 * i
         x, y, z = row[r], row[r + 1], row[r + 2]
         for j in range(3):
-            row[P + 6 * (a + i) + b + j] = x * half[j] + y * half[3 + j] + z * half[6 + j]
+            J[3 * i + j] = x * J[9 + j] + y * J[12 + j] + z * J[15 + j]
 
 
 @kernel
-def _own_inertia(row, q, iq, iu, outer, markers, S, rows, half):
-    """Write the body's own inertia at its marker C, eq. (tree-own)."""
+def _own_inertia(row, q, iq, iu, outer, markers, S, rows, J):
+    """Write the body's own inertia at its marker C, eq. (tree-own): ten numbers, mass, first moment and inertia.
+
+    With the lever s from the origin to C and the first moment h in W: ``h_C = h - m s`` and
+    ``J_C = J + (m s.s - 2 h.s) 1 + h s^T + s h^T - m s s^T``.
+    """
     _axes(row, q, iq + 3)
-    C = markers[outer]
+    _turned_inertia(row, S, rows, iu, J)
+    C, m = markers[outer], S[rows[iu]]
+    # the lower left block of S is m c~
+    a, b, c = S[rows[iu + 5] + 1], S[rows[iu + 3] + 2], S[rows[iu + 4]]
+    hs, ss = 0.0, 0.0
     for i in range(3):
-        row[LEVER + i] = C.r[i] - q[iq + i]
-    _turned_block(row, S, rows, iu, 0, 0, half)
-    _turned_block(row, S, rows, iu, 0, 3, half)
-    _turned_block(row, S, rows, iu, 3, 0, half)
-    _turned_block(row, S, rows, iu, 3, 3, half)
-    shift_inertia(row, P, -row[LEVER], -row[LEVER + 1], -row[LEVER + 2])
+        r, s = AXES + 3 * i, C.r[i] - q[iq + i]
+        h = row[r] * a + row[r + 1] * b + row[r + 2] * c
+        row[LEVER + i], J[9 + i] = s, h
+        hs += h * s
+        ss += s * s
+    for i in range(3):
+        for j in range(3):
+            s, t = row[LEVER + i], row[LEVER + j]
+            row[P + 6 * i + j] = 0.0
+            row[P + 6 * (3 + i) + 3 + j] = J[3 * i + j] + J[9 + i] * t + s * J[9 + j] - m * s * t
+        row[P + 7 * i] = m
+        row[P + 7 * (3 + i)] += m * ss - 2.0 * hs
+    x, y, z = J[9] - m * row[LEVER], J[10] - m * row[LEVER + 1], J[11] - m * row[LEVER + 2]
+    row[P + 3], row[P + 4], row[P + 5] = 0.0, z, -y
+    row[P + 9], row[P + 10], row[P + 11] = -z, 0.0, x
+    row[P + 15], row[P + 16], row[P + 17] = y, -x, 0.0
+    row[P + 18], row[P + 19], row[P + 20] = 0.0, -z, y
+    row[P + 24], row[P + 25], row[P + 26] = z, 0.0, -x
+    row[P + 30], row[P + 31], row[P + 32] = -y, x, 0.0
+
+
+@kernel
+def _open_hinge(row, through):
+    """Write what `_open_joint` writes, for one free motion, the most frequent case."""
+    way = WAY + 30
+    D, largest = 0.0, 0.0
+    for i in range(6):
+        x, y = 0.0, 0.0
+        for j in range(6):
+            n = row[way + j]
+            x += row[P + 6 * i + j] * n
+            y += row[P + 6 * j + i] * n
+        row[U + i], row[GAIN + i] = x, y
+        D += row[way + i] * x
+        largest = max(largest, abs(row[P + 7 * i]))
+    if not abs(D) > SINGULAR * largest:
+        return False
+    D = 1.0 / D
+    row[INVERSE] = D
+    for i in range(6):
+        x = row[U + i] * D
+        row[U + i] = x
+        for j in range(6):
+            through[6 * i + j] = row[P + 6 * i + j] - x * row[GAIN + j]
+    for i in range(6):
+        row[GAIN + i] *= D
+    return True
 
 
 @kernel
 def _open_joint(row, through, scratch, pivots):
     """Write D, U, GAIN and what the body transmits, eq. (tree-open); False if a free motion has no inertia."""
     nf = int(row[FREE])
+    if nf == 1:
+        return _open_hinge(row, through)
     way = WAY + 6 * (6 - nf)
     largest = 0.0
     for i in range(6):
@@ -93,11 +144,7 @@ def _open_joint(row, through, scratch, pivots):
             for i in range(6):
                 x += row[way + 6 * f + i] * row[U + 6 * e + i]
             E[f, e] = x
-    if nf == 1:
-        if not abs(E[0, 0]) > SINGULAR * largest:
-            return False
-        row[INVERSE] = 1.0 / E[0, 0]
-    elif nf > 1 and not invert_block(E, nf, pivots, column, SINGULAR * largest, row, INVERSE):
+    if nf > 1 and not invert_block(E, nf, pivots, column, SINGULAR * largest, row, INVERSE):
         return False
     for i in range(36):
         through[i] = row[P + i]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,12 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.system import assemble
-from flexmb.system.program import evaluate, keep_branches, run_kernels
+from flexmb.system.program import BODIES, evaluate, keep_branches, run_kernels
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
 from flexmb.tree.joint_torques import gather_torques
+from flexmb.tree.link_passes import SCRATCH, link_accelerations
+from flexmb.tree.links import link_rows
 from flexmb.tree.motions import FREE, HINGED, POINTS, describable, joint_labels, motion_rows
 from flexmb.tree.reach import reach
 from flexmb.tree.relative_passes import accelerate_bodies, move_bodies, place_bodies, read_state
@@ -86,6 +89,7 @@ class JointTree:
     def __init__(self, model: Model, *, cut: tuple[str, ...] = (), keep: tuple[str, ...] = ()):
         self.model = model
         self.system, self._start = assemble(model)
+        self._gravity = np.array(model.gravity)
         count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
         plain = {j.name: not j.prescribes and not j.couples and describable(j, count[j.name])
                  for j in self.system.joints}
@@ -213,6 +217,40 @@ class JointTree:
         gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)
         return tau
 
+    def accelerations(self, q: Any, v: Any = None, tau: Any = None) -> np.ndarray:
+        """Return the second rates (nv,) of an arm or tree of rigid links under gravity and joint forces: forward dynamics.
+
+        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), several times faster than
+        `Recursive`, which also takes flexible bodies, other joints, forces and loops, and gives reactions.
+
+        Parameters
+        ----------
+        q, v : (nq,), (nv,)
+        tau : (nv,), N m or N, optional
+            Forces on the joints, as in `torques`.
+
+        Raises
+        ------
+        CompileError
+            If the model has more than rigid links on hinges, slides and fixed joints, or a motion has no inertia.
+        """
+        q, v, tau = self._checked(q, v, tau)
+        links, rows = self._links
+        a = np.zeros(len(v))
+        failed = link_accelerations(links, self._gravity, rows, q, v, tau, a)
+        if failed >= 0:
+            name = self.tree.order[failed]
+            raise CompileError(f"Body '{name}' (joint '{self.tree.joints[name]}')", found="its articulated inertia is singular",
+                               expected="inertia, its own or carried, in every free motion of its joint",
+                               remedy="Give the body mass and inertia about the free axis")
+        return a
+
+    @cached_property
+    def _links(self):
+        self.work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
+        evaluate(self.system.program, self._start, self.work)
+        return link_rows(self, self._start, self.work), np.zeros((len(self.rows) + 1, SCRATCH))
+
     def reach(self, marker: str, at: Any, *, start: Any = None, limits: Mapping[str, tuple[float, float]] | None = None,
               orientation: bool = True, tolerance: float = 1e-10) -> np.ndarray:
         """Return relative coordinates (nq,) that bring a marker to a pose: inverse kinematics by damped least squares.
@@ -259,7 +297,7 @@ class JointTree:
 
     def _checked(self, q, v, a):
         out = []
-        for name, x, labels in (("q", q, self.names), ("v", v, self.rate_names), ("a", a, self.rate_names)):
+        for name, x, labels in (("q", q, self.names), ("v", v, self.rate_names), ("a or tau", a, self.rate_names)):
             x = np.zeros(len(labels)) if x is None else np.array(x, float)
             if x.shape != (len(labels),):
                 raise ModelError("JointTree", found=f"{name} has the shape {x.shape}",

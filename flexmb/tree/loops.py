@@ -12,8 +12,14 @@ from flexmb.tree.passes import joint_multipliers, solve
 
 __all__ = ["add_loads", "close", "mobilities", "responses", "without_stress"]
 
-RANK = 1e-10
-"""Singular values of the scaled closing equations below this, relative to the largest, count as dependence."""
+RANK = 1e-7
+"""Singular values of the scaled closing equations below this, relative to the largest, count as dependence.
+
+They are squares of those of G: near a singular position a smaller bound turns rounding into accelerations, which
+explicit methods follow with ever smaller steps (four-bars in a line: half as many steps, energy kept to 1e-8).
+"""
+ROUNDING = 1e-13
+"""The same, relative to free bodies: where all closing equations are dependent, the largest is rounding as well."""
 DENSE = 400
 """Number of cut equations up to which they are solved by singular values."""
 SHIFT = 1e-11
@@ -105,7 +111,7 @@ def close(tables, values, error, mobility) -> tuple[np.ndarray, np.ndarray]:
     matrix = sparse.diags(scale) @ matrix @ sparse.diags(scale)
     if nc <= DENSE:
         U, s, Vt = svd(matrix.toarray())
-        rank = int(np.sum(s > RANK * s[0]))
+        rank = int(np.sum(s > max(RANK * s[0], ROUNDING)))
         return scale * (Vt[:rank].T @ ((U[:, :rank].T @ right) / s[:rank])), scale[:, None] * Vt[rank:].T
     factors = splu((matrix + SHIFT * sparse.eye(nc)).tocsc())
     x = np.zeros(nc)

@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
 from flexmb.model.described import Described
-from flexmb.system.program import constraint_acceleration, evaluate
+from flexmb.system.program import BODIES, constraint_acceleration, evaluate
 from flexmb.tree.articulated import factor
 from flexmb.tree.loops import add_loads, close, mobilities, responses, without_stress
 from flexmb.tree.passes import joint_multipliers, solve
@@ -73,7 +73,7 @@ class Recursive(metaclass=Described):
         tree = self.tree(system)
         store = _storage(tree, threading.get_ident())
         own = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
-        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+        work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
         evaluate(system.program, own, work)
         factor(tree.tables, own, work, store)
         if store.failed[0] >= 0:

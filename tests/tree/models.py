@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from contracts.random_models import beam, moved, units
 
@@ -95,6 +97,17 @@ def loops() -> fmb.Model:
         fmb.Rod("link", markers=("wheel.end", "bob.end")),
     ]
     return fmb.Model(gravity=(0, -9.81, 0), bodies=bodies, joints=joints)
+
+
+def flap_station(folder, **parameters) -> fmb.Model:
+    """Return the demonstration, its lever reduced from the mesh into a folder."""
+    from flexmb import fem, reduction
+
+    data = Path(fmb.__file__).parent / "cli" / "demo_data"
+    fe = fem.solid(fem.read_mesh(data / "lever_arm.msh"), fmb.MATERIALS["titanium"])
+    bores = {"root": reduction.Averaging("bore_root"), "tip": reduction.Averaging("bore_tip")}
+    lever = reduction.reduce(fe, interfaces=bores, modes=6, geometric_stiffness=True, compare=0).save(folder / "lever.h5")
+    return fmb.load_model(data / "flap_station.toml", {"lever": str(lever), **parameters})
 
 
 def random_consistent(model: fmb.Model, rng, spread: float = 0.1, strain: float = 1e-3):

@@ -25,8 +25,12 @@ MODELS = {
 }
 
 
-def compare(model, rng, **options):
-    """Compare accelerations (relative to the largest of their kind) and multipliers of all formulations."""
+def compare(model, rng, regularised=AGREED, **options):
+    """Compare accelerations (relative to the largest of their kind) and multipliers of all formulations.
+
+    `regularised` is the tolerance of Augmented's multipliers: its regularisation of 1e-9 leaves 1e-7 of rounding in
+    those of dependent equations, where there is hardly anything else.
+    """
     system, state = random_consistent(model, rng, **options)
     work = system.workspace()
     ours = fmb.Recursive().accelerate(system, state, work)
@@ -34,7 +38,8 @@ def compare(model, rng, **options):
         theirs = other.accelerate(system, state, work)
         for name, one, two in zip(("accelerations", "multipliers"), ours, theirs, strict=True):
             scale = max(np.abs(two).max(initial=0.0), 1.0)
-            np.testing.assert_allclose(one / scale, two / scale, atol=AGREED, rtol=0, err_msg=f"{name}, {other}")
+            allowed = regularised if (name, other) == ("multipliers", fmb.Augmented()) else AGREED
+            np.testing.assert_allclose(one / scale, two / scale, atol=allowed, rtol=0, err_msg=f"{name}, {other}")
 
 
 @pytest.mark.parametrize("name", MODELS)

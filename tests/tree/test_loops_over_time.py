@@ -1,0 +1,99 @@
+"""Loops in long runs: every sample satisfies the constraints at the levels of position, velocity and acceleration."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tree.models import flap_station, four_bars, loops
+from verification.mechanisms import bricard
+
+import flexmb as fmb
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
+
+VALIDATION = Path(__file__).parents[1] / "data" / "validation"
+TOLERANCE = 1e-9
+"""Relative to lengths of about 1 m, to the fastest marker, to the greatest acceleration."""
+
+
+def levels(solution):
+    """Return the largest errors of position (m, rad), velocity and acceleration (relative) of all samples."""
+    worst = np.zeros(3)
+    for phase in solution.phases:
+        system = phase.system
+        work, rate, second = system.workspace(), np.zeros(system.ng), np.zeros(system.ng)
+        for k in range(len(phase.t)):
+            state = system.state(phase.t[k], phase.q[k], phase.u[k], phase.a[k], phase.lam[k])
+            evaluate(system.program, state, work)
+            constraint_velocity(work, state.u, rate)
+            constraint_acceleration(work, state.a, second)
+            fastest = max(1.0, np.abs(work.markers["v"]).max(), np.abs(work.markers["w"]).max())
+            errors = (np.abs(work.equations["g"]).max(), np.abs(rate).max() / fastest,
+                      np.abs(second).max() / max(1.0, np.abs(state.a).max()))
+            worst = np.maximum(worst, errors)
+    return worst
+
+
+def simulated(model, t_end, samples, **options):
+    solution = fmb.simulate(model, t_end, formulation=fmb.Recursive(), samples=samples, **options)
+    assert solution.status.kind == "finished"
+    return solution
+
+
+@pytest.mark.parametrize("t_end", [0.6, pytest.param(1.6, marks=pytest.mark.slow)])
+def test_redundant_four_bars(t_end):
+    """RB02; from 0.714 s on with singular positions, all bars in a line, where further equations become dependent."""
+    solution = simulated(four_bars(2), t_end, 9)
+    assert levels(solution).max() < TOLERANCE
+    assert np.ptp(solution["energy"]) < 1e-6
+
+
+@pytest.mark.slow
+def test_bricard_over_ten_seconds():
+    """RB04; the position of P3 is that of the case."""
+    case = json.loads((VALIDATION / "RB04.json").read_text())
+    expected = case["reference"]["P3"]
+    solution = simulated(bricard(case), 10.0, [0.0, *(float(t) for t in expected)])
+    assert levels(solution).max() < TOLERANCE
+    np.testing.assert_allclose(solution["P3"][1:], [x["P3"] for x in expected.values()], atol=1e-5)
+
+
+def test_bricard_for_a_second():
+    case = json.loads((VALIDATION / "RB04.json").read_text())
+    assert levels(simulated(bricard(case), 1.0, 6)).max() < TOLERANCE
+
+
+@pytest.mark.slow
+def test_four_hundred_four_bars():
+    """RB02 with N = 400: 2000 closing equations, of which 400 and more are redundant."""
+    solution = simulated(four_bars(400), 0.5, 6)
+    assert levels(solution).max() < TOLERANCE
+    assert np.ptp(solution["energy"]) < 1e-6 * 401
+
+
+@pytest.mark.slow
+def test_flap_station(tmp_path):
+    model = flap_station(tmp_path, lever_is_rigid=True, duration=1.0)
+    assert levels(simulated(model, 1.0, 11)).max() < TOLERANCE
+
+
+@pytest.mark.slow
+def test_flexible_loops_with_a_gear_and_a_rod():
+    assert levels(simulated(loops(), 0.02, 6)).max() < TOLERANCE
+
+
+def test_events_sensors_and_files_as_with_every_integrator(tmp_path):
+    """A hinge of the mechanism breaks at a given angle; the file holds what memory holds."""
+    from dataclasses import replace
+
+    model = four_bars(1)
+    angle = fmb.JointCoordinate("crank", joint="g0")
+    event = fmb.Event("breaks", sensor="crank", below=1.3, then=fmb.Release("r0"))
+    model = replace(model, sensors=(*model.sensors, angle, fmb.Reaction("force", joint="l0")), events=(event,))
+    solution = simulated(model, 0.6, 13, output=tmp_path / "run.h5")
+    assert len(solution.phases) == 2
+    assert levels(solution).max() < TOLERANCE
+    np.testing.assert_allclose(fmb.Solution.load(tmp_path / "run.h5")["force"], solution["force"])
+    at = solution.phases[0].t[-1]
+    other = fmb.simulate(model, 0.6, samples=13, integrator=fmb.GeneralizedAlpha(rtol=1e-7))
+    np.testing.assert_allclose(at, other.phases[0].t[-1], atol=1e-5)
