@@ -1,0 +1,219 @@
+"""Chains of rigid bodies on revolute joints: time per acceleration and body, beside two peers; flexible trees.
+
+    python benchmarks/tree.py                                       # 10 to 10 000 bodies, ours only
+    python benchmarks/tree.py --pinocchio /path/to/its/python       # pip install pin, in an environment of its own
+    python benchmarks/tree.py --exudyn --flexible 160 --plot tree.png
+
+Ours are `Recursive.accelerate` (kinematics, forces, accelerations and all reactions, of any tree) and, of rigid links on
+hinges, `JointTree.accelerations` (accelerations in relative coordinates). Pinocchio's is `aba` from Python, the same as
+the latter; its data need so much memory that it runs to 300 bodies. Exudyn's is a step of its explicit Euler method with
+one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table is drawn as well.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import time
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+PINOCCHIO = """
+import sys, time
+import numpy as np
+import pinocchio as pin
+for n in map(int, sys.argv[1:]):
+    model = pin.Model()
+    parent = 0
+    for k in range(n):
+        at = pin.SE3(np.eye(3), np.array([1.0 if k else 0.0, 0, 0]))
+        parent = model.addJoint(parent, pin.JointModelRZ(), at, f"j{k}")
+        rod = pin.Inertia(1.0, np.array([0.5, 0, 0]), np.diag([1e-3, 1 / 12, 1 / 12]))
+        model.appendBodyToJoint(parent, rod, pin.SE3.Identity())
+    data, q, v, tau = model.createData(), 0.1 * np.ones(n), 0.2 * np.ones(n), np.zeros(n)
+    spent = []
+    for _ in range(max(7, 20000 // n)):
+        clock = time.process_time()
+        pin.aba(model, data, q, v, tau)
+        spent.append(time.process_time() - clock)
+    print(n, np.median(spent) / n * 1e6)
+"""
+
+
+def median_time(call, count: int) -> float:
+    """Return the median CPU time of a call, s."""
+    call()
+    spent = []
+    for _ in range(count):
+        clock = time.process_time()
+        call()
+        spent.append(time.process_time() - clock)
+    return sorted(spent)[len(spent) // 2]
+
+
+def chain(n: int):
+    """Return a chain of n rods on revolute joints."""
+    import flexmb as fmb
+
+    rods = [fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.05, at=(k, 0, 0)) for k in range(n)]
+    ends = ["ground.origin"] + [f"b{k}.end" for k in range(n)]
+    joints = [fmb.Revolute(f"j{k}", markers=(ends[k], f"b{k}.start")) for k in range(n)]
+    return fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *rods], joints=joints)
+
+
+def flexible_tree(n: int, ribs: int = 16):
+    """Return n reduced beams as ribs on a hub, in the manner of the wrap-rib antenna of Banerjee 1993."""
+    import numpy as np
+
+    import flexmb as fmb
+    from flexmb import fem, reduction
+
+    points = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
+    fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.03), material=fmb.MATERIALS["aluminium"])
+    data = reduction.reduce(fe, interfaces={"root": [0], "tip": [10]}, modes=3, geometric_stiffness=True)
+    angles = 2 * np.pi * np.arange(ribs) / ribs
+    hub = fmb.RigidBody("hub", mass=100.0, inertia=(50, 50, 100),
+                        markers={f"m{k}": fmb.Pose((0, 0, 0), (0, 0, a)) for k, a in enumerate(angles)})
+    bodies, joints = [fmb.Ground(), hub], []
+    for k, a in enumerate(angles):
+        end = f"hub.m{k}"
+        for i in range(n // ribs):
+            at = (i * np.cos(a), i * np.sin(a), 0)
+            bodies.append(fmb.FloatingBody(f"r{k}_{i}", data=data, at=at, rotation=(0, 0, a)))
+            joints.append(fmb.Revolute(f"j{k}_{i}", markers=(end, f"r{k}_{i}.root")))
+            end = f"r{k}_{i}.tip"
+    return fmb.Model(bodies=bodies, joints=joints)
+
+
+def ours(model, formulation, count: int) -> float:
+    """Return the CPU time of one acceleration, s."""
+    from flexmb.system import compile
+
+    system = compile(model)
+    state, work = system.state(), system.workspace()
+    return median_time(lambda: formulation.accelerate(system, state, work), count)
+
+
+def links(n: int, count: int) -> float:
+    """Return the CPU time of one forward dynamics in link axes, s."""
+    import numpy as np
+
+    import flexmb as fmb
+
+    tree, one = fmb.JointTree(chain(n)), np.ones(n)
+    return median_time(lambda: tree.accelerations(0.1 * one, 0.2 * one), count)
+
+
+def plot(path: str, rows: list[tuple]) -> None:
+    """Draw time per body over the number of bodies."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.4, 4.0))
+    names = ("Recursive: any tree, with reactions", "JointTree.accelerations: rigid links", "Pinocchio: aba",
+             "Exudyn: kinematic tree")
+    for k, (name, mark) in enumerate(zip(names, "osv^", strict=True), 1):
+        points = [(row[0], row[k]) for row in rows if row[k] is not None]
+        if points:
+            axes.loglog(*zip(*points, strict=True), marker=mark, label=name)
+    axes.set(xlabel="bodies", ylabel="time per acceleration and body [us]")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend()
+    figure.savefig(path, dpi=120, bbox_inches="tight")
+
+
+def dense(system, state, work):
+    """Solve the augmented equations with dense coupling."""
+    import numpy as np
+
+    from flexmb.integrate.matrices import equations_at
+
+    e = equations_at(system, state, work)
+    M, L, G = e.M.toarray(), e.L.toarray(), e.G.toarray()
+    return np.linalg.solve(np.block([[M, -L], [G, np.zeros((len(G), len(G)))]]), np.concatenate([e.f, e.b]))
+
+
+def exudyn_step(n: int) -> float:
+    """Return the CPU time of one explicit step of a kinematic tree of n links, s."""
+    import exudyn as exu
+    import exudyn.itemInterface as items
+    import numpy as np
+
+    container = exu.SystemContainer()
+    system = container.AddSystem()
+    node = system.AddNode(items.NodeGenericODE2(referenceCoordinates=[0.1] * n, initialCoordinates=[0.0] * n,
+                                                initialCoordinates_t=[0.2] * n, numberOfODE2Coordinates=n))
+    offsets, inertias = exu.Vector3DList(), exu.Matrix3DList()
+    turns, coms = exu.Matrix3DList(), exu.Vector3DList()
+    for k in range(n):
+        offsets.Append([1.0 if k else 0.0, 0, 0])
+        inertias.Append(np.diag([1e-3, 1 / 12, 1 / 12]))
+        turns.Append(np.eye(3))
+        coms.Append([0.5, 0, 0])
+    system.AddObject(items.ObjectKinematicTree(
+        nodeNumber=node, jointTypes=[exu.JointType.RevoluteZ] * n, linkParents=list(range(-1, n - 1)),
+        jointTransformations=turns, jointOffsets=offsets, linkInertiasCOM=inertias, linkCOMs=coms,
+        linkMasses=[1.0] * n, gravity=[0, -9.81, 0]))
+    system.Assemble()
+    steps, settings = 4, exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = steps, 1e-6 * steps
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.timeIntegration.verboseMode = 0
+    clock = time.process_time()
+    system.SolveDynamic(settings, solverType=exu.DynamicSolverType.ExplicitEuler)
+    return (time.process_time() - clock) / steps
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--bodies", type=int, nargs="+", default=[10, 100, 300, 1000, 10000])
+    parser.add_argument("--pinocchio", help="Python interpreter that has Pinocchio")
+    parser.add_argument("--exudyn", action="store_true")
+    parser.add_argument("--plot", help="picture file")
+    parser.add_argument("--flexible", type=int, help="number of flexible segments")
+    options = parser.parse_args()
+    import flexmb as fmb
+
+    peers = {}
+    if options.pinocchio:
+        environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+        text = subprocess.run([options.pinocchio, "-c", PINOCCHIO, *(str(n) for n in options.bodies if n <= 300)],
+                              check=True, text=True, capture_output=True, env=environment).stdout
+        peers = {int(a): float(b) for a, b in (line.split() for line in text.splitlines())}
+    rows = []
+    for n in options.bodies:
+        mine = ours(chain(n), fmb.Recursive(), max(7, 20000 // n)) / n * 1e6
+        rigid = links(n, max(7, 20000 // n)) / n * 1e6 if n <= 1000 else None
+        other = exudyn_step(n) / n * 1e6 if options.exudyn and n <= 100 else None
+        rows.append((n, mine, rigid, peers.get(n), other))
+        line = f"{n:6d} bodies: Recursive {mine:.3f} us per body"
+        if rigid:
+            line += f", link axes {rigid:.3f} us"
+        if n in peers:
+            line += f"; Pinocchio {peers[n]:.3f} us, ratios {mine / peers[n]:.1f} and {rigid / peers[n]:.2f}"
+        if other:
+            line += f"; Exudyn {other:.1f} us, ratio {mine / other:.3f}"
+        print(line, flush=True)
+    if options.plot:
+        plot(options.plot, rows)
+    if options.flexible:
+        from flexmb.system import compile
+
+        model = flexible_tree(options.flexible)
+        system = compile(model)
+        state, work = system.state(), system.workspace()
+        recursive = ours(model, fmb.Recursive(), 15)
+        sparse = ours(model, fmb.Augmented(), 15)
+        full = median_time(lambda: dense(system, state, work), 1)
+        print(f"{options.flexible} flexible segments: recursive {recursive * 1e3:.2f} ms, augmented sparse "
+              f"{sparse * 1e3:.2f} ms ({sparse / recursive:.1f} x), augmented dense {full * 1e3:.0f} ms "
+              f"({full / recursive:.0f} x)")
+
+
+if __name__ == "__main__":
+    main()
