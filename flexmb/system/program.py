@@ -65,6 +65,11 @@ def assemble_constraints(program, work):
                     work.S[work.transposed[leg.iT + j]] += x * work.H[start + j]
     for n in range(len(work.equations)):
         work.S[work.equations[n].diagonal] += program.regularisation[n]
+
+
+@kernel
+def lend_inertia(program, work):
+    """Add the inertia that makes the blocks of bodies without inertia regular, eq. (lent-inertia)."""
     for n in range(len(program.floor_at)):
         work.S[program.floor_at[n, 1]] += work.coefficients[0] * program.floor[n]
 
@@ -150,6 +155,7 @@ def _evaluate(program, state, work):
         equation = work.equations[n]
         work.energy[4] -= equation.force * equation.rate
     if tangent:
+        lend_inertia(program, work)
         if work.coefficients[3] < BODIES:
             assemble_constraints(program, work)
         assemble_pairs(work)

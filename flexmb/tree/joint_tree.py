@@ -248,7 +248,8 @@ class JointTree:
     @cached_property
     def _links(self):
         self.work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
-        evaluate(self.system.program, self._start, self.work)
+        program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
+        evaluate(program, self._start, self.work)
         return link_rows(self, self._start, self.work), np.zeros((len(self.rows) + 1, SCRATCH))
 
     def reach(self, marker: str, at: Any, *, start: Any = None, limits: Mapping[str, tuple[float, float]] | None = None,
