@@ -30,6 +30,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="steel, aluminium, titanium, or young=...,poisson=...,density=... in SI units",
     )
     parser.add_argument(
+        "--thickness",
+        action="append",
+        default=[],
+        metavar="T",
+        help="the triangles and quadrilaterals of the mesh are shells of this thickness, in m; GROUP=T, repeated, for "
+        "the groups of the mesh",
+    )
+    parser.add_argument(
         "--interface",
         action="append",
         default=[],
@@ -77,6 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
     interfaces, stations, loads = (
         _named(getattr(arguments, word), f"--{word}") for word in ("interface", "station", "load")
     )
+    thickness = _thickness(arguments.thickness)
     if not arguments.scale > 0.0:
         raise ModelError(
             "--scale",
@@ -93,7 +102,8 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     with ProgressBar() as progress:
         progress("reading the mesh", 0.0)
-        fe = fem.solid(fem.read_mesh(arguments.mesh, scale=arguments.scale), material)
+        mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
+        fe = fem.shell(mesh, material, thickness) if thickness else fem.solid(mesh, material)
         data = reduction.reduce(
             fe,
             interfaces=interfaces,
@@ -135,6 +145,22 @@ def _material(text: str) -> fmb.Material:
             remedy="Write young=210e9,poisson=0.3,density=7850",
         )
     return fmb.Material(**{name: float(value) for name, value in values.items()})
+
+
+def _thickness(texts: list[str]) -> float | dict[str, float] | None:
+    """Return the thickness of shells, m, by groups where they are named; None for solids."""
+    if not texts:
+        return None
+    values = {text.partition("=")[0] if "=" in text else "": _number(text.rpartition("=")[2]) for text in texts}
+    numbers = all(isinstance(value, float) for value in values.values())
+    if len(values) < len(texts) or not numbers or ("" in values and len(values) > 1):
+        raise ModelError(
+            "--thickness",
+            found=" ".join(texts),
+            expected="one number, m, or GROUP=T once for each group",
+            remedy="Write --thickness 0.002, or --thickness skin=0.002 --thickness rib=0.003",
+        )
+    return values.get("", values)
 
 
 def _named(texts: list[str], option: str) -> dict[str, Any]:

@@ -76,6 +76,28 @@ def test_every_option(capsys):
     assert "loads: push" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("thickness", [["0.002"], ["skin=0.002", "rib=0.004"]], ids=["one", "groups"])
+def test_shells(thickness, capsys):
+    """A plate 0.4 m x 0.1 m, half skin and half rib: mass by hand, freedoms of two bare nodes and four modes."""
+    import meshio
+    import numpy as np
+
+    x, y = np.meshgrid(np.linspace(0, 0.4, 9), np.linspace(0, 0.1, 3), indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    number = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
+    tags = np.where(points[quads].mean(axis=1)[:, 0] < 0.2, 1, 2)
+    mesh = meshio.Mesh(points, [("quad", quads)], cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
+                       field_data={"skin": np.array([1, 2]), "rib": np.array([2, 2])})  # fmt: skip
+    mesh.write("plate.msh", file_format="gmsh22", binary=False)
+    options = [word for text in thickness for word in ("--thickness", text)]
+    assert main(["reduce", "plate.msh", *options, "--interface", "a=0", "--interface", "b=26", "--modes", "4"]) == 0
+    data = fmb.ModalNeutralData.load("plate.h5")
+    assert data.mass == pytest.approx(7850 * 0.04 * (0.002 if len(thickness) == 1 else 0.003), rel=1e-9)
+    assert data.n_modes == 2 * 6 + 4 - 6
+    assert "Written: plate.h5" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "messages"),
     [
@@ -107,6 +129,8 @@ def test_every_option(capsys):
             ("young = -1.0 Pa",),
         ),
         ([MESH, "--interface", "a=foot", "--modes", "many"], ("modes = 'many'", "a count")),
+        ([MESH, "--interface", "a=foot", "--thickness", "thin"], ("--thickness: thin", "Write --thickness 0.002")),
+        ([MESH, "--interface", "a=foot", "--thickness", "1", "--thickness", "a=2"], ("--thickness: 1 a=2",)),
         ([MESH, "--interface", "a=foot", "--scale", "0"], ("--scale: 0.0", "a factor > 0")),
     ],
 )
