@@ -13,7 +13,7 @@ from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run
 from flexmb.integrate.outcome import Outcome
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.model.described import Described, is_number
-from flexmb.system.assembly import worst_equations
+from flexmb.system.complaints import worst_equations
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate
 
 __all__ = ["GeneralizedAlpha"]

@@ -15,7 +15,7 @@ from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.stabilised_layout import layout
 from flexmb.model.described import Described, is_number
-from flexmb.system.assembly import worst_equations
+from flexmb.system.complaints import worst_equations
 from flexmb.system.mobility import equation_scale
 from flexmb.system.program import accelerations, evaluate
 

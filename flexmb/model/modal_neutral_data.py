@@ -181,7 +181,10 @@ class ModalNeutralData:
 
     def selected(self, modes) -> ModalNeutralData:
         """Return the body with a subset of its modes: a count (the first so many) or int indices."""
-        j = np.arange(modes) if np.ndim(modes) == 0 else np.asarray(modes, int)
+        try:
+            j = np.arange(modes) if np.ndim(modes) == 0 else np.asarray(modes, int)
+        except (TypeError, ValueError):
+            j = np.array([self.n_modes])
         if len(j) and (j.min() < 0 or j.max() >= self.n_modes):
             raise ModelError(f"Modal neutral data '{self.name}'", found=f"mode selection {modes!r}",
                              expected=f"indices below {self.n_modes}",

@@ -18,14 +18,13 @@ from flexmb.system.complaints import (
     open_joint,
     singular,
     without_inertia,
-    worst_equations,
 )
 from flexmb.system.massless import inertia_floor
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
 from flexmb.system.program import accelerations, evaluate, project
 from flexmb.system.system import System
 
-__all__ = ["assemble", "consistent_start", "worst_equations"]
+__all__ = ["assemble", "consistent_start"]
 
 REGULARISATION = 1e-9
 """Added to the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""

@@ -48,6 +48,8 @@ def open_joint(system: System, work) -> CompileError:
     """Return the error that names the joint that stays open most, and by how much."""
     name, (metres, radians) = max(gaps(system, work).items(), key=lambda item: max(item[1]))
     turned = f" and {radians:.3g} rad" if radians > 0.0 else ""
+    is_open = (f"stays open by {metres:.3g} m{turned}" if np.isfinite(metres) else
+               "has its point beyond the end of its curve")
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
     remedy = ("Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
@@ -55,7 +57,7 @@ def open_joint(system: System, work) -> CompileError:
               "Check lengths and marker positions of these joints, or move the parts nearer to their places")
     return CompileError(
         f"Model '{system.model.name}'",
-        found=f"the mechanism cannot be assembled: joint '{name}' stays open by {metres:.3g} m{turned}{redundant}; "
+        found=f"the mechanism cannot be assembled: joint '{name}' {is_open}{redundant}; "
         f"worst equations: {worst_equations(system, work)}",
         expected=f"positions near the described ones that satisfy all joints{allowed}", remedy=remedy)
 

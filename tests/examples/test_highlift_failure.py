@@ -112,7 +112,7 @@ def test_a_flap_beyond_the_end_of_its_trace():
     assert caught.value.solution.t[-1] > 0.7  # what was computed until then is kept
     with pytest.raises(CompileError) as caught:
         wrong(track_1_front_ball_on_flap=(0.0, -0.06))
-    assert "beyond the end of the curve" in str(caught.value)
+    assert "joint 'inboard_upper trace' has its point beyond the end of its curve" in str(caught.value)
 
 
 def test_a_failure_of_a_strut_that_does_not_exist(tmp_path):

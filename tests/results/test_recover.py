@@ -110,6 +110,12 @@ def test_selected_modes_only():
     np.testing.assert_array_equal(data.shapes, model.body("block").data.shapes[..., [1]])
 
 
+@pytest.mark.parametrize("modes", ["first", [0, 9], 7, None])
+def test_modes_that_cannot_be_selected(modes):
+    with pytest.raises(ModelError, match="mode selection"):
+        block_data().selected(modes)
+
+
 def test_messages():
     with pytest.raises(ModelError, match=r"a RigidBody has no modes.*a FloatingBody"):
         recover.modal_data(spinning_model().body("rod"))
