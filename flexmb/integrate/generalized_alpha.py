@@ -69,7 +69,7 @@ class GeneralizedAlpha(metaclass=Described):
         newton = 0.02 if self.step is None else 1e-4
         # the error of accelerations and multipliers is of the order h^2, that is rtol^(2/3)
         settled = 0.1 * self.rtol ** (2.0 / 3.0) if self.step is None else 1e-8
-        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, settled, self.step is None, 1e-14, 12, 0)
+        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, settled, self.step is None, 1e-14, 12, 0, 1.0)
 
     def start(self, system, state, work, t_end: float) -> Variables:
         """Return the integration variables at the start: consistent accelerations, first step size."""
@@ -163,7 +163,7 @@ class GeneralizedAlpha(metaclass=Described):
         n = last - first
         rows = {"t": np.zeros(n), "q": np.zeros((n, system.nq)), "u": np.zeros((n, system.nu)),
                 "a": np.zeros((n, system.nu)), "lam": np.zeros((n, system.ng)), "works": np.zeros((n, 3))}
-        controls = self.controls()._replace(sweeps=self._sweeps(system))
+        controls = self.controls()._replace(sweeps=self._sweeps(system), trend=0.0 if system.redundant else 1.0)
         reached, reason = run_steps(system.program, work, variables, controls, samples, first, last,
                                     *rows.values())
         rows = {name: array[: reached - first] for name, array in rows.items()}

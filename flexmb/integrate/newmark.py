@@ -38,9 +38,11 @@ times (5,) : t, size of the next step, size of the last step, largest step; rate
 """
 
 Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations "
-                      "sweeps")
+                      "sweeps trend")
 """Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
-the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: those of the step."""
+the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: those of the step; trend:
+1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance, which
+would grow by it from step to step."""
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
@@ -56,7 +58,7 @@ def _predict(program, v, c, h):
         v.u1[i] = v.u[i] + h * ((1.0 - c.gamma) * v.alg[i] + c.gamma * v.alg1[i])
         v.dx[i] = h * v.u[i] + h * h * ((0.5 - c.beta) * v.alg[i] + c.beta * v.alg1[i])
     for i in range(len(v.lam)):
-        v.lam1[i] = v.lam[i] + ratio * (v.lam[i] - v.lam_last[i])
+        v.lam1[i] = v.lam[i] + c.trend * ratio * (v.lam[i] - v.lam_last[i])
     advance(program, v.q, v.dx, 1.0, v.q1)
 
 
@@ -191,6 +193,9 @@ def _iterate(program, work, v, c, h):
         if size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left):
             for i in range(3):
                 v.powers[i] = work.energy[3 + i]
+            v.powers[1] = 0.0  # of the drives: with the corrected multipliers
+            for i in range(ng):
+                v.powers[1] -= v.lam1[i] * work.equations[i].rate
             if iteration == 0:
                 # trusted once more, but less and less until it is measured again
                 v.times[4] = min(1.5 * v.times[4], 0.05)

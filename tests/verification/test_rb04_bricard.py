@@ -33,3 +33,12 @@ def test_motion(reference, integrator, position, energy):
     solution = fmb.simulate(bricard(case), times[-1], samples=times, integrator=integrator)
     np.testing.assert_allclose(solution["P3"][1:], [x["P3"] for x in expected.values()], atol=position)
     assert np.ptp(solution["energy"]) < energy
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(step=2e-3), fmb.GeneralizedAlpha(rtol=1e-6)])
+def test_long_run(reference, integrator):
+    """One multiplier is left to chance: what the iteration leaves in it must not grow from step to step."""
+    solution = fmb.simulate(bricard(reference("RB04")), 90.0, samples=91, integrator=integrator)
+    drift = np.abs(solution["energy"] - solution["energy"][0])
+    assert drift[-1] < 1e-3
+    assert drift[-1] < 3.0 * drift[45]  # it grows like the time, by numerical damping
