@@ -163,6 +163,7 @@ def _iterate(program, work, v, c, h):
     size, rate = 0.0, v.times[4]
     fresh = True
     for iteration in range(c.iterations):
+        renewed = fresh
         work.coefficients[3] = 1.0 if fresh else 0.0
         evaluate(program, State(v.times[0] + h, v.q1, v.u1, v.a1, v.lam1, v.signals), work)
         v.counts[1] += 1
@@ -183,14 +184,17 @@ def _iterate(program, work, v, c, h):
         _correct(program, v, c, h, scale)
         if iteration > 0 and before > 0.0:
             rate = size / before
-            if rate > 1.5 and iteration > 2:
+            if rate > 1.5 and iteration > 2 and size > c.newton:
                 return STALLED
             rate = min(max(rate, 1e-6), 0.99)
             if iteration == 1:
                 v.times[4] = max(rate, 1e-4)
         # what is left after this correction is about rate / (1 - rate) of it
         left = rate / (1.0 - rate)
-        if size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left):
+        # in a singular position rounding shows in the accelerations: a fresh matrix gains nothing there
+        rounding = renewed and iteration > 1 and rate > 0.3 and size <= c.newton
+        settled = size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
+        if rounding or settled:
             for i in range(3):
                 v.powers[i] = work.energy[3 + i]
             v.powers[1] = 0.0  # of the drives: with the corrected multipliers
