@@ -1,6 +1,6 @@
 """Work and precision of rigid mechanisms: error against run time, this package's integrators and Exudyn's in one run.
 
-    python benchmarks/mechanisms.py                       # all cases, some fifteen minutes
+    python benchmarks/mechanisms.py                       # all cases, some four minutes
     python benchmarks/mechanisms.py --quick               # small cases only
     python benchmarks/mechanisms.py --cases chain         # those whose name contains a word
     python benchmarks/mechanisms.py --json out.json --plot out.png
