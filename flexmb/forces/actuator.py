@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
-from flexmb.errors import ModelError
-from flexmb.forces.on_coordinate import OnCoordinate
+from flexmb.forces.on_coordinate import OnCoordinate, checked_limits
 from flexmb.math.tables import row_kernel
 from flexmb.model.kinds import Table
 from flexmb.model.signal import as_signal
@@ -67,12 +66,7 @@ class Actuator(OnCoordinate):
     def __post_init__(self):
         super().__post_init__()
         object.__setattr__(self, "effort", as_signal(self.effort, self.title, "effort"))
-        if self.limits is not None:
-            limits = np.asarray(self.limits, float)
-            if limits.shape != (2,) or not limits[0] < limits[1]:
-                raise ModelError(self.title, found=f"limits = {self.limits!r}", expected="(smallest, largest)",
-                                 remedy="Write limits=(-200.0, 200.0)")
-            object.__setattr__(self, "limits", (float(limits[0]), float(limits[1])))
+        object.__setattr__(self, "limits", checked_limits(self, "Write limits=(-200.0, 200.0)"))
 
     def record(self, compiler):
         """Return the row."""

@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
-from flexmb.errors import ModelError
-from flexmb.forces.on_coordinate import OnCoordinate
+from flexmb.forces.on_coordinate import OnCoordinate, checked_limits
 from flexmb.math.tables import row_kernel
 from flexmb.model.kinds import Table
 from flexmb.model.signal import as_signal
@@ -87,12 +86,7 @@ class Motor(OnCoordinate):
         super().__post_init__()
         self.require_positive("stiffness", "damping", zero=True)
         object.__setattr__(self, "target", as_signal(self.target, self.title, "target"))
-        if self.limits is not None:
-            limits = np.asarray(self.limits, float)
-            if limits.shape != (2,) or not limits[0] < limits[1]:
-                raise ModelError(self.title, found=f"limits = {self.limits!r}", expected="(smallest, largest)",
-                                 remedy="Write limits=(-250.0, 250.0)")
-            object.__setattr__(self, "limits", (float(limits[0]), float(limits[1])))
+        object.__setattr__(self, "limits", checked_limits(self, "Write limits=(-250.0, 250.0)"))
 
     def record(self, compiler):
         """Return the row."""

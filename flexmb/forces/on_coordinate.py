@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numpy as np
+
 from flexmb.constraints import Coordinate, joint_coordinate
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.kinds import Force
 
-__all__ = ["OnCoordinate", "check_number"]
+__all__ = ["OnCoordinate", "check_number", "checked_limits"]
 
 
 class OnCoordinate(Force):
@@ -62,6 +64,16 @@ class OnCoordinate(Force):
         """Return the coordinate as described."""
         coordinate, markers = self.place(compiler.model)
         return coordinate.value(compiler, *(compiler.marker(m) for m in markers))
+
+
+def checked_limits(part, remedy: str) -> tuple[float, float] | None:
+    """Return the field `limits` as two numbers, the smaller one first, or None; ModelError if it is neither."""
+    if part.limits is None:
+        return None
+    limits = np.asarray(part.limits, float)
+    if limits.shape != (2,) or not limits[0] < limits[1]:
+        raise ModelError(part.title, found=f"limits = {part.limits!r}", expected="(smallest, largest)", remedy=remedy)
+    return float(limits[0]), float(limits[1])
 
 
 def check_number(part, field: str, low: float, expected: str, remedy: str) -> None:

@@ -14,9 +14,10 @@ from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.record import Recorder, joined_rows
 from flexmb.integrate.validity import Validity
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
+from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Status
-from flexmb.system import assemble
+from flexmb.system import System, assemble
 
 __all__ = ["Phases", "carried"]
 
@@ -44,15 +45,15 @@ class Phases:
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
 
-    def run(self, model: Model, state=None, works=None, goes_on=None) -> Status:
+    def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
 
-        The first begins at a state by body name (default: as described); it may continue a phase, `goes_on`. What goes
+        The first begins at a state that `assemble` made; it may continue a phase, `goes_on`. What goes
         wrong later (an event leaves a mechanism that cannot move on) ends the run, and what was computed is kept.
         """
         try:
             with self.interruption:
-                return self._run(model, state, works, goes_on)
+                return self._run(model, assembled, works, goes_on)
         except KeyboardInterrupt:
             if not self.recorder.phases and not self.recorder.rows:
                 raise
@@ -67,10 +68,10 @@ class Phases:
             return Status.failed(f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}",
                                  error.remedy)
 
-    def _run(self, model: Model, state, works, goes_on) -> Status:
-        works, began = np.zeros(3) if works is None else works, self.t
+    def _run(self, model: Model, assembled, works, goes_on) -> Status:
+        works = np.zeros(3) if works is None else works
         while True:
-            system, start = assemble(model, t=began, state=state)
+            system, start = assembled
             self.recorder.begin(model, system)
             self.recording = True
             ended = self._phase(model, system, start, works, goes_on)
@@ -89,10 +90,10 @@ class Phases:
             if self._again_and_again(event, began):
                 return Status.failed(f"{event.title} happens again and again at t = {began:.9g} s", LASTING)
             u = velocities_after(system, event, began, rows["q"][-1], rows["u"][-1])
-            state = carried(system, following, rows["q"][-1], u)
-            model = following
+            model, state = following, carried(system, following, rows["q"][-1], u)
             if began >= self.times[-1]:
                 return Status.finished(began)
+            assembled = assemble(model, t=began, state=state)
 
     def _again_and_again(self, event, t: float) -> bool:
         """Has the event happened so often lately that time hardly passes between?"""

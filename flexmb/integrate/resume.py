@@ -19,6 +19,7 @@ from flexmb.integrate.simulate import sample_times
 from flexmb.integrate.watch import next_phase
 from flexmb.model.model import Model
 from flexmb.results import RunFile, Series, Solution
+from flexmb.system import assemble
 from flexmb.system import compile as compile_model
 
 __all__ = ["resume"]
@@ -71,11 +72,12 @@ def resume(
     last, model, state, merge = _where(before, t_end)
     times = sample_times(float(before.t[0]), t_end, samples)
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
+    assembled = assemble(model, t=last.t, state=state)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
     phases = Phases(integrator, recorder, times, progress, before.statistics)
     try:
-        status = phases.run(model, state, last.works, goes_on=before.phases[-1] if merge else None)
+        status = phases.run(model, assembled, last.works, goes_on=before.phases[-1] if merge else None)
     except BaseException:
         recorder.close()
         raise

@@ -142,11 +142,11 @@ def simulate(
     times = sample_times(t_start, t_end, samples)
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
-    assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
+    assembled = assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     try:
-        status = phases.run(model, state)
+        status = phases.run(model, assembled)
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
         recorder.close()
         raise

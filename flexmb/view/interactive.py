@@ -100,7 +100,7 @@ def window(solution, *, camera=None, size=(1600, 900), scale: float = 1.0, durat
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise FlexmbError(
             "Window",
-            found="this session has no screen (DISPLAY is not set)",
+            found="there is no screen (DISPLAY is not set)",
             expected="a desktop, or ssh -X",
             remedy="Draw without one: flexmb render RUN -o motion.gif, or flexmb export RUN for ParaView",
         )

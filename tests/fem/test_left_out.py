@@ -138,8 +138,9 @@ def test_plain_meshes_leave_nothing_out(write):
     text = "\n".join(line for line in NASTRAN.splitlines() if line.startswith(("BEGIN", "GRID", "CQUAD4", "END")))
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*left out were.*")
-        fem.read_mesh(write("a.bdf", text + "\n"))
-        fem.read_mesh(write("a.inp", ABAQUS.split("*ELEMENT, TYPE=MASS")[0]))
+        meshes = [fem.read_mesh(write("a.bdf", text + "\n")),
+                  fem.read_mesh(write("a.inp", ABAQUS.split("*ELEMENT, TYPE=MASS")[0]))]
+    assert [[(kind, len(cells)) for kind, cells in mesh.cells] for mesh in meshes] == 2 * [[("quad", 1)]]
 
 
 def test_included_files(write):
