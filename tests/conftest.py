@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import zlib
@@ -17,6 +18,9 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np
 import pytest
+
+# A shell starts background jobs with Ctrl-C ignored, and children inherit that: the tests of interruption need it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 VALIDATION = Path(__file__).parent / "data" / "validation"
 
