@@ -8,7 +8,8 @@ A 2:1:1 block with three rigid interfaces and 20 fixed-interface modes. Every ca
 one BLAS thread, and prints CPU seconds (a shared machine disturbs wall time) and the peak of resident memory.
 
 Peers: ``superlu`` factorises K_ii with scipy's splu as it is by default and calls eigsh in shift-invert mode; ``skfem``
-assembles K and M by plain vector forms; ``exudyn`` reduces the same matrices by FEMinterface (pip install exudyn).
+assembles K and M by plain vector forms; ``exudyn`` reduces the same matrices by FEMinterface (pip install exudyn);
+``pardiso`` and ``cholmod`` are our own reduction with their factorisation.
 """
 
 from __future__ import annotations
@@ -72,17 +73,31 @@ class Stages:
         self._stage, self._since = stage, now
 
 
-def ours(n):
+def ours(n, backend=None):
     """Assembly, then everything that reduction.reduce does."""
     from flexmb import reduction
 
-    reduce_small = {"interfaces": {"a": "left", "b": "right", "c": "patch"}, "geometric_stiffness": True}
-    reduction.reduce(model(8), modes=4, **reduce_small)  # kernels are compiled or loaded
+    settings = {"interfaces": {"a": "left", "b": "right", "c": "patch"}, "geometric_stiffness": True}
+    reduction.reduce(model(8), modes=4, **settings, backend=backend)  # kernels are compiled or loaded
     stages = Stages()
     stages("assembly of K and M")
     fe = model(n)
-    reduction.reduce(fe, modes=MODES, **reduce_small, progress=stages)
+    reduction.reduce(fe, modes=MODES, **settings, backend=backend, progress=stages)
     return {"freedoms": fe.ndof, "stages": stages.rows}
+
+
+def pardiso(n):
+    """As ours, factorised by PARDISO (pip install 'flexmb[fast]')."""
+    from flexmb import reduction
+
+    return ours(n, reduction.Pardiso())
+
+
+def cholmod(n):
+    """As ours, factorised by CHOLMOD (scikit-sparse)."""
+    from flexmb import reduction
+
+    return ours(n, reduction.Cholmod())
 
 
 def superlu(n):
@@ -148,12 +163,12 @@ def exudyn(n):
     return {"freedoms": fe.ndof, "stages": stages.rows}
 
 
-CASES = {case.__name__: case for case in (ours, superlu, skfem, exudyn)}
+CASES = {case.__name__: case for case in (ours, pardiso, cholmod, superlu, skfem, exudyn)}
 
 
 def run(case, n):
     """Run one case in a process of its own and print its table; return the CPU seconds by stage."""
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     child = subprocess.run(
         [sys.executable, __file__, "--one", case, str(n)],
         env=environment,

@@ -1,5 +1,6 @@
 """FE model to modal neutral data: Craig-Bampton, inertia invariants, geometric stiffness, load shapes, report."""
 
+from flexmb.math.foreign_factor import Cholmod, Pardiso
 from flexmb.model.changed_data import mirrored, moved, rescaled
 from flexmb.model.modal_neutral_report import report
 from flexmb.reduction.craig_bampton import reduce
@@ -12,9 +13,11 @@ from flexmb.reduction.split import split
 __all__ = [
     "Averaging",
     "Bands",
+    "Cholmod",
     "LineLoad",
     "NodalForces",
     "Nodes",
+    "Pardiso",
     "Pressure",
     "Rayleigh",
     "Rigid",
