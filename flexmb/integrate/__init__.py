@@ -9,6 +9,7 @@ from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
 from flexmb.integrate.kinematics import inverse_dynamics, kinematics
 from flexmb.integrate.linearize import Linearization, linearize
+from flexmb.integrate.load_path import ArcLength, LimitPoint, LoadPath, LoadSteps
 from flexmb.integrate.resume import resume
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.statics import statics
@@ -16,12 +17,16 @@ from flexmb.integrate.statics import statics
 __all__ = [
     "IDA",
     "Accelerations",
+    "ArcLength",
     "Augmented",
     "Baumgarte",
     "Campbell",
     "Explicit",
     "GeneralizedAlpha",
+    "LimitPoint",
     "Linearization",
+    "LoadPath",
+    "LoadSteps",
     "NullSpace",
     "Report",
     "UdwadiaPhohomsiri",

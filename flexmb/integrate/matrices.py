@@ -10,7 +10,7 @@ from scipy import sparse
 from flexmb.math.block_lu import stored
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
-__all__ = ["Equations", "Tangent", "adjoint", "equations_at", "tangent_at"]
+__all__ = ["Equations", "Tangent", "adjoint", "equations_at", "stiffness_at", "tangent_at"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +87,13 @@ def tangent_at(system, state, work) -> Tangent:
     nu = system.nu
     M, D, K = (_matrix(system, state, work, **{name: 1.0}) for name in ("mass", "damping", "stiffness"))
     return Tangent(M=M[:nu, :nu], D=D[:nu, :nu], K=K[:nu, :nu], L=-K[:nu, nu:], G=K[nu:, :nu])
+
+
+def stiffness_at(system, state, work) -> tuple[sparse.csr_matrix, sparse.csr_matrix, sparse.csr_matrix]:
+    """Return K (nu, nu), L (nu, ng) and G (ng, nu) at a state; the residual is left in the workspace."""
+    nu = system.nu
+    K = _matrix(system, state, work, stiffness=1.0)
+    return K[:nu, :nu], -K[:nu, nu:], K[nu:, :nu]
 
 
 def adjoint(system, u: np.ndarray) -> sparse.csr_matrix:

@@ -8,8 +8,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from flexmb.errors import IntegrationError
+from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.load_path import ArcLength, LoadSteps, follow
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
@@ -53,8 +54,8 @@ def _saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
     return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 
 
-def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations: int = 400,
-            state: Any = None) -> Solution:
+def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None = None, tolerance: float = 1e-9,
+            iterations: int = 400, state: Any = None) -> Solution:
     """Find the equilibrium at time `t`: all accelerations zero, loads and drives at their values of that time.
 
     Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion, at rest in the
@@ -62,10 +63,15 @@ def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations
     (pseudo-transient continuation, Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it
     finds a stable equilibrium through large rotations, also where some freedoms have no stiffness.
 
+    With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads that
+    are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it.
+
     Parameters
     ----------
     model : Model
     t : float, s
+    path : ArcLength or LoadSteps, optional
+        By arc length past limit points, or in equal load steps up to the first of them.
     tolerance : float
         Largest unbalanced force relative to the largest applied, elastic or (of a steady motion) inertia force.
     iterations : int
@@ -75,26 +81,54 @@ def statics(model: Model, *, t: float = 0.0, tolerance: float = 1e-9, iterations
     Returns
     -------
     Solution
-        Its last sample is the equilibrium, the others are the path of the iteration.
+        Its last sample is the equilibrium, the others are the path of the iteration. With a `path` a LoadPath: the
+        equilibria on it, with the load factors as times, and its limit points.
 
     Raises
     ------
     IntegrationError
-        If no equilibrium is found; ``error.solution`` holds the path.
+        If no equilibrium is found; ``error.solution`` holds the path. If loads grow with time, the message says up to
+        which of them there is an equilibrium.
     """
+    if path is None:
+        return _descend(model, t, tolerance, iterations, state, explain=True)
+    if not isinstance(path, ArcLength | LoadSteps):
+        raise ModelError("statics", found=f"path = {path!r}", expected="an ArcLength or LoadSteps object",
+                         remedy="Write path=flexmb.ArcLength()")
+    first = _descend(model, path.start, tolerance, iterations, state, explain=False)
+    system = first.phases[0].system
+    start = system.state(path.start, first.final.q, lam=first.final.lam)
+    return follow(model, system, start, path, t, tolerance)
+
+
+def _descend(model, t, tolerance, iterations, state, explain) -> Solution:
+    """Return the path downhill to the equilibrium at time t."""
     system, start = assemble(model, t=t)
     work = system.workspace()
     q = start.q.copy() if state is None else np.array(state.q, float)
     iteration = _Descent(system, start, work, t, q)
     found = any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations))
     status = Status.finished(t) if found else Status.failed(
-        f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N",
-        "Begin nearer to the equilibrium, add supports to free motions, or raise iterations")
+        f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
+        f"{iteration.most_unbalanced()}{_limit_below(model, t) if explain else ''}",
+        "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; follow a structure that "
+        "buckles with path=flexmb.ArcLength()")
     solution = _solution(model, system, t, iteration.path, status)
     if not found:
         raise IntegrationError(f"Model '{model.name}'", found=status.message, expected="a stable equilibrium",
                                remedy=status.remedy, solution=solution)
     return solution
+
+
+def _limit_below(model, t: float) -> str:
+    """Say at which load on the way from zero to time t the equilibrium ends, if that is why none was found."""
+    if t == 0.0:
+        return ""
+    try:
+        statics(model, t=t, path=LoadSteps(steps=1))
+    except IntegrationError as error:
+        return f"; on the way from t = 0: {error.found}"
+    return ""
 
 
 class _Descent:
@@ -127,7 +161,10 @@ class _Descent:
             self.step = np.sqrt(0.02 * self.size / max(pull, 1e-30))
         elif np.isfinite(self.unbalanced):
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
-        return self.unbalanced <= tolerance * max(self.largest, 1e-30) and self._greatest(self.g) <= 1e-9 * self.size
+        # without any load, all that is left are the forces that rounding the positions makes
+        rounding = 1e-16 * self.size * self._greatest((abs(self.tangent.K) @ (1.0 / self.extent)) / self.extent)
+        return (self.unbalanced <= max(tolerance * self.largest, rounding, 1e-30)
+                and self._greatest(self.g) <= 1e-9 * self.size)
 
     def _inertia(self, u: np.ndarray) -> float:
         """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
@@ -151,6 +188,10 @@ class _Descent:
         advance(self.system.program, self.q, x[: self.system.nu], scale, q)
         self.q, self.lam = q, self.lam + scale * x[self.system.nu :]
         return False
+
+    def most_unbalanced(self) -> str:
+        """Return the title of the body on which most force is left."""
+        return self.system.owner(int(np.argmax(np.abs(self.force / self.extent)))).partition(",")[0]
 
     @staticmethod
     def _greatest(x: np.ndarray) -> float:

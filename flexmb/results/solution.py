@@ -93,6 +93,9 @@ class Solution:
 
         At the time of an event it is the state after the event.
         """
+        if np.any(np.diff(self.t) < 0.0):
+            raise FlexmbError("Solution", found="the load goes up and down, so it has several states for one value",
+                              expected="the number of a sample", remedy="Take solution.phases[0].instant(number)")
         first, last = self.phases[0].t[0], self.phases[-1].t[-1]
         if not first <= t <= last:
             raise FlexmbError("Solution", found=f"t = {t:.6g} s is outside", expected=f"{first:.6g} to {last:.6g} s",
