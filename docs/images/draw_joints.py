@@ -22,7 +22,9 @@ from flexmb.math.rotations import rotation_matrix
 
 FOLDER = Path(__file__).parent / "joints"
 GREY, BLUE, RED = (0.62, 0.64, 0.66), (0.30, 0.52, 0.80), (0.84, 0.18, 0.16)
-ACROSS = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # z of the marker along x of the drawing
+ACROSS = np.array(
+    [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+)  # z of the marker along x of the drawing
 UPRIGHT = np.eye(3)
 VIEW = rotation_matrix((-1.15, 0, 0)) @ rotation_matrix((0, 0, -0.65))
 E = 0.16
@@ -69,7 +71,8 @@ class Drawing:
         axis.add_collection(PolyCollection(faces, facecolors=colours, edgecolors=colours, linewidths=0.3))
         for points, both in self.arrows:
             axis.plot(points[:, 0], points[:, 1], color=RED, lw=2)
-            for tip, before in ((points[-1], points[-3 if len(points) > 2 else 0]), (points[0], points[-1]))[: 1 + both]:
+            for way in (points[::-1], points)[: 1 + both]:
+                tip, before = way[0], way[min(2, len(way) - 1)]
                 style = {"arrowstyle": "-|>", "color": RED, "lw": 2, "mutation_scale": 14}
                 axis.annotate("", tip[:2], before[:2], arrowprops=style)
         axis.set(xlim=(-1.15, 1.15), ylim=(-0.84, 0.84))
@@ -101,7 +104,7 @@ def with_markers(kind: str) -> Drawing:
     if kind == "Planar":
         drawing.solid(box((1.5, 1.1, 0.04)), GREY, at=(0, 0, -0.08))
         bar(drawing, (0, 0, 0.05), (0, 0, 0.6), BLUE)
-    elif kind in ("Prismatic", "Cylindrical", "Screw", "InLine"):
+    elif kind in ("Prismatic", "Cylindrical", "InLine"):
         drawing.solid(tube((-0.9, 0, 0), (0.9, 0, 0), 0.5 * E), GREY)
         bar(drawing, (0, 0, 0.1), (0, 0, 0.65), BLUE)
     elif kind == "ConstantVelocity":
@@ -110,7 +113,7 @@ def with_markers(kind: str) -> Drawing:
     else:
         bar(drawing, (-0.9, 0, 0), (0, 0, 0), GREY)
         bar(drawing, (0, 0, 0), (0.85, 0.3, 0), BLUE)
-    freedoms = joints.KINDS[kind]("j", markers=("a.m", "b.m"), **({"pitch": 0.5} if kind == "Screw" else {})).permits
+    freedoms = joints.KINDS[kind]("j", markers=("a.m", "b.m")).permits
     for freedom in freedoms:
         for twist in freedom.twists(R_a, R_b, np.zeros(3)):
             slide, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])
@@ -130,7 +133,25 @@ def rod() -> Drawing:
     for x, colour in ((-0.55, GREY), (0.55, BLUE)):
         drawing.solid(sphere(0.9 * E), colour, at=(x, 0, 0))
         bar(drawing, (x, 0, 0), (x, 0, -0.55), colour)
-    drawing.line([(-0.5, 0, 0.28), (0.5, 0, 0.28)], both=True)
+    angle = np.linspace(-0.45, 0.45, 20)[:, None]  # the blue ball about the grey one, upright and level
+    for side in ((0, 0, 1.0), (0, 1.0, 0)):
+        way = np.cos(angle) * (1.1, 0, 0) + 1.1 * np.sin(angle) * side
+        drawing.line(way + (-0.55, 0, 0), both=True)
+    return drawing
+
+
+def screw() -> Drawing:
+    """A nut on a threaded rod: one freedom, turn and slide together."""
+    drawing, turns = Drawing(), 5.5
+    bar(drawing, (-0.9, 0, 0), (0.9, 0, 0), GREY)
+    angle = np.linspace(0.0, 2 * np.pi * 16, 320)
+    thread = np.column_stack([np.linspace(-0.85, 0.85, 320), 0.075 * np.cos(angle), 0.075 * np.sin(angle)])
+    for k in range(319):
+        drawing.solid(tube(thread[k], thread[k + 1], 0.018), GREY)
+    drawing.solid(tube((-0.15, 0, 0), (0.15, 0, 0), 1.2 * E), BLUE)
+    bar(drawing, (0, 0, 0.1), (0, 0, 0.65), BLUE)
+    angle = np.linspace(0.0, turns, 60)
+    drawing.line(np.column_stack([0.12 * angle, -0.34 * np.cos(angle), 0.34 * np.sin(angle)]))
     return drawing
 
 
@@ -191,8 +212,15 @@ def drive() -> Drawing:
     return drawing
 
 
-OTHERS = {"Rod": rod, "PointOnCurve": point_on_curve, "Rolling": rolling, "Drive": drive,
-          "Coupler": lambda: gears(rack=False), "RackAndPinion": lambda: gears(rack=True)}
+OTHERS = {
+    "Rod": rod,
+    "Screw": screw,
+    "PointOnCurve": point_on_curve,
+    "Rolling": rolling,
+    "Drive": drive,
+    "Coupler": lambda: gears(rack=False),
+    "RackAndPinion": lambda: gears(rack=True),
+}
 
 
 def main() -> None:
