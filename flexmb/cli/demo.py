@@ -18,7 +18,7 @@ import flexmb as fmb
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.run import aligned, exit_code, record
 from flexmb.cli.run_folder import LOG, Log, new_run
-from flexmb.errors import FlexmbError
+from flexmb.errors import FlexmbError, ModelError
 
 NAME = "demo"
 SUMMARY = "the flap station of a transport aircraft, from mesh to ParaView"
@@ -40,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.out)
+    _refuse_changed(folder)
     run = new_run(folder / "run", DATA / STATION, overwrite=True)
     clock = _Clock()
     for name in (STATION, MESH):
@@ -82,6 +83,19 @@ def execute(arguments: argparse.Namespace) -> int:
     print(f"Report: flexmb report {run}")
     print(f"Go on: flexmb run {folder / STATION} --set duration=2 --out {folder / 'slower'}")
     return exit_code(solution)
+
+
+def _refuse_changed(folder: Path) -> None:
+    """Raise where a file of an earlier demo was changed since: its owner wants to keep it."""
+    for name in (STATION, MESH):
+        file = folder / name
+        if file.exists() and file.read_bytes() != (DATA / name).read_bytes():
+            raise ModelError(
+                f"Demo folder '{folder}'",
+                found=f"{name} in it was changed",
+                expected="the files of the demo, or a new folder",
+                remedy=f"Run what you changed (flexmb run {folder / STATION}), or write elsewhere with --out",
+            )
 
 
 class _Clock:

@@ -160,3 +160,11 @@ def test_table_and_timings(tmp_path, capsys, monkeypatch, demo):
     assert "warm: kernels from the cache" in str(clock)
     clock.compiling = lambda: 7.0
     assert "cold: 7.0 s of it compiling" in str(clock)
+
+
+def test_a_changed_model_is_not_overwritten(tmp_path, capsys):
+    changed = tmp_path / "flap_station.toml"
+    changed.write_text("# mine\n")
+    assert main(["demo", "--out", str(tmp_path)]) != 0
+    assert "flap_station.toml in it was changed" in capsys.readouterr().err
+    assert changed.read_text() == "# mine\n"
