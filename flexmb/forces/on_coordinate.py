@@ -9,8 +9,9 @@ import numpy as np
 from flexmb.constraints import Coordinate, joint_coordinate
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.kinds import Force
+from flexmb.model.signal import Constant, Product
 
-__all__ = ["OnCoordinate", "check_number", "checked_limits"]
+__all__ = ["OnCoordinate", "check_number", "checked_limits", "joint_of_tables", "signal_and_table"]
 
 
 class OnCoordinate(Force):
@@ -81,3 +82,23 @@ def check_number(part, field: str, low: float, expected: str, remedy: str) -> No
     value = getattr(part, field)
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value < float("inf"):
         raise ModelError(part.title, found=f"{field} = {value!r}", expected=expected, remedy=remedy)
+
+
+def signal_and_table(component) -> tuple[Any, Any]:
+    """Return a component of a load as a signal of time and a table over a joint's coordinate (or None)."""
+    terms = component.terms if isinstance(component, Product) else (component,)
+    tables = [term for term in terms if getattr(term, "joint", None)]
+    rest = tuple(term for term in terms if not getattr(term, "joint", None))
+    signal = Constant(1.0) if not rest else rest[0] if len(rest) == 1 else Product(rest)
+    return signal, tables[0] if len(tables) == 1 else Product(tuple(tables)) if tables else None
+
+
+def joint_of_tables(part, components) -> str | None:
+    """Return the joint over which the components of a load have tables; ModelError if it is not one."""
+    tables = [signal_and_table(component)[1] for component in components]
+    joints = {getattr(table, "joint", None) for table in tables if table is not None}
+    if len(joints) > 1 or None in joints:
+        raise ModelError(part.title, found="tables over several joints, or a product of two such tables",
+                         expected="tables over one joint",
+                         remedy=f"Make one {type(part).__name__} for each joint")
+    return next(iter(joints), None)

@@ -10,12 +10,13 @@ import numpy as np
 from flexmb.constraints import joint_coordinate
 from flexmb.constraints.coordinates import COORDINATE, measure
 from flexmb.errors import ModelError
+from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
 from flexmb.math.jets import interpolate
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Force, Table
-from flexmb.model.signal import Constant, Product, as_signal
+from flexmb.model.signal import as_signal
 
 __all__ = ["PointLoad"]
 
@@ -92,15 +93,6 @@ def apply(raw, data, state, work):
                 K[top + 2, 10] += load[0]
 
 
-def _factors(component) -> tuple[Any, Any]:
-    """Return a component as a signal of time and a table over a joint's coordinate (or None)."""
-    terms = component.terms if isinstance(component, Product) else (component,)
-    tables = [term for term in terms if getattr(term, "joint", None)]
-    rest = tuple(term for term in terms if not getattr(term, "joint", None))
-    signal = Constant(1.0) if not rest else rest[0] if len(rest) == 1 else Product(rest)
-    return signal, tables[0] if len(tables) == 1 else Product(tuple(tables)) if tables else None
-
-
 @dataclass(frozen=True, eq=False)
 class PointLoad(Force):
     """Apply a force and a moment to a marker: given functions of time, and tables over the coordinate of a joint.
@@ -142,12 +134,7 @@ class PointLoad(Force):
                                  remedy=f"Write {field}=(0, 0, -100.0)")
             signals = tuple(as_signal(v, self.title, f"{field}[{i}]") for i, v in enumerate(value))
             object.__setattr__(self, field, signals)
-        tables = [_factors(component)[1] for component in (*self.force, *self.moment)]
-        joints = {getattr(table, "joint", None) for table in tables if table is not None}
-        if len(joints) > 1 or None in joints:
-            raise ModelError(self.title, found="tables over several joints, or a product of two such tables",
-                             expected="tables over one joint", remedy="Make one PointLoad for each joint")
-        object.__setattr__(self, "_joint", next(iter(joints), None))
+        object.__setattr__(self, "_joint", joint_of_tables(self, (*self.force, *self.moment)))
 
     def check(self, model) -> None:
         """Raise ModelError if a marker or joint does not exist."""
@@ -163,7 +150,7 @@ class PointLoad(Force):
         marker = compiler.marker(self.marker)
         axes = -1 if self.axes is None else compiler.marker(self.axes)
         pair = -1 if axes < 0 else compiler.pair(marker, axes)
-        factors = [_factors(component) for component in (*self.force, *self.moment)]
+        factors = [signal_and_table(component) for component in (*self.force, *self.moment)]
         signals = tuple(compiler.signal(signal) for signal, _ in factors)
         tables = tuple(-1 if table is None else compiler.bulk(table.numbers()) for _, table in factors)
         if self._joint is None:

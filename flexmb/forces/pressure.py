@@ -7,29 +7,62 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.constraints import joint_coordinate
+from flexmb.constraints.coordinates import COORDINATE, measure
 from flexmb.errors import ModelError, did_you_mean
-from flexmb.math.tables import row_kernel
+from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
+from flexmb.math.jets import interpolate
+from flexmb.math.tables import STIFF, row_kernel
 from flexmb.model.kinds import Force, Table
 from flexmb.model.signal import as_signal
 
 __all__ = ["Pressure"]
 
-ROW = np.dtype([("load", np.int64), ("signal", np.int64)], align=True)
+ROW = np.dtype(
+    [
+        ("load", np.int64),
+        ("signal", np.int64),
+        ("table", np.int64),  # where the table over the coordinate begins in the bulk data, or -1
+        ("shape", np.int64),  # where the load shape begins there
+        ("own", np.int64),  # the marker whose one freedom is the amount of the load shape
+        ("x", COORDINATE),  # the argument of the table
+        ("pairs", np.int64, 2),  # (own, a) and (own, b) of the coordinate
+    ],
+    align=True,
+)
 
 
 @row_kernel
 def apply(raw, data, state, work):
     """Add the amount to that of the load shape; the body turns it into forces, eq. (load-shape)."""
     rows = raw.view(ROW)
+    gradient = np.empty(12)
     for n in range(rows.shape[0]):
-        work.loads[rows[n].load] += state.signals[rows[n].signal, 0]
+        row = rows[n]
+        amount = state.signals[row.signal, 0]
+        if row.table >= 0:
+            x, _ = measure(row.x, state, work, gradient)
+            f, f1, _ = interpolate(x, data[row.table :])
+            if work.coefficients[3] > 0.0:
+                own = work.markers[row.own]
+                for j in range(own.nu):
+                    work.J[own.iJ + j] = data[row.shape + j]
+                for side in range(2):
+                    K = work.pairs[row.pairs[side]].K
+                    for j in range(6):
+                        K[0, 6 + j] -= amount * f1 * gradient[6 * side + j]
+            amount *= f
+        work.loads[row.load] += amount
 
 
 @dataclass(frozen=True, eq=False)
 class Pressure(Force):
-    """Apply a load shape of an elastic body times a function of time; it turns with the body.
+    """Apply a load shape of an elastic body times a function of time or of a joint; it turns with the body.
 
-    A load shape is named where the body is reduced: ``reduction.reduce(fe, loads={"air": "upper_skin"})``.
+    A load shape is named where the body is reduced: ``reduction.reduce(fe, loads={"air": "upper_skin"})``. Its amount
+    may be a table over the coordinate of a joint, times a signal: ``fmb.table([0, 0.3, 0.6], [2e3, 5e3, 9e3],
+    of="hinge") * fmb.step(value=1.0, rise=0.1)`` is an airload that grows with the angle of the joint "hinge".
+    Outside the table its first and last values hold.
 
     Parameters
     ----------
@@ -37,13 +70,17 @@ class Pressure(Force):
     load : str
         "body.load".
     amount : signal, Pa (or -)
-        Pressure for a load made of a surface, factor for one made of forces.
+        Pressure for a load made of a surface, factor for one made of forces: a number, a signal, a table over a
+        joint, or a product of them.
+    freedom : str, optional
+        Coordinate of the joint, where it has several: "turn", "turn_b", "slide", "slide_x" or "slide_y".
     """
 
     name: str
     _: KW_ONLY
     load: str
     amount: Any
+    freedom: str | None = None
 
     table: ClassVar[Table] = Table("Pressure", ROW, {"apply": apply})
 
@@ -53,9 +90,10 @@ class Pressure(Force):
             raise ModelError(self.title, found=f"load = {self.load!r}", expected="'body.load'",
                              remedy="Write load='flap.air'")
         object.__setattr__(self, "amount", as_signal(self.amount, self.title, "amount"))
+        object.__setattr__(self, "_joint", joint_of_tables(self, (self.amount,)))
 
     def check(self, model) -> None:
-        """Raise ModelError if the body has no such load."""
+        """Raise ModelError if the body has no such load, or a joint does not exist."""
         name, _, load = self.load.partition(".")
         body = model.body(name, self.title)
         known = tuple(getattr(getattr(body, "data", None), "load_names", ()))
@@ -63,8 +101,21 @@ class Pressure(Force):
             raise ModelError(self.title, found=f"body '{name}' has no load '{load}'",
                              expected=f"One of: {', '.join(known)}" if known else "a FloatingBody with load shapes",
                              remedy=did_you_mean(load, known) or "Name loads in reduction.reduce(..., loads={...})")
+        joint = self._joint  # type: ignore[attr-defined]
+        if joint is not None:
+            joint_coordinate(model.joint(joint, self.title), self.title, self.freedom)
 
     def record(self, compiler):
         """Return the row."""
         body, _, load = self.load.partition(".")
-        return (compiler.load(body, load), compiler.signal(self.amount))
+        signal, table = signal_and_table(self.amount)
+        row = compiler.load(body, load), compiler.signal(signal)
+        if table is None:
+            return (*row, -1, -1, -1, (0, 0, 1.0, 0, 0, 0, -1), (-1, -1))
+        joint = compiler.joint(self._joint)
+        x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
+        data = compiler.model.body(body).reduced
+        shape = compiler.bulk(data.load_shapes[data.load_names.index(load)])
+        own = compiler.load_marker(body, load)
+        return (*row, compiler.bulk(table.numbers()), shape, own, x,
+                (compiler.pair(own, x[3], STIFF), compiler.pair(own, x[4], STIFF)))

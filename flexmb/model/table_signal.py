@@ -26,7 +26,8 @@ class Table(Signal):
     y : (n,)
     of : signal or joint's name, optional
         Argument of the function; time unless given. An airload over flap angle is a table of the angle's signal, or of
-        the joint whose angle it is: such a table can be a component of a `PointLoad`.
+        the joint whose angle it is: such a table can be a component of a `PointLoad` or the amount of a
+        `Pressure`.
     kind : "cubic" or "linear"
         Cubic: the spline with two continuous derivatives and not-a-knot ends (de Boor, A Practical Guide to Splines,
         chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line.
@@ -96,7 +97,7 @@ class Table(Signal):
                 "Signal table",
                 found=f"it is a table over the coordinate of joint '{self.joint}'",
                 expected="a function of time",
-                remedy="Components of a PointLoad may depend on a joint, alone or times a signal",
+                remedy="PointLoad and Pressure may depend on a joint, alone or times a signal",
             )
         argument = Program.of((op.TIME, 0.0)) if self.of is None else self.of.program()
         return argument.then(Program.of((op.TABLE, 0.0), tables=(self.numbers(),)))

@@ -74,6 +74,17 @@ class _Compiler:
         """Return the number of a load shape of a body."""
         return self.load_index.setdefault((body, name), len(self.load_index))
 
+    def load_marker(self, body: str, name: str) -> int:
+        """Return the number of a marker with one freedom, the amount of a load shape: the first row of its Jacobian."""
+        marker, bodies = f"{body}.load: {name}", self.model.bodies
+        if marker not in self.marker_index:
+            number = next(k for k, other in enumerate(bodies) if other.name == body)
+            self.start_poses.append(self.start_poses[self.marker_body.index(number)])
+            self.marker_index[marker] = len(self.marker_index)
+            self.marker_body.append(number)
+            self.marker_span.append((0, bodies[number].n_velocities))
+        return self.marker_index[marker]
+
     def reserve_H(self, size: int) -> int:
         """Return where `size` numbers begin in the workspace array H."""
         start = self.size_H
