@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
+from flexmb.integrate.branches import branch_rates
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
-from flexmb.system.program import constraint_velocity, evaluate, project
+from flexmb.system.program import constraint_velocity, evaluate, keep_branches, project
 
 __all__ = ["Explicit"]
 
@@ -37,6 +38,8 @@ class _Run:
         self.counts = {"steps": 0, "evaluations": 0, "projections": 0}
         self.complaint = ""
         self.solver: Any = None
+        self.pace = branch_rates(system, state, work)
+        self.before = state.t, state.q[system.program.branches :].copy()
         y = np.concatenate([state.q, state.u, np.zeros(3)])
         method = getattr(scipy.integrate, settings.method)
         end = max(t_end, state.t + 1e-12)
@@ -73,6 +76,7 @@ class _Run:
             return np.full(len(y), np.nan)
         out = np.zeros(len(y))
         kinematics(system.program, 0.0, np.ascontiguousarray(y), state.u, out)
+        out[system.program.branches : system.nq] = self.pace
         out[system.nq : system.nq + system.nu] = state.a
         out[-3:] = self.work.energy[3:6]
         return out
@@ -91,6 +95,7 @@ class _Run:
         state = self.state(solver.t, solver.y)
         self.work.coefficients[3] = 0.0
         evaluate(system.program, state, self.work)
+        self._count(solver.t, state.q)
         if system.ng and self.drifted(state):
             self.counts["projections"] += 1
             project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance,
@@ -98,6 +103,14 @@ class _Run:
         solver.y = np.concatenate([state.q, state.u, solver.y[-3:]])
         if hasattr(solver, "f"):
             solver.f = self.rates(solver.t, solver.y)
+
+    def _count(self, t: float, q: np.ndarray) -> None:
+        """Keep the branches of the latest evaluation, and how fast they went on in this step, for the next one."""
+        keep_branches(self.system.program, self.work, q)
+        branches, (began, before) = q[self.system.program.branches :].copy(), self.before
+        if t > began:
+            self.pace = (branches - before) / (t - began)
+        self.before = t, branches
 
     def advance(self, t: float) -> str:
         """Integrate to `t`; return what went wrong, or an empty text."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.integrate.branches import branch_rates
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
@@ -90,7 +91,8 @@ class GeneralizedAlpha(metaclass=Described):
             hidden=np.zeros(ng), change=np.zeros(nu),
             extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3),
             powers_last=np.zeros(3), signals=state.signals.copy(),
-            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]))
+            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]),
+            pace=branch_rates(system, state, work))
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         variables.powers[:] = work.energy[3:6]

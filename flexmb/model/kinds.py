@@ -40,7 +40,8 @@ class Compiler:
 
     ``marker(name) -> int``, ``pose(marker) -> (r, R)``, ``signal(value) -> int``, ``pair(a, b) -> int``,
     ``couplings(body) -> int``,
-    ``load(body, name) -> int``, ``joint(name) -> Joint``, ``branch(name, value) -> int``, ``bulk(array) -> int``.
+    ``load(body, name) -> int``, ``joint(name) -> Joint``, ``marker_name(number) -> str``,
+    ``branch(name, value) -> int``, ``bulk(array) -> int``.
     """
 
 
@@ -280,6 +281,10 @@ class Sensor(Part):
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the names of the markers whose motion this sensor needs."""
         return ()
+
+    def followed(self, compiler) -> list[tuple[Table, tuple]]:
+        """Return the rows of what must be followed from step to step (turns of a joint), with the tables they are of."""
+        return []
 
     def values(self, series) -> np.ndarray:
         """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""
