@@ -158,14 +158,14 @@ class EquilibriumPath:
 
     def _residual(self, q, lam, t) -> np.ndarray:
         self.work.coefficients[:] = 0.0
-        evaluate(self.system.program, self.system.state(t, q, lam=lam), self.work)
+        evaluate(self.system.program, self.system.state(t, q, u=np.zeros(self.system.nu), lam=lam), self.work)
         return np.concatenate([self.work.residual, self.work.equations["g"]])
 
     def _linearised(self, q, lam, t, tangent):
         """Return the bordered matrix and the residual, with a zero for the plane."""
         h = 1e-4 * self.span
         later = self._residual(q, lam, t + h)
-        K, L, G = stiffness_at(self.system, self.system.state(t, q, lam=lam), self.work)
+        K, L, G = stiffness_at(self.system, self.system.state(t, q, u=np.zeros(self.system.nu), lam=lam), self.work)
         rest = np.concatenate([self.work.residual, self.work.equations["g"]])
         slope = (later - rest) * (self.span / h)
         nu = self.system.nu
