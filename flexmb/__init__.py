@@ -26,8 +26,8 @@ _ROOMS = {
     "Orientation Position Reaction Stress Velocity",
     "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop",
-    "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA LoadSteps NullSpace UdwadiaPhohomsiri "
-    "accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",
+    "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "
+    "UdwadiaPhohomsiri accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
     "flexmb.study": "sweep",

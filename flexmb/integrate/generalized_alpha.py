@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.integrate.branches import branch_rates
+from flexmb.system.branches import branch_rates
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
