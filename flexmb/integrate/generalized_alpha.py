@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.system.branches import branch_rates
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.model.described import Described, is_number
+from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate
 
