@@ -30,7 +30,8 @@ def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None 
     accelerations of that. A mechanism that cannot go on steadily (a crank and its coupler) is refused. The iteration is
     Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient continuation,
     Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable equilibrium through
-    large rotations, also where some freedoms have no stiffness.
+    large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a step that runs far into
+    one of them is taken back; if that leads nowhere, all steps stand.
 
     With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads that
     are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is at rest then.
@@ -75,8 +76,10 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> S
     system, start = assemble(model, t=t)
     work = system.workspace()
     q = start.q.copy() if state is None else np.array(state.q, float)
-    iteration = _Descent(system, start, work, t, q, at_rest=on_path)
-    found = any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations))
+    for wary in (True, False) if any(force.strikes for force in model.forces) else (False,):
+        iteration = _Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
+        if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
+            break
     status = Status.finished(t) if found else Status.failed(
         f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
         f"{iteration.most_unbalanced()}{'' if on_path else _limit_below(model, t)}",
@@ -107,17 +110,21 @@ def _limit_below(model, t: float) -> str:
     return ""
 
 
+_PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
+
+
 class _Descent:
     """Newton's method with an artificial inertia M / step^2 that fades with the unbalanced forces."""
 
-    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool):
-        self.at_rest = at_rest
+    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool):
+        self.at_rest, self.wary = at_rest, wary
         self.system, self.work, self.t, self.q = system, work, t, q
         self.size = model_size(system)
         self.extent, _ = extents(system, start, work, self.size, 1e-4 * self.size)
         self.lam = np.zeros(system.ng)
         self.path: list[tuple[np.ndarray, ...]] = []
         self.step, self.unbalanced, self.largest = 0.0, np.inf, 0.0
+        self.before: dict[str, Any] = {}
 
     def balanced(self, tolerance: float) -> bool:
         """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
@@ -128,6 +135,10 @@ class _Descent:
         keep_branches(self.system.program, self.work, self.q)
         self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
         before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
+        if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
+            self.__dict__.update(self.before)
+            self.step *= 0.1
+            return False
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
         self.largest = max(self.largest, self._greatest(reactions / self.extent), self._inertia(now.u),
                            self.unbalanced if not self.path else 0.0)
@@ -150,6 +161,7 @@ class _Descent:
 
     def advance(self) -> bool:
         """Move by one iteration, at most three tenths of the model's size; never done by itself."""
+        self.before = {name: getattr(self, name) for name in _PLACE}
         # the velocities of a steady motion turn with the bodies
         tangent, motion = self.tangent, self.motion
         block = tangent.M / self.step**2 + tangent.K + tangent.D @ motion.turning + tangent.M @ motion.centripetal

@@ -236,6 +236,8 @@ class Force(Part):
     family: ClassVar[str] = "Force"
     reads_reactions: ClassVar[bool] = False
     """Does it depend on the multipliers of joints (friction)?"""
+    strikes: ClassVar[bool] = False
+    """Does it begin at a place and stiffen from there (contacts, stops)?"""
     table: ClassVar[Table]
 
     def require_marker_pair(self) -> None:

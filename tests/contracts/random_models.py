@@ -167,6 +167,8 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return (joints.PointOnCurve("j", markers=markers, curve=curve),)
     if kind == "Rolling":
         return (joints.Rolling("j", markers=markers, radius=0.4),)
+    if kind == "GearPair":
+        return (joints.GearPair("j", markers=markers, radii=(0.7, 0.2), inside=True),)
     if kind in ("Coupler", "RackAndPinion"):
         fields = {"ratio": 0.4, "freedoms": ("slide", "turn")} if kind == "Coupler" else {"radius": 0.2}
         return joints.Cylindrical("j", markers=markers), joints.KINDS[kind]("c", joints=("j", "j"), **fields)

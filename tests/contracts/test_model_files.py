@@ -74,6 +74,7 @@ MORE = {
     "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
     "Rod": {"length": 0.3},
     "RackAndPinion": {"joints": ("A", "slide")},
+    "GearPair": {"radii": (0.9, 0.05), "inside": True},
     "Bushing": {"stiffness": (1e3, 1e3, 2e3, 10.0, 10.0, 20.0), "damping": (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)},
     "BiStop": {"travel": (-0.028, 0.012), "joint": None, "depth": 1e-3},
     "OneSidedSpring": {"markers": None, "joint": "A", "backlash": 1e-4, "pulls": True},
