@@ -41,7 +41,8 @@ MORE = {
     "AncfBeam": {
         "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
         "elements": 4,
-        "section": fem.Section.solid_circle(0.01),
+        "section": (fem.Section.tube(0.02, 0.002), fem.Section.tube(0.01, 0.001)),
+        "lumped_masses": ((0.4, 2.0),),
         "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
         "orientation": (0, 0, 1),
         "rotary_inertia": (0.1, 0.2),
