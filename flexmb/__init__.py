@@ -20,8 +20,8 @@ _ROOMS = {
     "flexmb.bodies": "AncfBeam AncfCable Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
     "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve Prismatic "
     "RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
-    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction Motor OneSidedSpring PointLoad Pressure SpringDamper "
-    "TorsionSpring UserForce",
+    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineLoad Motor OneSidedSpring PointLoad Pressure "
+    "SpringDamper TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
     "Orientation Position Reaction Stress Velocity",
     "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",

@@ -65,6 +65,8 @@ class AncfBeam(AncfLine):
         Rigid motion at the start, of the origin of the body's axes.
     lumped_masses : pairs (fraction, kg)
         Masses without size, fixed to the line.
+    stretches : mapping of name to (from, to)
+        Parts of the line, as fractions of its length, on which a `LineLoad` acts.
     markers : mapping of name to fraction or (fraction, rotation)
         Places on the line, 0 to 1 of its length, with the axes of the section: x across it, along the undeformed line.
         `rotation` turns them further. ``start`` and ``end`` always exist.

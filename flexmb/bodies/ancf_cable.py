@@ -68,6 +68,8 @@ class AncfCable(AncfLine):
         Rigid motion at the start, of the origin of the body's axes.
     lumped_masses : pairs (fraction, kg)
         Masses without size, fixed to the line.
+    stretches : mapping of name to (from, to)
+        Parts of the line, as fractions of its length, on which a `LineLoad` acts.
     markers : mapping of name to fraction or (fraction, rotation)
         Places on the line, 0 to 1 of its length. The axes of a marker as drawn: x along the line, the others the
         body's, turned with x by the smallest rotation; `rotation` turns them further, and then z should be the axis of

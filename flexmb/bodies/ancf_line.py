@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.bodies.ancf_curve import Curve, curve_through
 from flexmb.bodies.frame_state import check_frame
 from flexmb.bodies.line_sections import checked_masses, checked_sections, section_constants
+from flexmb.bodies.line_stretches import Stretch, checked_stretches, places_of
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
@@ -37,6 +38,7 @@ class AncfLine(Body):
     velocity: Any = (0.0, 0.0, 0.0)
     angular_velocity: Any = (0.0, 0.0, 0.0)
     lumped_masses: Any = ()
+    stretches: Mapping[str, Any] = field(default_factory=dict)
     markers: Mapping[str, Any] = field(default_factory=dict)
 
     has_frame: ClassVar[bool] = False
@@ -65,8 +67,10 @@ class AncfLine(Body):
         object.__setattr__(self, "_curve", Curve(np.array(self.at) + curve.r @ R.T, curve.t @ R.T, curve.length))
         object.__setattr__(self, "points", np.asarray(self.points, float))
         object.__setattr__(self, "markers", dict(self.markers or {}))
-        object.__setattr__(self, "_places", {name: self._place(name, value) for name, value in {
-            "start": 0.0, "end": 1.0, **self.markers}.items()})
+        stretches = checked_stretches(self.stretches, self.elements, curve.length, self.title)
+        object.__setattr__(self, "_stretches", stretches)
+        own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
+        object.__setattr__(self, "_places", own | places_of(stretches))
 
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1
@@ -97,6 +101,11 @@ class AncfLine(Body):
     def element_length(self) -> float:
         """Length of an element as drawn, m."""
         return self.curve.length / self.elements
+
+    @property
+    def loaded_stretches(self) -> dict[str, Stretch]:
+        """The stretches for distributed loads, by name."""
+        return self._stretches  # type: ignore[attr-defined]
 
     @property
     def sections(self) -> tuple[Any, ...]:

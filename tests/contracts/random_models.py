@@ -78,7 +78,7 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
-FORCES = [name for name in forces.KINDS if name != "Pressure"]  # that one acts on a load shape, not on markers
+FORCES = [name for name in forces.KINDS if name not in ("Pressure", "LineLoad")]  # those act on no pair of markers
 
 
 @cache

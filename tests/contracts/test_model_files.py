@@ -37,6 +37,7 @@ MORE = {
         "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
         "rotation": (0.1, 0.2, 0.3),
         "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
+        "stretches": {"wind": (0.1, 0.6)},
     },
     "AncfBeam": {
         "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
@@ -83,6 +84,7 @@ MORE = {
     "Contact": {"radius": 0.1, "friction": 0.2},
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
+    "LineLoad": {"stretch": "rope.wind", "force": (0, 0, fmb.ramp(rate=2.0)), "section_axes": True},
     "Pressure": {"amount": fmb.ramp(rate=1e3)},
     "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
     "Actuator": {"effort": fmb.ramp(rate=2.0), "limits": (-1.0, 3.0)},
@@ -113,6 +115,7 @@ def stage(data):
             fmb.RigidBody("b", mass=1, inertia=(1, 1, 1), markers={"A": (0, 0, 0)}),
             fmb.RigidBody("c", mass=1, inertia=(1, 1, 1)),
             fmb.FloatingBody("flexible", data=data),
+            fmb.AncfCable("rope", **MORE["AncfCable"]),
         ],
         joints=[
             fmb.Revolute("A", markers=("ground.A", "b.A")),
