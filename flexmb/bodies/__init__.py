@@ -2,13 +2,14 @@
 
 from flexmb.bodies.ancf_beam import AncfBeam
 from flexmb.bodies.ancf_cable import AncfCable
+from flexmb.bodies.ancf_plate import AncfPlate
 from flexmb.bodies.floating import FloatingBody
 from flexmb.bodies.ground import Ground
 from flexmb.bodies.point_mass import PointMass
 from flexmb.bodies.rigid import RigidBody
 from flexmb.bodies.shape import VALUES, Box, Extrusion, Tube
 
-KINDS = {kind.__name__: kind for kind in (Ground, RigidBody, PointMass, FloatingBody, AncfCable, AncfBeam)}
+KINDS = {kind.__name__: kind for kind in (Ground, RigidBody, PointMass, FloatingBody, AncfCable, AncfBeam, AncfPlate)}
 """All bodies by name: read by the model files, the contract tests and the reference pages."""
 
 __all__ = ["KINDS", "VALUES", *KINDS, "Box", "Extrusion", "Tube"]

@@ -10,14 +10,12 @@ import numpy as np
 
 from flexmb.bodies.ancf_curve import Curve, curve_through
 from flexmb.bodies.frame_state import check_frame
-from flexmb.bodies.line_sections import checked_masses, checked_sections, section_constants
-from flexmb.bodies.line_stretches import Stretch, checked_stretches, places_of
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.pose import Pose
 
-__all__ = ["AncfLine", "between_middles"]
+__all__ = ["AncfLine", "between_middles", "element_momentum"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +35,6 @@ class AncfLine(Body):
     straight: bool = False
     velocity: Any = (0.0, 0.0, 0.0)
     angular_velocity: Any = (0.0, 0.0, 0.0)
-    lumped_masses: Any = ()
-    stretches: Mapping[str, Any] = field(default_factory=dict)
     markers: Mapping[str, Any] = field(default_factory=dict)
 
     has_frame: ClassVar[bool] = False
@@ -51,8 +47,11 @@ class AncfLine(Body):
 
     def __post_init__(self):
         super().__post_init__()
-        object.__setattr__(self, "_sections", checked_sections(self.section, self.needs, self.title))
-        object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
+        missing = [name for name in self.needs if not getattr(self.section, name, 0.0) > 0.0]
+        if missing:
+            raise ModelError(self.title, found=f"section = {self.section!r} without {', '.join(missing)}",
+                             expected="a section with area (m2) and moments of inertia (m4) > 0",
+                             remedy="Write section=fem.Section.solid_circle(0.01)")
         if not isinstance(self.material, Material):
             raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
                              remedy="Write material=fmb.MATERIALS['steel']")
@@ -67,10 +66,8 @@ class AncfLine(Body):
         object.__setattr__(self, "_curve", Curve(np.array(self.at) + curve.r @ R.T, curve.t @ R.T, curve.length))
         object.__setattr__(self, "points", np.asarray(self.points, float))
         object.__setattr__(self, "markers", dict(self.markers or {}))
-        stretches = checked_stretches(self.stretches, self.elements, curve.length, self.title)
-        object.__setattr__(self, "_stretches", stretches)
-        own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
-        object.__setattr__(self, "_places", own | places_of(stretches))
+        object.__setattr__(self, "_places", {name: self._place(name, value) for name, value in {
+            "start": 0.0, "end": 1.0, **self.markers}.items()})
 
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1
@@ -103,31 +100,9 @@ class AncfLine(Body):
         return self.curve.length / self.elements
 
     @property
-    def loaded_stretches(self) -> dict[str, Stretch]:
-        """The stretches for distributed loads, by name."""
-        return self._stretches  # type: ignore[attr-defined]
-
-    @property
-    def sections(self) -> tuple[Any, ...]:
-        """Sections at equal distances along the line; one is the same everywhere."""
-        return self._sections  # type: ignore[attr-defined]
-
-    def constants(self, fractions, *names: str) -> np.ndarray:
-        """Return constants of the section by name at fractions (n,) of the length: (len(names), n)."""
-        return section_constants(self.sections, fractions, names)
-
-    def masses_of(self, e: int) -> list[tuple[float, float]]:
-        """Return place in the element, 0 to 1, and mass, kg, of the lumped masses on element e."""
-        found = [(*self.element_at(fraction), mass) for fraction, mass in self.lumped_masses]
-        return [(x, mass) for element, x, mass in found if element == e]
-
-    @property
     def mass(self) -> float:
-        """Mass, kg, lumped masses included."""
-        q, u = self.initial_state()
-        u = np.zeros_like(u).reshape(-1, self.node_size)
-        u[:, 0] = 1.0
-        return float(self.momentum(q[None], u.reshape(1, -1))[0, 0])
+        """Mass, kg."""
+        return float(self.material.density * self.section.area * self.curve.length)
 
     @property
     def n_vector(self) -> int:
@@ -190,12 +165,19 @@ class AncfLine(Body):
 
         Positions and gradients are vectors q_s with x = sum of N_s q_s: P = sum m_s u_s, L = sum M_st q_s x u_t.
         """
-        mass, moments = self.element_mass()
-        width = self.node_size // 3
-        of_element = (width * self.element_nodes()[:, :, None] + np.arange(width)).reshape(self.elements, -1)
-        x, v = (np.asarray(z, float).reshape(len(z), -1, 3)[:, of_element] for z in (q, u))
-        P = np.einsum("es,nesi->ni", moments, v)
-        return np.hstack([P, np.cross(x, np.einsum("est,neti->nesi", mass, v)).sum(axis=(1, 2))])
+        return element_momentum(self.element_nodes(), *self.element_mass(), q, u)
+
+
+def element_momentum(nodes, mass, moments, q, u) -> np.ndarray:
+    """Return linear and angular momentum (nt, 6) of elements with `nodes` (ne, k) for q, u (nt, nq).
+
+    Every node has the same number of vectors; masses (ne, nv, nv) and moments (ne, nv) are those of an element.
+    """
+    width = moments.shape[1] // nodes.shape[1]
+    of_element = (width * nodes[:, :, None] + np.arange(width)).reshape(len(nodes), -1)
+    x, v = (np.asarray(z, float).reshape(len(z), -1, 3)[:, of_element] for z in (q, u))
+    P = np.einsum("es,nesi->ni", moments, v)
+    return np.hstack([P, np.cross(x, np.einsum("est,neti->nesi", mass, v)).sum(axis=(1, 2))])
 
 
 def between_middles(values: np.ndarray, fractions) -> np.ndarray:

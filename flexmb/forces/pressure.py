@@ -64,6 +64,9 @@ class Pressure(Force):
     of="hinge") * fmb.step(value=1.0, rise=0.1)`` is an airload that grows with the angle of the joint "hinge".
     Outside the table its first and last values hold.
 
+    An `AncfPlate` has "pressure" along its normal, and the dead loads "load_x", "load_y", "load_z" per area as drawn, in
+    W; they depend on time only.
+
     Parameters
     ----------
     name : str
@@ -96,12 +99,17 @@ class Pressure(Force):
         """Raise ModelError if the body has no such load, or a joint does not exist."""
         name, _, load = self.load.partition(".")
         body = model.body(name, self.title)
-        known = tuple(getattr(getattr(body, "data", None), "load_names", ()))
+        known = tuple(getattr(getattr(body, "data", body), "load_names", ()))
         if load not in known:
             raise ModelError(self.title, found=f"body '{name}' has no load '{load}'",
-                             expected=f"One of: {', '.join(known)}" if known else "a FloatingBody with load shapes",
+                             expected=f"One of: {', '.join(known)}" if known
+                             else "a FloatingBody with load shapes, or an AncfPlate",
                              remedy=did_you_mean(load, known) or "Name loads in reduction.reduce(..., loads={...})")
         joint = self._joint  # type: ignore[attr-defined]
+        if joint is not None and not hasattr(body, "data"):
+            raise ModelError(self.title, found=f"an amount over joint '{joint}' on body '{name}' "
+                             f"({type(body).__name__})", expected="a signal of time: its load moves with the surface",
+                             remedy="Give a number, fmb.ramp(...) or fmb.table(..., of=fmb.ramp(...))")
         if joint is not None:
             joint_coordinate(model.joint(joint, self.title), self.title, self.freedom)
 

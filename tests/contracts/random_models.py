@@ -21,6 +21,7 @@ PAIRS = (
     "rigid-point",
     "rigid-cable",
     "rigid-beam",
+    "rigid-plate",
 )
 """Which bodies carry marker a and marker b."""
 
@@ -36,6 +37,7 @@ MARKER = {
     "point": "{}.center",
     "cable": "{}.m",
     "beam": "{}.m",
+    "plate": "{}.m",
 }
 FORCE_FIELDS = {
     "SpringDamper": {
@@ -78,7 +80,7 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
-FORCES = [name for name in forces.KINDS if name not in ("Pressure", "LineLoad")]  # those act on no pair of markers
+FORCES = [name for name in forces.KINDS if name != "Pressure"]  # that one acts on a load shape, not on markers
 
 
 @cache
@@ -112,6 +114,8 @@ def body(kind: str, name: str, rng, spread: float = 0.3):
         return fmb.FloatingBody(name, data=beam(), damping=0.02, **moving, **turning), marker
     if kind in ("cable", "beam"):
         return line(kind, name, rng, **moving, **turning), marker
+    if kind == "plate":
+        return plate(name, rng, **moving, **turning), marker
     A = rng.normal(size=(3, 3))
     J = A @ A.T + np.eye(3)
     inertia = 0.1 * (np.trace(J) * np.eye(3) - J)
@@ -145,6 +149,21 @@ def line(kind: str, name: str, rng, **fields) -> fmb.AncfCable | fmb.AncfBeam:
     )
 
 
+def plate(name: str, rng, **fields) -> fmb.AncfPlate:
+    """Return a soft, bent, damped thin plate of two elements with a turned marker inside the second."""
+    points = [[(x, y, 0.2 * x * x + 0.1 * x * y) for y in (0.0, 0.8)] for x in (0.0, 1.0, 2.0)]
+    return fmb.AncfPlate(
+        name,
+        points=points,
+        thickness=0.2,
+        material=fmb.Material(young=2e3, poisson=0.3, density=80.0),
+        initial_strain=0.02,
+        damping=0.01,
+        markers={"m": ((0.7, 0.4), rng.normal(size=3))},
+        **fields,
+    )
+
+
 def pair(kinds: str, rng):
     """Return two bodies (and the ground) and the names of their markers."""
     a, b = kinds.split("-")
@@ -167,8 +186,6 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return (joints.PointOnCurve("j", markers=markers, curve=curve),)
     if kind == "Rolling":
         return (joints.Rolling("j", markers=markers, radius=0.4),)
-    if kind == "GearPair":
-        return (joints.GearPair("j", markers=markers, radii=(0.7, 0.2), inside=True),)
     if kind in ("Coupler", "RackAndPinion"):
         fields = {"ratio": 0.4, "freedoms": ("slide", "turn")} if kind == "Coupler" else {"radius": 0.2}
         return joints.Cylindrical("j", markers=markers), joints.KINDS[kind]("c", joints=("j", "j"), **fields)
@@ -220,6 +237,7 @@ def single(kind: str, rng) -> fmb.Model:
         bodies.FloatingBody: "floating",
         bodies.AncfCable: "cable",
         bodies.AncfBeam: "beam",
+        bodies.AncfPlate: "plate",
     }[bodies.KINDS[kind]]
     return fmb.Model(bodies=(fmb.Ground(), body(name, "b", rng)[0]), gravity=tuple(rng.normal(size=3) * 9.0))
 

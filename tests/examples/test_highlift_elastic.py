@@ -4,9 +4,11 @@ Tracks 2-5 yield by several millimetres under their rails and pendulums, track 1
 failure already. So the ratios to the force before are smaller than those of the rigid model (docs/howto/high-lift.md).
 """
 
+import shutil
+
 import numpy as np
 import pytest
-from highlift_runs import DATA, elastic_folder, run
+from highlift_runs import DATA, FOLDER, bodies, run
 
 import flexmb as fmb
 
@@ -16,7 +18,11 @@ STOP = DATA["trailing_edge"]["interconnection_strut"]["free_travel"][0]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """The model files with the reduced bodies beside them."""
-    return elastic_folder(tmp_path_factory.mktemp("highlift"))
+    path = tmp_path_factory.mktemp("highlift")
+    for file in FOLDER.glob("*.toml"):
+        shutil.copy(file, path)
+    bodies().main(path)
+    return path
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,322 @@
+"""`AncfPlate`: a plate or shell with large deformation in absolute nodal coordinates, thin or shear-deformable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.bodies import ancf_plate_kernels as kernels
+from flexmb.bodies.ancf_line import element_momentum
+from flexmb.bodies.ancf_plate_data import shell_elements, thin_elements
+from flexmb.bodies.ancf_plate_places import Place, functional, place_of, row_starts
+from flexmb.bodies.ancf_surface import Surface, surface_through
+from flexmb.bodies.frame_state import check_frame
+from flexmb.errors import ModelError
+from flexmb.model.kinds import Body, Table
+from flexmb.model.material import Material
+from flexmb.model.pose import Pose
+
+__all__ = ["AncfPlate"]
+
+LOADS = ("pressure", "load_x", "load_y", "load_z")
+CORNER_MARKERS = {"corner_00": (0.0, 0.0), "corner_10": (1.0, 0.0), "corner_11": (1.0, 1.0), "corner_01": (0.0, 1.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class AncfPlate(Body):
+    """A plate or shell that stretches and bends through large rotations, with constant mass matrix.
+
+    Thin (Kirchhoff): nodes with position and two gradients, no shear across the thickness. With ``shear=True``: nodes
+    with position and a director, transverse shear (Reissner-Mindlin) taken from the middles of the edges, so that thin
+    plates do not lock.
+
+    Parameters
+    ----------
+    name : str
+    points : (p, q, 3), m, in the body's axes
+        A grid of points on the stress-free middle surface, at least 2 x 2. Along the first index runs the fraction s,
+        along the second t; the normal is that of s x t. Straight between two points, a cubic spline through more.
+    thickness : float or grid (a, b), m
+        One number, or values at equal steps of s and t, bilinear between.
+    material : Material
+    elements : (2,) int, optional
+        Along s and t; by default a node at every point.
+    shear : bool
+        Shear-deformable instead of thin.
+    shear_factor : float, -
+        Share of the thickness that carries the transverse shear; for shear-deformable plates.
+    at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
+        Where the body's axes are at the start, in W.
+    initial_strain : float, -
+        Strain in all directions of the surface that the plate has as drawn; positive: it is under tension.
+    flat : bool
+        The plate is bent into its shape: without load it has no curvature.
+    damping : float, s
+        Stress resultants per rate of strain, as a multiple of the stiffness.
+    velocity, angular_velocity : (3,), m/s and rad/s, in W
+        Rigid motion at the start, of the origin of the body's axes.
+    markers : mapping of name to (s, t) or ((s, t), rotation)
+        Places on the surface by two fractions of the grid. Axes: x along s, z normal; `rotation` turns them further.
+        With "mean" for one fraction, ``(1.0, "mean")``, the marker is the mean of a line: a force on it is spread evenly
+        along that line. ``corner_00``, ``corner_10``, ``corner_11``, ``corner_01`` always exist.
+
+    Notes
+    -----
+    `Pressure` takes the loads "body.pressure" (along the normal, it turns with the surface) and "body.load_x", "load_y",
+    "load_z" (force per area as drawn, along the axes of W).
+
+    Source: Dufva & Shabana 2005, Dmitrochenko & Pogorelov 2003 (thin); Yamashita, Valkeapaeae, Jayakumar & Sugiyama 2015
+    with the shear of Dvorkin & Bathe 1984 (shear-deformable).
+
+    Examples
+    --------
+    >>> from flexmb import MATERIALS
+    >>> plate = AncfPlate.rectangle("wing", edges=(2.0, 0.5), elements=(8, 2), thickness=0.01,
+    ...                             material=MATERIALS["steel"])
+    >>> plate.n_vector, round(plate.mass, 3)
+    (243, 78.5)
+    """
+
+    name: str
+    _: KW_ONLY
+    points: Any
+    thickness: Any
+    material: Material
+    elements: Any = None
+    shear: bool = False
+    shear_factor: float = 5.0 / 6.0
+    at: Any = (0.0, 0.0, 0.0)
+    rotation: Any = None
+    initial_strain: float = 0.0
+    flat: bool = False
+    damping: float = 0.0
+    velocity: Any = (0.0, 0.0, 0.0)
+    angular_velocity: Any = (0.0, 0.0, 0.0)
+    markers: Mapping[str, Any] = field(default_factory=dict)
+
+    table: ClassVar[Table] = Table("AncfPlate", kernels.ROW, {
+        "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
+    has_frame: ClassVar[bool] = False
+    load_names: ClassVar[tuple[str, ...]] = LOADS
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.require_positive("damping", zero=True)
+        self.require_positive("shear_factor")
+        if not isinstance(self.material, Material):
+            raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
+                             remedy="Write material=fmb.MATERIALS['steel']")
+        check_frame(self)
+        if not -1.0 < self.initial_strain < 1.0:
+            raise ModelError(self.title, found=f"initial_strain = {self.initial_strain!r}",
+                             expected="a number between -1 and 1", remedy="Write initial_strain=1e-3 for 0.1 % stretch")
+        points = self._checked_points()
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "elements", self._checked_elements(points))
+        object.__setattr__(self, "_thickness", self._checked_thickness())
+        object.__setattr__(self, "_surface", surface_through(
+            np.array(self.at) + points @ np.asarray(self.rotation).T, self.elements, self.title))
+        object.__setattr__(self, "markers", dict(self.markers or {}))
+        object.__setattr__(self, "_places", {
+            name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()})
+        nodal = self._nodal_vectors()
+        make = shell_elements if self.shear else thin_elements
+        object.__setattr__(self, "_data", make(self.surface, nodal, self))
+        object.__setattr__(self, "_drawn", {name: functional(self, place) for name, place in self.places.items()})
+        object.__setattr__(self, "_pairs", self._coupled())
+
+    def _checked_points(self) -> np.ndarray:
+        try:
+            points = np.asarray(self.points, float)
+        except (TypeError, ValueError):
+            points = np.empty(0)
+        if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) < 2 or not np.all(np.isfinite(points)):
+            raise ModelError(self.title, found=f"points of shape {np.shape(points)}",
+                             expected="a grid (p, q, 3) of finite numbers, m, at least 2 x 2",
+                             remedy="Write points=[[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0)]]")
+        return points
+
+    def _checked_elements(self, points) -> tuple[int, int]:
+        given = (points.shape[0] - 1, points.shape[1] - 1) if self.elements is None else self.elements
+        if (not isinstance(given, tuple | list) or len(given) != 2
+                or not all(isinstance(n, int | np.integer) and n >= 1 for n in given)):
+            raise ModelError(self.title, found=f"elements = {self.elements!r}",
+                             expected="two whole numbers >= 1, along s and t", remedy="Write elements=(16, 4)")
+        return int(given[0]), int(given[1])
+
+    def _checked_thickness(self) -> np.ndarray:
+        try:
+            h = np.asarray(self.thickness, float)
+        except (TypeError, ValueError):
+            h = np.full(1, np.nan)
+        if h.ndim not in (0, 2) or not np.all(np.isfinite(h)) or h.min() <= 0.0:
+            raise ModelError(self.title, found=f"thickness = {self.thickness!r}",
+                             expected="a number > 0, m, or a grid (a, b) of them",
+                             remedy="Write thickness=0.002, or [[0.002, 0.002], [0.001, 0.001]] for a taper along s")
+        return np.pad(np.atleast_2d(h), [(0, int(n == 1)) for n in np.atleast_2d(h).shape], mode="edge")
+
+    @classmethod
+    def rectangle(cls, name: str, *, edges, thickness, material, corner=(0.0, 0.0, 0.0), **fields) -> AncfPlate:
+        """Return a flat rectangle in the x-y plane of the body's axes, with edges (2,), m, along x and y from a corner."""
+        (a, b), at = edges, np.asarray(corner, float)
+        points = at + np.array([[(0.0, 0.0, 0.0), (0.0, b, 0.0)], [(a, 0.0, 0.0), (a, b, 0.0)]])
+        return cls(name, points=points, thickness=thickness, material=material, **fields)
+
+    @classmethod
+    def cylinder(cls, name: str, *, radius: float, angle: float, length: float, elements, thickness, material,
+                 **fields) -> AncfPlate:
+        """Return a part of a cylinder about the body's z-axis: s runs by `angle`, rad, from the x-axis, t along z."""
+        turn = np.linspace(0.0, angle, elements[0] + 1)
+        ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)], axis=1)
+        points = ring[:, None] + np.linspace(0.0, length, elements[1] + 1)[:, None] * np.array([0.0, 0.0, 1.0])
+        return cls(name, points=points, thickness=thickness, material=material, **fields)
+
+    @property
+    def surface(self) -> Surface:
+        """Nodes and elements as drawn, in W."""
+        return self._surface  # type: ignore[attr-defined]
+
+    @property
+    def places(self) -> dict[str, Place]:
+        """Fractions and given rotation of every marker."""
+        return self._places  # type: ignore[attr-defined]
+
+    @property
+    def vectors(self) -> int:
+        """Vectors per node: r, r_s, r_t of a thin plate; r, d of a shear-deformable one."""
+        return 2 if self.shear else 3
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return float(self.element_mass()[1][:, :: self.vectors].sum())
+
+    @property
+    def n_vector(self) -> int:
+        """Coordinates of all nodes."""
+        return 3 * self.vectors * len(self.surface.r)
+
+    @property
+    def block_size(self) -> int:
+        """A node is a block of the iteration matrix."""
+        return 3 * self.vectors
+
+    def thickness_in(self, x: float, y: float) -> np.ndarray:
+        """Return the thickness (ne,), m, at x, y in -1..1 of all elements."""
+        from scipy.interpolate import RegularGridInterpolator
+
+        h = self._thickness  # type: ignore[attr-defined]
+        grid = RegularGridInterpolator(tuple(np.linspace(0.0, 1.0, n) for n in h.shape), h)
+        s, t = ((np.arange(n) + 0.5 + 0.5 * z) / n for n, z in zip(self.elements, (x, y), strict=True))
+        return grid(np.stack(np.meshgrid(s, t, indexing="ij"), axis=-1)).ravel()
+
+    def _nodal_vectors(self) -> np.ndarray:
+        s = self.surface
+        others = s.normals[:, None] if self.shear else s.tangents
+        return np.concatenate([s.r[:, None], others], axis=1)
+
+    def _coupled(self) -> dict[tuple[int, int], int]:
+        """Return the number of every pair of nodes that share an element, or a mean."""
+        pairs: dict[tuple[int, int], int] = {}
+        groups = [*self.surface.cells, *(nodes for nodes, _ in self._drawn.values())]  # type: ignore[attr-defined]
+        for nodes in groups:
+            for a in nodes:
+                for b in nodes:
+                    if a < b:
+                        pairs.setdefault((int(a), int(b)), len(pairs))
+        return pairs
+
+    def couplings(self) -> np.ndarray:
+        """Return the pairs of nodes in every element."""
+        return np.array(list(self._pairs), int)  # type: ignore[attr-defined]
+
+    def marker_blocks(self) -> dict[str, tuple[int, int]]:
+        """Return the first node and the number of nodes between which those lie that move each marker."""
+        return {name: (int(min(nodes)), int(max(nodes) - min(nodes) + 1))
+                for name, (nodes, _) in self._drawn.items()}  # type: ignore[attr-defined]
+
+    def element_at(self, s: float, t: float) -> tuple[int, float, float]:
+        """Return the element and the place in it, x and y in -1..1, of two fractions."""
+        at = []
+        for fraction, n in zip((s, t), self.elements, strict=True):
+            z = fraction * n
+            z = round(z) if abs(z - round(z)) < 1e-9 * max(1.0, z) else z
+            k = min(int(z), n - 1)
+            at.append((k, 2.0 * (z - k) - 1.0))
+        return at[0][0] * self.elements[1] + at[1][0], at[0][1], at[1][1]
+
+    def edge(self, name: str, edge: str) -> dict[str, tuple[float, float]]:
+        """Return markers ``name_0``, ``name_1``, ... at the nodes of an edge: "s0", "s1", "t0" or "t1".
+
+        Use them as ``plate.replaced(markers={**plate.markers, **plate.edge("root", "s0")})``.
+        """
+        if edge not in ("s0", "s1", "t0", "t1"):
+            raise ModelError(self.title, found=f"edge {edge!r}", expected="One of: s0, s1, t0, t1",
+                             remedy="s0 is the edge where the fraction s is 0")
+        end, n = float(edge[1]), self.elements[1 if edge[0] == "s" else 0]
+        return {f"{name}_{k}": (end, k / n) if edge[0] == "s" else (k / n, end) for k in range(n + 1)}
+
+    def initial_state(self):
+        """Return the vectors of the nodes, and their rates in the rigid motion."""
+        nodal, w = self._nodal_vectors(), np.array(self.angular_velocity)
+        rates = np.cross(w, nodal)
+        rates[:, 0] = np.array(self.velocity) + np.cross(w, nodal[:, 0] - np.array(self.at))
+        return nodal.ravel(), rates.ravel()
+
+    def marker_poses(self) -> dict[str, Pose]:
+        """Return the markers as drawn: positions from the first node, axes in W."""
+        vectors, origin = self._nodal_vectors(), self.surface.r[0]
+        poses = {}
+        for name, (nodes, weights) in self._drawn.items():  # type: ignore[attr-defined]
+            r, a, b = np.einsum("kvf,kvi->fi", weights, vectors[nodes])
+            axes = marker_axes(a, b, self.shear)
+            turned = self.places[name].rotation
+            poses[name] = Pose(tuple(r - origin), axes if turned is None else axes @ turned)
+        return poses
+
+    def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return masses of the elements' vectors (ne, nv, nv) and their moments (ne, nv), kg (m, m2)."""
+        heads, V = self._data[0], 4 * self.vectors  # type: ignore[attr-defined]
+        return heads[:, : V * V].reshape(-1, V, V), heads[:, V * V : V * V + V]
+
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return linear and angular momentum about the origin of W, (nt, 6), for q, u (nt, nq)."""
+        return element_momentum(self.surface.cells, *self.element_mass(), q, u)
+
+    def record(self, compiler, place):
+        """Return the row: elements and markers as bulk data."""
+        heads, points = self._data  # type: ignore[attr-defined]
+        pairs, size = self._pairs, self.block_size  # type: ignore[attr-defined]
+        rows = np.array([row_starts(nodes, pairs, size) for nodes in self.surface.cells])
+        elements = np.hstack([self.surface.cells, rows, heads, points])
+        vectors, parts = self._nodal_vectors(), []
+        for name, pose in self.marker_poses().items():
+            nodes, weights = self._drawn[name]  # type: ignore[attr-defined]
+            _, a, b = np.einsum("kvf,kvi->fi", weights, vectors[nodes])
+            fixed = director_rows(a, b) @ pose.matrix
+            each = [np.concatenate([[node - min(nodes)], w.ravel()]) for node, w in zip(nodes, weights, strict=True)]
+            parts.append(np.concatenate([[min(nodes), len(nodes)], fixed.ravel(), *each,
+                                         row_starts(nodes, pairs, size)]))
+        begins = len(parts) + np.concatenate([[0], np.cumsum([len(p) for p in parts])])[:-1]
+        first_load, *_ = (compiler.load(self.name, load) for load in LOADS)
+        return (self.vectors, len(elements), elements.shape[1], place.bulk(elements),
+                place.bulk(np.concatenate([begins, *parts])), compiler.couplings(self.name), first_load,
+                self.material.poisson, self.damping, compiler.gravity)
+
+
+def director_rows(a, b) -> np.ndarray:
+    """Return the frame of two directions as the kernels make it, by rows: along b x a, across, along a."""
+    e3, e1 = a / np.linalg.norm(a), np.cross(b, a)
+    e1 = e1 / np.linalg.norm(e1)
+    return np.array([e1, np.cross(e3, e1), e3])
+
+
+def marker_axes(a, b, shear: bool) -> np.ndarray:
+    """Return marker axes (3, 3): x along s, z normal; a, b are r_s, r_t of thin plates, d, r_s of others."""
+    e1, e2, e3 = director_rows(a, b)
+    return np.stack([e2, -e1, e3] if shear else [e3, e2, -e1], axis=1)
+
+

@@ -1,0 +1,92 @@
+"""Places of markers on plates: position and two directions as sums of nodal vectors, at a point or as mean of a line."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flexmb.bodies.ancf_plate_data import bilinear, hermite_plate
+from flexmb.errors import ModelError
+from flexmb.model.pose import Pose
+
+__all__ = ["Place", "functional", "place_of", "row_starts"]
+
+MEAN = "mean"
+
+
+class Place(NamedTuple):
+    """Two fractions, one of which may be "mean", and a rotation (3, 3) or None."""
+
+    s: Any
+    t: Any
+    rotation: Any
+
+
+def place_of(value, name: str, title: str) -> Place:
+    """Return the checked place of a marker."""
+    parts = value if isinstance(value, tuple | list) and len(value) == 2 else (None, None)
+    where, rotation = (parts[0], parts[1]) if isinstance(parts[0], tuple | list) else (parts, None)
+    good = len(where) == 2 and all(
+        z == MEAN if isinstance(z, str) else isinstance(z, int | float | np.number) and 0.0 <= z <= 1.0 for z in where)
+    if not good or list(where).count(MEAN) > 1:
+        raise ModelError(title, found=f"marker {name} at {value!r}",
+                         expected="two fractions (s, t), 0 to 1, one of which may be \"mean\", or ((s, t), rotation)",
+                         remedy=f"Write markers={{'{name}': (1.0, 0.5)}}")
+    s, t = where
+    return Place(s, t, None if rotation is None else Pose((0.0, 0.0, 0.0), rotation).matrix)
+
+
+def _at_point(plate, s: float, t: float):
+    """Return nodes (4,), coefficients (4, vectors, 3) of r and the two directions, and the speeds along s and t."""
+    e, x, y = plate.element_at(s, t)
+    nodes = plate.surface.cells[e]
+    r = plate.surface.r[nodes]
+    if plate.shear:
+        N = bilinear(x, y)
+        speed = np.linalg.norm(N[1:] @ r, axis=1)
+        weights = np.zeros((4, 2, 3))
+        weights[:, 0, 0], weights[:, 1, 1], weights[:, 0, 2] = N[0], N[0], N[1] / speed[0]
+        return nodes, weights, speed
+    N = hermite_plate(x, y, plate.surface.lengths[[e]])[0, :3]
+    q = np.concatenate([r[:, None], plate.surface.tangents[nodes]], axis=1).reshape(12, 3)
+    speed = np.linalg.norm(N[1:] @ q, axis=1)
+    return nodes, (N / [[1.0], [speed[0]], [speed[1]]]).T.reshape(4, 3, 3), speed
+
+
+def functional(plate, place: Place) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes (k,) that move a marker, and their coefficients (k, vectors, 3) of r and of two directions.
+
+    The directions are r_s and r_t of a thin plate, d and r_s of a shear-deformable one.
+    """
+    if MEAN not in place[:2]:
+        samples = [(float(place.s), float(place.t), 1.0)]
+    else:
+        along = 0 if place.s == MEAN else 1
+        n, (x, w) = plate.elements[along], np.polynomial.legendre.leggauss(3)
+        at = ((np.arange(n)[:, None] + 0.5 * (1.0 + x)) / n).ravel()
+        samples = [(z, float(place.t), p) if along == 0 else (float(place.s), z, p)
+                   for z, p in zip(at, np.tile(w, n), strict=True)]
+    total: dict[int, np.ndarray] = {}
+    length = 0.0
+    for s, t, weight in samples:
+        nodes, coefficients, speed = _at_point(plate, s, t)
+        share = weight * (speed[0 if place.s == MEAN else 1] if MEAN in place[:2] else 1.0)
+        length += share
+        for node, own in zip(nodes, coefficients, strict=True):
+            total[int(node)] = total.get(int(node), 0.0) + share * own
+    weights = {node: own / length for node, own in total.items() if np.abs(own).max() > 1e-12 * length}
+    kept = np.array(sorted(weights))
+    own = np.array([weights[node] for node in kept])
+    own[np.abs(own) < 1e-14] = 0.0
+    return kept, own
+
+
+def row_starts(nodes, pairs, size: int) -> np.ndarray:
+    """Return where each node's rows begin in the columns of each other one, (k k,): see `_row_start` of the kernels."""
+    def start(a: int, b: int) -> int:
+        if a == b:
+            return -1 - a
+        return 2 * size * pairs[min(a, b), max(a, b)] + (0 if a < b else size)
+
+    return np.array([start(int(a), int(b)) for a in nodes for b in nodes], float)
