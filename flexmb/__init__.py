@@ -18,16 +18,16 @@ _ROOMS = {
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.bodies": "AncfBeam AncfCable AncfPlate Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
-    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed InLine Planar PointOnCurve Prismatic RackAndPinion "
-    "Revolute Rod Rolling Screw Spherical Universal",
-    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction Motor OneSidedSpring PointLoad Pressure SpringDamper "
-    "TorsionSpring UserForce",
+    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve Prismatic "
+    "RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
+    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineLoad Motor OneSidedSpring PointLoad Pressure "
+    "SpringDamper TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
     "Orientation Position Reaction Stress Velocity",
     "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop",
-    "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA LoadSteps NullSpace UdwadiaPhohomsiri "
-    "accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",
+    "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "
+    "UdwadiaPhohomsiri accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
     "flexmb.study": "sweep",

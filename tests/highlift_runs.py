@@ -1,6 +1,7 @@
 """The high-lift example: its files, its data, and runs that several tests look at."""
 
 import importlib.util
+import shutil
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,17 @@ def bodies():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def elastic_folder(path: Path, *names: str) -> Path:
+    """Copy the model files to a folder, make reduced bodies beside them (by default all), and return the folder."""
+    for file in FOLDER.glob("*.toml"):
+        shutil.copy(file, path)
+    if not names:
+        bodies().main(path)
+    for name in names:
+        getattr(bodies(), name)(DATA).save(path / f"{name}.h5")
+    return path
 
 
 @cache

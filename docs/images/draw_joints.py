@@ -6,6 +6,7 @@ The solids at the markers are those of the pictures of models; the arrows follow
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib
@@ -202,6 +203,27 @@ def gears(rack: bool) -> Drawing:
     return drawing
 
 
+def gear_pair() -> Drawing:
+    """A pinion inside a circular rack."""
+    drawing = Drawing()
+    outer, inner = 1.0, 0.86
+    angles = np.radians(np.linspace(40.0, 140.0, 26))
+    for start, end in pairwise(angles):
+        middle = 0.5 * (start + end)
+        R = rotation_matrix((0, 0, middle))
+        drawing.solid(
+            box((outer - inner, 1.02 * outer * (end - start), 0.14)),
+            BLUE,
+            R,
+            R @ (0.5 * (outer + inner), 0, 0) - (0, 0.75, 0),
+        )
+        drawing.solid(box((0.06, 0.04, 0.14)), BLUE, R, R @ (inner - 0.03, 0, 0) - (0, 0.75, 0))
+    wheel(drawing, (0, -0.14, 0), 0.2, GREY)
+    drawing.turn(np.array([0, 0, 1.0]), at=(0, -0.14, 0.1), radius=0.12)
+    drawing.turn(np.array([0, 0, 1.0]), at=(0, -0.75, 0), radius=0.3)
+    return drawing
+
+
 def drive() -> Drawing:
     """A motor and its shaft."""
     drawing = Drawing()
@@ -220,6 +242,7 @@ OTHERS = {
     "Drive": drive,
     "Coupler": lambda: gears(rack=False),
     "RackAndPinion": lambda: gears(rack=True),
+    "GearPair": gear_pair,
 }
 
 

@@ -65,7 +65,35 @@ def which_body(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-DIAGRAMS = {"rod_modes": rod_modes, "which_body": which_body}
+def snapping_strip(path: Path) -> None:
+    """The load on an arched strip over the height of its crown, and its shapes on the way."""
+    import runpy
+
+    strip = runpy.run_path(str(FOLDER.parents[1] / "examples" / "snapping_strip.py"))
+    equilibria, motion = strip["path"](), strip["snap"]()
+    push, height = strip["PUSH"] * equilibria.factor, 1e3 * equilibria["crown"][:, 2]
+    figure, (over_height, shapes) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
+    over_height.plot(height, push, label="equilibria (arc length)")
+    over_height.plot(1e3 * motion["crown"][:, 2], strip["RATE"] * motion.t, "--", linewidth=0.9, color="C2",
+                     label=f"motion, {strip['RATE']} N/s")
+    for value, label in ((1.555, "shallow arch theory"), (-0.787, None)):
+        over_height.axhline(value, color="0.5", linewidth=0.8, linestyle=":", label=label)
+    body = equilibria.model.body("strip")
+    at = [point.sample for point in equilibria.limit_points]
+    middle = at[0] + int(np.argmin(np.abs(height[at[0] : at[1]])))
+    for color, k in zip(("C0", "C1", "C3", "C4"), (0, at[0], middle, at[1])):
+        line = 1e3 * body.line(equilibria.phases[0].q[k], np.linspace(0.0, 1.0, 81))[5]
+        shapes.plot(line[:, 0], line[:, 2], color=color, label=f"P = {push[k]:.2f} N")
+        over_height.plot(height[k], push[k], "o", color=color)
+    over_height.set(xlabel="height of the crown, mm", ylabel="push, N", ylim=(-1.2, 2.6))
+    shapes.set(xlabel="x, mm", ylabel="z, mm (enlarged)", title="shapes")
+    for axis in (over_height, shapes):
+        axis.grid(True, alpha=0.3)
+        axis.legend(fontsize=8)
+    figure.savefig(path, dpi=120)
+
+
+DIAGRAMS = {"rod_modes": rod_modes, "snapping_strip": snapping_strip, "which_body": which_body}
 
 
 def main() -> None:

@@ -38,6 +38,15 @@ def draw(axes, operation: fmb.Solution, failure: fmb.Solution, style: str, label
     axes[5].plot(failure.t, failure["interconnection force"][:, 2] / before, style, color=BLUE, label=f"strut{label}")
 
 
+def dress(axes, titles) -> None:
+    """Give the diagrams their titles, legends and grids."""
+    for ax, title in zip(axes, titles):
+        ax.set_title(title, fontsize=9)
+        ax.legend(fontsize=6)
+        ax.tick_params(labelsize=7)
+        ax.grid(color="0.9")
+
+
 def main(picture: str = "high_lift.png") -> None:
     """Write the picture."""
     import matplotlib
@@ -52,11 +61,7 @@ def main(picture: str = "high_lift.png") -> None:
               "drive struts / track 1 before", f"{strut} [mm]", f"{strut} / track 1 before")  # fmt: skip
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
         draw(axes, run("operation", rigid), run("strut_2_breaks", rigid), style, label)
-    for number, (ax, title) in enumerate(zip(axes, titles), 16):
-        ax.set_title(f"{title}, cf. Fig. {number}", fontsize=9)
-        ax.legend(fontsize=6)
-        ax.tick_params(labelsize=7)
-        ax.grid(color="0.9")
+    dress(axes, [f"{title}, cf. Fig. {number}" for number, title in enumerate(titles, 16)])
     for ax in (axes[1], axes[4]):
         for stop in (-28.0, 12.0):
             ax.axhline(stop, color=GREY, linewidth=0.8)

@@ -1,4 +1,4 @@
-"""Elastic bodies of the high-lift example: flaps and tracks as beams, reduced to the files that the model files name.
+"""Elastic bodies of the high-lift example: flaps, tracks, droop nose and its arms, reduced to the files that the models name.
 
     shear centre line 0.33 c: beam nodes, one per rib         nose, area centre 0.42 c and trailing edge hang on
        o------o------o------o------o------o   span            rigid arms; track fittings are interfaces
@@ -20,6 +20,8 @@ from flexmb import fem, reduction
 FOLDER = Path(__file__).parent
 PATH = 1.156  # m, of the carriage of track 2
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
+RIB = 2.0  # kg, each rib of the droop nose is a rigid body of its own; assumed, part of the nose's mass
+NOSE_EA = 1e8  # N; assumed, that of the flap scaled by the bending stiffness
 SKIN = {"young": 55e9, "poisson": 0.3}  # carries E I and G J of the data set, whatever its moduli are
 
 
@@ -141,11 +143,81 @@ def track_arguments(data: dict) -> dict[str, tuple]:
     }
 
 
+def droop_nose_model(data: dict):
+    """Return the FE model of the droop nose in frame L; named nodes at the hinge arms, at the side strut and at nose points."""
+    nose, length = data["droop_nose"], data["droop_nose"]["span"]
+    arms = {f"n{k}": y for k, y in enumerate(nose["hinge_arm_Y"], 1)} | {"side": nose["side_strut_H"][1]}
+    loads = length * (np.arange(6) + 0.5) / 6
+    places = np.unique(np.round([0.0, *loads, *arms.values(), length], 9))
+    aft = nose["chord"] * np.array([1.0, 0.0, -0.15 / 0.95])  # along the chord, from the nose point to the hinge
+    offset = nose["cg_chord_fraction"] - nose["shear_centre_chord_fraction"]
+    area = NOSE_EA / SKIN["young"]
+    skin = fmb.Material(**SKIN, density=(nose["mass"] - len(arms) * RIB) / length / area)
+    centre = (-offset * nose["chord"], 0.0)  # the section's y-axis points forward
+    section = fem.Section.values(
+        area, nose["EI_flapwise"] / SKIN["young"], nose["EI_chordwise"] / SKIN["young"],
+        nose["GJ"] * 2.0 * (1.0 + SKIN["poisson"]) / SKIN["young"],
+        polar=area * (0.25 * nose["chord"]) ** 2, area_center=centre, mass_center=centre,
+    )  # fmt: skip
+    tip = np.array([-nose["chord"], 0.0, 0.15])
+    nodes = tip + nose["shear_centre_chord_fraction"] * aft + np.outer(places, [0.0, 1.0, 0.0])
+    sets = {name: [int(np.argmin(np.abs(places - y)))] for name, y in arms.items()}
+    fe = fem.frame(nodes, section=section, material=skin, orientation=-aft, node_sets=sets, rotary_inertia=False,
+                   name="droop_nose")  # fmt: skip
+    for k, y in enumerate(loads, 1):
+        fe = fem.with_node(fe, tip + (0.0, y, 0.0), name=f"nose_{k}")
+        fe = fem.with_rigid_link(fe, int(np.argmin(np.abs(places - y))), f"nose_{k}")
+    return fe
+
+
+def droop_nose(data: dict) -> fmb.ModalNeutralData:
+    """Return the droop nose in frame L; load shapes: unit force normal and along the chord and unit moment at the nose
+    points, of the half of the nose around arm 2 and of that around arm 4; over all, the load has its centroid."""
+    fe, nose = droop_nose_model(data), data["droop_nose"]
+    ends = {name: [int(fe.node_sets[name][0])] for name in ("n1", "n2", "n3", "n4", "n5", "side")}
+    points = [int(fe.node_sets[f"nose_{k}"][0]) for k in range(1, 7)]
+    across = fe.nodes[points, 1] - nose["span"] / 2
+    shares = 1 / 6 + across * (nose["airloads"]["load_centroid_Y"] - nose["span"] / 2) / np.sum(across**2)
+    along = np.array([0.95, 0.0, -0.15]) / np.hypot(0.95, 0.15)
+    normal = np.array([0.15, 0.0, 0.95]) / np.hypot(0.95, 0.15)
+    shapes = {}
+    for arm, strips in ((2, range(3)), (4, range(3, 6))):
+        for name, force in (("normal", normal), ("chord", along)):
+            shapes[f"{name}_{arm}"] = reduction.NodalForces({points[k]: tuple(shares[k] * force) for k in strips})
+        shapes[f"moment_{arm}"] = reduction.NodalForces({points[k]: (0, 0, 0, 0, shares[k], 0) for k in strips})
+    return reduction.reduce(fe, ends, modes=8, loads=shapes, residual_vectors=tuple(shapes))
+
+
+def hinge_arm(data: dict) -> fmb.ModalNeutralData:
+    """Return a hinge arm of the droop nose: a beam from A to B, at its root the lug E, on it the lug C.
+
+    The drive strut presses on E with 100 kN: it needs a lug on the bearing at A itself. On the open section, which is soft in
+    torsion, it would turn sideways. What the beam lacks in mass the lugs have.
+    """
+    arm, nose = data["droop_nose"]["hinge_arm"], data["droop_nose"]
+    material = data["materials"][arm["material"]]
+    solid = fmb.Material(young=material["E"], poisson=material["E"] / material["G"] / 2.0 - 1.0, density=material["rho"])
+    lugs = {name: np.array([nose[name][0], 0.0, nose[name][1]]) for name in "ABCE"}
+    length = float(np.linalg.norm(lugs["B"]))
+    places = np.array([0.0, lugs["C"] @ lugs["B"] / length, 0.5 * length, length])
+    section = fem.Section.values(arm["A_section"], arm["I_bending"], arm["I_lateral"], arm["J"])
+    sets = {"A": [0], "foot of C": [1], "B": [3]}
+    fe = fem.frame(np.outer(places / length, lugs["B"]), section=section, material=solid, orientation=(0, 1, 0),
+                   node_sets=sets, name="hinge_arm")  # fmt: skip
+    for name, holder in (("E", 0), ("C", 1)):
+        fe = fem.with_rigid_link(fem.with_node(fe, lugs[name], name=name), holder, name)
+    for name in lugs:
+        fe = fem.with_mass(fe, int(fe.node_sets[name][0]), (arm["mass"] - solid.density * section.area * length) / 4)
+    stations = {name: [int(fe.node_sets[name][0])] for name in "CE"}
+    return reduction.reduce(fe, sets, modes=2, stations=stations)
+
+
 def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:
     """Write the reduced bodies to a folder and return them."""
     data = tomllib.loads((FOLDER / "parameters.toml").read_text())
     bodies = {"inboard_flap": inboard_flap(data), "outboard_flap": outboard_flap(data)}
     bodies |= {name: track_beam(*arguments) for name, arguments in track_arguments(data).items()}
+    bodies |= {"droop_nose": droop_nose(data), "hinge_arm": hinge_arm(data)}
     for name, body in bodies.items():
         body.save(Path(folder) / f"{name}.h5")
         print(f"{name}: {body.mass:.1f} kg, {body.n_modes} coordinates, {body.frequencies[:4].round(1)} Hz")

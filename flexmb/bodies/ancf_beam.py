@@ -41,8 +41,9 @@ class AncfBeam(AncfLine):
         The stress-free line: straight between two points, a cubic spline through more.
     elements : int
         All of equal length, with a node at both ends and in the middle.
-    section : fem.Section
-        Area, moments of inertia, torsion constant, shear factors; all about the line.
+    section : fem.Section, or several
+        Area, moments of inertia, torsion constant, shear factors; all about the line. Several at equal distances from
+        the start to the end make a taper: two equal shapes interpolate their dimensions.
     material : Material
     orientation : (3,), -, optional
         Direction of the section's y-axis at the start, in the body's axes (made perpendicular to the line); from there
@@ -62,6 +63,10 @@ class AncfBeam(AncfLine):
         Moment of inertia per length about the section's axes y and z; by default density times those of the section.
     velocity, angular_velocity : (3,), m/s and rad/s, in W
         Rigid motion at the start, of the origin of the body's axes.
+    lumped_masses : pairs (fraction, kg)
+        Masses without size, fixed to the line.
+    stretches : mapping of name to (from, to)
+        Parts of the line, as fractions of its length, on which a `LineLoad` acts.
     markers : mapping of name to fraction or (fraction, rotation)
         Places on the line, 0 to 1 of its length, with the axes of the section: x across it, along the undeformed line.
         `rotation` turns them further. ``start`` and ``end`` always exist.
@@ -84,25 +89,21 @@ class AncfBeam(AncfLine):
         super().__post_init__()
         self.require_positive("damping", zero=True)
         self._check_centres()
-        inertia = self.rotary_inertia
-        if inertia is None:
-            inertia = self.material.density * np.array([self.section.inertia_y, self.section.inertia_z])
-        inertia = np.asarray(inertia, float)
+        inertia = np.asarray((1.0, 1.0) if self.rotary_inertia is None else self.rotary_inertia, float)
         if inertia.shape != (2,) or not np.all(np.isfinite(inertia)) or inertia.min() <= 0.0:
             raise ModelError(self.title, found=f"rotary_inertia = {self.rotary_inertia!r}",
                              expected="two positive numbers, kg m, about the section's axes y and z",
                              remedy="Leave rotary_inertia out for density times moments of inertia")
-        object.__setattr__(self, "_rotary", inertia)
         object.__setattr__(self, "_directors", self._initial_directors())
 
     def _check_centres(self) -> None:
-        section = self.section
-        off = {name: value for name in ("area_center", "shear_center", "mass_center")
-               if np.any(value := np.asarray(getattr(section, name, (0.0, 0.0))))}
-        if off or getattr(section, "product_yz", 0.0) != 0.0:
-            raise ModelError(self.title, found=f"a section with centres off the line, {off}, or a product of inertia",
-                             expected="area, shear and mass centre on the line, and principal axes",
-                             remedy="Move the line to the centre, and turn the section with orientation=")
+        for section in self.sections:
+            off = {name: value for name in ("area_center", "shear_center", "mass_center")
+                   if np.any(value := np.asarray(getattr(section, name, (0.0, 0.0))))}
+            if off or getattr(section, "product_yz", 0.0) != 0.0:
+                raise ModelError(self.title, found=f"a section with centres off the line, {off}, or a product of inertia",
+                                 expected="area, shear and mass centre on the line, and principal axes",
+                                 remedy="Move the line to the centre, and turn the section with orientation=")
 
     def _initial_directors(self) -> np.ndarray:
         """Return the axes y and z of the section at the nodes, in W, (n, 2, 3)."""
@@ -162,12 +163,11 @@ class AncfBeam(AncfLine):
             poses[name] = Pose(tuple(r[0] - self.curve.r[0]), axes[0] if rotation is None else axes[0] @ rotation)
         return poses
 
-    @property
-    def stiffness(self) -> np.ndarray:
-        """Stiffness of stretch, shear y, shear z (N), torsion, bending about y, about z (N m2), (6,)."""
-        s, E, G = self.section, self.material.young, self.material.shear
-        return np.array([E * s.area, G * s.area * s.shear_y, G * s.area * s.shear_z, G * s.torsion, E * s.inertia_y,
-                         E * s.inertia_z])
+    def stiffness(self, fractions) -> np.ndarray:
+        """Return stiffness of stretch, shear y, shear z (N), torsion, bending about y, about z (N m2), (n, 6)."""
+        A, Iy, Iz, J, ky, kz = self.constants(fractions, *self.needs)
+        E, G = self.material.young, self.material.shear
+        return np.stack([E * A, G * A * ky, G * A * kz, G * J, E * Iy, E * Iz], axis=1)
 
     def _strains(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return stretch and shears, torsion and bendings per length as drawn, (n, 6)."""
@@ -188,24 +188,30 @@ class AncfBeam(AncfLine):
 
     def element_data(self) -> np.ndarray:
         """Return the bulk data of all elements (elements, 70), see `ELEMENT`."""
-        L, line_mass = self.element_length, self.material.density * self.section.area
+        L, density = self.element_length, self.material.density
         x, w = np.polynomial.legendre.leggauss(4)
         N = _quadratic(0.5 * (1.0 + x))[0]
-        rho_y, rho_z = self._rotary  # type: ignore[attr-defined]
         q = self.initial_state()[0]
-        K = self.stiffness
         rows = []
         for e in range(self.elements):
-            drawn = np.linalg.norm(self.line(q, (e + 0.5 * (1.0 + x)) / self.elements)[0], axis=1)
-            weight = 0.5 * w * L * drawn
-            shape = np.einsum("n,sn,tn->st", weight, N, N)
+            points = (e + 0.5 * (1.0 + x)) / self.elements
+            weight = 0.5 * w * L * np.linalg.norm(self.line(q, points)[0], axis=1)
+            line_mass, rho_y, rho_z = density * self.constants(points, "area", "inertia_y", "inertia_z")
+            if self.rotary_inertia is not None:
+                rho_y, rho_z = (np.full(len(x), value) for value in self.rotary_inertia)
             # int y^2 dm moves with r_y: the moment of inertia about z
-            mass = np.concatenate([m * shape.ravel() for m in (line_mass, rho_z, rho_y)])
-            wall = L * np.array([K[0], K[0], 0.5 * K[1] + 0.5 * K[2]])
-            rest, stretch = self._rest((e + GAUSS) / self.elements)
-            points = [np.concatenate([0.5 * L * K / stretch[g], rest[g], self.damping * 0.5 * L * K / stretch[g]])
-                      for g in range(2)]
-            rows.append(np.concatenate([[L], mass, line_mass * (N @ weight), wall, *points]))
+            mass = [np.einsum("n,sn,tn->st", weight * m, N, N) for m in (line_mass, rho_z, rho_y)]
+            moments = N @ (weight * line_mass)
+            for at, lumped in self.masses_of(e):
+                shape = _quadratic(at)[0, :, 0]
+                mass[0], moments = mass[0] + lumped * np.outer(shape, shape), moments + lumped * shape
+            gauss = (e + GAUSS) / self.elements
+            K, (rest, stretch) = self.stiffness(gauss), self._rest(gauss)
+            mean = L * K.mean(axis=0)
+            wall = np.array([mean[0], mean[0], 0.5 * (mean[1] + mean[2])])
+            strains = [np.concatenate([0.5 * L * K[g] / stretch[g], rest[g], self.damping * 0.5 * L * K[g] / stretch[g]])
+                       for g in range(2)]
+            rows.append(np.concatenate([[L], *(m.ravel() for m in mass), moments, wall, *strains]))
         return np.array(rows)
 
     def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
@@ -238,5 +244,5 @@ class AncfBeam(AncfLine):
         """
         points = (np.arange(self.elements)[:, None] + GAUSS).ravel() / self.elements
         rest, stretch = self._rest(points)
-        forces = self.stiffness * (self._strains(np.asarray(q, float), points) - rest) / stretch[:, None]
+        forces = self.stiffness(points) * (self._strains(np.asarray(q, float), points) - rest) / stretch[:, None]
         return between_middles(forces.reshape(-1, 2, 6).mean(axis=1), fractions)

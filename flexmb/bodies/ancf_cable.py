@@ -46,8 +46,9 @@ class AncfCable(AncfLine):
         The stress-free line: straight between two points, a cubic spline through more.
     elements : int
         All of equal length.
-    section : fem.Section
-        Its `area` (m2) and moment of inertia (m4); both moments must be equal.
+    section : fem.Section, or several
+        Its `area` (m2) and moment of inertia (m4); both moments must be equal. Several at equal distances from the start
+        to the end make a taper.
     material : Material
     at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
         Where these axes are at the start, in W.
@@ -65,6 +66,10 @@ class AncfCable(AncfLine):
         Bending moment per rate of curvature.
     velocity, angular_velocity : (3,), m/s and rad/s, in W
         Rigid motion at the start, of the origin of the body's axes.
+    lumped_masses : pairs (fraction, kg)
+        Masses without size, fixed to the line.
+    stretches : mapping of name to (from, to)
+        Parts of the line, as fractions of its length, on which a `LineLoad` acts.
     markers : mapping of name to fraction or (fraction, rotation)
         Places on the line, 0 to 1 of its length. The axes of a marker as drawn: x along the line, the others the
         body's, turned with x by the smallest rotation; `rotation` turns them further, and then z should be the axis of
@@ -94,12 +99,12 @@ class AncfCable(AncfLine):
     def __post_init__(self):
         super().__post_init__()
         self.require_positive("axial_damping", "bending_damping", zero=True)
-        section = self.section
-        if abs(section.inertia_y - section.inertia_z) > 1e-6 * section.inertia_y:
-            raise ModelError(self.title,
-                             found=f"moments of inertia {section.inertia_y:.6g} and {section.inertia_z:.6g} m4",
-                             expected="the same bending stiffness in all directions: a cable has no sides",
-                             remedy="Use AncfBeam, or for motion in a plane fem.Section.values(A, I, I, J)")
+        for section in self.sections:
+            if abs(section.inertia_y - section.inertia_z) > 1e-6 * section.inertia_y:
+                raise ModelError(self.title,
+                                 found=f"moments of inertia {section.inertia_y:.6g} and {section.inertia_z:.6g} m4",
+                                 expected="the same bending stiffness in all directions: a cable has no sides",
+                                 remedy="Use AncfBeam, or for motion in a plane fem.Section.values(A, I, I, J)")
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the markers as drawn: positions from the first node, axes in W."""
@@ -146,31 +151,32 @@ class AncfCable(AncfLine):
 
     def element_data(self) -> np.ndarray:
         """Return the bulk data of all elements (elements, 45), see `ELEMENT`."""
-        L = self.element_length
-        x, w = np.polynomial.legendre.leggauss(7)
-        inertial = 0.5 * (1.0 + x), 0.5 * w * L
-        w5, w3 = (np.polynomial.legendre.leggauss(n)[1] for n in (5, 3))
-        E, density = self.material.young, self.material.density
-        EA, EI, line_mass = E * self.section.area, E * self.section.inertia_y, density * self.section.area
+        L, E = self.element_length, self.material.young
+        (x7, w7), (x5, w5), (x3, w3) = (np.polynomial.legendre.leggauss(n) for n in (7, 5, 3))
         nodes = np.stack([self.curve.r, self.curve.t], axis=1)
         rows = []
-        for a, b in self.couplings():
+        for e, (a, b) in enumerate(self.couplings()):
             z = np.concatenate([nodes[a], nodes[b]])
             d = np.array([(z[2] - z[0]) / L, z[1], z[3]])
-            N = hermite(inertial[0], L)
-            weight = inertial[1] * line_mass * np.linalg.norm(np.einsum("sn,si->ni", N[1], z), axis=1)
-            mass = np.einsum("n,sn,tn->st", weight, N[0], N[0])
+            area7, area5, inertia3 = (self.constants((e + 0.5 * (1.0 + x)) / self.elements, name)[0]
+                                      for x, name in ((x7, "area"), (x5, "area"), (x3, "inertia_y")))
+            N = hermite(0.5 * (1.0 + x7), L)
+            weight = 0.5 * w7 * L * self.material.density * area7 * np.linalg.norm(np.einsum("sn,si->ni", N[1], z), axis=1)
+            mass, moments = np.einsum("n,sn,tn->st", weight, N[0], N[0]), N[0] @ weight
+            for at, lumped in self.masses_of(e):
+                shape = hermite(at, L)[0, :, 0]
+                mass, moments = mass + lumped * np.outer(shape, shape), moments + lumped * shape
             stretch = np.linalg.norm(AXIAL @ d, axis=1)
-            axial = np.stack([0.5 * w5 * L * EA / stretch, stretch * (1.0 - self.initial_strain),
+            axial = np.stack([0.5 * w5 * L * E * area5 / stretch, stretch * (1.0 - self.initial_strain),
                               0.5 * w5 * L * self.axial_damping / stretch], axis=1)
             rho, sigma = BENDING[:, :3] @ d, BENDING[:, 3:] @ d / L
             square = np.sum(rho**2, axis=1)
             stretch = np.sqrt(square)
             bent = np.linalg.norm(np.cross(rho, sigma), axis=1) / square * (0.0 if self.straight else 1.0)
             bent[bent < 1e-9 / L] = 0.0
-            bending = np.stack([0.5 * w3 * L * EI / stretch, bent,
+            bending = np.stack([0.5 * w3 * L * E * inertia3 / stretch, bent,
                                 0.5 * w3 * L * self.bending_damping / stretch], axis=1)
-            rows.append(np.concatenate([[L], mass.ravel(), N[0] @ weight, axial.ravel(), bending.ravel()]))
+            rows.append(np.concatenate([[L], mass.ravel(), moments, axial.ravel(), bending.ravel()]))
         return np.array(rows)
 
     def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
@@ -211,5 +217,5 @@ class AncfCable(AncfLine):
         stretch, square = np.linalg.norm(rho0, axis=1), np.sum(rho**2, axis=1)
         first = 0.0 if self.straight else np.linalg.norm(np.cross(rho0, sigma0), axis=1) / stretch**3
         bent = np.linalg.norm(np.cross(rho, sigma), axis=1) / square / stretch - first
-        E = self.material.young
-        return np.stack([E * self.section.area * strain, E * self.section.inertia_y * bent, strain, bent], axis=1)
+        EA, EI = self.material.young * self.constants(fractions, "area", "inertia_y")
+        return np.stack([EA * strain, EI * bent, strain, bent], axis=1)

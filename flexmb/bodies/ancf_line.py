@@ -10,6 +10,8 @@ import numpy as np
 
 from flexmb.bodies.ancf_curve import Curve, curve_through
 from flexmb.bodies.frame_state import check_frame
+from flexmb.bodies.line_sections import checked_masses, checked_sections, section_constants
+from flexmb.bodies.line_stretches import Stretch, checked_stretches, places_of
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
@@ -35,6 +37,8 @@ class AncfLine(Body):
     straight: bool = False
     velocity: Any = (0.0, 0.0, 0.0)
     angular_velocity: Any = (0.0, 0.0, 0.0)
+    lumped_masses: Any = ()
+    stretches: Mapping[str, Any] = field(default_factory=dict)
     markers: Mapping[str, Any] = field(default_factory=dict)
 
     has_frame: ClassVar[bool] = False
@@ -47,11 +51,8 @@ class AncfLine(Body):
 
     def __post_init__(self):
         super().__post_init__()
-        missing = [name for name in self.needs if not getattr(self.section, name, 0.0) > 0.0]
-        if missing:
-            raise ModelError(self.title, found=f"section = {self.section!r} without {', '.join(missing)}",
-                             expected="a section with area (m2) and moments of inertia (m4) > 0",
-                             remedy="Write section=fem.Section.solid_circle(0.01)")
+        object.__setattr__(self, "_sections", checked_sections(self.section, self.needs, self.title))
+        object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
         if not isinstance(self.material, Material):
             raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
                              remedy="Write material=fmb.MATERIALS['steel']")
@@ -66,8 +67,10 @@ class AncfLine(Body):
         object.__setattr__(self, "_curve", Curve(np.array(self.at) + curve.r @ R.T, curve.t @ R.T, curve.length))
         object.__setattr__(self, "points", np.asarray(self.points, float))
         object.__setattr__(self, "markers", dict(self.markers or {}))
-        object.__setattr__(self, "_places", {name: self._place(name, value) for name, value in {
-            "start": 0.0, "end": 1.0, **self.markers}.items()})
+        stretches = checked_stretches(self.stretches, self.elements, curve.length, self.title)
+        object.__setattr__(self, "_stretches", stretches)
+        own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
+        object.__setattr__(self, "_places", own | places_of(stretches))
 
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1
@@ -100,9 +103,31 @@ class AncfLine(Body):
         return self.curve.length / self.elements
 
     @property
+    def loaded_stretches(self) -> dict[str, Stretch]:
+        """The stretches for distributed loads, by name."""
+        return self._stretches  # type: ignore[attr-defined]
+
+    @property
+    def sections(self) -> tuple[Any, ...]:
+        """Sections at equal distances along the line; one is the same everywhere."""
+        return self._sections  # type: ignore[attr-defined]
+
+    def constants(self, fractions, *names: str) -> np.ndarray:
+        """Return constants of the section by name at fractions (n,) of the length: (len(names), n)."""
+        return section_constants(self.sections, fractions, names)
+
+    def masses_of(self, e: int) -> list[tuple[float, float]]:
+        """Return place in the element, 0 to 1, and mass, kg, of the lumped masses on element e."""
+        found = [(*self.element_at(fraction), mass) for fraction, mass in self.lumped_masses]
+        return [(x, mass) for element, x, mass in found if element == e]
+
+    @property
     def mass(self) -> float:
-        """Mass, kg."""
-        return float(self.material.density * self.section.area * self.curve.length)
+        """Mass, kg, lumped masses included."""
+        q, u = self.initial_state()
+        u = np.zeros_like(u).reshape(-1, self.node_size)
+        u[:, 0] = 1.0
+        return float(self.momentum(q[None], u.reshape(1, -1))[0, 0])
 
     @property
     def n_vector(self) -> int:

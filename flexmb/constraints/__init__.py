@@ -7,6 +7,7 @@ from flexmb.constraints.coupled import Coupled
 from flexmb.constraints.distance import Distance
 from flexmb.constraints.freedoms import Ball, Bend, Helix, RollAbout, Slide, Turn, TurnOfSecond
 from flexmb.constraints.in_plane import InPlane
+from flexmb.constraints.meshing import Meshing
 from flexmb.constraints.no_twist import NoTwist
 from flexmb.constraints.on_curve import OnCurve, OnTrace
 from flexmb.constraints.perpendicular import Perpendicular
@@ -14,9 +15,9 @@ from flexmb.constraints.rolling_contact import NoSlip, Touching
 from flexmb.model.kinds import Equation
 
 __all__ = ["EQUATIONS", "Angle", "Ball", "Bend", "Coincident", "Coordinate", "Coupled", "Distance", "Helix", "InPlane",
-           "NoSlip", "NoTwist", "OnCurve", "OnTrace", "Perpendicular", "RollAbout", "Slide", "Touching", "Turn",
+           "Meshing", "NoSlip", "NoTwist", "OnCurve", "OnTrace", "Perpendicular", "RollAbout", "Slide", "Touching", "Turn",
            "TurnOfSecond", "joint_coordinate"]
 
 EQUATIONS: tuple[type[Equation], ...] = (
-    Coincident, InPlane, Perpendicular, Distance, NoTwist, Angle, Coupled, OnCurve, Touching, NoSlip)
+    Coincident, InPlane, Perpendicular, Distance, NoTwist, Angle, Coupled, OnCurve, Touching, NoSlip, Meshing)
 """All primitive equations, in the order in which tables are evaluated."""

@@ -17,11 +17,12 @@ from flexmb.constraints.freedoms import Slide, Turn, TurnOfSecond
 from flexmb.constraints.rows import add_block, add_skew, centripetal, rotating_product
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math.kernel import kernel
-from flexmb.math.tables import DAMPED
+from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, norm
+from flexmb.model.kinds import Table
 
-__all__ = ["COORDINATE", "FREEDOMS", "Coordinate", "act", "add_curvature", "add_tangent", "joint_coordinate", "measure",
-           "second_rate"]
+__all__ = ["COORDINATE", "FOLLOWED", "FREEDOMS", "Coordinate", "act", "add_curvature", "add_tangent",
+           "joint_coordinate", "measure", "second_rate"]
 
 COORDINATE = np.dtype(
     [
@@ -85,6 +86,19 @@ def measure(c, state, work, g):
             g[i] = -g[6 + i]
     rate = dot(g[0:3], a.v) + dot(g[3:6], a.w) + dot(g[6:9], b.v) + dot(g[9:12], b.w)
     return x, rate
+
+
+@row_kernel
+def follow(raw, data, state, work):
+    """Count the turns of coordinates that a sensor reads; they exert nothing."""
+    rows = raw.view(COORDINATE)
+    g = np.empty(12)
+    for n in range(rows.shape[0]):
+        measure(rows[n], state, work, g)
+
+
+FOLLOWED = Table("FollowedTurn", COORDINATE, {"apply": follow})
+"""Turns of joints that only a sensor reads."""
 
 
 @kernel
@@ -233,16 +247,17 @@ class Coordinate:
     def record(self, compiler, a: int, b: int, counts: bool = True, writes: int = DAMPED) -> tuple:
         """Return the row of the coordinate; with `counts`, turns are followed through full turns.
 
-        `writes` says whether the kernel adds stiffness (STIFF) or also damping (DAMPED) to the pair of markers.
+        `writes` says whether the kernel adds stiffness (STIFF) or also damping (DAMPED) to the pair of markers; 0: neither.
         """
         branch = -1
         if counts and self.kind == "turn":
-            names = {number: name for name, number in compiler.marker_index.items()}
-            branch = compiler.branch(self.branch(names[a], names[b]), self.value(compiler, a, b))
+            name = self.branch(compiler.marker_name(a), compiler.marker_name(b))
+            branch = compiler.branch(name, self.value(compiler, a, b))
         first, second = (b, a) if self.swapped else (a, b)
         kind = ("turn", "slide", "distance").index(self.kind)
         sign = -1.0 if self.swapped else 1.0
-        return (kind, "xyz".index(self.axis), sign, first, second, compiler.pair(first, second, writes), branch)
+        pair = compiler.pair(first, second, writes) if writes else -1
+        return (kind, "xyz".index(self.axis), sign, first, second, pair, branch)
 
 
 def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | None = None) -> Coordinate:

@@ -5,6 +5,7 @@ from flexmb.forces.bi_stop import BiStop
 from flexmb.forces.bushing import Bushing
 from flexmb.forces.contact import Contact
 from flexmb.forces.joint_friction import JointFriction
+from flexmb.forces.line_load import LineLoad
 from flexmb.forces.motor import Motor
 from flexmb.forces.one_sided_spring import OneSidedSpring
 from flexmb.forces.point_load import PointLoad
@@ -13,7 +14,7 @@ from flexmb.forces.spring_damper import SpringDamper
 from flexmb.forces.torsion_spring import TorsionSpring
 from flexmb.forces.user_force import UserForce
 
-KINDS = {kind.__name__: kind for kind in (SpringDamper, TorsionSpring, Bushing, PointLoad, Pressure, BiStop,
+KINDS = {kind.__name__: kind for kind in (SpringDamper, TorsionSpring, Bushing, PointLoad, LineLoad, Pressure, BiStop,
                                           OneSidedSpring, JointFriction, Actuator, Motor, Contact, UserForce)}
 """All forces by name: read by the model files, the contract tests and the reference pages."""
 

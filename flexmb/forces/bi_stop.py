@@ -98,6 +98,7 @@ class BiStop(OnCoordinate):
     freedom: str | None = None
 
     table: ClassVar[Table] = Table("BiStop", ROW, {"apply": apply})
+    strikes: ClassVar[bool] = True
 
     def __post_init__(self):
         super().__post_init__()

@@ -210,6 +210,7 @@ class Contact(Force):
     transition: float = 1e-3
 
     table: ClassVar[Table] = Table("Contact", ROW, {"apply": apply})
+    strikes: ClassVar[bool] = True
 
     def __post_init__(self):
         super().__post_init__()

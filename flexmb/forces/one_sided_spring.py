@@ -96,6 +96,7 @@ class OneSidedSpring(OnCoordinate):
     freedom: str | None = None
 
     table: ClassVar[Table] = Table("OneSidedSpring", ROW, {"apply": apply})
+    strikes: ClassVar[bool] = True
 
     def __post_init__(self):
         super().__post_init__()

@@ -7,6 +7,7 @@ from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
+from flexmb.integrate.implicit import Implicit
 from flexmb.integrate.kinematics import inverse_dynamics, kinematics
 from flexmb.integrate.linearize import Linearization, linearize
 from flexmb.integrate.load_path import ArcLength, LimitPoint, LoadPath, LoadSteps
@@ -23,6 +24,7 @@ __all__ = [
     "Campbell",
     "Explicit",
     "GeneralizedAlpha",
+    "Implicit",
     "LimitPoint",
     "Linearization",
     "LoadPath",

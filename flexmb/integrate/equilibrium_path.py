@@ -3,7 +3,7 @@
 With x = (q, lam, t) the equilibria R(q, lam, t) = 0, g(q, t) = 0 form a curve. From a point with the unit tangent T the
 next one is looked for in the plane across T at the distance s (Riks 1979; Wempner 1971): the matrix of Newton's method,
 bordered by T, stays regular where the load has an extremum (Keller 1977). Length counts displacements relative to the
-model's size, and loads relative to the load to be reached: eq. (arc-length).
+largest so far, and loads relative to the load to be reached: eq. (arc-length).
 """
 
 from __future__ import annotations
@@ -56,14 +56,37 @@ class EquilibriumPath:
         self.system, self.work, self.span, self.tolerance = system, system.workspace(), span, tolerance
         self.size = model_size(system)
         self.extent, _ = extents(system, start, self.work, self.size, 1e-4 * self.size)
-        self.metric = np.concatenate([(self.extent / self.size) ** 2 / system.nu, np.zeros(system.ng), [1.0]])
+        self.first = start.q
         self.largest = 0.0
+        self._weigh(self.size)
+
+    def _weigh(self, reach: float) -> None:
+        """Let a root mean square displacement of `reach` (m) count as much as the whole load."""
+        self.reach = reach
+        nu, ng = self.system.nu, self.system.ng
+        self.metric = np.concatenate([(self.extent / reach) ** 2 / nu, np.zeros(ng), [1.0]])
 
     def begin(self, q, lam, t: float, direction: float) -> Point | None:
         """Return the equilibrium near q at the load t, with the tangent along which the load goes in `direction`."""
         up = np.zeros(len(self.metric))
         up[-1] = direction
-        return self.solve(Point(q, lam, t, up, 0.0), 0.0)
+        point = self.solve(Point(q, lam, t, up, 0.0), 0.0)
+        if point is None:
+            return None
+        self.first = point.q
+        # at first, the displacement that the whole load would make if it went on as it begins
+        linear = self.reach * (1.0 / max(point.tangent[-1] ** 2, 1e-12) - 1.0) ** 0.5
+        return self._reweighed(point, min(max(linear, 1e-6 * self.size), self.size))
+
+    def reached(self, point: Point) -> Point:
+        """Return a point with the tangent of unit length, where displacements count relative to the largest so far."""
+        d = np.zeros(self.system.nu)
+        increment(self.system.program, self.first, point.q, d)
+        return self._reweighed(point, max(self.reach, float(np.sqrt(np.mean((d * self.extent) ** 2)))))
+
+    def _reweighed(self, point: Point, reach: float) -> Point:
+        self._weigh(reach)
+        return point._replace(tangent=point.tangent / self.length(point.tangent))
 
     def solve(self, base: Point, s: float) -> Point | None:
         """Return the point in the plane at the distance s from a point, or None if the corrections do not converge."""
@@ -87,7 +110,7 @@ class EquilibriumPath:
                 keep_branches(self.system.program, self.work, q)
                 tangent = factor.solve(np.append(np.zeros(nu + ng), 1.0))
                 return Point(q, lam, t, tangent / self.length(tangent), _sign(factor), iteration)
-            if not stride <= 10.0 * max(s, 0.1):
+            if not stride <= 1.0:
                 return None
             q, lam, t = self._moved(q, lam, t, step)
         return None
@@ -102,7 +125,7 @@ class EquilibriumPath:
             if point is None:
                 return found
             found, f = point, value(point)
-            if abs(f) <= close or high - low <= 1e-12 * high:
+            if abs(f) <= close or abs(high - low) <= 1e-14 * abs(high):
                 break
             if f * f_high < 0.0:
                 low, f_low = high, f_high
@@ -128,8 +151,8 @@ class EquilibriumPath:
         """Return the distance of a point's plane from the base."""
         d = np.zeros(self.system.nu)
         increment(self.system.program, base.q, end.q, d)
-        return float(np.dot(self.metric * base.tangent, np.concatenate([
-            d, np.zeros(self.system.ng), [(end.t - base.t) / self.span]])))
+        d = np.concatenate([d, np.zeros(self.system.ng), [(end.t - base.t) / self.span]])
+        return float(np.dot(self.metric * base.tangent, d)) / self.length(base.tangent) ** 2
 
     def length(self, x: np.ndarray) -> float:
         """Return the length of an increment."""
@@ -137,7 +160,7 @@ class EquilibriumPath:
 
     def cosine(self, a: Point, b: Point) -> float:
         """Return the cosine between the tangents at two points."""
-        return float(np.dot(self.metric * a.tangent, b.tangent))
+        return float(np.dot(self.metric * a.tangent, b.tangent)) / (self.length(a.tangent) * self.length(b.tangent))
 
     def foremost(self, point: Point) -> str:
         """Return the title of the body that moves most along the path."""
@@ -158,14 +181,14 @@ class EquilibriumPath:
 
     def _residual(self, q, lam, t) -> np.ndarray:
         self.work.coefficients[:] = 0.0
-        evaluate(self.system.program, self.system.state(t, q, lam=lam), self.work)
+        evaluate(self.system.program, self.system.state(t, q, u=np.zeros(self.system.nu), lam=lam), self.work)
         return np.concatenate([self.work.residual, self.work.equations["g"]])
 
     def _linearised(self, q, lam, t, tangent):
         """Return the bordered matrix and the residual, with a zero for the plane."""
         h = 1e-4 * self.span
         later = self._residual(q, lam, t + h)
-        K, L, G = stiffness_at(self.system, self.system.state(t, q, lam=lam), self.work)
+        K, L, G = stiffness_at(self.system, self.system.state(t, q, u=np.zeros(self.system.nu), lam=lam), self.work)
         rest = np.concatenate([self.work.residual, self.work.equations["g"]])
         slope = (later - rest) * (self.span / h)
         nu = self.system.nu

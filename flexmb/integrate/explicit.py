@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
-from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
+from flexmb.integrate.motion import Motion, rows_of
 from flexmb.integrate.outcome import Outcome
-from flexmb.integrate.stabilised import kinematics
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
-from flexmb.system.program import constraint_velocity, evaluate, project
 
 __all__ = ["Explicit"]
 
@@ -32,72 +30,39 @@ class _Run:
         import scipy.integrate
 
         self.settings, self.system, self.work = settings, system, work
-        self.right = np.zeros(system.nu + system.ng)
-        self.tolerance = settings.drift * model_size(system)
+        self.motion = Motion(settings, system, state, work)
         self.counts = {"steps": 0, "evaluations": 0, "projections": 0}
         self.complaint = ""
         self.solver: Any = None
-        y = np.concatenate([state.q, state.u, np.zeros(3)])
+        x, v, _ = self.motion.unknowns.of(state)
         method = getattr(scipy.integrate, settings.method)
         end = max(t_end, state.t + 1e-12)
         self.span = end - state.t
-        self.solver = method(self.rates, state.t, y, end, rtol=settings.rtol, atol=settings.atol,
-                             max_step=settings.largest or np.inf)
-
-    def state(self, t: float, y: np.ndarray):
-        """Return the state of a vector of unknowns, Euler parameters normalised."""
-        system = self.system
-        state = system.state(t, y[: system.nq], y[system.nq : system.nq + system.nu])
-        for iq, _ in system.program.frames:
-            state.q[iq + 3 : iq + 7] /= np.linalg.norm(state.q[iq + 3 : iq + 7])
-        return state
-
-    def solve(self, state) -> None:
-        """Fill in accelerations and multipliers by the formulation, and the powers of work.energy."""
-        state.a[:], state.lam[:] = self.settings.formulation.accelerate(self.system, state, self.work)
-        self.work.coefficients[3] = 0.0
-        evaluate(self.system.program, state, self.work)
+        self.nx, self.end = len(x), len(x) + len(v)
+        self.solver = method(self.rates, state.t, np.concatenate([x, v, np.zeros(3)]), end, rtol=settings.rtol,
+                             atol=settings.atol, max_step=settings.largest or np.inf)
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Callback of the solver: q', u' and the rates of work."""
-        system = self.system
+        """Callback of the solver: rates of the unknowns and of the works."""
         self.counts["evaluations"] += 1
-        state = self.state(t, y)
         try:
-            self.solve(state)
+            return np.concatenate(self.motion.unknowns.rates(t, y[: self.nx], y[self.nx : self.end], self.motion.solve))
         except (CompileError, ValueError, np.linalg.LinAlgError) as error:
             # a trial state may lie anywhere: the solver takes a shorter step where rates are not numbers
             self.complaint = str(error) if isinstance(error, CompileError) else "the state is not finite"
             if self.solver is None:
                 raise
             return np.full(len(y), np.nan)
-        out = np.zeros(len(y))
-        kinematics(system.program, 0.0, np.ascontiguousarray(y), state.u, out)
-        out[system.nq : system.nq + system.nu] = state.a
-        out[-3:] = self.work.energy[3:6]
-        return out
 
-    def drifted(self, state) -> bool:
-        """Has the state left the constraints, at the level of position or of velocity?"""
-        rate = np.zeros(self.system.ng)
-        constraint_velocity(self.work, state.u, rate)
-        fastest = max(np.max(np.abs(self.work.markers[name])) for name in ("v", "w"))
-        return (np.max(np.abs(self.work.equations["g"])) > self.tolerance
-                or np.max(np.abs(rate)) > self.settings.drift * max(1.0, float(fastest)))
-
-    def project(self) -> None:
-        """Put the solver's present state back onto the constraints if it has drifted off."""
-        system, solver = self.system, self.solver
-        state = self.state(solver.t, solver.y)
-        self.work.coefficients[3] = 0.0
-        evaluate(system.program, state, self.work)
-        if system.ng and self.drifted(state):
-            self.counts["projections"] += 1
-            project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance,
-                    system.gaps, 10)
-        solver.y = np.concatenate([state.q, state.u, solver.y[-3:]])
-        if hasattr(solver, "f"):
-            solver.f = self.rates(solver.t, solver.y)
+    def accept(self) -> None:
+        """Take over the solver's present state, back on the constraints if it has drifted off."""
+        solver = self.solver
+        x, v, projected = self.motion.accepted(solver.t, solver.y[: self.nx], solver.y[self.nx : self.end])
+        self.counts["projections"] += projected
+        y = np.concatenate([x, v, solver.y[-3:]])
+        if hasattr(solver, "f") and not np.array_equal(y, solver.y):
+            solver.f = self.rates(solver.t, y)
+        solver.y = y
 
     def advance(self, t: float) -> str:
         """Integrate to `t`; return what went wrong, or an empty text."""
@@ -123,14 +88,14 @@ class _Run:
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
                 return f"{why} at t = {solver.t:.9g} s{worst}"
-            self.project()
+            self.accept()
         return ""
 
     def sample(self):
         """Return t, q, u, a, lam, works."""
-        state = self.state(self.solver.t, self.solver.y)
-        self.solve(state)
-        return state.t, state.q, state.u, state.a, state.lam, self.solver.y[-3:].copy()
+        y = self.solver.y
+        state = self.motion.sample(self.solver.t, y[: self.nx], y[self.nx : self.end])
+        return state.t, state.q, state.u, state.a, state.lam, y[-3:].copy()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,10 +158,7 @@ class Explicit(metaclass=Described):
             if failure:
                 break
             kept.append(variables.sample())
-        widths = (0, system.nq, system.nu, system.nu, system.ng, 3)
-        rows = {name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
-                for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))}
-        return Outcome(rows=rows, failure=failure)
+        return Outcome(rows=rows_of(kept, system), failure=failure)
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run
 from flexmb.integrate.outcome import Outcome
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.model.described import Described, is_number
+from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate
 
@@ -90,7 +91,8 @@ class GeneralizedAlpha(metaclass=Described):
             hidden=np.zeros(ng), change=np.zeros(nu),
             extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3),
             powers_last=np.zeros(3), signals=state.signals.copy(),
-            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]))
+            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]),
+            pace=branch_rates(system, state, work))
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         variables.powers[:] = work.energy[3:6]

@@ -28,6 +28,9 @@ YIELDING = 1e-11
 
 OPEN = 1e-3
 """The same of the positions, s, where dependent equations contradict each other (see `flexmb.check`: misfits)."""
+COUNTED = 0.01
+"""Absolute tolerance of turns (rad) and places on curves: they only say which solution is meant, but one that is left out
+of the iteration's test would be lost by extrapolation."""
 
 
 class _NotFinite(ArithmeticError):
@@ -103,7 +106,7 @@ class _Run:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
         branches = list(range(self.system.program.branches, self.system.nq))
-        atol[branches] = FAR
+        atol[branches] = COUNTED
         options: dict[str, Any] = {"linsolver": "lapackdense"}
         if n > DENSE:
             columns = np.searchsorted(self.keys, np.arange(n + 1) * n)

@@ -15,9 +15,30 @@ from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
 from flexmb.system.complaints import worst_equations
-from flexmb.system.program import accelerations, advance, keep_branches, project
+from flexmb.system.program import accelerations, advance, evaluate, keep_branches, project
 
 __all__ = ["inverse_dynamics", "kinematics"]
+
+
+@kernel
+def _walk(program, state, work, h, here):
+    """Advance `here` by uniformly accelerated motion over `h`, in pieces of less than a radian: turns are counted."""
+    fastest = 0.0
+    for n in range(len(program.frames)):
+        for i in range(3):
+            k = program.frames[n, 1] + 3 + i
+            fastest = max(fastest, abs(state.u[k]) + abs(h * state.a[k]))
+    pieces = min(int(np.ceil(2.0 * fastest * h)), 10_000) if len(work.branches) > 0 else 0
+    start = state.q.copy()
+    work.coefficients[3] = 0.0
+    for n in range(1, pieces):
+        part = h * n / pieces
+        start[program.branches :] = here[program.branches :]
+        advance(program, start, state.u + 0.5 * part * state.a, part, here)
+        evaluate(program, State(state.t + part, here, state.u, state.a, state.lam, state.signals), work)
+        keep_branches(program, work, here)
+    start[program.branches :] = here[program.branches :]
+    advance(program, start, state.u + 0.5 * h * state.a, h, here)
 
 
 @kernel
@@ -29,7 +50,7 @@ def _follow(program, work, times, q0, u0, signals, right, tolerance, gaps, sweep
     for k in range(len(times)):
         if k > 0:
             h = times[k] - times[k - 1]
-            advance(program, q[k - 1], speed + 0.5 * h * acceleration, h, here)
+            _walk(program, State(times[k - 1], q[k - 1], speed, acceleration, multipliers, signals), work, h, here)
             speed += h * acceleration
         state = State(times[k], here, speed, acceleration, multipliers, signals)
         if project(program, state, work, right, here, tolerance, gaps, 60) < 0:

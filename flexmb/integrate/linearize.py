@@ -5,6 +5,7 @@ Variations dx are those of the frames in body axes. The twist varies as ``du = d
 
     M dx'' + (D + M ad(u)) dx' + (K + D ad(u) + M ad(a)) dx - L dlam = 0,   G dx = 0
 
+Vectors in W (point masses, nodes of cables) turn with their body: du = dx' + w x dx, da = dx'' + 2 w x dx' + w x (w x dx)
 and the null space N of G leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formulations.
 """
 
@@ -20,6 +21,7 @@ from scipy.linalg import eig, null_space
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.integrate.formulations import RANK
 from flexmb.integrate.matrices import adjoint, tangent_at
+from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
 from flexmb.system import assemble
 from flexmb.system.mobility import DEPENDENT, mass_metric
@@ -150,14 +152,16 @@ def linearize(model: Model, about: Any = None) -> Linearization:
         about = getattr(about, "final", about)
         state = system.state(about.t, about.q, about.u, about.a, about.lam)
     work = system.workspace()
+    motion = steady_motion(system, state, work, known=True)
     tangent = tangent_at(system, state, work)
     M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
-    ad, ad_rate = (adjoint(system, x).toarray() for x in (state.u, state.a))
+    turning, swinging = motion.turning.toarray(), motion.swinging.toarray()
+    centripetal = (motion.centripetal + adjoint(system, state.a)).toarray()
     scale = 1.0 / np.sqrt(mass_metric(tangent.M))
     rank = DEPENDENT if system.misfits else RANK  # axes that are parallel but for the digits of a mesh
     N = scale[:, None] * null_space(G * scale, rcond=rank) if len(G) else np.diag(scale)
     P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=rank) if len(G) else N
-    reduced = [P.T @ X @ N for X in (M, D + M @ ad, K + D @ ad + M @ ad_rate)]
+    reduced = [P.T @ X @ N for X in (M, D + M @ swinging, K + D @ turning + M @ centripetal)]
     values, vectors = _eigen(*reduced)
     return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=N, eigenvalues=values, modes=N @ vectors,
                          projection=P, markers=_jacobians(system, work))

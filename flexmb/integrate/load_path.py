@@ -54,7 +54,7 @@ class LoadPath(Solution):
 class ArcLength(metaclass=Described):
     """Follow the equilibrium by arc length: past a maximum of the load the path goes on with a falling one.
 
-    Length is counted in displacements (root mean square, as shares of the model's size) and load (as a share of
+    Length is counted in displacements (root mean square, as shares of the largest so far) and load (as a share of
     what is to be reached). A step is shortened where the path turns and where Newton's method is slow.
 
     Parameters
@@ -73,7 +73,7 @@ class ArcLength(metaclass=Described):
 
     start: float = 0.0
     step: float = 0.02
-    longest: float = 0.05
+    longest: float = 0.1
     points: int = 400
 
     def __post_init__(self):
@@ -167,7 +167,8 @@ class _Walk:
                 self.points.append(last._replace(t=self.end))
                 return s, True
             self.points.append(b)
-        return min(self.settings.longest, s * float(np.clip((4.0 / max(new.iterations, 1)) ** 0.5, 0.5, 2.0))), False
+        self.points[-1] = path.reached(new)
+        return min(self.settings.longest, s * float(np.clip((6.0 / max(new.iterations, 1)) ** 0.5, 0.5, 2.0))), False
 
     def at_load(self, a: Point, b: Point, load: float) -> Point | None:
         """Return the point between two at which the load factor has a value."""

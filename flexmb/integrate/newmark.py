@@ -22,7 +22,7 @@ __all__ = ["Controls", "Variables", "run_steps"]
 Variables = namedtuple(
     "Variables",
     "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last hidden change extent reach works powers "
-    "powers_last signals counts times",
+    "powers_last signals counts times pace",
 )
 """State and scratch of the integration.
 
@@ -34,6 +34,7 @@ extent (nu,) : length, m, that makes an increment a displacement (radius of gyra
 reach (nu,) : displacement, m, to which tolerances are relative
 works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates; powers_last: a step before
 counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
+pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the next
 times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh matrix
 """
 
@@ -48,6 +49,14 @@ STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
 
 @kernel
+def _move(program, v, h):
+    """Write the configuration at the end of the step; a joint may turn any number of times in a step."""
+    advance(program, v.q, v.dx, 1.0, v.q1)
+    for k in range(len(v.pace)):
+        v.q1[program.branches + k] += h * v.pace[k]
+
+
+@kernel
 def _predict(program, v, c, h):
     """Extrapolate acceleration and multipliers; write the end-of-step variables that follow from them."""
     ratio = h / v.times[2] if v.times[2] > 0.0 else 0.0
@@ -59,7 +68,7 @@ def _predict(program, v, c, h):
         v.dx[i] = h * v.u[i] + h * h * ((0.5 - c.beta) * v.alg[i] + c.beta * v.alg1[i])
     for i in range(len(v.lam)):
         v.lam1[i] = v.lam[i] + c.trend * ratio * (v.lam[i] - v.lam_last[i])
-    advance(program, v.q, v.dx, 1.0, v.q1)
+    _move(program, v, h)
 
 
 @kernel
@@ -83,7 +92,7 @@ def _correct(program, v, c, h, scale):
         v.alg1[i] += v.d[i] / (c.beta * h * h)
     for i in range(len(v.lam)):
         v.lam1[i] += v.right[nu + i] / scale
-    advance(program, v.q, v.dx, 1.0, v.q1)
+    _move(program, v, h)
 
 
 @kernel
@@ -236,6 +245,8 @@ def _add_works(v, h, powers):
 @kernel
 def _accept(program, work, v, h, powers):
     """Make the end of the step the start of the next."""
+    for k in range(len(v.pace)):
+        v.pace[k] = (work.branches[k] - v.q[program.branches + k]) / h
     for i in range(len(v.q)):
         v.q[i] = v.q1[i]
     for i in range(len(v.u)):

@@ -24,7 +24,7 @@ from flexmb.system import compile as compile_model
 __all__ = ["simulate"]
 
 
-INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit")
+INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit")
 
 
 def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
@@ -83,8 +83,8 @@ def _integrator(integrator, formulation):
     if integrator is not None:
         raise ModelError("simulate", found=f"both an integrator, {integrator!r}, and a formulation, {formulation!r}",
                          expected="one of them",
-                         remedy="Write integrator=Explicit(..., formulation=...); GeneralizedAlpha and IDA have no use "
-                         "for a formulation, they solve for positions and reactions together")
+                         remedy="Write integrator=Explicit(..., formulation=...) or Implicit(...); GeneralizedAlpha and IDA "
+                         "have no use for a formulation, they solve for positions and reactions together")
     return Explicit(formulation=formulation)
 
 
@@ -110,7 +110,8 @@ def simulate(
     integrator : integrator, optional
         `GeneralizedAlpha()` unless given.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
-        How accelerations are found, by `Explicit(formulation=...)`; the other integrators do not ask for accelerations.
+        How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the joints, as
+        `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
     samples : int or (nt,) s
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s

@@ -5,66 +5,36 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.load_path import ArcLength, LoadSteps, follow
-from flexmb.integrate.matrices import adjoint, tangent_at
+from flexmb.integrate.matrices import tangent_at
+from flexmb.integrate.steady import saddle, steady_motion, unsteady_equation
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import advance, evaluate, keep_branches
+from flexmb.system.program import advance, keep_branches
 
 __all__ = ["statics"]
-
-
-def _rates_of_drives(system, state, work) -> np.ndarray:
-    """Return the velocity (nu,) of least kinetic energy that the drives ask for, without deformation rates.
-
-    A reduced body thus turns with its drive instead of bending at the hub; only where a mechanism cannot move at all
-    without deforming, deformation rates are let in.
-    """
-    work.coefficients[3] = 0.0
-    evaluate(system.program, state, work)
-    rate = work.equations["rate"].copy()
-    if not np.any(rate):
-        return np.zeros(system.nu)
-    tangent = tangent_at(system, state, work)
-    stiff = np.ones(system.nu, bool)
-    for body in system.model.bodies:
-        if body.has_frame and body.n_vector:
-            span = system.body_slices[body.name][1]
-            stiff[span.start + 6 : span.stop] = False
-    for moving in (stiff, np.ones(system.nu, bool)):
-        M, G, u = tangent.M[moving][:, moving], tangent.G[:, moving], np.zeros(system.nu)
-        right = np.concatenate([np.zeros(M.shape[0]), -rate])
-        u[moving] = splu(_saddle(M, G.T, G, 1e-12)).solve(right)[: M.shape[0]]
-        if np.max(np.abs(tangent.G @ u + rate)) <= 1e-6 * np.max(np.abs(rate)):
-            break
-    return u
-
-
-def _saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
-    """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable."""
-    r = epsilon * (abs(G).power(2) @ (1.0 / mass_metric(block)))
-    r = np.maximum(r, 1e-6 * np.max(r, initial=0.0))
-    return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 
 
 def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None = None, tolerance: float = 1e-9,
             iterations: int = 400, state: Any = None) -> Solution:
     """Find the equilibrium at time `t`: all accelerations zero, loads and drives at their values of that time.
 
-    Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion, at rest in the
-    body frames. The iteration is Newton's method with an artificial inertia that fades as the forces come into balance
-    (pseudo-transient continuation, Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it
-    finds a stable equilibrium through large rotations, also where some freedoms have no stiffness.
+    Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion. Every body turns
+    at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
+    accelerations of that. A mechanism that cannot go on steadily (a crank and its coupler) is refused. The iteration is
+    Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient continuation,
+    Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable equilibrium through
+    large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a step that runs far into
+    one of them is taken back; if that leads nowhere, all steps stand.
 
     With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads that
-    are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it.
+    are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is at rest then.
 
     Parameters
     ----------
@@ -87,36 +57,45 @@ def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None 
     Raises
     ------
     IntegrationError
-        If no equilibrium is found; ``error.solution`` holds the path. If loads grow with time, the message says up to
-        which of them there is an equilibrium.
+        If no equilibrium is found, or no steady motion; ``error.solution`` holds the path. If loads grow with time, the
+        message says up to which of them there is an equilibrium.
     """
     if path is None:
-        return _descend(model, t, tolerance, iterations, state, explain=True)
+        return _descend(model, t, tolerance, iterations, state)
     if not isinstance(path, ArcLength | LoadSteps):
         raise ModelError("statics", found=f"path = {path!r}", expected="an ArcLength or LoadSteps object",
                          remedy="Write path=flexmb.ArcLength()")
-    first = _descend(model, path.start, tolerance, iterations, state, explain=False)
+    first = _descend(model, path.start, tolerance, iterations, state, on_path=True)
     system = first.phases[0].system
     start = system.state(path.start, first.final.q, lam=first.final.lam)
     return follow(model, system, start, path, t, tolerance)
 
 
-def _descend(model, t, tolerance, iterations, state, explain) -> Solution:
+def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
     system, start = assemble(model, t=t)
     work = system.workspace()
     q = start.q.copy() if state is None else np.array(state.q, float)
-    iteration = _Descent(system, start, work, t, q)
-    found = any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations))
+    for wary in (True, False) if any(force.strikes for force in model.forces) else (False,):
+        iteration = _Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
+        if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
+            break
     status = Status.finished(t) if found else Status.failed(
         f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
-        f"{iteration.most_unbalanced()}{_limit_below(model, t) if explain else ''}",
+        f"{iteration.most_unbalanced()}{'' if on_path else _limit_below(model, t)}",
         "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; follow a structure that "
         "buckles with path=flexmb.ArcLength()")
     solution = _solution(model, system, t, iteration.path, status)
     if not found:
         raise IntegrationError(f"Model '{model.name}'", found=status.message, expected="a stable equilibrium",
                                remedy=status.remedy, solution=solution)
+    unsteady = unsteady_equation(system, iteration.now, work)
+    if unsteady is not None:
+        raise IntegrationError(
+            f"Model '{model.name}'", found="its drives move it, but not steadily: going on with constant speeds, "
+            f"'{system.equation_names[unsteady]}' would be violated", expected="drives at rest, or a steady rotation",
+            remedy="Use kinematics, or simulate, for a moving mechanism; for its equilibrium at rest give the drive a number",
+            solution=solution)
     return solution
 
 
@@ -131,30 +110,39 @@ def _limit_below(model, t: float) -> str:
     return ""
 
 
+_PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
+
+
 class _Descent:
     """Newton's method with an artificial inertia M / step^2 that fades with the unbalanced forces."""
 
-    def __init__(self, system, start, work, t: float, q: np.ndarray):
+    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool):
+        self.at_rest, self.wary = at_rest, wary
         self.system, self.work, self.t, self.q = system, work, t, q
         self.size = model_size(system)
         self.extent, _ = extents(system, start, work, self.size, 1e-4 * self.size)
         self.lam = np.zeros(system.ng)
-        self.path: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self.path: list[tuple[np.ndarray, ...]] = []
         self.step, self.unbalanced, self.largest = 0.0, np.inf, 0.0
+        self.before: dict[str, Any] = {}
 
     def balanced(self, tolerance: float) -> bool:
         """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
-        now = self.system.state(self.t, self.q, lam=self.lam)
-        now.u[:] = _rates_of_drives(self.system, now, self.work)
+        now = self.system.state(self.t, self.q, u=np.zeros(self.system.nu), lam=self.lam)
+        self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
+        now.u[:], now.a[:] = self.motion.u, self.motion.a
         self.tangent = tangent_at(self.system, now, self.work)
-        self.turning = adjoint(self.system, now.u)
         keep_branches(self.system.program, self.work, self.q)
         self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
         before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
+        if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
+            self.__dict__.update(self.before)
+            self.step *= 0.1
+            return False
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
         self.largest = max(self.largest, self._greatest(reactions / self.extent), self._inertia(now.u),
                            self.unbalanced if not self.path else 0.0)
-        self.path.append((self.q.copy(), now.u.copy(), self.lam.copy()))
+        self.path.append((self.q.copy(), now.u, now.a, self.lam.copy()))
         if len(self.path) == 1:
             # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
             pull = self._greatest(self.force * self.extent / mass_metric(self.tangent.M))
@@ -173,10 +161,12 @@ class _Descent:
 
     def advance(self) -> bool:
         """Move by one iteration, at most three tenths of the model's size; never done by itself."""
-        # the twists of a steady motion turn with the frames: du = ad(u) dx in body axes
-        block = self.tangent.M / self.step**2 + self.tangent.K + self.tangent.D @ self.turning
+        self.before = {name: getattr(self, name) for name in _PLACE}
+        # the velocities of a steady motion turn with the bodies
+        tangent, motion = self.tangent, self.motion
+        block = tangent.M / self.step**2 + tangent.K + tangent.D @ motion.turning + tangent.M @ motion.centripetal
         try:
-            x = splu(_saddle(block, self.tangent.L, self.tangent.G, 1e-12)).solve(-np.concatenate([self.force, self.g]))
+            x = splu(saddle(block, tangent.L, tangent.G, 1e-12)).solve(-np.concatenate([self.force, self.g]))
         except RuntimeError:  # exactly singular: more inertia helps
             self.step *= 0.5
             return False
@@ -199,8 +189,8 @@ class _Descent:
 
 
 def _solution(model, system, t, path, status) -> Solution:
-    q, u, lam = (np.array([row[k] for row in path]) for k in range(3))
+    q, u, a, lam = (np.array([row[k] for row in path]) for k in range(4))
     n = len(path)
-    phase = Phase(model=model, system=system, t=np.full(n, t), q=q, u=u, a=np.zeros((n, system.nu)),
+    phase = Phase(model=model, system=system, t=np.full(n, t), q=q, u=u, a=a,
                   lam=lam.reshape(n, system.ng), works=np.zeros((n, 3)), ended=status.kind)
     return Solution(phases=(phase,), status=status, statistics={"iterations": n})

@@ -38,6 +38,7 @@ GLYPHS = {
         lambda e: joined([sphere(1.2 * e), tube((0, 0, 0), (0, 0, 2 * e), 0.6 * e)]),
         lambda e: tube((0, 0, 0), (0, 0, 2 * e), 0.6 * e),
     ),
+    "GearPair": (None, None),  # the shapes of the wheels show it
     "Fixed": (lambda e: box((1.5 * e, 1.5 * e, 1.5 * e)), None),
 }
 

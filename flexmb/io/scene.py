@@ -227,7 +227,7 @@ def _parts(model, e, skin_only=False):
                 body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes
             )
         elif not body.n_velocities:
-            used = {m for part in (*model.joints, *model.forces) for m in _markers(part, model)}
+            used = {m for part in (*model.joints, *model.forces) if _joins(part) for m in _markers(part, model)}
             supports += [f"{body.name}.{m}" for m in poses if f"{body.name}.{m}" in used]
             if body.shape:
                 yield _fixed(body.name, "supports", _shapes(body, next(iter(poses))))
@@ -255,10 +255,15 @@ def _parts(model, e, skin_only=False):
     springs = [
         (("link", *force.markers, force.name), spring_glyph(e))
         for force in model.forces
-        if len(getattr(force, "markers", None) or ()) == 2
+        if len(getattr(force, "markers", None) or ()) == 2 and _joins(force)
     ]
     if springs:
         yield _fixed("springs", "springs", springs)
+
+
+def _joins(part) -> bool:
+    """Does the part run from marker to marker? A contact along an axis of its first marker is where the shapes touch."""
+    return getattr(part, "along", None) not in ("x", "y", "z") or hasattr(part, "curve")
 
 
 def _shapes(body, default):

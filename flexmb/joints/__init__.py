@@ -5,6 +5,7 @@ from flexmb.joints.coupler import Coupler
 from flexmb.joints.cylindrical import Cylindrical
 from flexmb.joints.drive import Drive
 from flexmb.joints.fixed import Fixed
+from flexmb.joints.gear_pair import GearPair
 from flexmb.joints.in_line import InLine
 from flexmb.joints.planar import Planar
 from flexmb.joints.point_on_curve import PointOnCurve
@@ -20,7 +21,7 @@ from flexmb.joints.universal import Universal
 KINDS = {
     kind.__name__: kind
     for kind in (Fixed, Revolute, Prismatic, Cylindrical, Spherical, Universal, ConstantVelocity, Planar, InLine, Screw, Rod,
-                 PointOnCurve, Rolling, Drive, Coupler, RackAndPinion)
+                 PointOnCurve, Rolling, Drive, Coupler, RackAndPinion, GearPair)
 }
 """All joints by name: read by the model files, the contract tests and the reference pages."""
 

@@ -40,7 +40,8 @@ class Compiler:
 
     ``marker(name) -> int``, ``pose(marker) -> (r, R)``, ``signal(value) -> int``, ``pair(a, b) -> int``,
     ``couplings(body) -> int``,
-    ``load(body, name) -> int``, ``joint(name) -> Joint``, ``branch(name, value) -> int``, ``bulk(array) -> int``.
+    ``load(body, name) -> int``, ``joint(name) -> Joint``, ``marker_name(number) -> str``,
+    ``branch(name, value) -> int``, ``bulk(array) -> int``.
     """
 
 
@@ -235,6 +236,8 @@ class Force(Part):
     family: ClassVar[str] = "Force"
     reads_reactions: ClassVar[bool] = False
     """Does it depend on the multipliers of joints (friction)?"""
+    strikes: ClassVar[bool] = False
+    """Does it begin at a place and stiffen from there (contacts, stops)?"""
     table: ClassVar[Table]
 
     def require_marker_pair(self) -> None:
@@ -280,6 +283,10 @@ class Sensor(Part):
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the names of the markers whose motion this sensor needs."""
         return ()
+
+    def followed(self, compiler) -> list[tuple[Table, tuple]]:
+        """Return the rows of what must be followed from step to step (turns of a joint), with the tables they are of."""
+        return []
 
     def values(self, series) -> np.ndarray:
         """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""

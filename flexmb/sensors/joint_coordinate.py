@@ -7,13 +7,15 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 
 from flexmb.constraints import Slide, Turn
-from flexmb.constraints.coordinates import Coordinate, joint_coordinate
-from flexmb.errors import ModelError
+from flexmb.constraints.coordinates import FOLLOWED, Coordinate, joint_coordinate
+from flexmb.errors import FlexmbError, ModelError
 from flexmb.model.kinds import Sensor
 
 __all__ = ["JointCoordinate"]
 
 TURN = 2.0 * np.pi
+DOUBTFUL = 0.25 * TURN
+"""Difference between a turn and what velocities and accelerations tell of it, from which its full turns are a guess."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +25,10 @@ class JointCoordinate(Sensor):
     The turn is ``theta = atan2(y_a . x_b, x_a . x_b)``, the angle from x of a to x of b about z of a, counted on
     through full turns; it starts in (-pi, pi]. The slide is ``z_a . (r_b - r_a)``.
 
-    Full turns between two samples are counted with the relative angular velocity and acceleration at both,
-    ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 - alpha_1)/12``, so fast joints need no dense samples. Where a
-    drive, coupler or force follows the same turn, its own count is taken, and any samples will do.
+    Full turns are counted in every step of the integration (by the drive itself, where one prescribes the turn), so any
+    samples will do. A sensor that the model did not have when it was simulated counts them from sample to sample, with
+    the relative angular velocity and acceleration at both, ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 -
+    alpha_1)/12``; where that misses by a quarter of a turn or more, the samples are too far apart, which is an error.
 
     Parameters
     ----------
@@ -64,8 +67,15 @@ class JointCoordinate(Sensor):
         """Return the title with the unit."""
         return ("angle [rad]",) if self._kind(model) == "turn" else ("displacement [m]",)
 
+    def followed(self, compiler):
+        """Return the row that counts the turns, unless the joint slides or a drive knows them."""
+        coordinate, names = self._coordinate(compiler.model), self.markers_read(compiler.model)
+        if coordinate.kind != "turn" or self._drive(compiler.model, coordinate, names) is not None:
+            return []
+        return [(FOLLOWED, coordinate.record(compiler, *map(compiler.marker, names), writes=0))]
+
     def values(self, series) -> np.ndarray:
-        """Return the coordinate (nt,), rad or m."""
+        """Return the coordinate (nt,), rad or m; FlexmbError if turns cannot be counted from sample to sample."""
         names = self.markers_read(series.model)
         coordinate = self._coordinate(series.model)
         a, b = (series.marker(name) for name in (names[::-1] if coordinate.swapped else names))
@@ -79,7 +89,7 @@ class JointCoordinate(Sensor):
             return angle + TURN * np.round((counted - angle) / TURN)
         rate = sign * np.einsum("ti,ti->t", z, b.w - a.w)
         second = sign * np.einsum("ti,ti->t", z, b.alpha - a.alpha)
-        return _unwrapped(series.t, angle, rate, second)
+        return self._unwrapped(series.t, angle, rate, second)
 
     def joined(self, pieces) -> np.ndarray:
         """Return the values of consecutive phases; an angle goes on counting from the end of the phase before."""
@@ -96,16 +106,41 @@ class JointCoordinate(Sensor):
 
     def _counted(self, series, coordinate, names):
         """Return the turn as a drive prescribes it, or as the integrator has counted it for a coupler or a force (nt,)."""
-        for drive in series.model.joints:
-            if getattr(drive, "angle", None) is None or tuple(drive.resolved_markers(series.model)) != names:
-                continue
-            if joint_coordinate(series.model.joint(drive.joint), "", drive.freedom or "turn", "turn") == coordinate:
-                return drive.angle.sample(series.t)[:, 0]
+        drive = self._drive(series.model, coordinate, names)
+        if drive is not None:
+            return drive.angle.sample(series.t)[:, 0]
         known, branch = series.system.branch_names, coordinate.branch(*names)
         if branch in known:
             # it belongs to the last iteration of a step, so only its turns are exact
-            return series.phase.q[:, series.system.program.branches + known.index(branch)]
+            counted = series.phase.q[:, series.system.program.branches + known.index(branch) :][:, :1].ravel()
+            return counted if len(counted) else None  # a stored run of a model without this sensor
         return None
+
+    @staticmethod
+    def _drive(model, coordinate, names):
+        """Return the drive that prescribes the turn, or None."""
+        for drive in model.joints:
+            if getattr(drive, "angle", None) is None or tuple(drive.resolved_markers(model)) != names:
+                continue
+            if joint_coordinate(model.joint(drive.joint), "", drive.freedom or "turn", "turn") == coordinate:
+                return drive
+        return None
+
+    def _unwrapped(self, t, angle, rate, second):
+        """Add to each step the number of full turns that velocity and acceleration tell."""
+        h = np.diff(t)
+        told = 0.5 * h * (rate[1:] + rate[:-1]) + h * h * (second[:-1] - second[1:]) / 12.0
+        steps = np.diff(angle)
+        steps = steps + TURN * np.round((told - steps) / TURN)
+        doubtful = np.flatnonzero(np.abs(told - steps) > DOUBTFUL)
+        if len(doubtful):
+            k = doubtful[0]
+            raise FlexmbError(
+                self.title, found=f"samples at {t[k]:.6g} and {t[k + 1]:.6g} s, too far apart to count the turns between "
+                f"them: {steps[k]:.3g} rad by the angles, {told[k]:.3g} rad by velocities and accelerations",
+                expected="a count in every step, or closer samples",
+                remedy="Add the sensor to the model before it is simulated, or take more samples")
+        return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)])
 
     def _kind(self, model) -> str:
         return self._coordinate(model).kind
@@ -128,10 +163,3 @@ class JointCoordinate(Sensor):
         return Coordinate.of(first[0]) if first else Coordinate(kind, "x" if kind == "turn" else "z")
 
 
-def _unwrapped(t, angle, rate, second):
-    """Add to each step the number of full turns that velocity and acceleration tell."""
-    h = np.diff(t)
-    told = 0.5 * h * (rate[1:] + rate[:-1]) + h * h * (second[:-1] - second[1:]) / 12.0
-    steps = np.diff(angle)
-    steps = steps + TURN * np.round((told - steps) / TURN)
-    return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)])

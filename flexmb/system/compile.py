@@ -28,6 +28,7 @@ class _Compiler:
         self.model = model
         self.gravity = np.array(model.gravity)
         self.marker_index: dict[str, int] = {}
+        self.marker_names: list[str] = []
         self.marker_body: list[int] = []
         self.marker_span: list[tuple[int, int]] = []
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
@@ -37,6 +38,7 @@ class _Compiler:
         self.load_index: dict[tuple[str, str], int] = {}
         self.size_H = 0
         self.branches: dict[str, float] = {}
+        self.branch_index: dict[str, int] = {}
         self.equations: dict[str, slice] = {}  # of the joints, when forces are recorded
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
@@ -44,6 +46,10 @@ class _Compiler:
     def marker(self, name: str) -> int:
         """Return the number of "body.marker"."""
         return self.marker_index[name]
+
+    def marker_name(self, marker: int) -> str:
+        """Return "body.marker" of a number."""
+        return self.marker_names[marker]
 
     def position(self, marker: int) -> np.ndarray:
         """Return the position (3,), m, in W of a marker as described."""
@@ -56,7 +62,7 @@ class _Compiler:
     def branch(self, name: str, value: float = 0.0) -> int:
         """Return the number of the branch coordinate `name`, which begins with `value`."""
         self.branches.setdefault(name, value)
-        return list(self.branches).index(name)
+        return self.branch_index.setdefault(name, len(self.branch_index))
 
     def signal(self, value) -> int:
         """Return the number of a signal."""
@@ -143,6 +149,7 @@ class _Layout:
             blocks, size = body.marker_blocks(), body.block_size
             for marker, pose in body.marker_poses().items():
                 compiler.marker_index[f"{body.name}.{marker}"] = len(compiler.marker_index)
+                compiler.marker_names.append(f"{body.name}.{marker}")
                 compiler.marker_body.append(number)
                 first, count = blocks.get(marker, (0, len(u0) // size if size else 0))
                 compiler.marker_span.append((first * size, count * size))
@@ -217,8 +224,7 @@ class _Constraints:
                 for k in range(primitive.count):
                     legs += [(marker, len(self.names)) for marker in involved]
                     self.levels.append(primitive.level)
-                    suffix = f"[{'xyz'[k]}]" if primitive.count == 3 else ""
-                    self.names.append(f"{joint.name}: {_describe(primitive)}{suffix}")
+                    self.names.append(f"{joint.name}: {_describe(primitive, k)}")
                     self.joint_of.append(number)
             self.slices[joint.name] = slice(start, len(self.names))
         order = {kind.table.name: k for k, kind in enumerate(EQUATIONS)}
@@ -227,9 +233,12 @@ class _Constraints:
         self.legs = legs
 
 
-def _describe(primitive) -> str:
-    axes = [str(v) for k, v in vars(primitive).items() if k.startswith("axis")]
-    return type(primitive).__name__ + (f" {' '.join(axes)}" if axes else "")
+def _describe(primitive, k: int) -> str:
+    """Return how messages call equation `k` of a primitive: "Perpendicular z x", "Coincident[y]", "OnCurve[2]"."""
+    axes = [axis if isinstance(axis, str) else "xyz"[axis] for name, axis in vars(primitive).items()
+            if name.startswith("axis") and axis != -1]
+    which = {1: ("",), 2: ("[1]", "[2]"), 3: ("[x]", "[y]", "[z]")}[primitive.count][k]
+    return " ".join([type(primitive).__name__, *axes]) + which
 
 
 def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
@@ -272,6 +281,8 @@ def compile(model: Model) -> System:
     constraints = _Constraints(model, compiler)
     compiler.equations = constraints.slices
     force_items = [(force.table, tuple(force.record(compiler))) for force in model.forces]
+    # last, so that the coordinates of a model begin alike whatever is watched
+    force_items += [item for sensor in model.sensors for item in sensor.followed(compiler)]
     force_tables, force_rows = _grouped(force_items)
     markers, size_J = _markers(compiler, layout)
     for body in model.bodies:

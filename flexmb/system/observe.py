@@ -120,7 +120,9 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
         if marker is not None:
             measured[k] = system.marker_index[marker]
     signals = np.zeros((max(1, system.n_signals), 3))
-    arrays = [np.ascontiguousarray(x, float) for x in (t, q, u, a, lam)]
+    # a stored run may be read with a model that has other sensors, which follow other turns: see System.state
+    missing = [] if np.shape(q)[1] >= system.nq else [np.tile(system.q0[np.shape(q)[1] :], (nt, 1))]
+    arrays = [np.ascontiguousarray(x, float) for x in (t, np.hstack([q, *missing])[:, : system.nq], u, a, lam)]
     _observe(system.program, work, *arrays, signals, second, joint_of, system.force_rows, measured,
              r, R, motion, reaction, force, energy, error)
     return Observation(r=r, R=R, v=motion[..., 0:3], w=motion[..., 3:6], a=motion[..., 6:9], alpha=motion[..., 9:12],

@@ -10,19 +10,20 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError, did_you_mean
-from flexmb.math.tables import State
+from flexmb.math.tables import State, Work
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.system import assemble
-from flexmb.system.program import BODIES, evaluate, keep_branches, run_kernels
+from flexmb.system.program import BODIES, evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
 from flexmb.tree.joint_torques import gather_torques
 from flexmb.tree.link_passes import SCRATCH, link_accelerations
 from flexmb.tree.links import link_rows
-from flexmb.tree.motions import FREE, HINGED, POINTS, describable, joint_labels, motion_rows
+from flexmb.tree.motions import FREE, HINGED, describable, joint_labels, motion_rows
 from flexmb.tree.reach import reach
-from flexmb.tree.relative_passes import accelerate_bodies, move_bodies, place_bodies, read_state
+from flexmb.tree.relative_passes import read_state
+from flexmb.tree.settle import place, settle
 from flexmb.tree.spanning import Spanning, spanning_tree
 
 __all__ = ["JointTree", "RelativeState"]
@@ -87,13 +88,23 @@ class JointTree:
     """
 
     def __init__(self, model: Model, *, cut: tuple[str, ...] = (), keep: tuple[str, ...] = ()):
-        self.model = model
-        self.system, self._start = assemble(model)
+        self._describe(*assemble(model), tuple(cut), tuple(keep))
+
+    @classmethod
+    def of(cls, system: System, start: State, cut: tuple[str, ...] = ()) -> JointTree:
+        """Return the tree of a compiled model, with a state that satisfies its joints as the start."""
+        tree = cls.__new__(cls)
+        tree._describe(system, start, cut, ())
+        return tree
+
+    def _describe(self, system: System, start: State, cut: tuple[str, ...], keep: tuple[str, ...]) -> None:
+        self.model = model = system.model
+        self.system, self._start = system, start
         self._gravity = np.array(model.gravity)
         count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
         plain = {j.name: not j.prescribes and not j.couples and describable(j, count[j.name])
                  for j in self.system.joints}
-        self.tree: Spanning = spanning_tree(self.system, tuple(cut), _carriers(self.system, plain, tuple(keep)))
+        self.tree: Spanning = spanning_tree(self.system, cut, _carriers(self.system, plain, keep))
         self.work = self.system.workspace()
         evaluate(self.system.program, self._start, self.work)
         self.rows = motion_rows(self.system, self.tree, self.work.markers)
@@ -136,16 +147,19 @@ class JointTree:
         Turns are counted on where the model counts them (in drives, couplers, torsion springs); elsewhere they lie in
         (-pi, pi].
         """
-        own = self.system.state(state.t, state.q, state.u, getattr(state, "a", None))
-        evaluate(self.system.program, own, self.work)
+        return self.read(self.system.state(state.t, state.q, state.u, getattr(state, "a", None)), self.work)
+
+    def read(self, own: State, work: Work) -> RelativeState:
+        """Return the relative coordinates of a state of the tree's system; the workspace is written."""
+        evaluate(self.system.program, own, work)
         q, v, a = np.zeros(len(self.names)), np.zeros(len(self.rate_names)), np.zeros(len(self.rate_names))
-        read_state(self.rows, own, self.work, q, v, a)
-        near = {place: own.q[self.system.program.branches + branch] for place, branch in self._counted()}
+        read_state(self.rows, own, work, q, v, a)
+        near = {at: own.q[self.system.program.branches + branch] for at, branch in self.counted}
         for name, drive in self.drives.items():
             if drive.angle is not None:
                 near[self.names.index(name)] = drive.angle.sample(own.t)[..., 0].item()
-        for place, angle in near.items():
-            q[place] += 2.0 * np.pi * np.round((angle - q[place]) / (2.0 * np.pi))
+        for at, angle in near.items():
+            q[at] += 2.0 * np.pi * np.round((angle - q[at]) / (2.0 * np.pi))
         return RelativeState(q, v, a, own.t)
 
     def absolute(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> State:
@@ -166,12 +180,10 @@ class JointTree:
             q, v, a, t = q.q, q.v, q.a, q.t
         q, v, a = self._checked(q, v, a)
         program, work = self.system.program, self.work
-        state = self._placed(q)._replace(t=float(t))
-        move_bodies(self.rows, work, state.q, v, state.u)
-        run_kernels(program.place, 0, program, state, work)
-        accelerate_bodies(self.rows, work, state.q, v, a, state.a)
-        for place, branch in self._counted():
-            state.q[program.branches + branch] = q[place]
+        state = self.system.state(t)
+        settle(self.rows, program, work, self._start.q, q, v, a, state)
+        for at, branch in self.counted:
+            state.q[program.branches + branch] = q[at]
         if self.system.branch_names:
             work.coefficients[3] = 0.0
             evaluate(program, state, work)
@@ -283,17 +295,8 @@ class JointTree:
 
     def _placed(self, q: Any) -> State:
         """Return the state at relative coordinates without velocity, and leave its kinematics in the workspace."""
-        q = self._checked(q, None, None)[0]
-        program, work = self.system.program, self.work
-        state = self.system.state(0.0, self._start.q)
-        for row in self.rows:
-            if row["held"] != POINTS and row["modes"]:
-                at, first = row["q"] + 7, row["iq"] + row["coordinates"]
-                state.q[at : at + row["modes"]] = q[first : first + row["modes"]]
-        state.u[:] = 0.0
-        run_kernels(program.place, 0, program, state, work)
-        place_bodies(self.rows, work, state.q.copy(), q, state.q)
-        run_kernels(program.place, 0, program, state, work)
+        state = self.system.state()
+        place(self.rows, self.system.program, self.work, self._start.q, self._checked(q, None, None)[0], state)
         return state
 
     def _checked(self, q, v, a):
@@ -307,8 +310,10 @@ class JointTree:
             out.append(x)
         return out
 
-    def _counted(self):
-        """Yield (place in q, number of the branch) of the turns that the model counts."""
+    @cached_property
+    def counted(self) -> tuple[tuple[int, int], ...]:
+        """Turns that the model counts: (place in q, number of the branch)."""
+        found = []
         names = {number: name for name, number in self.system.marker_index.items()}
         for row in self.rows:
             if row["held"] != HINGED or row["turn"] < 0:
@@ -317,7 +322,8 @@ class JointTree:
             axis = "z" if row["turn_b"] >= 0 else "x"
             branch = f"turn on {axis}: {names[a]}, {names[b]}"
             if branch in self.system.branch_names:
-                yield int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)
+                found.append((int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)))
+        return tuple(found)
 
 
 def _driven_freedom(drive) -> str:

@@ -17,6 +17,7 @@ from flexmb.tree.loops import add_loads, close, mobilities, responses, without_s
 from flexmb.tree.passes import joint_multipliers, solve
 from flexmb.tree.spanning import Spanning, spanning_tree
 from flexmb.tree.store import new_store
+from flexmb.tree.unknowns import RelativeUnknowns
 
 __all__ = ["Recursive"]
 
@@ -61,6 +62,10 @@ class Recursive(metaclass=Described):
     def tree(self, system) -> Spanning:
         """Return the spanning tree of a system."""
         return spanning_tree(system, self.cut)
+
+    def unknowns(self, system, state, work) -> RelativeUnknowns:
+        """Return the joint coordinates, as what an integrator solves for from a consistent state on."""
+        return RelativeUnknowns(system, state, work, self.cut)
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored.

@@ -22,13 +22,13 @@ from flexmb.tree.joint_kinematics import (
     relative_twist,
 )
 
-__all__ = ["accelerate_bodies", "move_bodies", "place_bodies", "read_state"]
+__all__ = ["accelerate_bodies", "marker_rate", "move_bodies", "place_bodies", "read_state"]
 
 HINGED = 0
 
 
 @kernel
-def _marker_rate(marker, J, u, out):
+def marker_rate(marker, J, u, out):
     """Write J u (6,): the twist of a marker, or its acceleration without bias."""
     for i in range(6):
         out[i] = 0.0
@@ -40,7 +40,7 @@ def _marker_rate(marker, J, u, out):
 @kernel
 def _marker_acceleration(marker, J, a, out):
     """Write the acceleration (6,) of a marker in W."""
-    _marker_rate(marker, J, a, out)
+    marker_rate(marker, J, a, out)
     for i in range(6):
         out[i] += marker.bias[i]
 
@@ -192,7 +192,7 @@ def move_bodies(rows, work, q, v, u):
         one, _ = _joint_axes_of(row, work, d, R)
         a, C, Q = work.markers[one], work.markers[row.own], work.markers[row.other]
         joint_twist(row, R, v[row.iv : row.iv + row.rates], twist)
-        _marker_rate(Q, work.J, u, V)
+        marker_rate(Q, work.J, u, V)
         # the second of two markers moves with the first, and relative to it; backwards, the first without the second
         sign = 1.0 if row.forward == 1 else -1.0
         matvec(a.R, twist[3:6], t)

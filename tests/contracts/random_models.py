@@ -80,7 +80,7 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
-FORCES = [name for name in forces.KINDS if name != "Pressure"]  # that one acts on a load shape, not on markers
+FORCES = [name for name in forces.KINDS if name not in ("Pressure", "LineLoad")]  # those act on no pair of markers
 
 
 @cache
@@ -186,6 +186,8 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return (joints.PointOnCurve("j", markers=markers, curve=curve),)
     if kind == "Rolling":
         return (joints.Rolling("j", markers=markers, radius=0.4),)
+    if kind == "GearPair":
+        return (joints.GearPair("j", markers=markers, radii=(0.7, 0.2), inside=True),)
     if kind in ("Coupler", "RackAndPinion"):
         fields = {"ratio": 0.4, "freedoms": ("slide", "turn")} if kind == "Coupler" else {"radius": 0.2}
         return joints.Cylindrical("j", markers=markers), joints.KINDS[kind]("c", joints=("j", "j"), **fields)

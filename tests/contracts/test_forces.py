@@ -8,7 +8,7 @@ from tolerances import MACHINE
 from flexmb import forces
 from flexmb.system.program import evaluate
 
-EXTERNAL = {"PointLoad", "Pressure"}
+EXTERNAL = {"PointLoad", "Pressure", "LineLoad"}
 """Loads of the surroundings: they have no partner."""
 
 

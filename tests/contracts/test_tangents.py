@@ -15,7 +15,7 @@ from flexmb.math.block_lu import stored
 from flexmb.system import assemble
 from flexmb.system.program import evaluate
 
-H = 1e-2
+H = 5e-3
 BODIES = [name for name, kind in bodies.KINDS.items() if kind.table is not None]
 EXACT_EVERYWHERE = [name for name in joints.KINDS if name != "Drive"] + ["slide", *FORCES]
 CASES = [(kind, pair) for kind in EXACT_EVERYWHERE for pair in PAIRS]

@@ -4,11 +4,9 @@ Tracks 2-5 yield by several millimetres under their rails and pendulums, track 1
 failure already. So the ratios to the force before are smaller than those of the rigid model (docs/howto/high-lift.md).
 """
 
-import shutil
-
 import numpy as np
 import pytest
-from highlift_runs import DATA, FOLDER, bodies, run
+from highlift_runs import DATA, elastic_folder, run
 
 import flexmb as fmb
 
@@ -18,11 +16,7 @@ STOP = DATA["trailing_edge"]["interconnection_strut"]["free_travel"][0]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """The model files with the reduced bodies beside them."""
-    path = tmp_path_factory.mktemp("highlift")
-    for file in FOLDER.glob("*.toml"):
-        shutil.copy(file, path)
-    bodies().main(path)
-    return path
+    return elastic_folder(tmp_path_factory.mktemp("highlift"))
 
 
 @pytest.fixture(scope="module")

@@ -106,7 +106,7 @@ def test_a_linkage_that_cannot_close():
 def test_a_flap_beyond_the_end_of_its_trace():
     with pytest.raises(IntegrationError) as caught:
         wrong(track_1_drive_lever_range_deg=130.0)
-    assert "inboard_upper trace: OnCurve -1 has no value, the point is beyond the end of the curve" in str(
+    assert "inboard_upper trace: OnCurve[1] has no value, the point is beyond the end of the curve" in str(
         caught.value
     )
     assert caught.value.solution.t[-1] > 0.7  # what was computed until then is kept

@@ -61,6 +61,18 @@ def test_a_scene_draws_them(model):
     np.testing.assert_allclose([moved.min(0), moved.max(0)], [(-0.5, -0.5, 1.5), (1, 1, 3)], atol=1e-9)
 
 
+def test_a_contact_is_no_coil(model):
+    """Along an axis, markers are not where the shapes touch: nothing is drawn between them, and no foot under them."""
+    law = {"markers": ("ground.A", "wing.center"), "stiffness": 1e3}
+    line, contact = (fmb.OneSidedSpring("roller", **law), fmb.OneSidedSpring("roller", **law, along="z"))
+    parts = [
+        {part.name for part in Scene(fmb.simulate(model.with_parts(forces=[force]), 0.01, samples=2)).parts}
+        for force in (line, contact)
+    ]
+    assert parts[0] == {"ground", "wing", "supports", "springs"}
+    assert parts[1] == {"ground", "wing"}
+
+
 def test_they_survive_files_and_placing(model):
     twin = io.read_model_text(io.model_text(model))
     assert [type(s).__name__ for s in twin.body("wing").shape] == ["Extrusion", "Box"]

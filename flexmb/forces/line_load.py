@@ -1,0 +1,121 @@
+"""`LineLoad`: force and moment per length on a stretch of a cable or beam."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import dot
+from flexmb.model.kinds import Force, Table
+from flexmb.model.signal import as_signal
+
+__all__ = ["LineLoad"]
+
+ROW = np.dtype(
+    [
+        ("points", np.int64),  # where the stretch begins in the bulk data: marker, pair, length of each
+        ("count", np.int64),
+        ("section", np.int64),  # 1: components along the axes of the section, 0: of W
+        ("signals", np.int64, 6),
+    ],
+    align=True,
+)
+
+
+@row_kernel
+def apply(raw, data, state, work):
+    """W_k = weight_k (f, m) at the Gauss points of the stretch: eq. (line-load)."""
+    rows = raw.view(ROW)
+    load = np.empty(3)
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        for k in range(row.count):
+            at = row.points + 3 * k
+            marker, weight = work.markers[int(data[at])], data[at + 2]
+            for half in range(2):
+                for i in range(3):
+                    if row.section == 0:
+                        load[i] = weight * state.signals[row.signals[3 * half + i], 0]
+                    else:
+                        load[i] = 0.0
+                        for j in range(3):
+                            load[i] += weight * marker.R[i, j] * state.signals[row.signals[3 * half + j], 0]
+                    marker.wrench[3 * half + i] += load[i]
+                work.energy[3] += dot(load, marker.v) if half == 0 else dot(load, marker.w)
+                if row.section == 1 and work.coefficients[3] > 0.0:
+                    # it turns with its marker, dF = dtheta x F, as a PointLoad with axes of its own
+                    K = work.pairs[int(data[at + 1])].K
+                    top = 3 * half
+                    K[top, 10] -= load[2]
+                    K[top, 11] += load[1]
+                    K[top + 1, 9] += load[2]
+                    K[top + 1, 11] -= load[0]
+                    K[top + 2, 9] -= load[1]
+                    K[top + 2, 10] += load[0]
+
+
+@dataclass(frozen=True, eq=False)
+class LineLoad(Force):
+    """Apply a force and a moment per length to a stretch of a cable or beam: wind, snow, buoyancy, pressure on a strip.
+
+    Lengths are those of the line as drawn, so the load of a stretch does not change when it is stretched. Pressure p on a
+    strip of the width b is a force -p b along the section's z-axis, with ``section_axes=True``.
+
+    Parameters
+    ----------
+    name : str
+    stretch : str
+        "body.stretch", named in the body's `stretches`.
+    force, moment : three signals, N/m and N m/m
+    section_axes : bool
+        Components along the axes of the section (x along the line) and turning with it; otherwise those of W.
+    """
+
+    name: str
+    _: KW_ONLY
+    stretch: str
+    force: Any = (0.0, 0.0, 0.0)
+    moment: Any = (0.0, 0.0, 0.0)
+    section_axes: bool = False
+
+    table: ClassVar[Table] = Table("LineLoad", ROW, {"apply": apply})
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not isinstance(self.stretch, str) or "." not in self.stretch:
+            raise ModelError(self.title, found=f"stretch = {self.stretch!r}", expected="'body.stretch'",
+                             remedy="Write stretch='rope.wind'")
+        for field in ("force", "moment"):
+            value = getattr(self, field)
+            if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
+                raise ModelError(self.title, found=f"{field} = {value!r}",
+                                 expected="three numbers or signals (x, y, z) per metre",
+                                 remedy=f"Write {field}=(0, 0, -100.0)")
+            signals = tuple(as_signal(v, self.title, f"{field}[{i}]") for i, v in enumerate(value))
+            object.__setattr__(self, field, signals)
+        if not isinstance(self.section_axes, bool):
+            raise ModelError(self.title, found=f"section_axes = {self.section_axes!r}", expected="True or False",
+                             remedy="Write section_axes=True for a load that turns with the section")
+
+    def check(self, model) -> None:
+        """Raise ModelError if the body has no such stretch."""
+        name, _, stretch = self.stretch.partition(".")
+        known = tuple(getattr(model.body(name, self.title), "loaded_stretches", ()))
+        if stretch not in known:
+            raise ModelError(self.title, found=f"body '{name}' has no stretch '{stretch}'",
+                             expected=f"One of: {', '.join(known)}" if known else "an AncfCable or AncfBeam with stretches",
+                             remedy=did_you_mean(stretch, known) or f"Write stretches={{'{stretch}': (0.0, 1.0)}}")
+
+    def record(self, compiler):
+        """Return the row."""
+        name, _, stretch = self.stretch.partition(".")
+        there = compiler.model.body(name).loaded_stretches[stretch]
+        markers = [compiler.marker(f"{name}.{marker}") for marker in there.markers]
+        pairs = [compiler.pair(marker, marker) if self.section_axes else -1 for marker in markers]
+        points = np.stack([markers, pairs, there.weights], axis=1)
+        return (compiler.bulk(points), len(markers), int(self.section_axes),
+                tuple(compiler.signal(signal) for signal in (*self.force, *self.moment)))

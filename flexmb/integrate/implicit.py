@@ -1,0 +1,183 @@
+"""`Implicit`: an L-stable Runge-Kutta method of order four in joint coordinates, for trees with stiff bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.motion import Motion, rows_of
+from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.stages import SINGULAR, STAGES, THIRD, WEIGHTS, new_stages, run_step
+from flexmb.model.described import Described, is_number
+from flexmb.system.complaints import worst_equations
+from flexmb.tree import Recursive
+from flexmb.tree.settle import coordinate_rates
+
+__all__ = ["Implicit"]
+
+RECURSIVE = Recursive()
+NEWTON = 1e-4
+"""What the iteration may leave, relative to the tolerance of a step."""
+SMALLEST = 1e-14
+"""Step size, s, at which a run ends."""
+
+
+class _Run:
+    """The method between samples."""
+
+    def __init__(self, settings: Implicit, system, state, work, t_end: float):
+        self.settings, self.system, self.work = settings, system, work
+        self.motion = Motion(settings, system, state, work)
+        self.unknowns = self.motion.unknowns
+        size = model_size(system)
+        extent, reach = extents(system, state, work, size, settings.atol or 1e-4 * size)
+        self.t, self.works, self.projections = state.t, np.zeros(3), 0
+        self.x, self.v, a = self.unknowns.of(state)
+        self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
+        r.lam[:], r.A[0] = state.lam, a
+        self.motion.sample(self.t, self.x, self.v)
+        r.W[0] = work.energy[3:6]
+        self._begin()
+        span = max(t_end - state.t, 1e-300)
+        self.largest = settings.step or settings.largest or span / 20.0
+        self.next = settings.step or min(self.largest, self._first_step(state, extent, reach))
+
+    def _begin(self) -> None:
+        """Write the rates at the start of a step to the first stage."""
+        coordinate_rates(self.unknowns.chart.rows, self.x, self.v, self.stages.K[0])
+        self.stages.V[0] = self.v
+
+    def _first_step(self, state, extent, reach) -> float:
+        """Return a step size well below that of the tolerance, from speed and acceleration."""
+        a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
+        u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
+        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, 1e-3))
+
+    def _step(self, h: float) -> int:
+        """Take a step, or shorten the next one; return why the iteration failed, or 0."""
+        r, adaptive = self.stages, self.settings.step is None
+        failure = run_step(self.unknowns.chart, self.system.program, self.work, r, self.x, self.v, self.t, h, WEIGHTS, THIRD,
+                           self.settings.rtol, NEWTON if adaptive else 0.01 * NEWTON)
+        error = float(r.error[0])
+        if failure:
+            r.counts[4] += 1
+            self.next = 0.25 * h
+            return failure
+        if adaptive and error > 1.0:
+            r.counts[3] += 1
+            self.next = h * max(0.2, 0.85 * error**-0.25)
+            return 0
+        self.t += h
+        self.works += h * WEIGHTS[-1] @ r.W
+        self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
+        self.projections += projected
+        r.A[0], r.W[0] = r.A[STAGES - 1], r.W[STAGES - 1]
+        self._begin()
+        r.counts[0] += 1
+        for iq, iu, size, _ in self.system.program.vectors:
+            # tolerances of flexible coordinates are relative to the largest displacement they have reached
+            largest = np.max(np.abs(r.state.q[iq : iq + size]) * r.extent[iu : iu + size], initial=0.0)
+            r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], largest)
+        growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
+        self.next = min(self.largest, h * growth if growth < 1.0 else max(self.next, h * growth)) if adaptive else self.largest
+        return 0
+
+    def advance(self, t: float) -> str:
+        """Integrate to `t`; return what went wrong, or an empty text."""
+        span = t - self.t
+        while t - self.t > 1e-12 * max(abs(t), span):
+            left = t - self.t
+            h = left / max(1.0, np.ceil(left / min(self.next, self.largest) * (1.0 - 1e-9)))
+            failure = self._step(h)
+            if self.next < SMALLEST:
+                return self._reason(failure)
+        self.t = t
+        return ""
+
+    def _reason(self, failure: int) -> str:
+        if failure == SINGULAR:
+            return f"the iteration matrix is singular at t = {self.t:.9g} s (dead centre, or dependent equations)"
+        worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
+        if failure:
+            r, nu = self.stages, self.system.nu
+            where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
+            return f"the iteration does not converge at t = {self.t:.9g} s near {where}{worst}"
+        return f"the step size fell below {SMALLEST:.3g} s at t = {self.t:.9g} s{worst}"
+
+    def sample(self):
+        """Return t, q, u, a, lam, works."""
+        state = self.motion.sample(self.t, self.x, self.v)
+        return state.t, state.q, state.u, state.a, state.lam, self.works.copy()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Implicit(metaclass=Described):
+    """Implicit Runge-Kutta method of order four in the joint coordinates of the tree.
+
+    For stiff flexible bodies at high accuracy: steps follow the motion, however high the frequencies of the modes, and
+    joints of the tree cannot open. L-stable: what a step cannot resolve is gone after it. A step costs six stages with
+    some three iterations each, one factorisation, linear in the number of bodies.
+    Theory: recursive.
+
+    Parameters
+    ----------
+    rtol : float, -
+        Local error of a step, relative to the size of the model (positions), to a radian (rotations), and to the largest
+        deflection (flexible coordinates).
+    atol : float, m
+        Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
+    step : float, s, optional
+        Fixed step size; without it the step follows the error.
+    largest : float, s, optional
+        Largest step size; default a twentieth of the simulated time.
+    drift : float
+        Constraint residual, relative to the size of the model, at which the state is projected; that of the velocities
+        relative to the fastest marker.
+    formulation : Recursive
+        The tree, and by which joints loops are opened.
+
+    Source: Kennedy & Carpenter 2003 (ESDIRK4(3)6L[2]SA).
+    """
+
+    rtol: float = 1e-6
+    atol: float | None = None
+    step: float | None = None
+    largest: float | None = None
+    drift: float = 1e-10
+    formulation: Any = RECURSIVE
+
+    def __post_init__(self):
+        if isinstance(self.formulation, type) or not hasattr(self.formulation, "unknowns"):
+            raise ModelError("Implicit", found=f"formulation = {self.formulation!r}", expected="Recursive(...)",
+                             remedy="GeneralizedAlpha and IDA integrate absolute coordinates implicitly")
+        for name in ("rtol", "atol", "step", "largest", "drift"):
+            value = getattr(self, name)
+            if not (value is None and name not in ("rtol", "drift")) and not (is_number(value) and value > 0.0):
+                raise ModelError("Implicit", found=f"{name} = {value!r}", expected="a positive number",
+                                 remedy=f"Leave {name} out for its default")
+
+    def start(self, system, state, work, t_end: float) -> _Run:
+        """Return the method at the start."""
+        return _Run(self, system, state, work, t_end)
+
+    def run(self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended."""
+        kept: list[tuple] = []
+        failure = ""
+        for k in range(first, last):
+            failure = variables.advance(float(samples[k]))
+            if failure:
+                break
+            kept.append(variables.sample())
+        return Outcome(rows=rows_of(kept, system), failure=failure)
+
+    @staticmethod
+    def statistics(variables: _Run) -> dict[str, Any]:
+        """Return the numbers of the run."""
+        names = ("steps", "iterations", "factorisations", "rejected by error", "rejected by iteration")
+        counts = {name: int(count) for name, count in zip(names, variables.stages.counts, strict=True)}
+        return {**counts, "projections": variables.projections}

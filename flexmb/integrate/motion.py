@@ -1,0 +1,106 @@
+"""A motion as an ordinary differential equation: its unknowns, their rates, and the way back onto the constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.integrate.extent import model_size
+from flexmb.integrate.stabilised import kinematics
+from flexmb.system.branches import Followed
+from flexmb.system.program import constraint_velocity, evaluate, keep_branches, project
+
+__all__ = ["Motion", "rows_of"]
+
+
+class AbsoluteUnknowns:
+    """The coordinates and velocities of all bodies as unknowns; all joints have to be closed by projection."""
+
+    closes = True
+
+    def __init__(self, system, state, work):
+        self.system, self.work = system, work
+        self.followed = Followed(system, state, work)
+
+    def of(self, state) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return coordinates, velocities and accelerations of a state."""
+        return state.q, state.u, state.a
+
+    def state(self, t: float, x: np.ndarray, v: np.ndarray):
+        """Return the state of the unknowns, Euler parameters normalised."""
+        state = self.system.state(t, x, v)
+        state.q[self.system.program.branches :] = self.followed.at(t)
+        for iq, _ in self.system.program.frames:
+            state.q[iq + 3 : iq + 7] /= np.linalg.norm(state.q[iq + 3 : iq + 7])
+        return state
+
+    def reached(self, state, x: np.ndarray, v: np.ndarray, drifted: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return the unknowns of a state that has been reached, and count turns from it; it has just been evaluated."""
+        keep_branches(self.system.program, self.work, state.q)
+        self.followed.reached(state.t, self.work.branches)
+        return state.q, state.u
+
+    def rates(self, t: float, x: np.ndarray, v: np.ndarray, solve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return x', v' and the powers (3,) of loads and drives; `solve` writes the accelerations of a state."""
+        state = self.state(t, x, v)
+        solve(state)
+        change = np.zeros(len(x))
+        kinematics(self.system.program, 0.0, np.ascontiguousarray(x), state.u, change)
+        return change, state.a, self.work.energy[3:6]
+
+
+class Motion:
+    """What explicit and implicit methods share: accelerations by a formulation, in the unknowns it offers.
+
+    `settings` have the formulation, and the drift at which states are projected.
+    """
+
+    def __init__(self, settings, system, state, work):
+        self.formulation, self.drift = settings.formulation, settings.drift
+        self.system, self.work = system, work
+        self.tolerance = self.drift * model_size(system)
+        self.right = np.zeros(system.nu + system.ng)
+        offered = getattr(self.formulation, "unknowns", None)
+        self.unknowns = AbsoluteUnknowns(system, state, work) if offered is None else offered(system, state, work)
+
+    def solve(self, state) -> None:
+        """Fill in accelerations and multipliers by the formulation, and the powers of work.energy."""
+        state.a[:], state.lam[:] = self.formulation.accelerate(self.system, state, self.work)
+        self.work.coefficients[3] = 0.0
+        evaluate(self.system.program, state, self.work)
+
+    def sample(self, t: float, x: np.ndarray, v: np.ndarray):
+        """Return the state of the unknowns with accelerations and multipliers."""
+        state = self.unknowns.state(t, x.copy(), v.copy())
+        self.solve(state)
+        return state
+
+    def accepted(self, t: float, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
+        """Return x and v at the end of a step, back on the constraints, and whether they had drifted off."""
+        if not self.unknowns.closes:
+            return x, v, False
+        system, x, v = self.system, x.copy(), v.copy()
+        state = self.unknowns.state(t, x, v)
+        self.work.coefficients[3] = 0.0
+        evaluate(system.program, state, self.work)
+        drifted = bool(system.ng) and self._drifted(state)
+        if drifted:
+            project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance, system.gaps, 10)
+            self.work.coefficients[3] = 0.0
+            evaluate(system.program, state, self.work)
+        x, v = self.unknowns.reached(state, x, v, drifted)
+        return x, v, drifted
+
+    def _drifted(self, state) -> bool:
+        """Has the state left the constraints, at the level of position or of velocity?"""
+        rate = np.zeros(self.system.ng)
+        constraint_velocity(self.work, state.u, rate)
+        fastest = max(np.max(np.abs(self.work.markers[name])) for name in ("v", "w"))
+        return bool(np.max(np.abs(self.work.equations["g"])) > self.tolerance
+                    or np.max(np.abs(rate)) > self.drift * max(1.0, float(fastest)))
+
+
+def rows_of(kept: list[tuple], system) -> dict[str, np.ndarray]:
+    """Return the rows of samples (t, q, u, a, lam, works)."""
+    widths = (0, system.nq, system.nu, system.nu, system.ng, 3)
+    return {name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
+            for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))}

@@ -1,0 +1,191 @@
+"""The compiled step of an implicit Runge-Kutta method in the unknowns of a tree: six stages, one matrix.
+
+The method is ESDIRK4(3)6L[2]SA of Kennedy & Carpenter 2003 (the implicit part of their additive pair): order four, error
+estimate of order three, first stage explicit, stage order two, L-stable, the last stage is the end of the step.
+
+With the stage's relative acceleration a as unknown, v = v0 + s a and x = x0 + s x'(x, v), s = h / 4, hold by construction.
+Newton's method on the equations of motion in absolute coordinates solves eq. (tree-stage) of the theory of the recursion,
+``[M + s D + s^2 K, -G^T; G, 0] (du', dlam) = -(r, g'')``, whose factorisation goes from the leaves to the roots, and the
+change of a is read from du'.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.jets import sample_signals
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import State
+from flexmb.system.program import constraint_acceleration, evaluate
+from flexmb.tree.relative_passes import move_bodies
+from flexmb.tree.settle import coordinate_rates, count_turns, prescribe, read_change, settle, unit_length
+
+__all__ = ["GAMMA", "SINGULAR", "STAGES", "STALLED", "WEIGHTS", "Stages", "new_stages", "run_step"]
+
+GAMMA = 0.25
+WEIGHTS = np.array([
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [1 / 4, 1 / 4, 0.0, 0.0, 0.0, 0.0],
+    [8611 / 62500, -1743 / 31250, 1 / 4, 0.0, 0.0, 0.0],
+    [5012029 / 34652500, -654441 / 2922500, 174375 / 388108, 1 / 4, 0.0, 0.0],
+    [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4, 0.0],
+    [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
+])  # fmt: skip
+"""Of the stages; the last row is that of the step."""
+THIRD = np.array([4586570599 / 29645900160, 0.0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932,
+                  61727 / 225920])
+"""Weights of the embedded method of order three."""
+STAGES = 6
+MOST = 12
+"""Iterations of a stage."""
+SLOW = 0.5
+"""Rate of convergence at which the matrix is made anew."""
+STALLED, SINGULAR = 1, 2
+
+Stages = namedtuple("Stages", "x v a lam x0 v0 y change K V A W state right extent reach counts error fresh")
+"""Storage of the steps.
+
+x, v, a, lam : unknowns of the stage at hand, at the end those of the step; x0, v0: what the stage starts from
+y, change : x with unit Euler parameters; change of a
+K, V, A, W (6, n) : rates of x, rates v, second rates and powers of the stages; the first is the start of the step
+state : State of all bodies
+right (nu + ng,) : right-hand side of the iteration
+extent, reach (nu,) : see `flexmb.integrate.extent`
+counts (5,) : steps, iterations, factorisations, rejected by error, rejected by iteration
+error (1,) : of the step, relative to its tolerance; fresh (1,): shall the matrix be made anew?
+"""
+
+
+def new_stages(unknowns, state, extent, reach) -> Stages:
+    """Return storage for the unknowns of a state."""
+    nx, nv, nu = unknowns.nx, unknowns.nv, len(state.u)
+    return Stages(x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), lam=state.lam.copy(), x0=np.zeros(nx), v0=np.zeros(nv),
+                  y=np.zeros(nx), change=np.zeros(nv), K=np.zeros((STAGES, nx)), V=np.zeros((STAGES, nv)),
+                  A=np.zeros((STAGES, nv)), W=np.zeros((STAGES, 3)), state=state, right=np.zeros(nu + len(state.lam)),
+                  extent=extent, reach=reach, counts=np.zeros(5, np.int64), error=np.zeros(1), fresh=np.ones(1))
+
+
+@kernel
+def _norm(r, change, scale, tolerance):
+    """Return the largest displacement of a change (nu,) times `scale`, relative to its tolerance."""
+    largest = 0.0
+    for i in range(len(r.extent)):
+        x = abs(scale * change[i]) * r.extent[i] / (tolerance * r.reach[i])
+        if not x <= largest:
+            largest = x
+    return largest
+
+
+@kernel
+def _follow(chart, program, work, r, t, shift, rates):
+    """Write x and v of the stage that follow from its accelerations, and the state of all bodies."""
+    for i in range(len(r.v)):
+        r.v[i] = r.v0[i] + shift * r.a[i]
+    for _ in range(3):  # Euler parameters turn with themselves, but slowly within a step
+        coordinate_rates(chart.rows, r.x, r.v, rates)
+        for i in range(len(r.x)):
+            r.x[i] = r.x0[i] + shift * rates[i]
+    prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
+    r.y[:] = r.x
+    unit_length(chart.rows, r.y)
+    state = State(t, r.state.q, r.state.u, r.state.a, r.lam, r.state.signals)
+    settle(chart.rows, program, work, chart.start, r.y, r.v, r.a, state)
+    count_turns(chart, program, t, r.y, state.q)
+    return state
+
+
+@kernel
+def _predict(r, c, s):
+    """Write the accelerations of stage s, of time c[s] in the step, by the polynomial through up to three before it."""
+    first = max(0, s - 3)
+    r.a[:] = 0.0
+    for j in range(first, s):
+        share = 1.0
+        for k in range(first, s):
+            if k != j:
+                share *= (c[s] - c[k]) / (c[j] - c[k])
+        r.a[:] += share * r.A[j]
+
+
+@kernel
+def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
+    """Solve stage s by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
+    nu, ng = len(r.extent), len(r.lam)
+    size, rate = 0.0, 0.5
+    if len(chart.driven) > 0:
+        sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
+    for iteration in range(MOST):
+        state = _follow(chart, program, work, r, t, shift, r.K[s])
+        work.coefficients[0] = 1.0
+        work.coefficients[1] = shift
+        work.coefficients[2] = shift * shift
+        work.coefficients[3] = r.fresh[0]
+        work.coefficients[4] = 0.0
+        evaluate(program, state, work)
+        r.counts[1] += 1
+        if r.fresh[0] > 0.0:
+            r.counts[2] += 1
+            if lu_factor(work.S, program.pattern) >= 0:
+                return SINGULAR
+        for i in range(nu):
+            r.right[i] = -work.residual[i]
+        constraint_acceleration(work, state.a, r.right[nu:])
+        for i in range(ng):
+            r.right[nu + i] = -r.right[nu + i]
+        lu_solve(work.S, program.pattern, r.right)
+        before, size = size, _norm(r, r.right, shift * shift, tolerance)
+        if not np.isfinite(size) or size > 1e12:
+            return STALLED
+        read_change(chart.rows, work, r.right, r.change)
+        for i in range(len(r.a)):
+            r.a[i] += r.change[i]
+        for i in range(ng):
+            r.lam[i] += r.right[nu + i]
+        if iteration > 0 and before > 0.0:
+            rate = size / before
+            if rate > 1.5 and iteration > 2 and size > newton:
+                return STALLED
+        rate = min(rate, 0.99)
+        if size * rate / (1.0 - rate) <= newton and (iteration > 0 or size <= 1e-2 * newton):
+            r.W[s] = work.energy[3:6]
+            for i in range(len(r.v)):
+                r.v[i] += shift * r.change[i]
+            prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
+            r.V[s], r.A[s] = r.v, r.a
+            return 0
+        r.fresh[0] = 1.0 if iteration > 0 and rate > SLOW else 0.0
+    return STALLED
+
+
+@kernel
+def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, newton):
+    """Take a step from x, v, whose rates stand in the first stage; return 0 or why it fails.
+
+    The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error.
+    """
+    shift = GAMMA * h
+    r.x[:], r.v[:] = x, v
+    r.fresh[0] = 1.0
+    c = np.sum(weights, axis=1)
+    for s in range(1, STAGES):
+        r.x0[:], r.v0[:] = x, v
+        for j in range(s):
+            w = h * weights[s, j]
+            if w != 0.0:
+                r.x0[:] += w * r.K[j]
+                r.v0[:] += w * r.A[j]
+        _predict(r, c, s)
+        failure = _stage(chart, program, work, r, t + c[s] * h, shift, s, tolerance, newton)
+        if failure != 0:
+            return failure
+    r.change[:] = 0.0
+    for j in range(STAGES):
+        r.change[:] += h * (weights[STAGES - 1, j] - third[j]) * r.V[j]
+    for n in range(len(chart.driven)):
+        r.change[chart.driven[n, 1]] = 0.0
+    move_bodies(chart.rows, work, r.state.q, r.change, r.right)
+    r.error[0] = _norm(r, r.right, 1.0, tolerance)
+    return 0

@@ -1,0 +1,116 @@
+"""`RelativeUnknowns`: the joint coordinates of a tree as what an integrator solves for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import CompileError
+from flexmb.math.jets import sample_signals
+from flexmb.math.tables import State
+from flexmb.model.signal import pack
+from flexmb.system.branches import Followed
+from flexmb.system.program import keep_branches
+from flexmb.tree.joint_tree import JointTree
+from flexmb.tree.motions import HINGED
+from flexmb.tree.relative_passes import read_state
+from flexmb.tree.settle import Chart, coordinate_rates, count_turns, prescribe, settle, unit_length
+
+__all__ = ["RelativeUnknowns"]
+
+
+class RelativeUnknowns:
+    """Joint coordinates x (nx,) and rates v (nv,) of a system, as unknowns of an integrator.
+
+    Bodies are placed through their joints, which therefore cannot open; drives of tree joints are followed exactly. Only
+    equations of cut joints are left to be closed.
+
+    Attributes
+    ----------
+    tree : JointTree
+    closes : bool
+        Does the evaluation after a step matter: for cut joints, or to count their turns?
+    """
+
+    def __init__(self, system, state: State, work, cut: tuple[str, ...] = ()):
+        self.system, self.work = system, work
+        self.tree = tree = JointTree.of(system, state, tuple(cut))
+        self.nx, self.nv = len(tree.names), len(tree.rate_names)
+        driven = [(tree.names.index(name), tree.rate_names.index(name)) for name in tree.drives]
+        signals = [d.displacement if d.angle is None else d.angle for d in tree.drives.values()]
+        self._followed = Followed(system, state, work)
+        self.chart = Chart(tree.rows, np.array(driven, np.int64).reshape(-1, 2), *pack([s.program() for s in signals]),
+                           np.zeros((len(signals), 3)), np.array(tree.counted, np.int64).reshape(-1, 2),
+                           self._followed.clock, self._followed.branches, self._followed.pace, state.q.copy())
+        self.closes = bool(len(tree.tree.tables.cut_equations)) or len(tree.counted) < len(self.chart.branches)
+        self.turns, self.balls = _angles(tree.rows)
+        self._links = _is_linked(tree)
+        self._scratch = np.zeros(self.nx), np.zeros(self.nv)
+
+    def of(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return x, v and the second rates of a state."""
+        own = self.tree.read(state, self.work)
+        return own.q, own.v, own.a
+
+    def state(self, t: float, x: np.ndarray, v: np.ndarray, a: np.ndarray | None = None) -> State:
+        """Return the state of all bodies; x, v (and a) get unit Euler parameters and the motion of the drives."""
+        system = self.system
+        state = system.state(t)
+        a = np.zeros(self.nv) if a is None else a
+        chart = self.chart
+        if len(chart.driven):
+            sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
+        unit_length(chart.rows, x)
+        prescribe(chart.driven, chart.sampled, x, v, a)
+        settle(chart.rows, system.program, self.work, chart.start, x, v, a, state)
+        count_turns(chart, system.program, t, x, state.q)
+        return state
+
+    def reached(self, state: State, x: np.ndarray, v: np.ndarray, drifted: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return the unknowns of a state that has been reached, and count turns from it; it has just been evaluated.
+
+        If it has `drifted` off the constraints, and was put back, x and v are those before that.
+        """
+        keep_branches(self.system.program, self.work, state.q)
+        self._followed.reached(state.t, self.work.branches)
+        if not drifted:
+            return x, v
+        q, v, _ = self.of(state)
+        q[self.turns] += 2.0 * np.pi * np.round((x - q)[self.turns] / (2.0 * np.pi))
+        for at in self.balls:
+            q[at : at + 4] *= np.copysign(1.0, q[at : at + 4] @ x[at : at + 4])
+        return q, v
+
+    def rates(self, t: float, x: np.ndarray, v: np.ndarray, solve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return x', v' and the powers (3,) of loads and drives; `solve` writes the accelerations of a state.
+
+        Rigid links on hinges and slides under gravity take the passes in link axes.
+        """
+        change, a = np.zeros(self.nx), np.zeros(self.nv)
+        x, v = x.copy(), v.copy()
+        powers = np.zeros(3)
+        if self._links:
+            a = self.tree.accelerations(x, v)
+        else:
+            state = self.state(t, x, v)
+            solve(state)
+            read_state(self.tree.rows, state, self.work, *self._scratch, a)
+            a[self.chart.driven[:, 1]] = self.chart.sampled[:, 2]
+            powers = self.work.energy[3:6]
+        coordinate_rates(self.tree.rows, x, v, change)
+        return change, a, powers
+
+
+def _is_linked(tree: JointTree) -> bool:
+    """Is the model one of rigid links that `JointTree.accelerations` takes?"""
+    try:
+        return bool(len(tree.rate_names)) and tree.accelerations(tree.start.q) is not None
+    except CompileError:
+        return False
+
+
+def _angles(rows) -> tuple[np.ndarray, list[int]]:
+    """Return the places of all angles among the coordinates, and where the Euler parameters of balls begin."""
+    turns = [int(row["iq"] + row[name]) for row in rows if row["held"] == HINGED for name in ("turn", "turn_b")
+             if row[name] >= 0]
+    balls = [int(row["iq"] + row["ball"]) for row in rows if row["held"] == HINGED and row["ball"] >= 0]
+    return np.array(turns, np.int64), balls

@@ -1,0 +1,176 @@
+"""Integration in joint coordinates: the same motions as in absolute coordinates, joints that cannot open, order, stiff modes.
+
+The references are the explicit method of order eight on the absolute coordinates and the augmented equations, which
+shares neither unknowns nor linear algebra with what is tested, and closed forms.
+"""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+from tolerances import MACHINE
+from tree.models import branched, chain, flexible_chain, four_bars, loops
+from tree.test_loops_over_time import levels
+from tree.test_stiff import stiff_chain
+from verification.mechanisms import bricard
+
+import flexmb as fmb
+from flexmb.integrate.stages import STAGES, THIRD, WEIGHTS
+
+VALIDATION = Path(__file__).parents[1] / "data" / "validation"
+
+
+def floating_chain():
+    """Return three flexible bodies on a slide and a ball that float and are pulled at one end."""
+    return replace(flexible_chain(3), joints=flexible_chain(3).joints[1:])
+
+
+MOTIONS = {
+    "chain": (lambda: chain(4), 0.5),
+    "balls": (lambda: chain(3, fmb.Spherical), 0.5),
+    "floating flexible chain": (floating_chain, 0.01),
+    "branches, a drive and a point": (branched, 0.01),
+    "four-bars": (lambda: four_bars(2), 0.5),
+    "flexible loops": (loops, 0.01),
+    "Bricard": (lambda: bricard(json.loads((VALIDATION / "RB04.json").read_text())), 1.0),
+}
+TIGHT = 1e-8
+"""Of positions, m or rad: some ten times what the tolerances of both methods leave."""
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_motion_as_in_absolute_coordinates(name):
+    make, t_end = MOTIONS[name]
+    model = make()
+    reference = fmb.simulate(model, t_end, samples=3, formulation=fmb.Augmented())
+    explicit = fmb.simulate(model, t_end, samples=3, formulation=fmb.Recursive())
+    implicit = fmb.simulate(model, t_end, samples=3, integrator=fmb.Implicit(rtol=1e-7))
+    unit = np.abs(reference.final.u).max()
+    for solution, position, velocity in ((explicit, TIGHT, 1e-6), (implicit, 2e-6, 1e-3)):
+        np.testing.assert_allclose(solution.final.q, reference.final.q, atol=position)
+        np.testing.assert_allclose(solution.final.u, reference.final.u, atol=velocity * unit)
+        assert levels(solution).max() < 1e-9
+
+
+@pytest.mark.parametrize("integrator", [fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit(rtol=1e-5)])
+def test_joints_of_a_tree_cannot_open(integrator):
+    """Twenty turns of a rotor with a ball and a slide on it: the joints hold to rounding, and nothing is projected."""
+    rotor = fmb.RigidBody.rod("rotor", length=1.0, mass=1.0, radius=0.05, angular_velocity=(0, 0, 40.0))
+    bob = fmb.RigidBody.rod("bob", length=0.5, mass=0.3, radius=0.02, at=(1, 0, 0), velocity=(0, 40.0, 0))
+    bead = fmb.RigidBody.sphere("bead", radius=0.02, density=3000.0, at=(0.5, 0, 0), velocity=(0, 20.0, 0),
+                                angular_velocity=(0, 0, 40.0))
+    along = {"middle": fmb.Pose.axes((0.5, 0, 0), x=(0, 1, 0), z=(1, 0, 0))}
+    rotor = replace(rotor, markers={**rotor.markers, **along})
+    bead = replace(bead, markers={"hole": fmb.Pose.axes((0, 0, 0), x=(0, 1, 0), z=(1, 0, 0))})
+    joints = [fmb.Revolute("A", markers=("ground.origin", "rotor.start")),
+              fmb.Spherical("B", markers=("rotor.end", "bob.start")),
+              fmb.Prismatic("C", markers=("rotor.middle", "bead.hole"))]
+    spring = fmb.SpringDamper("s", markers=("rotor.middle", "bead.hole"), stiffness=2e3, damping=0.1, length=0.0)
+    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), rotor, bob, bead], joints=joints, forces=[spring],
+                      sensors=[fmb.JointCoordinate("turns", joint="A")])
+    solution = fmb.simulate(model, 3.0, samples=4, integrator=integrator)
+    assert solution["turns"][-1] > 40.0
+    assert levels(solution).max() < MACHINE
+    assert solution.statistics["projections"] == 0
+
+
+@pytest.mark.parametrize("formulation", [fmb.Augmented(), fmb.Recursive(), None], ids=["absolute", "joints", "implicit"])
+def test_turns_are_counted(formulation):
+    """A torsion spring that is wound up by several turns: from x = 0 with the speed w, x = w / n sin(n t)."""
+    rod = fmb.RigidBody("rod", mass=1.0, inertia=(1.0, 1.0, 1.0), angular_velocity=(0, 0, 10.0))
+    spring = fmb.TorsionSpring("k", joint="A", stiffness=0.2)
+    model = fmb.Model(bodies=[fmb.Ground(), rod], joints=[fmb.Revolute("A", markers=("ground.origin", "rod.center"))],
+                      forces=[spring], sensors=[fmb.JointCoordinate("x", joint="A"), fmb.ForceOf("M", force="k")])
+    integrator = fmb.Implicit(rtol=1e-8) if formulation is None else fmb.Explicit(formulation=formulation)
+    solution = fmb.simulate(model, 6.0, samples=61, integrator=integrator)
+    n = np.sqrt(0.2)
+    expected = 10.0 / n * np.sin(n * solution.t)
+    np.testing.assert_allclose(solution["x"], expected, atol=1e-5)
+    np.testing.assert_allclose(np.asarray(solution["M"])[:, 5], -0.2 * expected, atol=1e-5)
+
+
+def test_pendulum_with_high_amplitude():
+    """The period of a pendulum that swings by 120 degrees, by the complete elliptic integral."""
+    start = np.radians(120.0)
+    bob = fmb.RigidBody("bob", mass=1.0, inertia=(0, 0, 0), center_of_mass=(1, 0, 0), rotation=(0, 0, start - np.pi / 2),
+                        markers={"pin": (0, 0, 0)})
+    model = fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), bob],
+                      joints=[fmb.Revolute("A", markers=("ground.origin", "bob.pin"))],
+                      sensors=[fmb.JointCoordinate("x", joint="A")])
+    k, w = np.sin(start / 2) ** 2, np.sqrt(9.81)
+    times = np.linspace(0.0, 8.0 * ellipk(k) / w, 9)
+    expected = 2.0 * np.arcsin(np.sqrt(k) * ellipj(ellipk(k) + w * times, k)[0])
+    for integrator in (fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit(rtol=1e-9)):
+        solution = fmb.simulate(model, times[-1], samples=times, integrator=integrator)
+        np.testing.assert_allclose(solution["x"] + np.pi / 2, expected, atol=2e-6)
+
+
+def test_weights_of_the_implicit_method():
+    """Order conditions to order four, and to order three of the embedded method; L-stability; stage order two."""
+    A, b = WEIGHTS, WEIGHTS[-1]
+    c, one = A.sum(axis=1), np.ones(STAGES)
+    for w, order in ((b, 4), (THIRD, 3)):
+        found = [w @ one, w @ c, w @ c**2, w @ A @ c, w @ c**3, w @ (c * (A @ c)), w @ A @ c**2, w @ A @ A @ c]
+        expected = [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24]
+        count = 8 if order == 4 else 4
+        np.testing.assert_allclose(found[:count], expected[:count], atol=1e-15)
+    np.testing.assert_allclose(A @ c, c**2 / 2, atol=1e-15)
+    z = -1e9
+    assert abs(1.0 + z * b @ np.linalg.solve(np.eye(STAGES) - z * A, one)) < 1e-7
+
+
+@pytest.mark.parametrize("make", [lambda: chain(3, fmb.Spherical), lambda: four_bars(1)], ids=["balls", "loop"])
+def test_order_four(make):
+    """Half the step, a sixteenth of the error, with Euler parameters and with a loop that is closed by projection."""
+    model = make()
+    reference = fmb.simulate(model, 0.4, samples=2, integrator=fmb.Explicit(rtol=1e-11, atol=1e-12))
+    errors = []
+    for steps in (20, 40, 80):
+        solution = fmb.simulate(model, 0.4, samples=2, integrator=fmb.Implicit(step=0.4 / steps, rtol=1e-8))
+        assert solution.statistics["steps"] == steps
+        errors.append(np.abs(solution.final.q - reference.final.q).max())
+    assert errors[0] / errors[1] > 11.0
+    assert errors[1] / errors[2] > 11.0
+
+
+def test_steps_far_above_the_period_of_stiff_modes():
+    """Two steel beams that fall on hinges: implicit steps resolve the motion, not modes of some 3 kHz."""
+    model = stiff_chain(2)
+    highest = 1.0 / fmb.linearize(model).frequencies.max()
+    step = 5e-3
+    assert step > 15.0 * highest
+    reference = fmb.simulate(model, 0.05, samples=2, formulation=fmb.Recursive())
+    solution = fmb.simulate(model, 0.05, samples=2, integrator=fmb.Implicit(step=step))
+    tree = fmb.JointTree(model)
+    np.testing.assert_allclose(tree.relative(solution.final).q, tree.relative(reference.final).q, atol=2e-5)
+    assert solution.statistics["steps"] == 10
+    assert solution.statistics["steps"] * 15 < reference.statistics["steps"]
+    assert solution.statistics["factorisations"] <= 11
+
+
+def test_events_and_works_with_the_implicit_method(tmp_path):
+    """A hinge breaks at an angle; the file holds what memory holds; energy and works balance."""
+    model = four_bars(1)
+    angle = fmb.JointCoordinate("crank", joint="g0")
+    drag = fmb.SpringDamper("drag", markers=("ground.A1", "c0.end"), stiffness=5.0, damping=2.0, length=1.0)
+    event = fmb.Event("breaks", sensor="crank", below=1.3, then=fmb.Release("r0"))
+    model = replace(model, sensors=(*model.sensors, angle), forces=(drag,), events=(event,))
+    one = fmb.simulate(model, 0.4, samples=9, integrator=fmb.Implicit(rtol=1e-7), output=tmp_path / "run.h5")
+    other = fmb.simulate(model, 0.4, samples=9, formulation=fmb.Augmented())
+    assert len(one.phases) == len(other.phases) == 2
+    np.testing.assert_allclose(one.phases[0].t[-1], other.phases[0].t[-1], atol=1e-6)
+    np.testing.assert_allclose(one["crank"], other["crank"], atol=1e-5)
+    np.testing.assert_allclose(one.phases[-1].works[-1], other.phases[-1].works[-1], atol=1e-6)
+    np.testing.assert_allclose(fmb.Solution.load(tmp_path / "run.h5")["crank"], one["crank"])
+
+
+def test_what_the_implicit_method_refuses():
+    with pytest.raises(fmb.ModelError, match=r"formulation = Augmented\(\).*Recursive\(...\).*GeneralizedAlpha and IDA"):
+        fmb.Implicit(formulation=fmb.Augmented())
+    with pytest.raises(fmb.ModelError, match=r"rtol = -1.*a positive number"):
+        fmb.Implicit(rtol=-1)
+    with pytest.raises(fmb.ModelError, match=r"both an integrator, Implicit"):
+        fmb.simulate(chain(1), 1.0, integrator=fmb.Implicit(), formulation=fmb.Recursive())
