@@ -78,23 +78,43 @@ def _entry(row, rows, e, s, t):
 
 
 @kernel
-def _add_element_matrix(row, work, data, start, e, K, cm):
-    """Add the mass and stiffness of element e to the iteration matrix; K (3, 3, 9) belongs to (d, r'_a, r'_b)."""
-    L = data[start]
-    local = (0, 1, 0, 2)
-    share = (-1.0 / L, 1.0, 1.0 / L, 1.0)
-    for s in range(4):
-        own = row.iu + 6 * (e if s < 2 else (e + 1) % row.nodes) + 3 * (s % 2)
-        other = row.couplings + 12 * e + (0 if s < 2 else 6) + 3 * (s % 2)
-        for i in range(3):
-            here, there = work.rows[own + i], work.rows[other + i]
-            for t in range(4):
-                at = (here if s // 2 == t // 2 else there) + 3 * (t % 2)
-                f = share[s] * share[t]
-                block = K[local[s], local[t]]
-                for j in range(3):
-                    work.S[at + j] += f * block[3 * i + j]
-                work.S[at + i] += cm * data[start + 1 + 4 * s + t]
+def _add_element_matrix(row, work, element, e, K, cm):
+    """Add the mass and stiffness of element e to the iteration matrix; K (9, 9) belongs to (d, r'_a, r'_b)."""
+    S, rows, inverse = work.S, work.rows, 1.0 / element[0]
+    a, b, coupling = row.iu + 6 * e, row.iu + 6 * ((e + 1) % row.nodes), row.couplings + 12 * e
+    for i in range(3):
+        # rows of r_a, r'_a, r_b, r'_b: in the block of their own node, and in the other's
+        ra, ta, rb, tb = S[rows[a + i] :][:6], S[rows[a + 3 + i] :][:6], S[rows[b + i] :][:6], S[rows[b + 3 + i] :][:6]
+        rab, tab = S[rows[coupling + i] :][:6], S[rows[coupling + 3 + i] :][:6]
+        rba, tba = S[rows[coupling + 6 + i] :][:6], S[rows[coupling + 9 + i] :][:6]
+        for j in range(3):
+            dd, da, db = K[i, j] * inverse * inverse, K[i, 3 + j] * inverse, K[i, 6 + j] * inverse
+            ad, bd = K[3 + i, j] * inverse, K[6 + i, j] * inverse
+            ra[j] += dd
+            ra[3 + j] -= da
+            rab[j] -= dd
+            rab[3 + j] -= db
+            ta[j] -= ad
+            ta[3 + j] += K[3 + i, 3 + j]
+            tab[j] += ad
+            tab[3 + j] += K[3 + i, 6 + j]
+            rba[j] -= dd
+            rba[3 + j] += da
+            rb[j] += dd
+            rb[3 + j] += db
+            tba[j] -= bd
+            tba[3 + j] += K[6 + i, 3 + j]
+            tb[j] += bd
+            tb[3 + j] += K[6 + i, 6 + j]
+        for t in range(2):
+            ra[3 * t + i] += cm * element[1 + t]
+            rab[3 * t + i] += cm * element[3 + t]
+            ta[3 * t + i] += cm * element[5 + t]
+            tab[3 * t + i] += cm * element[7 + t]
+            rba[3 * t + i] += cm * element[9 + t]
+            rb[3 * t + i] += cm * element[11 + t]
+            tba[3 * t + i] += cm * element[13 + t]
+            tb[3 * t + i] += cm * element[15 + t]
 
 
 @kernel
@@ -123,6 +143,31 @@ def _add_marker_tangent(row, data, state, work, ck):
                             work.S[work.rows[first + i] + column + j] += f * block[i, j]
 
 
+@kernel
+def _add_element_forces(row, state, work, element, a, b, f):
+    """Add the elastic forces f of (d, r'_a, r'_b) and M (a - g) of an element with the nodes at a and b."""
+    L, mass = element[0], element[1:]
+    at_a, at_b = work.residual[row.iu + a :][:6], work.residual[row.iu + b :][:6]
+    a_a, a_b = state.a[row.iu + a :][:6], state.a[row.iu + b :][:6]
+    for i in range(3):
+        # a line that translates has no gradients: the weight is M times g at both nodes
+        w, x, y, z = a_a[i] - row.gravity[i], a_a[3 + i], a_b[i] - row.gravity[i], a_b[3 + i]
+        at_a[i] += mass[0] * w + mass[1] * x + mass[2] * y + mass[3] * z - f[i] / L
+        at_a[3 + i] += mass[4] * w + mass[5] * x + mass[6] * y + mass[7] * z + f[3 + i]
+        at_b[i] += mass[8] * w + mass[9] * x + mass[10] * y + mass[11] * z + f[i] / L
+        at_b[3 + i] += mass[12] * w + mass[13] * x + mass[14] * y + mass[15] * z + f[6 + i]
+
+
+@kernel
+def _gather(values, first, a, b, L, z):
+    """Write d = (r_b - r_a) / L, r'_a, r'_b of the nodes at a and b, or their rates, to z (3, 3)."""
+    x, y = values[first + a :][:6], values[first + b :][:6]
+    for i in range(3):
+        z[0, i] = (y[i] - x[i]) / L
+        z[1, i] = x[3 + i]
+        z[2, i] = y[3 + i]
+
+
 @row_kernel
 def inertia(raw, data, state, work):
     """M (a - g) + elastic and damping forces - marker loads; constant mass, no quadratic velocity terms."""
@@ -130,44 +175,25 @@ def inertia(raw, data, state, work):
     z = np.empty((3, 3))
     rate = np.empty((3, 3))
     f = np.empty(9)
-    K = np.empty((3, 3, 9))
-    scratch = np.empty((20, 3))
+    K = np.empty((9, 9))
+    scratch = np.empty((29, 9))
     weights = work.coefficients
     tangent = weights[3] > 0.0
+    ck, cd = (weights[2], weights[1]) if tangent else (0.0, 0.0)
     for n in range(rows.shape[0]):
         row = rows[n]
         for e in range(row.elements):
-            start = row.data + ELEMENT * e
+            element = data[row.data + ELEMENT * e :][:ELEMENT]
             a, b = 6 * e, 6 * ((e + 1) % row.nodes)
-            L = data[start]
-            for i in range(3):
-                z[0, i] = (state.q[row.iq + b + i] - state.q[row.iq + a + i]) / L
-                z[1, i] = state.q[row.iq + a + 3 + i]
-                z[2, i] = state.q[row.iq + b + 3 + i]
-                rate[0, i] = (state.u[row.iu + b + i] - state.u[row.iu + a + i]) / L
-                rate[1, i] = state.u[row.iu + a + 3 + i]
-                rate[2, i] = state.u[row.iu + b + 3 + i]
-            ck, cd = (weights[2], weights[1]) if tangent else (0.0, 0.0)
-            _, power = cable_element(data, start, z, rate, ck, cd, f, K, scratch)
+            _gather(state.q, row.iq, a, b, element[0], z)
+            _gather(state.u, row.iu, a, b, element[0], rate)
+            if tangent and ck == 0.0:
+                K[:] = 0.0
+            _, power = cable_element(element, z, rate, ck, cd, f, K, scratch)
             work.energy[5] += power
-            for i in range(3):
-                work.residual[row.iu + a + i] -= f[i] / L
-                work.residual[row.iu + b + i] += f[i] / L
-                work.residual[row.iu + a + 3 + i] += f[3 + i]
-                work.residual[row.iu + b + 3 + i] += f[6 + i]
-            for s in range(4):
-                target = row.iu + (a if s < 2 else b) + 3 * (s % 2)
-                for t in range(4):
-                    m = data[start + 1 + 4 * s + t]
-                    source = row.iu + (a if t < 2 else b) + 3 * (t % 2)
-                    for i in range(3):
-                        work.residual[target + i] += m * state.a[source + i]
-                for i in range(3):
-                    work.residual[target + i] -= data[start + 17 + s] * row.gravity[i]
+            _add_element_forces(row, state, work, element, a, b, f)
             if tangent:
-                if ck == 0.0 and cd == 0.0:
-                    K[:] = 0.0
-                _add_element_matrix(row, work, data, start, e, K, weights[0])
+                _add_element_matrix(row, work, element, e, K, weights[0])
         for k in range(row.n_markers):
             marker = work.markers[row.marker + k]
             add_to_residual(work, marker.iu, marker)
@@ -182,18 +208,15 @@ def energy(raw, data, state, work):
     z = np.empty((3, 3))
     rest = np.zeros((3, 3))
     f = np.empty(9)
-    K = np.empty((3, 3, 9))
-    scratch = np.empty((20, 3))
+    K = np.empty((9, 9))
+    scratch = np.empty((29, 9))
     for n in range(rows.shape[0]):
         row = rows[n]
         for e in range(row.elements):
             start = row.data + ELEMENT * e
             a, b = 6 * e, 6 * ((e + 1) % row.nodes)
-            for i in range(3):
-                z[0, i] = (state.q[row.iq + b + i] - state.q[row.iq + a + i]) / data[start]
-                z[1, i] = state.q[row.iq + a + 3 + i]
-                z[2, i] = state.q[row.iq + b + 3 + i]
-            strain, _ = cable_element(data, start, z, rest, 0.0, 0.0, f, K, scratch)
+            _gather(state.q, row.iq, a, b, data[start], z)
+            strain, _ = cable_element(data[start : start + ELEMENT], z, rest, 0.0, 0.0, f, K, scratch)
             work.energy[1] += strain
             for s in range(4):
                 target = (a if s < 2 else b) + 3 * (s % 2)

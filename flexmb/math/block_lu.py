@@ -60,6 +60,115 @@ def _eliminate(S, p, s, base, n, width):
 
 
 @kernel
+def _eliminate_six(S, p, s, base, n, width):
+    """`_eliminate` for an earlier block of six rows: a node or a body. The row's multipliers stay in registers."""
+    block = p.source[s]
+    first = p.block_start[block]
+    start = p.row_start[first]
+    stride = p.row_start[first + 1] - start
+    own = start + p.own[block]
+    g = p.inverse[first : first + 6]
+    u0, u1, u2 = S[own : own + 6], S[own + stride :][:6], S[own + 2 * stride :][:6]
+    u3, u4 = S[own + 3 * stride :][:6], S[own + 4 * stride :][:6]
+    for r in range(p.run_start[s], p.run_start[s + 1]):
+        m, at = p.run_length[r], start + p.run_from[r]
+        a, b, c = S[at : at + m], S[at + stride :][:m], S[at + 2 * stride :][:m]
+        d, e, f = S[at + 3 * stride :][:m], S[at + 4 * stride :][:m], S[at + 5 * stride :][:m]
+        for i in range(n):
+            row = base + i * width
+            x = S[row + p.at[s] :][:6]
+            if r == p.run_start[s]:
+                x[0] *= g[0]
+                x[1] = (x[1] - x[0] * u0[1]) * g[1]
+                x[2] = (x[2] - x[0] * u0[2] - x[1] * u1[2]) * g[2]
+                x[3] = (x[3] - x[0] * u0[3] - x[1] * u1[3] - x[2] * u2[3]) * g[3]
+                x[4] = (x[4] - x[0] * u0[4] - x[1] * u1[4] - x[2] * u2[4] - x[3] * u3[4]) * g[4]
+                x[5] = (x[5] - x[0] * u0[5] - x[1] * u1[5] - x[2] * u2[5] - x[3] * u3[5] - x[4] * u4[5]) * g[5]
+            f0, f1, f2, f3, f4, f5 = x[0], x[1], x[2], x[3], x[4], x[5]
+            y = S[row + p.run_to[r] :][:m]
+            for t in range(m):
+                y[t] -= (f0 * a[t] + f1 * b[t]) + (f2 * c[t] + f3 * d[t]) + (f4 * e[t] + f5 * f[t])
+
+
+@kernel
+def _factor_own(S, p, first, n, corner, width, columns):
+    """Factorise the `n` rows of a block from its own columns on; return -1, or the row whose pivot vanishes."""
+    inverse = p.inverse[first : first + n]
+    for i in range(n):
+        row = S[corner + i * width :][:columns]
+        k = 0
+        while k + 1 < i:
+            # two rows above at a time: each value of this row is loaded and stored half as often
+            above, below = S[corner + k * width :][:columns], S[corner + (k + 1) * width :][:columns]
+            f = row[k] * inverse[k]
+            g = (row[k + 1] - f * above[k + 1]) * inverse[k + 1]
+            row[k], row[k + 1] = f, g
+            k += 2
+            for t in range(k, columns):
+                row[t] -= f * above[t] + g * below[t]
+        if k < i:
+            above = S[corner + k * width :][:columns]
+            f = row[k] * inverse[k]
+            row[k] = f
+            for t in range(k + 1, columns):
+                row[t] -= f * above[t]
+        pivot = row[i]
+        if not abs(pivot) > 1e-14 * p.scratch[first + i]:
+            return first + i
+        inverse[i] = 1.0 / pivot
+    return -1
+
+
+@kernel
+def _factor_six(S, p, first, corner, width, columns):
+    """`_factor_own` for a block of six rows: every row at once by all rows above it."""
+    inverse, least = p.inverse[first : first + 6], p.scratch[first : first + 6]
+    r0, r1 = S[corner : corner + columns], S[corner + width :][:columns]
+    r2, r3 = S[corner + 2 * width :][:columns], S[corner + 3 * width :][:columns]
+    r4, r5 = S[corner + 4 * width :][:columns], S[corner + 5 * width :][:columns]
+    g0 = 1.0 / r0[0]
+    a = r1[0] * g0
+    r1[0] = a
+    for t in range(1, columns):
+        r1[t] -= a * r0[t]
+    g1 = 1.0 / r1[1]
+    a = r2[0] * g0
+    b = (r2[1] - a * r0[1]) * g1
+    r2[0], r2[1] = a, b
+    for t in range(2, columns):
+        r2[t] -= a * r0[t] + b * r1[t]
+    g2 = 1.0 / r2[2]
+    a = r3[0] * g0
+    b = (r3[1] - a * r0[1]) * g1
+    c = (r3[2] - a * r0[2] - b * r1[2]) * g2
+    r3[0], r3[1], r3[2] = a, b, c
+    for t in range(3, columns):
+        r3[t] -= a * r0[t] + b * r1[t] + c * r2[t]
+    g3 = 1.0 / r3[3]
+    a = r4[0] * g0
+    b = (r4[1] - a * r0[1]) * g1
+    c = (r4[2] - a * r0[2] - b * r1[2]) * g2
+    d = (r4[3] - a * r0[3] - b * r1[3] - c * r2[3]) * g3
+    r4[0], r4[1], r4[2], r4[3] = a, b, c, d
+    for t in range(4, columns):
+        r4[t] -= (a * r0[t] + b * r1[t]) + (c * r2[t] + d * r3[t])
+    g4 = 1.0 / r4[4]
+    a = r5[0] * g0
+    b = (r5[1] - a * r0[1]) * g1
+    c = (r5[2] - a * r0[2] - b * r1[2]) * g2
+    d = (r5[3] - a * r0[3] - b * r1[3] - c * r2[3]) * g3
+    e = (r5[4] - a * r0[4] - b * r1[4] - c * r2[4] - d * r3[4]) * g4
+    r5[0], r5[1], r5[2], r5[3], r5[4] = a, b, c, d, e
+    for t in range(5, columns):
+        r5[t] -= (a * r0[t] + b * r1[t]) + (c * r2[t] + d * r3[t]) + e * r4[t]
+    inverse[0], inverse[1], inverse[2], inverse[3], inverse[4], inverse[5] = g0, g1, g2, g3, g4, 1.0 / r5[5]
+    for i in range(6):
+        if not abs(inverse[i]) * 1e-14 * least[i] < 1.0:
+            return first + i
+    return -1
+
+
+@kernel
 def lu_factor(S, p):
     """Factorise S = L U in place; return -1, or the first row (place) whose pivot vanishes or is not finite."""
     for block in range(len(p.own)):
@@ -77,70 +186,134 @@ def lu_factor(S, p):
                 largest = max(largest, abs(S[row + t]))
             p.scratch[first + i] = largest
         for s in range(p.step_start[block], p.step_start[block + 1]):
-            _eliminate(S, p, s, base, n, width)
-        for i in range(n):
-            row = base + i * width
-            left = row + own
-            k = 0
-            while k + 1 < i:
-                # two rows above at a time: each value of this row is loaded and stored half as often
-                above = base + k * width
-                below = above + width
-                f = S[left + k] * p.inverse[first + k]
-                g = (S[left + k + 1] - f * S[above + own + k + 1]) * p.inverse[first + k + 1]
-                S[left + k], S[left + k + 1] = f, g
-                k += 2
-                if f == 0.0 and g == 0.0:
-                    continue
-                for t in range(own + k, width):
-                    S[row + t] -= f * S[above + t] + g * S[below + t]
-            if k < i:
-                above = base + k * width
-                f = S[left + k] * p.inverse[first + k]
-                S[left + k] = f
-                for t in range(own + k + 1, width):
-                    S[row + t] -= f * S[above + t]
-            pivot = S[row + own + i]
-            if not abs(pivot) > 1e-14 * p.scratch[first + i]:
-                return first + i
-            p.inverse[first + i] = 1.0 / pivot
+            if p.block_start[p.source[s] + 1] - p.block_start[p.source[s]] == 6:
+                _eliminate_six(S, p, s, base, n, width)
+            else:
+                _eliminate(S, p, s, base, n, width)
+        if n == 6:
+            failed = _factor_six(S, p, first, base + own, width, width - own)
+        else:
+            failed = _factor_own(S, p, first, n, base + own, width, width - own)
+        if failed >= 0:
+            return failed
     return -1
+
+
+@kernel
+def _products(S, p, segments, last_segment, base, n, width, w, x):
+    """Subtract the product of segments of the n rows that begin at `base` with w from x (n,)."""
+    for i in range(n):
+        at, total = base + i * width, x[i]
+        for s in range(segments, last_segment):
+            m = p.length[s]
+            row, y = S[at : at + m], w[p.column[s] :][:m]
+            for t in range(m):
+                total -= row[t] * y[t]
+            at += m
+        x[i] = total
+
+
+@kernel
+def _products_six(S, p, segments, last_segment, base, width, w, x):
+    """`_products` for six rows: six sums grow side by side, none waits for another."""
+    x0, x1, x2, x3, x4, x5 = x[0], x[1], x[2], x[3], x[4], x[5]
+    for s in range(segments, last_segment):
+        n = p.length[s]
+        y = w[p.column[s] :][:n]
+        a, b, c = S[base : base + n], S[base + width :][:n], S[base + 2 * width :][:n]
+        d, e, f = S[base + 3 * width :][:n], S[base + 4 * width :][:n], S[base + 5 * width :][:n]
+        for t in range(n):
+            x0 -= a[t] * y[t]
+            x1 -= b[t] * y[t]
+            x2 -= c[t] * y[t]
+            x3 -= d[t] * y[t]
+            x4 -= e[t] * y[t]
+            x5 -= f[t] * y[t]
+        base += n
+    x[0], x[1], x[2], x[3], x[4], x[5] = x0, x1, x2, x3, x4, x5
+
+
+@kernel
+def _lower(S, corner, n, width, x):
+    """Solve L x = x in place with the unit triangle of n rows whose first number is S[corner]."""
+    for i in range(1, n):
+        row, total = S[corner + i * width :][:n], x[i]
+        for k in range(i):
+            total -= row[k] * x[k]
+        x[i] = total
+
+
+@kernel
+def _lower_six(S, corner, width, x):
+    """`_lower` for six rows."""
+    b, c, d = S[corner + width :][:6], S[corner + 2 * width :][:6], S[corner + 3 * width :][:6]
+    e, f = S[corner + 4 * width :][:6], S[corner + 5 * width :][:6]
+    x0 = x[0]
+    x1 = x[1] - b[0] * x0
+    x2 = x[2] - c[0] * x0 - c[1] * x1
+    x3 = x[3] - d[0] * x0 - d[1] * x1 - d[2] * x2
+    x4 = x[4] - e[0] * x0 - e[1] * x1 - e[2] * x2 - e[3] * x3
+    x5 = x[5] - f[0] * x0 - f[1] * x1 - f[2] * x2 - f[3] * x3 - f[4] * x4
+    x[1], x[2], x[3], x[4], x[5] = x1, x2, x3, x4, x5
+
+
+@kernel
+def _upper(S, corner, n, width, g, x):
+    """Solve U x = x in place with the triangle of n rows whose first number is S[corner]; g: reciprocal pivots."""
+    for i in range(n - 1, -1, -1):
+        row, total = S[corner + i * width :][:n], x[i]
+        for k in range(i + 1, n):
+            total -= row[k] * x[k]
+        x[i] = total * g[i]
+
+
+@kernel
+def _upper_six(S, corner, width, g, x):
+    """`_upper` for six rows."""
+    a, b, c = S[corner : corner + 6], S[corner + width :][:6], S[corner + 2 * width :][:6]
+    d, e = S[corner + 3 * width :][:6], S[corner + 4 * width :][:6]
+    x5 = x[5] * g[5]
+    x4 = (x[4] - e[5] * x5) * g[4]
+    x3 = (x[3] - d[5] * x5 - d[4] * x4) * g[3]
+    x2 = (x[2] - c[5] * x5 - c[4] * x4 - c[3] * x3) * g[2]
+    x1 = (x[1] - b[5] * x5 - b[4] * x4 - b[3] * x3 - b[2] * x2) * g[1]
+    x0 = (x[0] - a[5] * x5 - a[4] * x4 - a[3] * x3 - a[2] * x2 - a[1] * x1) * g[0]
+    x[0], x[1], x[2], x[3], x[4], x[5] = x0, x1, x2, x3, x4, x5
 
 
 @kernel
 def _substitute(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order."""
     w = p.scratch
+    for row in range(len(p.order)):
+        w[row] = b[p.order[row]]
     blocks = len(p.own)
-    for block in range(blocks):
+    for turn in range(2 * blocks):
+        block = turn if turn < blocks else 2 * blocks - 1 - turn
         first = p.block_start[block]
-        for row in range(first, p.block_start[block + 1]):
-            start = p.row_start[row]
-            x = b[p.order[row]]
-            at = start
-            for s in range(p.segment_start[block], p.own_segment[block]):
-                c = p.column[s]
-                for t in range(p.length[s]):
-                    x -= S[at + t] * w[c + t]
-                at += p.length[s]
-            for k in range(row - first):
-                x -= S[at + k] * w[first + k]
-            w[row] = x
-    for block in range(blocks - 1, -1, -1):
-        first, last = p.block_start[block], p.block_start[block + 1]
-        for row in range(last - 1, first - 1, -1):
-            at = p.row_start[row] + p.own[block]
-            x = w[row]
-            for k in range(row + 1 - first, last - first):
-                x -= S[at + k] * w[first + k]
-            at += last - first
-            for s in range(p.own_segment[block] + 1, p.segment_start[block + 1]):
-                c = p.column[s]
-                for t in range(p.length[s]):
-                    x -= S[at + t] * w[c + t]
-                at += p.length[s]
-            w[row] = x * p.inverse[row]
-    for row in range(len(p.row_block)):
+        n = p.block_start[block + 1] - first
+        if n > 0:
+            base = p.row_start[first]
+            width = p.row_start[first + 1] - base
+            own = base + p.own[block]
+            x = w[first : first + n]
+            if turn < blocks:
+                start, stop = p.segment_start[block], p.own_segment[block]
+            else:
+                start, stop, base = p.own_segment[block] + 1, p.segment_start[block + 1], own + n
+            if n == 6:
+                _products_six(S, p, start, stop, base, width, w, x)
+                if turn < blocks:
+                    _lower_six(S, own, width, x)
+                else:
+                    _upper_six(S, own, width, p.inverse[first : first + n], x)
+            else:
+                _products(S, p, start, stop, base, n, width, w, x)
+                if turn < blocks:
+                    _lower(S, own, n, width, x)
+                else:
+                    _upper(S, own, n, width, p.inverse[first : first + n], x)
+    for row in range(len(p.order)):
         b[p.order[row]] = w[row]
 
 
