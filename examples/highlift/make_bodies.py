@@ -71,7 +71,8 @@ def reduced_flap(data, start, end, ribs, loads, factors, name):
     }
     interfaces = {rib: [int(fe.node_sets[rib][0])] for rib in ribs}
     stations = {name: [int(n[0])] for name, n in noses.items()}
-    return reduction.reduce(fe, interfaces, modes=12, stations=stations, loads=shapes, residual_vectors=tuple(shapes))
+    return reduction.reduce(fe, interfaces, modes=12, stations=stations, loads=shapes, residual_vectors=tuple(shapes),
+                            geometric_stiffness=True)  # fmt: skip
 
 
 def inboard_flap(data: dict) -> fmb.ModalNeutralData:
@@ -125,7 +126,8 @@ def track_beam(*arguments) -> fmb.ModalNeutralData:
     stations = {key: [int(fe.node_sets[key][0])] for key in ("A", "P")}
     stations["rail"] = [int(nodes[0]) for key, nodes in fe.node_sets.items() if key.startswith("rail")]
     loads = {f"carriage {k}": reduction.NodalForces({int(fe.node_sets[f"carriage {k}"][0]): (0, 0, 1)}) for k in (0, 3, 6)}
-    return reduction.reduce(fe, interfaces, modes=6, stations=stations, loads=loads, residual_vectors=tuple(loads))
+    return reduction.reduce(fe, interfaces, modes=6, stations=stations, loads=loads, residual_vectors=tuple(loads),
+                            geometric_stiffness=True)  # fmt: skip
 
 
 def track_arguments(data: dict) -> dict[str, tuple]:
@@ -185,7 +187,7 @@ def droop_nose(data: dict) -> fmb.ModalNeutralData:
         for name, force in (("normal", normal), ("chord", along)):
             shapes[f"{name}_{arm}"] = reduction.NodalForces({points[k]: tuple(shares[k] * force) for k in strips})
         shapes[f"moment_{arm}"] = reduction.NodalForces({points[k]: (0, 0, 0, 0, shares[k], 0) for k in strips})
-    return reduction.reduce(fe, ends, modes=8, loads=shapes, residual_vectors=tuple(shapes))
+    return reduction.reduce(fe, ends, modes=8, loads=shapes, residual_vectors=tuple(shapes), geometric_stiffness=True)
 
 
 def hinge_arm(data: dict) -> fmb.ModalNeutralData:
@@ -209,7 +211,7 @@ def hinge_arm(data: dict) -> fmb.ModalNeutralData:
     for name in lugs:
         fe = fem.with_mass(fe, int(fe.node_sets[name][0]), (arm["mass"] - solid.density * section.area * length) / 4)
     stations = {name: [int(fe.node_sets[name][0])] for name in "CE"}
-    return reduction.reduce(fe, sets, modes=2, stations=stations)
+    return reduction.reduce(fe, sets, modes=2, stations=stations, geometric_stiffness=True)
 
 
 def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:

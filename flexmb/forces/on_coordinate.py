@@ -84,9 +84,14 @@ def check_number(part, field: str, low: float, expected: str, remedy: str) -> No
         raise ModelError(part.title, found=f"{field} = {value!r}", expected=expected, remedy=remedy)
 
 
+def _factors(signal) -> tuple[Any, ...]:
+    """Return the factors of a product, also of products in it."""
+    return tuple(f for term in signal.terms for f in _factors(term)) if isinstance(signal, Product) else (signal,)
+
+
 def signal_and_table(component) -> tuple[Any, Any]:
     """Return a component of a load as a signal of time and a table over a joint's coordinate (or None)."""
-    terms = component.terms if isinstance(component, Product) else (component,)
+    terms = _factors(component)
     tables = [term for term in terms if getattr(term, "joint", None)]
     rest = tuple(term for term in terms if not getattr(term, "joint", None))
     signal = Constant(1.0) if not rest else rest[0] if len(rest) == 1 else Product(rest)
