@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from flexmb.errors import ModelError, did_you_mean
@@ -83,17 +84,22 @@ class Model(metaclass=Described):
         counts = ", ".join(f"{len(getattr(self, family))} {family}" for family in FAMILIES if getattr(self, family))
         return f"Model('{self.name}': {counts})"
 
+    @cached_property
+    def _by_name(self) -> dict[str, dict[str, Any]]:
+        """Parts by name in each family: looked up many times while a long model is compiled."""
+        return {family: {part.name: part for part in getattr(self, family)} for family in FAMILIES}
+
     def body(self, name: str, asker: str = "Model"):
         """Return the body of this name."""
-        return find_part(name, {b.name: b for b in self.bodies}, asker, "body")
+        return find_part(name, self._by_name["bodies"], asker, "body")
 
     def joint(self, name: str, asker: str = "Model"):
         """Return the joint of this name."""
-        return find_part(name, {j.name: j for j in self.joints}, asker, "joint")
+        return find_part(name, self._by_name["joints"], asker, "joint")
 
     def force(self, name: str, asker: str = "Model"):
         """Return the force of this name."""
-        return find_part(name, {f.name: f for f in self.forces}, asker, "force")
+        return find_part(name, self._by_name["forces"], asker, "force")
 
     def marker(self, name: str, asker: str = "Model"):
         """Return (body, marker pose) of "body.marker"; ModelError with the known markers of that body otherwise."""
@@ -101,7 +107,7 @@ class Model(metaclass=Described):
         if not dot:
             raise ModelError(asker, found=f"marker '{name}' names no body", expected="'body.marker'",
                              remedy=did_you_mean(name, self.marker_names()) or "Write it as 'body.marker'")
-        bodies = {b.name: b for b in self.bodies}
+        bodies = self._by_name["bodies"]
         if body_name not in bodies:
             raise ModelError(asker, found=f"marker '{name}': body '{body_name}' does not exist",
                              expected=f"The model has: {', '.join(sorted(bodies)) or 'no bodies'}",

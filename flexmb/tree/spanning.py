@@ -139,7 +139,7 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
     ends, equations = _edges(system, cut, allowed)
     body = system.tables["markers"]["body"]
     moving = [k for k, name in enumerate(names) if system.body_slices[name][1].stop > system.body_slices[name][1].start]
-    still = [k for k in range(len(names)) if k not in set(moving)]
+    still = sorted(set(range(len(names))) - set(moving))
     groups = _Groups(len(names))
     for k in still[1:]:
         groups.join(still[0], k)
