@@ -5,8 +5,9 @@ Problem: where is the hand, which torques hold the arm against gravity, and whic
 Formula: T = product of R_z(theta) T_z(d) T_x(a) R_x(alpha); torques by recursive inverse dynamics.
 Data: Corke & Armstrong-Helouvry 1994, masses of the links without motors. The tensors of links 1 and 3, which no body
 can have, are replaced by possible ones; at rest they have no effect.
-Expected at the angles (0, 45, 180, 0, 45, 0) degrees: hand at (0.5963, -0.1501, -0.01435) m and torques
-31.64, 6.035, 0.02825 N m in joints 2, 3, 5 (Corke, Robotics, Vision and Control, 2011, sections 7.2 and 9.1).
+Expected at the angles (0, 45, 180, 0, 45, 0) degrees: hand at ((2 0.4318 - 0.0203) / sqrt 2, -0.15005, -0.0203 / sqrt 2)
+= (0.5963, -0.1501, -0.01435) m, upper arm and forearm being as long; torques 31.6399, 6.0351, 0.0283 N m in joints 2, 3, 5
+(Corke & Haviland, Robotics Toolbox for Python, tests/test_DHRobot.py, gravload of the nominal pose).
 """
 
 import numpy as np

@@ -231,10 +231,12 @@ def test_arms_are_products_of_denavit_hartenberg_matrices(kind, rng):
 
 
 def test_puma_560():
-    """Published pose and holding torques, to the digits printed."""
+    """The pose in closed form, and the holding torques that the Robotics Toolbox for Python (Corke & Haviland,
+    tests/test_DHRobot.py, test_gravload) expects, to the digits printed."""
     found = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "puma_arm.py"))["main"]()
-    np.testing.assert_allclose(found[:3], (0.5963, -0.1501, -0.01435), atol=6e-5)
-    np.testing.assert_allclose(found[3:], (0.0, 31.64, 6.035, 0.0, 0.02825, 0.0), atol=5e-3, rtol=2e-4)
+    hand = ((2 * 0.4318 - 0.0203) / np.sqrt(2.0), -0.15005, -0.0203 / np.sqrt(2.0))
+    np.testing.assert_allclose(found[:3], hand, atol=10 * MACHINE)
+    np.testing.assert_allclose(found[3:], (0.0, 31.6399, 6.0351, 0.0, 0.0283, 0.0), atol=6e-5)
 
 
 def test_links_that_are_none_are_refused():
