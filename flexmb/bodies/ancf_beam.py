@@ -84,6 +84,9 @@ class AncfBeam(AncfLine):
     node_size: ClassVar[int] = 9
     intervals: ClassVar[int] = 2
     needs: ClassVar[tuple[str, ...]] = ("area", "inertia_y", "inertia_z", "torsion", "shear_y", "shear_z")
+    force_titles: ClassVar[tuple[str, ...]] = ("N [N]", "Qy [N]", "Qz [N]", "Mx [N m]", "My [N m]", "Mz [N m]")
+    strain_titles: ClassVar[tuple[str, ...]] = ("strain [-]", "shear y [-]", "shear z [-]", "twist [1/m]",
+                                                "curvature y [1/m]", "curvature z [1/m]")
 
     def __post_init__(self):
         super().__post_init__()
@@ -135,16 +138,12 @@ class AncfBeam(AncfLine):
 
     def line(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return r', r_y, r_z, r_y', r_z' (per m as drawn) and r at fractions (n,) of the length, (6, n, 3)."""
-        fractions = np.atleast_1d(np.asarray(fractions, float))
-        nodes, element_nodes = np.asarray(q, float).reshape(-1, 3, 3), self.element_nodes()
-        out = np.empty((6, len(fractions), 3))
-        for k, fraction in enumerate(fractions):
-            e, x = self.element_at(float(fraction))
-            N, D = _quadratic(x)[:, :, 0]
-            own = nodes[element_nodes[e]]
-            value, slope = np.einsum("k,kvi->vi", N, own), np.einsum("k,kvi->vi", D, own) / self.element_length
-            out[:, k] = slope[0], value[1], value[2], slope[1], slope[2], value[0]
-        return out
+        e, x = self.elements_at(fractions)
+        N, D = _quadratic(x)
+        own = np.asarray(q, float).reshape(-1, 3, 3)[self.element_nodes()[e]]
+        value = np.einsum("kn,nkvi->vni", N, own)
+        slope = np.einsum("kn,nkvi->vni", D, own) / self.element_length
+        return np.stack([slope[0], value[1], value[2], slope[1], slope[2], value[0]])
 
     def section_axes(self, q: np.ndarray, fractions) -> tuple[np.ndarray, np.ndarray]:
         """Return position (n, 3), m, and section axes (n, 3, 3) in W at fractions (n,) of the length."""
@@ -239,10 +238,25 @@ class AncfBeam(AncfLine):
     def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return N, Q_y, Q_z (N), M_x, M_y, M_z (N m), in the axes of the section, at fractions (n,), (n, 6).
 
-        Means of the two points of each element, at its middle; between and beyond middles a straight line. The damping
-        forces are not among them.
+        The damping forces are not among them; see `section_strains`.
         """
-        points = (np.arange(self.elements)[:, None] + GAUSS).ravel() / self.elements
+        points = self._gauss_fractions()
+        return self._smoothed(self.stiffness(points) * self._elastic(q, points), fractions)
+
+    def section_strains(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return axial strain, shears y and z (-), twist, curvatures y and z (1/m) beyond the stress-free, (n, 6).
+
+        Means of the two points of each element, at its middle; between and beyond middles a straight line.
+        """
+        return self._smoothed(self._elastic(q, self._gauss_fractions()), fractions)
+
+    def _gauss_fractions(self) -> np.ndarray:
+        return (np.arange(self.elements)[:, None] + GAUSS).ravel() / self.elements
+
+    def _elastic(self, q, points) -> np.ndarray:
+        """Return the strains that make stress, per length as drawn, (n, 6)."""
         rest, stretch = self._rest(points)
-        forces = self.stiffness(points) * (self._strains(np.asarray(q, float), points) - rest) / stretch[:, None]
-        return between_middles(forces.reshape(-1, 2, 6).mean(axis=1), fractions)
+        return (self._strains(np.asarray(q, float), points) - rest) / stretch[:, None]
+
+    def _smoothed(self, values, fractions) -> np.ndarray:
+        return between_middles(values.reshape(-1, 2, 6).mean(axis=1), fractions)

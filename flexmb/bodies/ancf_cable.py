@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -25,11 +26,10 @@ def hermite(x, length: float) -> np.ndarray:
     eq. (cable-shapes).
     """
     x, L = np.atleast_1d(np.asarray(x, float)), length
-    one, zero = np.ones_like(x), np.zeros_like(x)
     N = [1 - 3 * x**2 + 2 * x**3, L * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, L * (x**3 - x**2)]
     first = [(6 * x**2 - 6 * x) / L, 1 - 4 * x + 3 * x**2, (6 * x - 6 * x**2) / L, 3 * x**2 - 2 * x]
     second = [(12 * x - 6) / L**2, (6 * x - 4) / L, (6 - 12 * x) / L**2, (6 * x - 2) / L]
-    return np.array([N, first, second]) * one + zero
+    return np.array([N, first, second])
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +95,8 @@ class AncfCable(AncfLine):
         "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
     node_size: ClassVar[int] = 6
     needs: ClassVar[tuple[str, ...]] = ("area", "inertia_y", "inertia_z")
+    force_titles: ClassVar[tuple[str, ...]] = ("N [N]", "Q [N]", "M [N m]")
+    strain_titles: ClassVar[tuple[str, ...]] = ("strain [-]", "curvature [1/m]")
 
     def __post_init__(self):
         super().__post_init__()
@@ -134,15 +136,9 @@ class AncfCable(AncfLine):
 
     def line(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return position r, r' and r'' at fractions (n,) of the length, (3, n, 3), for coordinates q (nq,)."""
-        fractions = np.atleast_1d(np.asarray(fractions, float))
-        nodes = np.asarray(q, float).reshape(-1, 2, 3)
-        L = self.element_length
-        out = np.empty((3, len(fractions), 3))
-        for k, fraction in enumerate(fractions):
-            e, x = self.element_at(float(fraction))
-            a, b = self.couplings()[e]
-            out[:, k] = hermite(x, L)[:, :, 0] @ np.concatenate([nodes[a], nodes[b]])
-        return out
+        e, x = self.elements_at(fractions)
+        nodes = np.asarray(q, float).reshape(-1, 2, 3)[self.couplings()[e]]
+        return np.einsum("dsn,nsi->dni", hermite(x, self.element_length), nodes.reshape(len(x), 4, 3))
 
     def initial_state(self):
         """Return positions and gradients of the nodes, and their velocities in the rigid motion."""
@@ -202,20 +198,69 @@ class AncfCable(AncfLine):
                 compiler.couplings(self.name), compiler.gravity)
 
     def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
-        """Return axial force, bending moment, axial strain and change of curvature at fractions (n,), (n, 4).
+        """Return axial force N, shear force Q (N) and bending moment M (N m) at fractions (n,), (n, 3); without damping.
 
-        N, N m, -, 1/m; the damping forces are not among them. The axial strain of an element is its mean, at its
-        middle: within the element it follows the bending. Between and beyond middles it is a straight line.
+        The force in an element is the derivative of its energy by the distance of its nodes, eq. (cable-force): what its
+        neighbours balance. N and Q are its parts along and across the tangent at the middle; between and beyond
+        middles they are straight lines.
         """
-        at, now = self.initial_state()[0], np.asarray(q, float)
-        x, weight = np.polynomial.legendre.leggauss(5)
-        points = (np.arange(self.elements)[:, None] + 0.5 * (1.0 + x)).ravel() / self.elements
-        stretched = np.linalg.norm(self.line(now, points)[1], axis=1) / np.linalg.norm(self.line(at, points)[1], axis=1)
-        mean = stretched.reshape(-1, 5) @ (0.5 * weight) - 1.0 + self.initial_strain
-        strain = between_middles(mean, fractions)
-        (_, rho0, sigma0), (_, rho, sigma) = self.line(at, fractions), self.line(now, fractions)
-        stretch, square = np.linalg.norm(rho0, axis=1), np.sum(rho**2, axis=1)
-        first = 0.0 if self.straight else np.linalg.norm(np.cross(rho0, sigma0), axis=1) / stretch**3
-        bent = np.linalg.norm(np.cross(rho, sigma), axis=1) / square / stretch - first
-        EA, EI = self.material.young * self.constants(fractions, "area", "inertia_y")
-        return np.stack([EA * strain, EI * bent, strain, bent], axis=1)
+        middle = _unit(self.line(q, (np.arange(self.elements) + 0.5) / self.elements)[1])
+        force = self._element_forces(q)
+        axial = np.einsum("ei,ei->e", force, middle)
+        shear = np.linalg.norm(force - axial[:, None] * middle, axis=1)
+        bending = self.material.young * self.constants(fractions, "inertia_y")[0] * self._bent(q, fractions)
+        return np.column_stack([between_middles(np.stack([axial, shear], axis=1), fractions), bending])
+
+    def section_strains(self, q: np.ndarray, fractions) -> np.ndarray:
+        """Return axial strain (-), N / EA, and change of curvature (1/m) at fractions (n,), (n, 2)."""
+        stiffness = self.material.young * self.constants(fractions, "area")[0]
+        return np.stack([self.section_forces(q, fractions)[:, 0] / stiffness, self._bent(q, fractions)], axis=1)
+
+    def _element_forces(self, q) -> np.ndarray:
+        """Return the internal force of every element, in W, (elements, 3)."""
+        L, data = self.element_length, self._data
+        (x5, _), (x3, _) = (np.polynomial.legendre.leggauss(n) for n in (5, 3))
+        first = np.arange(self.elements)[:, None]
+        rho = self.line(q, ((first + 0.5 * (1.0 + x5)) / self.elements).ravel())[1].reshape(-1, 5, 3)
+        k, rest, _ = np.moveaxis(data[:, 21:36].reshape(-1, 5, 3), 2, 0)
+        length = np.linalg.norm(rho, axis=2)
+        force = np.einsum("eg,egi,g->ei", k * (1.0 - rest / length), rho, AXIAL[:, 0])
+        _, rho, sigma = self.line(q, ((first + 0.5 * (1.0 + x3)) / self.elements).ravel())
+        k, rest, _ = data[:, 36:45].reshape(-1, 3).T
+        square, axis = np.sum(rho**2, axis=1), _unit(np.cross(rho, sigma))
+        bend = np.linalg.norm(self._curvature(rho, sigma), axis=1)
+        by_rho = (np.cross(sigma, axis) - 2.0 * bend[:, None] * rho) / square[:, None]
+        by_sigma = np.cross(axis, rho) / square[:, None]
+        weights = np.tile(BENDING, (self.elements, 1))
+        part = (k * (bend - rest))[:, None] * (weights[:, 0:1] * by_rho + weights[:, 3:4] / L * by_sigma)
+        return (force + part.reshape(-1, 3, 3).sum(axis=1)) / L
+
+    @cached_property
+    def _data(self) -> np.ndarray:
+        return self.element_data()
+
+    def _bent(self, q, fractions) -> np.ndarray:
+        """Return the change of curvature per length as drawn, (n,)."""
+        _, rho, sigma = self.line(q, fractions)
+        now = np.linalg.norm(self._curvature(rho, sigma), axis=1) / self._drawn(fractions)
+        return now - self._rest_curvature(fractions)
+
+    @staticmethod
+    def _curvature(rho, sigma) -> np.ndarray:
+        """Return the turn of the tangent per x as a vector, (n, 3)."""
+        return np.cross(rho, sigma) / np.sum(rho**2, axis=1)[:, None]
+
+    def _drawn(self, fractions) -> np.ndarray:
+        """Return |r'| of the line as drawn, (n,)."""
+        return np.linalg.norm(self.line(self.initial_state()[0], fractions)[1], axis=1)
+
+    def _rest_curvature(self, fractions) -> np.ndarray:
+        """Return the curvature without load, per length as drawn, (n,)."""
+        _, rho, sigma = self.line(self.initial_state()[0], fractions)
+        bent = np.linalg.norm(self._curvature(rho, sigma), axis=1) / np.linalg.norm(rho, axis=1)
+        return 0.0 * bent if self.straight else bent
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=1)[:, None]
+    return vectors / np.where(length > 0.0, length, 1.0)

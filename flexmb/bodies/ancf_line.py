@@ -48,6 +48,8 @@ class AncfLine(Body):
     needs: ClassVar[tuple[str, ...]] = ()
     """What the section must have."""
     closed: ClassVar[bool] = False
+    force_titles: ClassVar[tuple[str, ...]]
+    strain_titles: ClassVar[tuple[str, ...]]
 
     def __post_init__(self):
         super().__post_init__()
@@ -158,6 +160,11 @@ class AncfLine(Body):
             at = round(steps) / self.intervals
         e = min(int(at), self.elements - 1)
         return e, at - e
+
+    def elements_at(self, fractions) -> tuple[np.ndarray, np.ndarray]:
+        """Return the elements (n,) and places in them, 0 to 1, of fractions (n,) of the length."""
+        found = [self.element_at(float(fraction)) for fraction in np.atleast_1d(fractions)]
+        return np.array([e for e, _ in found], int), np.array([x for _, x in found], float)
 
     def marker_nodes(self, fraction: float) -> np.ndarray:
         """Return the nodes that move a marker: the one where it is, or those of its element."""

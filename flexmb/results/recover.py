@@ -15,8 +15,9 @@ from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["Envelope", "displacement", "element_stress", "largest_von_mises", "modal_data", "positions", "principal",
-           "rotation_matrices", "section_forces", "strain_energy", "stress", "velocities", "von_mises", "von_mises_envelope"]
+__all__ = ["Envelope", "displacement", "element_stress", "largest_von_mises", "line_forces", "line_strains", "modal_data",
+           "positions", "principal", "rotation_matrices", "section_forces", "strain_energy", "stress", "velocities",
+           "von_mises", "von_mises_envelope"]
 
 CHUNK = 16_000_000
 """Numbers of nodal stress held at once (128 MB); longer series go through in pieces."""
@@ -211,6 +212,31 @@ def section_forces(data, eta, block) -> np.ndarray:
                          remedy="Give the block of the FE model that fem.frame made and that was reduced")
     modes = block.section_forces(np.concatenate([data.shapes, data.rotation_shapes], axis=1))  # (ne, 2, 6, m)
     return np.einsum("tm,ecfm->tecf", np.atleast_2d(np.asarray(eta, float)), modes)
+
+
+def line_forces(body, q, fractions) -> np.ndarray:
+    """Return the section forces of a cable or beam at fractions (n,) of its length: (nt, n, 3 or 6), as SectionForces.
+
+    Parameters
+    ----------
+    body : AncfCable or AncfBeam
+    q : (nt, nq)
+        Its coordinates at the wanted times: ``solution.series().coordinates(body.name)[0]``.
+    fractions : (n,)
+    """
+    return _along(body, "section_forces", q, fractions)
+
+
+def line_strains(body, q, fractions) -> np.ndarray:
+    """Return the strains of a cable or beam at fractions (n,) of its length: (nt, n, 2 or 6), as SectionStrains."""
+    return _along(body, "section_strains", q, fractions)
+
+
+def _along(body, quantity: str, q, fractions) -> np.ndarray:
+    if not hasattr(body, quantity):
+        raise ModelError(body.title, found=f"a {type(body).__name__} is no line", expected="an AncfCable or AncfBeam",
+                         remedy="Section forces of reduced frames are given by recover.section_forces")
+    return np.array([getattr(body, quantity)(row, fractions) for row in np.atleast_2d(np.asarray(q, float))])
 
 
 def _stress_modes(data, nodes):

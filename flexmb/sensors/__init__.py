@@ -8,11 +8,13 @@ from flexmb.sensors.joint_coordinate import JointCoordinate
 from flexmb.sensors.loads import ForceOf, Reaction
 from flexmb.sensors.marker_motion import Acceleration, Orientation, Position, Velocity
 from flexmb.sensors.momentum import Momentum
+from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.stress import Stress
 
 __all__ = ["KINDS", "Acceleration", "ConstraintError", "Deflection", "Distance", "Energy", "ForceOf", "JointCoordinate",
-           "Momentum", "Orientation", "Position", "Reaction", "Stress", "Velocity"]
+           "Momentum", "Orientation", "Position", "Reaction", "SectionForces", "SectionStrains", "Stress", "Velocity"]
 
 KINDS = {kind.__name__: kind for kind in (Position, Velocity, Acceleration, Orientation, Distance, JointCoordinate,
-                                          Reaction, ForceOf, Deflection, Stress, Energy, Momentum, ConstraintError)}
+                                          Reaction, ForceOf, Deflection, SectionForces, SectionStrains, Stress, Energy,
+                                          Momentum, ConstraintError)}
 """All kinds of sensors by name."""

@@ -94,6 +94,8 @@ MORE = {
     "Contact": {"radius": 0.1, "friction": 0.2},
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
+    "SectionForces": {"body": "rope"},
+    "SectionStrains": {"body": "rope"},
     "LineLoad": {"stretch": "rope.wind", "force": (0, 0, fmb.ramp(rate=2.0)), "section_axes": True},
     "Pressure": {"amount": fmb.ramp(rate=1e3)},
     "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
