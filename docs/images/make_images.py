@@ -93,7 +93,34 @@ def snapping_strip(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-DIAGRAMS = {"rod_modes": rod_modes, "snapping_strip": snapping_strip, "which_body": which_body}
+def swept_sections(path: Path) -> None:
+    """Beams of several sections and a rope, as they are drawn: bent by loads at their ends."""
+    import flexmb as fmb
+    from flexmb import fem, view
+
+    loads = {"i": 2e5, "box": 2e5, "tube": 1.5e5, "strip": 8e3}
+    sections = {"i": fem.Section.i(0.1, 0.15, 0.01, 0.01), "box": fem.Section.box(0.1, 0.15, 0.01),
+                "tube": (fem.Section.tube(0.15, 0.02), fem.Section.tube(0.06, 0.01)),
+                "strip": fem.Section.rectangle(0.15, 0.03)}
+    steel = fmb.MATERIALS["steel"]
+    ends = [(0.0, 0.4 * k, 0.0) for k in range(len(loads) + 1)]
+    bodies = [fmb.AncfBeam(name, points=(end, (2.0, *end[1:])), elements=6, section=section, material=steel)
+              for (name, section), end in zip(sections.items(), ends)]
+    x = np.linspace(0.0, 2.0, 9)
+    arc = np.stack([x, 0.0 * x + ends[-1][1], -0.25 * x * (2.0 - x)], axis=1)
+    rope = fmb.AncfCable("rope", points=arc, elements=10, section=fem.Section.solid_circle(0.05), material=steel,
+                         straight=True)
+    ground = fmb.Ground(markers={str(k): end for k, end in enumerate([*ends, (2.0, ends[-1][1], 0.0)])})
+    joints = [fmb.Fixed(f"clamp {body.name}", markers=(f"ground.{k}", f"{body.name}.start"))
+              for k, body in enumerate(bodies)]
+    joints += [fmb.Spherical(f"rope {end}", markers=(f"ground.{k}", f"rope.{end}")) for k, end in ((4, "start"), (5, "end"))]
+    forces = [fmb.PointLoad(name, marker=f"{name}.end", force=(0, 0, -load)) for name, load in loads.items()]
+    view.render(fmb.statics(fmb.Model(bodies=[ground, *bodies, rope], joints=joints, forces=forces)), path,
+                size=(1200, 560), camera=(1.0, -0.9, 0.8))
+
+
+DIAGRAMS = {"rod_modes": rod_modes, "snapping_strip": snapping_strip,
+            "swept_sections": swept_sections, "which_body": which_body}
 
 
 def main() -> None:

@@ -140,6 +140,20 @@ class AncfCable(AncfLine):
         nodes = np.asarray(q, float).reshape(-1, 2, 3)[self.couplings()[e]]
         return np.einsum("dsn,nsi->dni", hermite(x, self.element_length), nodes.reshape(len(x), 4, 3))
 
+    def section_axes(self, q: np.ndarray, fractions) -> tuple[np.ndarray, np.ndarray]:
+        """Return position (n, 3), m, and axes (n, 3, 3) in W at increasing fractions (n,): x along the line.
+
+        A cable does not say how its sections are turned: y and z go along the line without twist, from the body's y-axis.
+        """
+        r, rho, _ = self.line(q, fractions)
+        t = _unit(rho)
+        axes = np.empty((len(t), 3, 3))
+        R = self.rotation @ minimal_rotation(np.array([1.0, 0.0, 0.0]), self.rotation.T @ t[0])
+        for k in range(len(t)):
+            R = R if k == 0 else minimal_rotation(t[k - 1], t[k]) @ R
+            axes[k] = R
+        return r, axes
+
     def initial_state(self):
         """Return positions and gradients of the nodes, and their velocities in the rigid motion."""
         t = self.curve.t[:, None]

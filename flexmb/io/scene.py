@@ -17,6 +17,7 @@ from flexmb.io import solids
 from flexmb.io.cell_types import skin_cells
 from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
 from flexmb.io.shape_surfaces import shape_surface
+from flexmb.io.swept_lines import SweptLine
 from flexmb.results import recover
 
 __all__ = ["DrawnPart", "Scene", "Snapshot"]
@@ -43,6 +44,8 @@ class DrawnPart:
         Modes of a flexible body; its nodes are the points.
     nodes : (n,) int, optional
         Those of its nodes that are the points; default: all.
+    line : SweptLine, optional
+        Surface of a cable or beam, which moves the points itself.
     """
 
     name: str
@@ -53,17 +56,20 @@ class DrawnPart:
     cells: tuple[tuple[str, np.ndarray], ...]
     data: Any = None
     nodes: Any = None
+    line: Any = None
 
 
 class Snapshot(NamedTuple):
     """Where a part is at one sample.
 
     points : (n, 3), m, in W. displacement : (n, 3), m, elastic part in W, or None. von_mises : (n,), Pa, or None.
+    line : section forces of a cable or beam by name, (n,), N and N m, or None.
     """
 
     points: np.ndarray
-    displacement: np.ndarray | None
-    von_mises: np.ndarray | None
+    displacement: np.ndarray | None = None
+    von_mises: np.ndarray | None = None
+    line: dict[str, np.ndarray] | None = None
 
 
 @dataclass(eq=False)
@@ -87,6 +93,7 @@ class Scene:
     samples : list of (phase number, sample number)
         Of two samples at one time (an event), the second.
     times : (nt,), s
+        Of a path whose load goes down again, the numbers of the samples.
     """
 
     solution: Any
@@ -122,6 +129,8 @@ class Scene:
         chosen = kept[:: self.every]
         self.samples = chosen if chosen[-1] == kept[-1] else [*chosen, kept[-1]]
         self.times = np.array([self.solution.phases[p].t[k] for p, k in self.samples])
+        if np.any(np.diff(self.times) < 0.0):
+            self.times = np.arange(len(self.samples), dtype=float)
         self.size = _size(model, self.solution)
         self.parts = tuple(_parts(model, _joint_size(model, self.size), self.surface))
 
@@ -136,6 +145,9 @@ class Scene:
     def snapshot(self, part: DrawnPart, frame: int) -> Snapshot:
         """Return where the part is at one frame (index into `times`)."""
         phase, k = self.samples[frame]
+        if part.line is not None:
+            q = self.solution.series(phase).coordinates(part.name)[0][k]
+            return Snapshot(part.line.points(q), line=part.line.values(q))
         maps = [self._map(carrier, phase) for carrier in part.carriers]
         if part.data is not None:
             r, A = maps[0][0][k], maps[0][1][k]
@@ -147,11 +159,13 @@ class Scene:
             return Snapshot(r + part.points @ A.T + elastic, elastic, mises)
         r = np.array([m[0][k] for m in maps])[part.carrier]
         A = np.array([m[1][k] for m in maps])[part.carrier]
-        return Snapshot(r + np.einsum("nij,nj->ni", A, part.points), None, None)
+        return Snapshot(r + np.einsum("nij,nj->ni", A, part.points))
 
     def points(self, part: DrawnPart, frame: int, ids: np.ndarray, scale: float = 1.0) -> np.ndarray:
         """Return where some points of a part are at one frame, (len(ids), 3), m; `scale` magnifies elastic motion."""
         phase, k = self.samples[frame]
+        if part.line is not None:
+            return part.line.points(self.solution.series(phase).coordinates(part.name)[0][k])[ids]
         maps = [self._map(carrier, phase) for carrier in part.carriers]
         carrier, points = part.carrier[ids], part.points[ids]
         if part.data is not None:
@@ -231,6 +245,10 @@ def _parts(model, e, skin_only=False):
             supports += [f"{body.name}.{m}" for m in poses if f"{body.name}.{m}" in used]
             if body.shape:
                 yield _fixed(body.name, "supports", _shapes(body, next(iter(poses))))
+        elif hasattr(body, "section_axes"):
+            line = SweptLine(body)
+            points = line.points(body.initial_state()[0])
+            yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), line.cells, line=line)
         elif getattr(body, "shape", ()):
             yield _fixed(body.name, "rigid", _shapes(body, ""))
         else:

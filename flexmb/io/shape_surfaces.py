@@ -7,7 +7,7 @@ import numpy as np
 from flexmb import bodies
 from flexmb.io.solids import Surface, box, tube
 
-__all__ = ["extruded", "shape_surface"]
+__all__ = ["cut_into_triangles", "extruded", "shape_surface"]
 
 
 def shape_surface(shape) -> Surface:
@@ -34,7 +34,7 @@ def extruded(outline, depth, axis: int) -> Surface:
     j = (i + 1) % n
     quads = np.stack([i, j, n + j, n + i], 1)
     turned = -1.0 if axis == 1 else 1.0
-    caps = _triangles(outline * np.array([turned, 1.0]))
+    caps = cut_into_triangles(outline * np.array([turned, 1.0]))
     return Surface(points.reshape(-1, 3), np.vstack([caps[:, ::-1] + 2 * n, caps + 3 * n]), quads)
 
 
@@ -44,8 +44,8 @@ def _area(outline) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def _triangles(outline) -> np.ndarray:
-    """Cut a polygon that runs counter-clockwise into triangles (n - 2, 3) by taking off ears."""
+def cut_into_triangles(outline) -> np.ndarray:
+    """Cut a polygon (n, 2) that runs counter-clockwise into triangles (n - 2, 3) by taking off ears."""
     left, triangles = list(range(len(outline))), []
     while len(left) > 3:
         ears = [k for k in range(len(left)) if _is_ear(outline, left, k)]

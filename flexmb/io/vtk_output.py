@@ -23,7 +23,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     """Write the motion of all parts for ParaView and return the file to open.
 
     Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
-    ``von_mises`` (Pa); rigid bodies, joints, springs and supports are drawn as simple solids. Numbers are float32.
+    ``von_mises`` (Pa); cables and beams have their sections and carry the section forces (N, N m); rigid bodies, joints,
+    springs and supports are drawn as simple solids. Numbers are float32.
 
     Parameters
     ----------
@@ -72,6 +73,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
 
 def _fields(scene, part) -> dict[str, int]:
     """Return the fields of a part with their numbers of components."""
+    if part.line is not None:
+        return dict.fromkeys(part.line.fields, 1)
     if part.data is None:
         return {}
     mises = scene.stress and part.data.stress_modes is not None
@@ -81,7 +84,8 @@ def _fields(scene, part) -> dict[str, int]:
 def _frame(scene, part, frame):
     """Return points and fields of a part as float32."""
     snapshot = scene.snapshot(part, frame)
-    fields = {name: getattr(snapshot, name).astype(np.float32) for name in _fields(scene, part)}
+    values = snapshot.line or {name: getattr(snapshot, name) for name in _fields(scene, part)}
+    fields = {name: value.astype(np.float32) for name, value in values.items()}
     return snapshot.points.astype(np.float32), fields
 
 
