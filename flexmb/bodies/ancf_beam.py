@@ -183,18 +183,28 @@ class AncfBeam(AncfLine):
         rest[:, 0] *= 1.0 - self.initial_strain
         if self.straight:
             rest[:, 3:] = 0.0
-        return rest, np.linalg.norm(self.line(q, fractions)[0], axis=1)
+        return rest, self._drawn(fractions)
+
+    def shares_of_size(self, q: np.ndarray) -> np.ndarray:
+        """Return the least volume, det(r', r_y, r_z), in each element (elements,) by that as drawn, q (nq,)."""
+        points = ((np.arange(self.elements)[:, None] + np.array([1e-9, *GAUSS, 1.0 - 1e-9])) / self.elements).ravel()
+        line = self.line(q, points)
+        volume = np.einsum("ni,ni->n", line[0], np.cross(line[1], line[2])) / self._drawn(points)
+        return volume.reshape(self.elements, -1).min(axis=1)
+
+    def _drawn(self, fractions) -> np.ndarray:
+        """Return |r'| of the line as drawn, (n,)."""
+        return np.linalg.norm(self.line(self.initial_state()[0], fractions)[0], axis=1)
 
     def element_data(self) -> np.ndarray:
         """Return the bulk data of all elements (elements, 70), see `ELEMENT`."""
         L, density = self.element_length, self.material.density
         x, w = np.polynomial.legendre.leggauss(4)
         N = _quadratic(0.5 * (1.0 + x))[0]
-        q = self.initial_state()[0]
         rows = []
         for e in range(self.elements):
             points = (e + 0.5 * (1.0 + x)) / self.elements
-            weight = 0.5 * w * L * np.linalg.norm(self.line(q, points)[0], axis=1)
+            weight = 0.5 * w * L * self._drawn(points)
             line_mass, rho_y, rho_z = density * self.constants(points, "area", "inertia_y", "inertia_z")
             if self.rotary_inertia is not None:
                 rho_y, rho_z = (np.full(len(x), value) for value in self.rotary_inertia)

@@ -159,6 +159,17 @@ class AncfCable(AncfLine):
         t = self.curve.t[:, None]
         return np.hstack([self.curve.r, self.curve.t]).ravel(), self.rigid_velocities(t).ravel()
 
+    def shares_of_size(self, q: np.ndarray) -> np.ndarray:
+        """Return the least stretch along the chord in each element (elements,), q (nq,)."""
+        nodes = np.asarray(q, float).reshape(-1, 2, 3)
+        ends = nodes[self.couplings()]
+        chord = (ends[:, 1, 0] - ends[:, 0, 0]) / self.element_length
+        z = np.stack([chord, ends[:, 0, 1], ends[:, 1, 1]], axis=1)
+        rho = np.concatenate([np.einsum("gm,emi->egi", AXIAL, z), ends[:, :, 1]], axis=1)
+        length = np.linalg.norm(chord, axis=1)
+        along = np.einsum("egi,ei->eg", rho, chord / np.where(length > 0.0, length, 1.0)[:, None]).min(axis=1)
+        return np.minimum(along, length)
+
     def element_data(self) -> np.ndarray:
         """Return the bulk data of all elements (elements, 45), see `ELEMENT`."""
         L, E = self.element_length, self.material.young

@@ -19,6 +19,9 @@ from flexmb.model.pose import Pose
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
+COLLAPSED = 0.01
+"""Share of its length or volume below which an element counts as collapsed."""
+
 
 @dataclass(frozen=True, eq=False)
 class AncfLine(Body):
@@ -187,6 +190,20 @@ class AncfLine(Body):
         w = np.array(self.angular_velocity)
         r = np.array(self.velocity) + np.cross(w, self.curve.r - np.array(self.at))
         return np.concatenate([r[:, None], np.cross(w, gradients)], axis=1)
+
+    def shares_of_size(self, q: np.ndarray) -> np.ndarray:
+        """Return what is left of the elements (elements,) of their length or volume as drawn, q (nq,); < 0: inverted."""
+        raise TypeError(f"{type(self).__name__} does not say how its elements collapse")
+
+    def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
+        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out, and which; or None."""
+        for k, row in enumerate(q):
+            share = self.shares_of_size(row)
+            if not share.min() > COLLAPSED:
+                e = int(np.argmin(np.where(np.isfinite(share), share, -np.inf)))
+                how = "turned inside out" if share[e] < 0.0 else f"collapsed to {100.0 * share[e]:.2g} % of its size"
+                return k, f"element {e} of {self.elements} has {how}"
+        return None
 
     def element_mass(self) -> tuple[np.ndarray, np.ndarray]:
         """Return masses of the elements' vectors (elements, nv, nv) and their moments (elements, nv), kg (m, m2)."""

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
+from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.record import Recorder, joined_rows
 from flexmb.integrate.validity import Validity
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
@@ -157,8 +158,14 @@ class Phases:
         places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
         keep = times[places] == rows["t"]
         kept = {name: x[keep] for name, x in rows.items()}
+        wrong = first_inversion(self.recorder.system, kept["q"])
+        if wrong is not None:
+            kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
         self.recorder.add(kept)
         self.validity.look(self.recorder.system, kept)
+        if wrong is not None:
+            self.t = float(kept["t"][-1])
+            raise IntegrationError(wrong.title, found=wrong.found, expected=EXPECTED, remedy=REMEDY)
 
 
 def _complaints(model: Model) -> str:

@@ -9,6 +9,7 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.load_path import ArcLength, LoadSteps, follow
 from flexmb.integrate.matrices import tangent_at
 from flexmb.integrate.steady import saddle, steady_motion, unsteady_equation
@@ -86,6 +87,10 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> S
         "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; follow a structure that "
         "buckles with path=flexmb.ArcLength()")
     solution = _solution(model, system, t, iteration.path, status)
+    wrong = first_inversion(system, iteration.q[None]) if found else None
+    if wrong is not None:
+        raise IntegrationError(wrong.title, found=f"in equilibrium {wrong.found}", expected=EXPECTED, remedy=REMEDY,
+                               solution=solution)
     if not found:
         raise IntegrationError(f"Model '{model.name}'", found=status.message, expected="a stable equilibrium",
                                remedy=status.remedy, solution=solution)

@@ -150,6 +150,10 @@ class Body(Part):
         """Return the body's own fields of its row (after the header); `place.bulk(array)` stores bulk data."""
         raise TypeError(f"{type(self).__name__} does not write a row")
 
+    def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
+        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out, and which; or None."""
+        return None
+
     def stiffen(self, compiler, markers: np.ndarray) -> None:
         """Mark in the marker table the markers whose wrenches stiffen the body (reduced bodies only)."""
 

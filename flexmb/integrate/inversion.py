@@ -1,0 +1,30 @@
+"""Elements that collapse or turn inside out: where that begins, no later sample means anything."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["EXPECTED", "REMEDY", "Inversion", "first_inversion"]
+
+EXPECTED = "elements with a positive length and volume"
+REMEDY = "Check the loads against the stiffness; use more elements, or a smaller step where they hit fast"
+
+
+class Inversion(NamedTuple):
+    """sample : number of the first sample; title : of the body; found : which element, and how."""
+
+    sample: int
+    title: str
+    found: str
+
+
+def first_inversion(system, q: np.ndarray) -> Inversion | None:
+    """Return the first inversion of an element in the samples q (nt, nq), or None."""
+    found = []
+    for body in system.model.bodies:
+        one = body.inversion(q[:, system.body_slices[body.name][0]]) if len(q) else None
+        if one is not None:
+            found.append(Inversion(one[0], body.title, one[1]))
+    return min(found, default=None)
