@@ -4,10 +4,11 @@
     python benchmarks/tree.py --pinocchio /path/to/its/python       # pip install pin, in an environment of its own
     python benchmarks/tree.py --exudyn --flexible 160 --plot tree.png
 
-Ours are `Recursive.accelerate` (kinematics, forces, accelerations and all reactions, of any tree) and, of rigid links on
-hinges, `JointTree.accelerations` (accelerations in relative coordinates). Pinocchio's is `aba` from Python, the same as
-the latter; its data need so much memory that it runs to 300 bodies. Exudyn's is a step of its explicit Euler method with
-one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table is drawn as well.
+Ours are an evaluation of `simulate(..., formulation=Recursive())` (the rates of joint coordinates; of rigid links on hinges
+by `JointTree.accelerations`), and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree, as
+for every sample). Pinocchio's is `aba` from Python, the same as the former; its data need so much memory that it runs to
+300 bodies. Exudyn's is a step of its explicit Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one
+thread. With --plot the table is drawn as well.
 """
 
 from __future__ import annotations
@@ -96,14 +97,17 @@ def ours(model, formulation, count: int) -> float:
     return median_time(lambda: formulation.accelerate(system, state, work), count)
 
 
-def links(n: int, count: int) -> float:
-    """Return the CPU time of one forward dynamics in link axes, s."""
+def integrated(n: int, count: int) -> float:
+    """Return the CPU time of an evaluation of an explicit run in joint coordinates, s."""
     import numpy as np
 
     import flexmb as fmb
+    from flexmb.system import compile
 
-    tree, one = fmb.JointTree(chain(n)), np.ones(n)
-    return median_time(lambda: tree.accelerations(0.1 * one, 0.2 * one), count)
+    system = compile(chain(n))
+    unknowns = fmb.Recursive().unknowns(system, system.state(), system.workspace())
+    x, v = np.full(n, 0.1), np.full(n, 0.2)
+    return median_time(lambda: unknowns.rates(0.0, x, v, None), count)
 
 
 def plot(path: str, rows: list[tuple]) -> None:
@@ -114,7 +118,7 @@ def plot(path: str, rows: list[tuple]) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(6.4, 4.0))
-    names = ("Recursive: any tree, with reactions", "JointTree.accelerations: rigid links", "Pinocchio: aba",
+    names = ("Recursive.accelerate: with reactions", "Recursive as integrated: rigid links", "Pinocchio: aba",
              "Exudyn: kinematic tree")
     for k, (name, mark) in enumerate(zip(names, "osv^", strict=True), 1):
         points = [(row[0], row[k]) for row in rows if row[k] is not None]
@@ -171,7 +175,7 @@ def exudyn_step(n: int) -> float:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--bodies", type=int, nargs="+", default=[10, 100, 300, 1000, 10000])
+    parser.add_argument("--bodies", type=int, nargs="+", default=[10, 100, 300, 1000, 3000, 10000])
     parser.add_argument("--pinocchio", help="Python interpreter that has Pinocchio")
     parser.add_argument("--exudyn", action="store_true")
     parser.add_argument("--plot", help="picture file")
@@ -188,16 +192,14 @@ def main() -> None:
     rows = []
     for n in options.bodies:
         mine = ours(chain(n), fmb.Recursive(), max(7, 20000 // n)) / n * 1e6
-        rigid = links(n, max(7, 20000 // n)) / n * 1e6 if n <= 1000 else None
+        rigid = integrated(n, max(7, 20000 // n)) / n * 1e6
         other = exudyn_step(n) / n * 1e6 if options.exudyn and n <= 100 else None
         rows.append((n, mine, rigid, peers.get(n), other))
-        line = f"{n:6d} bodies: Recursive {mine:.3f} us per body"
-        if rigid:
-            line += f", link axes {rigid:.3f} us"
+        line = f"{n:6d} bodies: as integrated {rigid:.3f} us per body, with reactions {mine:.3f} us"
         if n in peers:
-            line += f"; Pinocchio {peers[n]:.3f} us, ratios {mine / peers[n]:.1f} and {rigid / peers[n]:.2f}"
+            line += f"; Pinocchio {peers[n]:.3f} us, ratios {rigid / peers[n]:.2f} and {mine / peers[n]:.1f}"
         if other:
-            line += f"; Exudyn {other:.1f} us, ratio {mine / other:.3f}"
+            line += f"; Exudyn {other:.1f} us, ratio {rigid / other:.4f}"
         print(line, flush=True)
     if options.plot:
         plot(options.plot, rows)

@@ -38,7 +38,7 @@ class _Run:
         self.t, self.works, self.projections = state.t, np.zeros(3), 0
         self.x, self.v, a = self.unknowns.of(state)
         self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
-        r.lam[:], r.A[0] = state.lam, a
+        r.lam0[:], r.A[0] = state.lam, a
         self.motion.sample(self.t, self.x, self.v)
         r.W[0] = work.energy[3:6]
         self._begin()
@@ -75,7 +75,7 @@ class _Run:
         self.works += h * WEIGHTS[-1] @ r.W
         self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
         self.projections += projected
-        r.A[0], r.W[0] = r.A[STAGES - 1], r.W[STAGES - 1]
+        r.A[0], r.W[0], r.lam0[:] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
         self._begin()
         r.counts[0] += 1
         for iq, iu, size, _ in self.system.program.vectors:

@@ -45,10 +45,11 @@ SLOW = 0.5
 """Rate of convergence at which the matrix is made anew."""
 STALLED, SINGULAR = 1, 2
 
-Stages = namedtuple("Stages", "x v a lam x0 v0 y change K V A W state right extent reach counts error fresh")
+Stages = namedtuple("Stages", "x v a lam x0 v0 lam0 y change K V A W state right extent reach counts error fresh")
 """Storage of the steps.
 
 x, v, a, lam : unknowns of the stage at hand, at the end those of the step; x0, v0: what the stage starts from
+lam0 (ng,) : multipliers at the start of the step
 y, change : x with unit Euler parameters; change of a
 K, V, A, W (6, n) : rates of x, rates v, second rates and powers of the stages; the first is the start of the step
 state : State of all bodies
@@ -63,8 +64,9 @@ def new_stages(unknowns, state, extent, reach) -> Stages:
     """Return storage for the unknowns of a state."""
     nx, nv, nu = unknowns.nx, unknowns.nv, len(state.u)
     return Stages(x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), lam=state.lam.copy(), x0=np.zeros(nx), v0=np.zeros(nv),
-                  y=np.zeros(nx), change=np.zeros(nv), K=np.zeros((STAGES, nx)), V=np.zeros((STAGES, nv)),
-                  A=np.zeros((STAGES, nv)), W=np.zeros((STAGES, 3)), state=state, right=np.zeros(nu + len(state.lam)),
+                  lam0=state.lam.copy(), y=np.zeros(nx), change=np.zeros(nv), K=np.zeros((STAGES, nx)),
+                  V=np.zeros((STAGES, nv)), A=np.zeros((STAGES, nv)), W=np.zeros((STAGES, 3)), state=state,
+                  right=np.zeros(nu + len(state.lam)),
                   extent=extent, reach=reach, counts=np.zeros(5, np.int64), error=np.zeros(1), fresh=np.ones(1))
 
 
@@ -167,7 +169,7 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
     The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error.
     """
     shift = GAMMA * h
-    r.x[:], r.v[:] = x, v
+    r.x[:], r.v[:], r.lam[:] = x, v, r.lam0  # also after a step that failed
     r.fresh[0] = 1.0
     c = np.sum(weights, axis=1)
     for s in range(1, STAGES):

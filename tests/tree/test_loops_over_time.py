@@ -48,6 +48,13 @@ def test_redundant_four_bars(t_end):
     assert np.ptp(solution["energy"]) < 1e-6
 
 
+def test_four_bars_through_dead_centres_by_implicit_steps():
+    """RB02 for 10 s, some ten times through the line: stages near it have more dependent equations than the assembly."""
+    solution = fmb.simulate(four_bars(2), 10.0, samples=9, integrator=fmb.Implicit(rtol=1e-7))
+    assert levels(solution).max() < TOLERANCE
+    assert np.ptp(solution["energy"]) < 1e-3
+
+
 @pytest.mark.slow
 def test_bricard_over_ten_seconds():
     """RB04; the position of P3 is that of the case."""

@@ -113,6 +113,18 @@ def test_a_free_motion_without_inertia_is_named():
         fmb.Recursive().accelerate(system, system.state(), system.workspace())
 
 
+@pytest.mark.parametrize("ask", [lambda m: fmb.accelerations(m, formulation=fmb.Recursive()), fmb.JointTree,
+                                 lambda m: fmb.simulate(m, 0.1, formulation=fmb.Recursive()),
+                                 lambda m: fmb.simulate(m, 0.1, integrator=fmb.Implicit())])
+@pytest.mark.parametrize(("joint", "lacking"), [(fmb.Revolute, "no inertia about its"), (fmb.Prismatic, "no mass")])
+def test_a_massless_body_at_the_end_of_a_branch_is_named(joint, lacking, ask):
+    arm = fmb.RigidBody.rod("arm", length=1.0, mass=1.0, radius=0.05)
+    end = fmb.RigidBody("end", mass=0.0, inertia=(0, 0, 0), at=(1, 0, 0), markers={"a": (0, 0, 0)})
+    joints = [fmb.Revolute("A", markers=("ground.origin", "arm.start")), joint("B", markers=("arm.end", "end.a"))]
+    with pytest.raises(fmb.CompileError, match=rf"Body 'end': the equations of motion are singular: {lacking}"):
+        ask(fmb.Model(bodies=[fmb.Ground(), arm, end], joints=joints))
+
+
 def test_a_joint_to_cut_that_does_not_exist_is_named():
     with pytest.raises(fmb.CompileError, match=r"joint 'jj1' to cut does not exist.*Did you mean 'j1'"):
         fmb.accelerations(chain(3), formulation=fmb.Recursive(cut=("jj1",)))
