@@ -58,15 +58,20 @@ class Motion:
         self.formulation, self.drift = settings.formulation, settings.drift
         self.system, self.work = system, work
         self.tolerance = self.drift * model_size(system)
+        self.friction = any(force.reads_reactions for force in system.model.forces)
         self.right = np.zeros(system.nu + system.ng)
         offered = getattr(self.formulation, "unknowns", None)
         self.unknowns = AbsoluteUnknowns(system, state, work) if offered is None else offered(system, state, work)
 
     def solve(self, state) -> None:
         """Fill in accelerations and multipliers by the formulation, and the powers of work.energy."""
-        state.a[:], state.lam[:] = self.formulation.accelerate(self.system, state, self.work)
-        self.work.coefficients[3] = 0.0
-        evaluate(self.system.program, state, self.work)
+        work = self.work
+        state.a[:], state.lam[:] = self.formulation.accelerate(self.system, state, work)
+        if self.friction:
+            work.coefficients[3] = 0.0
+            evaluate(self.system.program, state, work)
+        else:  # the evaluation of the formulation holds, but for the power of the drives at its own multipliers
+            work.energy[4] -= (state.lam - work.equations["force"]) @ work.equations["rate"]
 
     def sample(self, t: float, x: np.ndarray, v: np.ndarray):
         """Return the state of the unknowns with accelerations and multipliers."""

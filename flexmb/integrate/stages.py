@@ -153,6 +153,9 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
         rate = min(rate, 0.99)
         if size * rate / (1.0 - rate) <= newton and (iteration > 0 or size <= 1e-2 * newton):
             r.W[s] = work.energy[3:6]
+            r.W[s, 1] = 0.0  # of the drives: with the corrected multipliers
+            for i in range(ng):
+                r.W[s, 1] -= r.lam[i] * work.equations[i].rate
             for i in range(len(r.v)):
                 r.v[i] += shift * r.change[i]
             prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)

@@ -167,6 +167,25 @@ def test_events_and_works_with_the_implicit_method(tmp_path):
     np.testing.assert_allclose(fmb.Solution.load(tmp_path / "run.h5")["crank"], one["crank"])
 
 
+@pytest.mark.parametrize("integrator", [fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit(rtol=1e-10)],
+                         ids=["absolute", "joints", "implicit"])
+def test_energy_is_the_work_of_drives_and_loads(integrator):
+    """A driven crank with a pendulum that is pulled and damped: the energy grows by what goes in, less what is dissipated."""
+    crank = fmb.RigidBody.rod("crank", length=0.4, mass=1.0, radius=0.02, angular_velocity=(0, 0, 2.0))
+    bob = fmb.RigidBody.rod("bob", length=0.6, mass=0.5, radius=0.02, at=(0.4, 0, 0), velocity=(0, 0.8, 0))
+    joints = [fmb.Revolute("A", markers=("ground.origin", "crank.start")),
+              fmb.Spherical("B", markers=("crank.end", "bob.start")),
+              fmb.Drive("motor", joint="A", angle=fmb.expression("2*t + 0.5*t**2"))]
+    forces = [fmb.PointLoad("pull", marker="bob.end", force=(1.0, -2.0, 3.0)),
+              fmb.SpringDamper("s", markers=("ground.origin", "bob.end"), stiffness=20.0, damping=0.5, length=0.5)]
+    model = fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), crank, bob], joints=joints, forces=forces,
+                      sensors=[fmb.Energy("energy")])
+    solution = fmb.simulate(model, 1.0, samples=3, integrator=integrator)
+    loads, drives, dissipated = solution.phases[0].works[-1]
+    assert min(abs(loads), abs(drives), abs(dissipated)) > 0.1
+    assert solution["energy"][-1] - solution["energy"][0] == pytest.approx(loads + drives - dissipated, abs=2e-6)
+
+
 def test_what_the_implicit_method_refuses():
     with pytest.raises(fmb.ModelError, match=r"formulation = Augmented\(\).*Recursive\(...\).*GeneralizedAlpha and IDA"):
         fmb.Implicit(formulation=fmb.Augmented())

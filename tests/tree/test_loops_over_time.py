@@ -79,6 +79,15 @@ def test_four_hundred_four_bars():
 
 
 @pytest.mark.slow
+def test_four_hundred_four_bars_through_the_line():
+    """The same by implicit steps, on through the position of all bars in a line, where 400 equations become dependent."""
+    solution = fmb.simulate(four_bars(400), 1.6, samples=17, integrator=fmb.Implicit())
+    assert solution.status.kind == "finished"
+    assert levels(solution).max() < TOLERANCE
+    assert np.ptp(solution["energy"]) < 1e-4 * 401
+
+
+@pytest.mark.slow
 def test_flap_station(tmp_path):
     model = flap_station(tmp_path, lever_is_rigid=True, duration=1.0)
     assert levels(simulated(model, 1.0, 11)).max() < TOLERANCE
