@@ -65,6 +65,42 @@ def which_body(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
+def soft_crank(path: Path) -> None:
+    """The rod of a slider-crank as one floating body, several, and in absolute nodal coordinates, stiff to soft."""
+    import warnings
+
+    from verification.soft_crank import ROD, TIMES, ancf, bow, floating
+
+    import flexmb as fmb
+
+    warnings.simplefilter("ignore", fmb.ValidityWarning)
+    rods = {"1 floating body": floating(1), "3 bodies": floating(3), "6 bodies": floating(6),
+            "ANCF beam, 12": ancf(fmb.AncfBeam, 12), "ANCF cable, 12": ancf(fmb.AncfCable, 12)}
+    softness, shown = (1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0), 15.0
+    figure, (over_time, over_bow) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
+    peaks, errors = [], {name: [] for name in rods}
+    for soft in softness:
+        reference = bow(ancf(fmb.AncfCable, 40), soft)
+        peaks.append(np.abs(reference).max() / ROD)
+        for name, rod in rods.items():
+            found = bow(rod, soft)
+            errors[name].append(np.abs(found - reference).max() / np.abs(reference).max())
+            if soft == shown and "ANCF" not in name:
+                over_time.plot(1e3 * TIMES, found / ROD, linewidth=1.1, label=name)
+        if soft == shown:
+            over_time.plot(1e3 * TIMES, reference / ROD, "k--", linewidth=1.2, label="ANCF cable, 40")
+    for name, values in errors.items():
+        over_bow.loglog(peaks, values, ".-", label=name)
+    over_time.set(xlabel="time, ms", ylabel="deflection of the rod / length", title="rod 15 times as soft as steel",
+                  ylim=(-0.4, 0.4))
+    over_bow.axvline(0.1, color="0.6", linewidth=0.8)
+    over_bow.set(xlabel="largest deflection / length", ylabel="error / largest deflection", title="error over the deflection")
+    for axis in (over_time, over_bow):
+        axis.grid(True, alpha=0.3)
+        axis.legend(fontsize=7)
+    figure.savefig(path, dpi=120)
+
+
 def snapping_strip(path: Path) -> None:
     """The load on an arched strip over the height of its crown, and its shapes on the way."""
     import runpy
@@ -119,7 +155,7 @@ def swept_sections(path: Path) -> None:
                 size=(1200, 560), camera=(1.0, -0.9, 0.8))
 
 
-DIAGRAMS = {"rod_modes": rod_modes, "snapping_strip": snapping_strip,
+DIAGRAMS = {"rod_modes": rod_modes, "snapping_strip": snapping_strip, "soft_crank": soft_crank,
             "swept_sections": swept_sections, "which_body": which_body}
 
 

@@ -67,17 +67,18 @@ def _minus_skew(c):
     return -np.array([[0, -c[2], c[1]], [c[2], 0, -c[0]], [-c[1], c[0], 0]])
 
 
-def slider_crank(rod, **options):
-    """Return the mechanism: crank driven at 150 rad/s, rod, slider on y = 0."""
+def slider_crank(rod, others=(), ends=None, joints=(), **options):
+    """Return the mechanism: crank driven at 150 rad/s, rod (with other parts of it), slider on y = 0."""
+    crank_end, slider_end = ends or (f"{rod.name}.crank", f"{rod.name}.slider")
     crank = fmb.RigidBody("crank", mass=0.36, inertia=(1e-3, 2.727e-3, 2.727e-3), markers={"pin": (CRANK, 0, 0)})
     slider = fmb.PointMass("slider", mass=SLIDER, at=(CRANK + ROD, 0, 0))
     return fmb.Model(
-        bodies=[fmb.Ground(), crank, rod, slider],
+        bodies=[fmb.Ground(), crank, rod, *others, slider],
         joints=[fmb.Revolute("O", markers=("ground.origin", "crank.center")),
-                fmb.Revolute("A", markers=("crank.pin", f"{rod.name}.crank")),
-                fmb.Spherical("B", markers=(f"{rod.name}.slider", "slider.center")),
+                fmb.Revolute("A", markers=("crank.pin", crank_end)),
+                fmb.Spherical("B", markers=(slider_end, "slider.center")),
                 OnLine("guide", markers=("ground.origin", "slider.center")),
-                fmb.Drive("motor", joint="O", angle=fmb.expression("rate * t", rate=OMEGA))],
+                fmb.Drive("motor", joint="O", angle=fmb.expression("rate * t", rate=OMEGA)), *joints],
         **options)  # fmt: skip
 
 
