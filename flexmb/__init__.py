@@ -20,11 +20,11 @@ _ROOMS = {
     "flexmb.bodies": "AncfBeam AncfCable AncfPlate Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
     "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve Prismatic "
     "RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
-    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineLoad Motor OneSidedSpring PointLoad Pressure "
-    "SpringDamper TorsionSpring UserForce",
+    "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineContact LineLoad Motor OneSidedSpring "
+    "PointLoad Pressure SpringDamper TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
     "Orientation Position Reaction SectionForces SectionStrains Stress Velocity",
-    "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
+    "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "
     "UdwadiaPhohomsiri accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",

@@ -117,10 +117,13 @@ def _refuse_folds(t, closed, title) -> None:
 def minimal_rotation(a, b) -> np.ndarray:
     """Return the rotation (3, 3) that turns the unit vector a into b by the smallest angle (about z if opposite)."""
     c, d = np.cross(a, b), float(np.dot(a, b))
-    if d < -1.0 + 1e-12:
+    sine = float(np.linalg.norm(c))
+    if d < 0.0 and sine < 1e-9:
         axis = np.array([0.0, 0.0, 1.0]) if abs(a[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
         axis = axis - a * np.dot(a, axis)
         axis /= np.linalg.norm(axis)
         return 2.0 * np.outer(axis, axis) - np.eye(3)
-    skew = np.array([[0.0, -c[2], c[1]], [c[2], 0.0, -c[0]], [-c[1], c[0], 0.0]])
-    return np.eye(3) + skew + skew @ skew / (1.0 + d)
+    x, y, z = c / max(sine, 1e-300)
+    angle = np.arctan2(sine, d)
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew

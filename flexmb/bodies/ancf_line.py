@@ -185,6 +185,12 @@ class AncfLine(Body):
                 blocks[name] = int(nodes[0]), len(nodes)
         return blocks
 
+    def marker_gaps(self) -> dict[str, tuple[int, ...]]:
+        """Return the nodes between the last and the first, where a marker is on the element that closes the line."""
+        between = tuple(range(1, len(self.curve.r) - 1))
+        nodes = {name: self.marker_nodes(fraction) for name, (fraction, _) in self.places.items()}
+        return {name: between for name, found in nodes.items() if found[0] > found[-1]}
+
     def rigid_velocities(self, gradients: np.ndarray) -> np.ndarray:
         """Return the rates of positions and gradients (n, k, 3) of the nodes in the rigid motion at the start."""
         w = np.array(self.angular_velocity)

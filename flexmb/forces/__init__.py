@@ -5,6 +5,7 @@ from flexmb.forces.bi_stop import BiStop
 from flexmb.forces.bushing import Bushing
 from flexmb.forces.contact import Contact
 from flexmb.forces.joint_friction import JointFriction
+from flexmb.forces.line_contact import LineContact
 from flexmb.forces.line_load import LineLoad
 from flexmb.forces.motor import Motor
 from flexmb.forces.one_sided_spring import OneSidedSpring
@@ -15,7 +16,8 @@ from flexmb.forces.torsion_spring import TorsionSpring
 from flexmb.forces.user_force import UserForce
 
 KINDS = {kind.__name__: kind for kind in (SpringDamper, TorsionSpring, Bushing, PointLoad, LineLoad, Pressure, BiStop,
-                                          OneSidedSpring, JointFriction, Actuator, Motor, Contact, UserForce)}
+                                          OneSidedSpring, JointFriction, Actuator, Motor, Contact, LineContact,
+                                          UserForce)}
 """All forces by name: read by the model files, the contract tests and the reference pages."""
 
 __all__ = ["KINDS", *KINDS]

@@ -138,6 +138,10 @@ class Body(Part):
         """Return first block and number of blocks that move a marker, by name; by default all move every marker."""
         return {}
 
+    def marker_gaps(self) -> dict[str, tuple[int, ...]]:
+        """Return by name the blocks that do not move a marker although they lie among those of `marker_blocks`."""
+        return {}
+
     def marker_poses(self) -> dict[str, Pose]:
         """Return the poses of all markers in body axes, undeformed, by name."""
         raise TypeError(f"{type(self).__name__} does not say what its markers are")

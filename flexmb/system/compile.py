@@ -31,6 +31,7 @@ class _Compiler:
         self.marker_names: list[str] = []
         self.marker_body: list[int] = []
         self.marker_span: list[tuple[int, int]] = []
+        self.marker_gaps: dict[int, tuple[int, ...]] = {}
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
         self.signals: list[Any] = []
         self.pairs: dict[tuple[int, int], int] = {}
@@ -146,11 +147,13 @@ class _Layout:
                 origin = q0[:3]
             elif body.n_vector:
                 origin = q0[:3]
-            blocks, size = body.marker_blocks(), body.block_size
+            blocks, gaps, size = body.marker_blocks(), body.marker_gaps(), body.block_size
             for marker, pose in body.marker_poses().items():
                 compiler.marker_index[f"{body.name}.{marker}"] = len(compiler.marker_index)
                 compiler.marker_names.append(f"{body.name}.{marker}")
                 compiler.marker_body.append(number)
+                if marker in gaps:
+                    compiler.marker_gaps[compiler.marker_index[f"{body.name}.{marker}"]] = gaps[marker]
                 first, count = blocks.get(marker, (0, len(u0) // size if size else 0))
                 compiler.marker_span.append((first * size, count * size))
                 compiler.start_poses.append((origin + R @ np.array(pose.at), R @ pose.matrix))

@@ -38,6 +38,7 @@ class _Nodes:
         self.unknowns += [[] for _ in groups]
         for equation, node in enumerate(self.of_equation):
             self.unknowns[node].append(layout.iu[-1] + equation)
+        self.gaps = compiler.marker_gaps
         # an equation of two joints may vanish on one of its bodies: it waits for all of them
         self.waiting = {of_joint[number] for number, joint in enumerate(constraints.joints) if joint.couples}
         # and so do equations on a block that cannot turn in every direction
@@ -45,13 +46,19 @@ class _Nodes:
         self.waiting |= {self.of_equation[e] for m, e in constraints.legs if compiler.marker_body[m] in split}
 
     def of_marker(self, marker: int) -> list[int]:
-        """Return the nodes that move a marker, none for the ground."""
+        """Return the nodes that move a marker, none for the ground.
+
+        Others may lie among them, with zeros in the Jacobian: in their place stands a node that does move it.
+        """
         row = self.markers[marker]
         if not row["nu"]:
             return []
         body = int(row["body"])
         first = self.first[body] + (int(row["iu"]) - self.layout.iu[body]) // self.width[body]
-        return list(range(first, first + int(row["nu"]) // self.width[body]))
+        gaps = {self.first[body] + block for block in self.gaps.get(marker, ())}
+        nodes = list(range(first, first + int(row["nu"]) // self.width[body]))
+        moving = next(node for node in nodes if node not in gaps)
+        return [moving if node in gaps else node for node in nodes]
 
     def neighbours(self, constraints, compiler) -> list[set[int]]:
         """Return the adjacency."""

@@ -8,6 +8,7 @@ from tolerances import MACHINE, SOLVER
 
 import flexmb as fmb
 from flexmb import fem
+from flexmb.bodies.ancf_curve import minimal_rotation
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import tangent_at
 from flexmb.math.rotations import rotation_matrix
@@ -172,3 +173,13 @@ def test_refused(fields, found):
 def test_the_recursion_over_trees_refuses_bodies_of_nodes():
     with pytest.raises(CompileError, match="Body 'b': AncfCable has no frame"):
         fmb.accelerations(fmb.Model(bodies=(fmb.Ground(), cable())), formulation=fmb.Recursive())
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-12, 1e-8, 5e-6, 1e-3, 1.0])
+def test_smallest_rotation_between_directions_that_oppose_each_other_nearly(off):
+    """Markers of a closed line pass where the line runs against the x-axis."""
+    a, b = np.array([1.0, 0.0, 0.0]), np.array([-np.cos(off), np.sin(off), 0.0])
+    R = minimal_rotation(a, b)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(R @ a, b, atol=1e-9)
+    assert np.linalg.det(R) == pytest.approx(1.0)

@@ -80,7 +80,8 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
-FORCES = [name for name in forces.KINDS if name not in ("Pressure", "LineLoad")]  # those act on no pair of markers
+OF_NO_PAIR = ("Pressure", "LineLoad", "LineContact")
+FORCES = [name for name in forces.KINDS if name not in OF_NO_PAIR]
 
 
 @cache

@@ -96,6 +96,8 @@ MORE = {
     "UserForce": {"function": "flexmb.studies:law"},
     "SectionForces": {"body": "rope"},
     "SectionStrains": {"body": "rope"},
+    "LineContact": {"stretch": "rope.wind", "marker": "ground.origin", "radius": 0.1, "offset": 0.005, "stiffness": 1e6,
+                    "friction": 0.3},
     "LineLoad": {"stretch": "rope.wind", "force": (0, 0, fmb.ramp(rate=2.0)), "section_axes": True},
     "Pressure": {"amount": fmb.ramp(rate=1e3)},
     "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
