@@ -20,6 +20,7 @@ class AbsoluteUnknowns:
     def __init__(self, system, state, work):
         self.system, self.work = system, work
         self.followed = Followed(system, state, work)
+        self.euler = system.program.frames[:, :1] + np.arange(3, 7)
 
     def of(self, state) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return coordinates, velocities and accelerations of a state."""
@@ -29,8 +30,8 @@ class AbsoluteUnknowns:
         """Return the state of the unknowns, Euler parameters normalised."""
         state = self.system.state(t, x, v)
         state.q[self.system.program.branches :] = self.followed.at(t)
-        for iq, _ in self.system.program.frames:
-            state.q[iq + 3 : iq + 7] /= np.linalg.norm(state.q[iq + 3 : iq + 7])
+        parameters = state.q[self.euler]
+        state.q[self.euler] = parameters / np.sqrt(np.sum(parameters**2, axis=1, keepdims=True))
         return state
 
     def reached(self, state, x: np.ndarray, v: np.ndarray, drifted: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -107,7 +107,7 @@ class JointTree:
         self.tree: Spanning = spanning_tree(self.system, cut, _carriers(self.system, plain, keep))
         self.work = self.system.workspace()
         evaluate(self.system.program, self._start, self.work)
-        self.rows = motion_rows(self.system, self.tree, self.work.markers)
+        self.rows = motion_rows(self.system, self.tree, self.work.markers, start.q)
         self.names, self.rate_names = self._labels()
         self.drives = {f"{j.joint}.{_driven_freedom(j)}": j for j in self.system.joints
                        if j.prescribes and j.joint in self.tree.joints.values()}
@@ -246,16 +246,23 @@ class JointTree:
         CompileError
             If the model has more than rigid links on hinges, slides and fixed joints, or a motion has no inertia.
         """
+        if self.drives:
+            raise CompileError(f"Model '{self.model.name}'", found=f"prescribed motions: {', '.join(self.drives)}",
+                               expected="joints that forces move", remedy="Leave the drives out, or use fmb.simulate")
         q, v, tau = self._checked(q, v, tau)
-        links, rows = self._links
         a = np.zeros(len(v))
+        self.advance_links(q, v, tau, a)
+        return a
+
+    def advance_links(self, q: np.ndarray, v: np.ndarray, tau: np.ndarray, a: np.ndarray) -> None:
+        """Write the second rates `a` (nv,); those of drives are read, and the forces on them written to `tau` (nv,)."""
+        links, rows = self._links
         failed = link_accelerations(links, self._gravity, rows, q, v, tau, a)
         if failed >= 0:
             name = self.tree.order[failed]
             raise CompileError(f"Body '{name}' (joint '{self.tree.joints[name]}')", found="its articulated inertia is singular",
                                expected="inertia, its own or carried, in every free motion of its joint",
                                remedy="Give the body mass and inertia about the free axis")
-        return a
 
     @cached_property
     def _links(self):

@@ -17,6 +17,7 @@ LINK = np.dtype(
         ("parent", np.int64),  # place of the parent, -1: the ground
         ("slides", np.int64),  # 1: along z, 0: turns about z, -1: fixed
         ("rate", np.int64),  # place of its coordinate and rate
+        ("driven", np.int64),  # 1: the second rate is given
         ("sign", float),  # -1.0 where the tree goes through the joint backwards
         ("R", float, (3, 3)),  # axes at coordinate zero, in axes of the parent's frame
         ("r", float, 3),  # m, origin at coordinate zero, there
@@ -89,18 +90,22 @@ def _own(link, row, rate):
 
 
 @kernel
+def _column(link, row):
+    """Return the column of the inertia (6,) that belongs to the joint's motion."""
+    if link.slides == 0:
+        return row[MOMENT + 2], row[MOMENT + 4], row[MOMENT + 5], row[COUPLING + 6], row[COUPLING + 7], row[COUPLING + 8]
+    return row[COUPLING + 2], row[COUPLING + 5], row[COUPLING + 8], row[INERTIA + 2], row[INERTIA + 4], row[INERTIA + 5]
+
+
+@kernel
 def _open(link, row, tau):
     """Subtract what the joint's motion takes from inertia and force; False if it moves no inertia."""
-    if link.slides == -1:
+    if link.slides == -1 or link.driven == 1:
         for i in range(6):
             row[BIAS + i] = 0.0
         return True
-    if link.slides == 0:
-        U = (row[MOMENT + 2], row[MOMENT + 4], row[MOMENT + 5], row[COUPLING + 6], row[COUPLING + 7], row[COUPLING + 8])
-        D, load = row[MOMENT + 5], tau - row[FORCE + 2]
-    else:
-        U = (row[COUPLING + 2], row[COUPLING + 5], row[COUPLING + 8], row[INERTIA + 2], row[INERTIA + 4], row[INERTIA + 5])
-        D, load = row[INERTIA + 5], tau - row[FORCE + 5]
+    U = _column(link, row)
+    D, load = (U[2], tau - row[FORCE + 2]) if link.slides == 0 else (U[5], tau - row[FORCE + 5])
     if not D > 1e-300:
         return False
     D = 1.0 / D
@@ -197,6 +202,8 @@ def _give(row, of_parent, M, H, J, half):
 def link_accelerations(links, gravity, rows, q, v, tau, a):
     """Write the second rates `a` (nv,) at coordinates, rates and joint forces; return -1, or a link without inertia.
 
+    Of driven links the second rate is read from `a`, and the force that it needs is written to `tau`.
+
     rows (n + 1, SCRATCH) : scratch; the last row stands for the ground, which falls upwards with gravity
     """
     n = len(links)
@@ -214,6 +221,8 @@ def link_accelerations(links, gravity, rows, q, v, tau, a):
         _carry(row, rows[link.parent], SPEED, SPEED)
         row[SPEED + (5 if link.slides == 1 else 2)] += rate
         _own(link, row, rate)
+        if link.driven == 1:
+            row[SWING + (5 if link.slides == 1 else 2)] += link.sign * a[link.rate]
         row[DRIVE] = 0.0
     for k in range(n - 1, -1, -1):
         link, row = links[k], rows[k]
@@ -225,9 +234,15 @@ def link_accelerations(links, gravity, rows, q, v, tau, a):
     for k in range(n):
         link, row = links[k], rows[k]
         _carry(row, rows[link.parent], RATE, RATE)
+        if link.driven == 1:
+            U = _column(link, row)
+            x = row[FORCE + (5 if link.slides == 1 else 2)]
+            for i in range(6):
+                x += U[i] * row[RATE + i]
+            tau[link.rate] = link.sign * x
         for i in range(6):
             row[RATE + i] += row[SWING + i]
-        if link.slides < 0:
+        if link.slides < 0 or link.driven == 1:
             continue
         x = row[DRIVE] * row[DIVISOR]
         for i in range(6):

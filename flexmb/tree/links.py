@@ -21,10 +21,10 @@ def _refuse(tree, name: str, found: str) -> CompileError:
 
 def _check(tree) -> None:
     """Raise CompileError for what the algorithm in link axes does not know."""
-    if len(tree.tree.tables.cut_equations) or tree.model.forces or tree.drives:
-        what = [*tree.tree.cut, *(force.name for force in tree.model.forces), *tree.drives]
+    if len(tree.tree.tables.cut_equations) or tree.model.forces:
+        what = [*tree.tree.cut, *(force.name for force in tree.model.forces)]
         raise CompileError(f"Model '{tree.model.name}'", found=f"more than a tree of links: {', '.join(what)}",
-                           expected="no loops, forces or drives",
+                           expected="no loops and no forces",
                            remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every model")
     for name, row in zip(tree.tree.order, tree.rows, strict=True):
         if row["held"] != HINGED:
@@ -52,6 +52,7 @@ def link_rows(tree, state, work) -> np.ndarray:
     """
     _check(tree)
     links = np.zeros(len(tree.rows), LINK)
+    driven = {tree.rate_names.index(name) for name in tree.drives}
     frames: list[tuple[np.ndarray, np.ndarray]] = []
     for k, (row, link) in enumerate(zip(tree.rows, links, strict=True)):
         own, other = (work.markers[row[name]] for name in ("own", "other"))
@@ -64,6 +65,7 @@ def link_rows(tree, state, work) -> np.ndarray:
         parent = int(tree.tree.tables.parent[k])
         r_p, R_p = frames[parent] if parent >= 0 else (np.zeros(3), np.eye(3))
         link["parent"], link["slides"], link["sign"], link["rate"] = parent, slides, sign, row["iv"]
+        link["driven"] = slides >= 0 and row["iv"] in driven
         link["R"], link["r"] = R_p.T @ base, R_p.T @ (origin - r_p)
         frames.append((own["r"].copy(), axes))
         r_b, R_b = _frame(state.q[row["q"] : row["q"] + 7])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.constraints import Ball, Coordinate, Helix, Slide, Turn, TurnOfSecond
+from flexmb.math.rotations import euler_to_matrix
 
 __all__ = ["FREE", "HINGED", "MOTION", "POINTS", "describable", "joint_labels", "motion_rows"]
 
@@ -36,6 +37,9 @@ MOTION = np.dtype(
         ("advance", float),  # m/rad, of a screw
         ("d", float, 3),  # m, from a to b in axes of a where nothing slides
         ("C", float, (3, 3)),  # axes of b in axes of a, all turns zero
+        ("fixed", np.int64, 2),  # 1: marker C (Q) always has the same place in its body, which is rigid or stands still
+        ("place", float, (2, 3)),  # m, that place
+        ("axes", float, (2, 3, 3)),  # axes of marker C (Q) in axes of its body
     ],
     align=True,
 )
@@ -117,8 +121,17 @@ def _hinge(row, joint, a, b) -> None:
     row["d"], row["C"] = d, _about_z(-angle) @ R @ _about_z(-back)
 
 
-def motion_rows(system, tree, markers) -> np.ndarray:
-    """Return the rows of the bodies of a tree, in its order; `markers` of an evaluation at the assembled position."""
+def _in_body(marker, q, at: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return place and axes of a marker in its body, whose frame begins at q[at]; at -1, in W."""
+    if at < 0:
+        return marker["r"].copy(), marker["R"].copy()
+    R = np.empty((3, 3))
+    euler_to_matrix(q[at + 3 : at + 7], R)
+    return R.T @ (marker["r"] - q[at : at + 3]), R.T @ marker["R"]
+
+
+def motion_rows(system, tree, markers, q) -> np.ndarray:
+    """Return the rows of the bodies of a tree, in its order; `markers` of an evaluation at the assembled position q."""
     tables, model = tree.tables, system.model
     rows = np.zeros(len(tree.order), MOTION)
     iq = iv = 0
@@ -137,6 +150,10 @@ def motion_rows(system, tree, markers) -> np.ndarray:
             a, b = (system.marker_index[m] for m in joint.resolved_markers(model))
             row["forward"] = int(b == tables.outer[k])
             _hinge(row, joint, *((markers[m]["r"].copy(), markers[m]["R"].copy()) for m in (a, b)))
+            rigid = (body.n_vector == 0, row["parent_q"] < 0 or rows[tables.parent[k]]["modes"] == 0)
+            for end, (marker, at) in enumerate(((row["own"], row["q"]), (row["other"], row["parent_q"]))):
+                row["fixed"][end] = rigid[end]
+                row["place"][end], row["axes"][end] = _in_body(markers[marker], q, int(at))
         iq += row["coordinates"] + row["modes"]
         iv += row["rates"] + row["modes"]
     return rows

@@ -22,7 +22,7 @@ from flexmb.tree.joint_kinematics import (
     relative_twist,
 )
 
-__all__ = ["accelerate_bodies", "marker_rate", "move_bodies", "place_bodies", "read_state"]
+__all__ = ["accelerate_bodies", "marker_rate", "move_bodies", "place_bodies", "read_second_rates", "read_state"]
 
 HINGED = 0
 
@@ -46,28 +46,54 @@ def _marker_acceleration(marker, J, a, out):
 
 
 @kernel
-def read_state(rows, state, work, q, v, a):
-    """Write relative coordinates, rates and second rates of a state that `work` holds an evaluation of."""
+def _joint_axes_of(row, work, d, R):
+    """Write the relative pose of the joint and return the numbers of its markers a and b."""
+    one, two = row.own, row.other
+    if row.forward == 1:
+        one, two = row.other, row.own
+    relative_pose(work.markers[one], work.markers[two], d, R)
+    return one, two
+
+
+@kernel
+def read_second_rates(rows, state, work, v, a):
+    """Write the second rates of a state whose rates are v; `work` holds an evaluation of it."""
     d, R = np.empty(3), np.empty((3, 3))
     twist, change = np.empty(6), np.empty(6)
     A, B = np.empty(6), np.empty(6)
     for k in range(len(rows)):
         row = rows[k]
-        nc, nr = row.coordinates, row.rates
-        own_q, own_u = row.q, row.u
+        nr, own = row.rates, row.u
         if row.held == HINGED:
-            one, two = row.own, row.other
-            if row.forward == 1:
-                one, two = row.other, row.own
+            one, two = _joint_axes_of(row, work, d, R)
             first, second = work.markers[one], work.markers[two]
-            relative_pose(first, second, d, R)
-            read_pose(row, d, R, q[row.iq : row.iq + nc])
             relative_twist(first, second, twist)
-            read_twist(row, R, twist, v[row.iv : row.iv + nr])
             _marker_acceleration(first, work.J, state.a, A)
             _marker_acceleration(second, work.J, state.a, B)
             relative_acceleration(first, second, A, B, twist, change)
             read_acceleration(row, R, v[row.iv : row.iv + nr], change, a[row.iv : row.iv + nr])
+            own += 6
+        else:
+            for i in range(nr):
+                a[row.iv + i] = state.a[own + i]
+            own += nr
+        for i in range(row.modes):
+            a[row.iv + nr + i] = state.a[own + i]
+
+
+@kernel
+def read_state(rows, state, work, q, v, a):
+    """Write relative coordinates, rates and second rates of a state that `work` holds an evaluation of."""
+    d, R, twist = np.empty(3), np.empty((3, 3)), np.empty(6)
+    for k in range(len(rows)):
+        row = rows[k]
+        nc, nr = row.coordinates, row.rates
+        own_q, own_u = row.q, row.u
+        if row.held == HINGED:
+            one, two = _joint_axes_of(row, work, d, R)
+            read_pose(row, d, R, q[row.iq : row.iq + nc])
+            relative_twist(work.markers[one], work.markers[two], twist)
+            read_twist(row, R, twist, v[row.iv : row.iv + nr])
             own_q, own_u = own_q + 7, own_u + 6
             nm = row.modes
         else:
@@ -77,7 +103,7 @@ def read_state(rows, state, work, q, v, a):
         nm = nm - (row.coordinates - row.rates if row.held != HINGED else 0)
         for i in range(nm):
             v[row.iv + nr + i] = state.u[own_u + i]
-            a[row.iv + nr + i] = state.a[own_u + i]
+    read_second_rates(rows, state, work, v, a)
 
 
 @kernel
@@ -106,14 +132,16 @@ def place_bodies(rows, work, before, q, out):
         for i in range(row.modes):
             out[at + 7 + i] = q[row.iq + nc + i]
         # Q of the parent, where it has come to be
-        if row.parent_q < 0:
-            Q = work.markers[row.other]
-            for i in range(3):
-                r[i] = Q.r[i]
-            A[:] = Q.R
+        p = row.parent_q
+        if row.fixed[1] == 1:
+            s[:] = row.place[1]
+            B[:] = row.axes[1]
         else:
-            p = row.parent_q
             _in_body(work.markers[row.other], before[p : p + 7], R, s, B)
+        if p < 0:
+            r[:] = s
+            A[:] = B
+        else:
             euler_to_matrix(out[p + 3 : p + 7], R)
             matvec(R, s, r)
             for i in range(3):
@@ -130,7 +158,11 @@ def place_bodies(rows, work, before, q, out):
             matvec(B, d, t)
             for i in range(3):
                 r[i] -= t[i]
-        _in_body(work.markers[row.own], before[at : at + 7], R, s, A)
+        if row.fixed[0] == 1:
+            s[:] = row.place[0]
+            A[:] = row.axes[0]
+        else:
+            _in_body(work.markers[row.own], before[at : at + 7], R, s, A)
         rotate_columns(B, A.T.copy(), R)
         matrix_to_euler(R, out[at + 3 : at + 7])
         matvec(R, s, t)
@@ -168,16 +200,6 @@ def _plain(row, v, u):
     for i in range(row.modes):
         u[row.u + 6 + i] = v[row.iv + nr + i]
     return False
-
-
-@kernel
-def _joint_axes_of(row, work, d, R):
-    """Write the relative pose of the joint and return the numbers of its markers a and b."""
-    one, two = row.own, row.other
-    if row.forward == 1:
-        one, two = row.other, row.own
-    relative_pose(work.markers[one], work.markers[two], d, R)
-    return one, two
 
 
 @kernel

@@ -13,7 +13,7 @@ from flexmb.system.program import run_kernels
 from flexmb.tree.joint_kinematics import read_twist, relative_pose
 from flexmb.tree.relative_passes import accelerate_bodies, marker_rate, move_bodies, place_bodies
 
-__all__ = ["Chart", "coordinate_rates", "count_turns", "place", "prescribe", "read_change", "settle", "unit_length"]
+__all__ = ["Chart", "coordinate_rates", "count_turns", "move", "place", "prescribe", "read_change", "settle", "unit_length"]
 
 HINGED, FREE = 0, 1
 
@@ -36,21 +36,30 @@ def place(rows, program, work, start, x, state):
     """
     state.q[:] = start
     state.u[:] = 0.0
+    bends = False
     for k in range(len(rows)):
         row = rows[k]
         if row.held <= FREE:
             for i in range(row.modes):
                 state.q[row.q + 7 + i] = x[row.iq + row.coordinates + i]
-    run_kernels(program.place, 0, program, state, work)
+                bends = True
+    if bends:
+        run_kernels(program.place, 0, program, state, work)
     place_bodies(rows, work, state.q.copy(), x, state.q)
     run_kernels(program.place, 0, program, state, work)
 
 
 @kernel
-def settle(rows, program, work, start, x, v, a, state):
-    """Write coordinates, velocities and accelerations of all bodies at x, v, a; the workspace knows q and u."""
+def move(rows, program, work, start, x, v, state):
+    """Write coordinates and velocities of all bodies at x and v; the workspace knows the former."""
     place(rows, program, work, start, x, state)
     move_bodies(rows, work, state.q, v, state.u)
+
+
+@kernel
+def settle(rows, program, work, start, x, v, a, state):
+    """Write coordinates, velocities and accelerations of all bodies at x, v, a; the workspace knows q and u."""
+    move(rows, program, work, start, x, v, state)
     run_kernels(program.place, 0, program, state, work)
     accelerate_bodies(rows, work, state.q, v, a, state.a)
 

@@ -12,8 +12,8 @@ from flexmb.system.branches import Followed
 from flexmb.system.program import keep_branches
 from flexmb.tree.joint_tree import JointTree
 from flexmb.tree.motions import HINGED
-from flexmb.tree.relative_passes import read_state
-from flexmb.tree.settle import Chart, coordinate_rates, count_turns, prescribe, settle, unit_length
+from flexmb.tree.relative_passes import read_second_rates
+from flexmb.tree.settle import Chart, coordinate_rates, count_turns, move, prescribe, unit_length
 
 __all__ = ["RelativeUnknowns"]
 
@@ -44,26 +44,30 @@ class RelativeUnknowns:
         self.closes = bool(len(tree.tree.tables.cut_equations)) or len(tree.counted) < len(self.chart.branches)
         self.turns, self.balls = _angles(tree.rows)
         self._links = _is_linked(tree)
-        self._scratch = np.zeros(self.nx), np.zeros(self.nv)
+        self._scratch = np.zeros(self.nv)
 
     def of(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return x, v and the second rates of a state."""
         own = self.tree.read(state, self.work)
         return own.q, own.v, own.a
 
-    def state(self, t: float, x: np.ndarray, v: np.ndarray, a: np.ndarray | None = None) -> State:
-        """Return the state of all bodies; x, v (and a) get unit Euler parameters and the motion of the drives."""
+    def state(self, t: float, x: np.ndarray, v: np.ndarray) -> State:
+        """Return the state of all bodies, without accelerations; x and v get unit Euler parameters and the drives."""
         system = self.system
         state = system.state(t)
-        a = np.zeros(self.nv) if a is None else a
+        chart = self.chart
+        unit_length(chart.rows, x)
+        self._drive(t, x, v, self._scratch)
+        move(chart.rows, system.program, self.work, chart.start, x, v, state)
+        count_turns(chart, system.program, t, x, state.q)
+        return state
+
+    def _drive(self, t: float, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
+        """Write the motion of the drives at time t."""
         chart = self.chart
         if len(chart.driven):
             sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
-        unit_length(chart.rows, x)
-        prescribe(chart.driven, chart.sampled, x, v, a)
-        settle(chart.rows, system.program, self.work, chart.start, x, v, a, state)
-        count_turns(chart, system.program, t, x, state.q)
-        return state
+            prescribe(chart.driven, chart.sampled, x, v, a)
 
     def reached(self, state: State, x: np.ndarray, v: np.ndarray, drifted: bool) -> tuple[np.ndarray, np.ndarray]:
         """Return the unknowns of a state that has been reached, and count turns from it; it has just been evaluated.
@@ -83,17 +87,20 @@ class RelativeUnknowns:
     def rates(self, t: float, x: np.ndarray, v: np.ndarray, solve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return x', v' and the powers (3,) of loads and drives; `solve` writes the accelerations of a state.
 
-        Rigid links on hinges and slides under gravity take the passes in link axes.
+        Rigid links on hinges and slides under gravity, driven or not, take the passes in link axes.
         """
         change, a = np.zeros(self.nx), np.zeros(self.nv)
         x, v = x.copy(), v.copy()
         powers = np.zeros(3)
         if self._links:
-            a = self.tree.accelerations(x, v)
+            driven, forces = self.chart.driven, np.zeros(self.nv)
+            self._drive(t, x, v, a)
+            self.tree.advance_links(x, v, forces, a)
+            powers[1] = forces[driven[:, 1]] @ v[driven[:, 1]]
         else:
             state = self.state(t, x, v)
             solve(state)
-            read_state(self.tree.rows, state, self.work, *self._scratch, a)
+            read_second_rates(self.tree.rows, state, self.work, v, a)
             a[self.chart.driven[:, 1]] = self.chart.sampled[:, 2]
             powers = self.work.energy[3:6]
         coordinate_rates(self.tree.rows, x, v, change)
@@ -101,11 +108,13 @@ class RelativeUnknowns:
 
 
 def _is_linked(tree: JointTree) -> bool:
-    """Is the model one of rigid links that `JointTree.accelerations` takes?"""
+    """Is the model one of rigid links in axes of their own, whose motions all have inertia?"""
+    zero = np.zeros(len(tree.rate_names))
     try:
-        return bool(len(tree.rate_names)) and tree.accelerations(tree.start.q) is not None
+        tree.advance_links(tree.start.q, zero, zero.copy(), zero.copy())
     except CompileError:
         return False
+    return bool(len(zero))
 
 
 def _angles(rows) -> tuple[np.ndarray, list[int]]:

@@ -130,6 +130,13 @@ def test_what_is_no_tree_of_links_is_named(make, message):
         tree.accelerations(tree.start.q)
 
 
+def test_drives_are_no_forward_dynamics():
+    drive = fmb.Drive("motor", joint="j0", angle=fmb.ramp(rate=1.0))
+    tree = fmb.JointTree(chain(2).with_parts(joints=[drive]))
+    with pytest.raises(fmb.CompileError, match=r"prescribed motions: j0.turn\. .*Leave the drives out"):
+        tree.accelerations(tree.start.q)
+
+
 def test_a_link_without_inertia_is_named():
     tree = fmb.JointTree(chain(1))
     tree.accelerations([0.0])
