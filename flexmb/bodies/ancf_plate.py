@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.bodies import ancf_plate_kernels as kernels
 from flexmb.bodies.ancf_line import element_momentum
 from flexmb.bodies.ancf_plate_data import shell_elements, thin_elements
+from flexmb.bodies.ancf_plate_forces import at_fractions, thin_strains, with_director_strains
 from flexmb.bodies.ancf_plate_places import Place, functional, place_of, row_starts
 from flexmb.bodies.ancf_surface import Surface, surface_through
 from flexmb.bodies.frame_state import check_frame
@@ -248,16 +249,45 @@ class AncfPlate(Body):
             at.append((k, 2.0 * (z - k) - 1.0))
         return at[0][0] * self.elements[1] + at[1][0], at[0][1], at[1][1]
 
-    def edge(self, name: str, edge: str) -> dict[str, tuple[float, float]]:
-        """Return markers ``name_0``, ``name_1``, ... at the nodes of an edge: "s0", "s1", "t0" or "t1".
+    def held(self, name: str, edge: str, joint, rotation=None):
+        """Return what holds the nodes of an edge on the ground: the plate with markers, the ground's markers, joints.
 
-        Use them as ``plate.replaced(markers={**plate.markers, **plate.edge("root", "s0")})``.
+        Parameters
+        ----------
+        name : str
+            The markers are ``name_0``, ``name_1``, ... on plate and ground, the joints as well.
+        edge : str
+            "s0", "s1", "t0" or "t1": where the fraction s or t is 0 or 1.
+        joint : class
+            ``flexmb.Fixed`` clamps, ``flexmb.Spherical`` supports, ``flexmb.Planar`` is a symmetry.
+        rotation : rotation vector, matrix or scipy Rotation
+            Axes of all these markers in W, as drawn: z is the axis of a hinge, the normal of a plane.
+
+        Examples
+        --------
+        >>> from flexmb import MATERIALS, Fixed
+        >>> plate = AncfPlate.rectangle("wing", edges=(2, 1), elements=(8, 4), thickness=0.01, material=MATERIALS["steel"])
+        >>> plate, supports, clamps = plate.held("root", "s0", Fixed)
+        >>> len(supports), clamps[4].markers
+        (5, ('ground.root_4', 'wing.root_4'))
         """
         if edge not in ("s0", "s1", "t0", "t1"):
             raise ModelError(self.title, found=f"edge {edge!r}", expected="One of: s0, s1, t0, t1",
                              remedy="s0 is the edge where the fraction s is 0")
-        end, n = float(edge[1]), self.elements[1 if edge[0] == "s" else 0]
-        return {f"{name}_{k}": (end, k / n) if edge[0] == "s" else (k / n, end) for k in range(n + 1)}
+        along_t, end = edge[0] == "s", float(edge[1])
+        n, axes = self.elements[1 if along_t else 0], Pose((0.0, 0.0, 0.0), rotation).matrix
+        markers, supports, joints = dict(self.markers), {}, []
+        for k in range(n + 1):
+            where, own = (end, k / n) if along_t else (k / n, end), f"{name}_{k}"
+            r, a, b = self._drawn_at(*functional(self, Place(where[0], where[1], None)))
+            markers[own] = (where, marker_axes(a, b, self.shear).T @ axes)
+            supports[own] = Pose(tuple(r), axes)
+            joints.append(joint(own, markers=(f"ground.{own}", f"{self.name}.{own}")))
+        return self.replaced(markers=markers), supports, tuple(joints)
+
+    def _drawn_at(self, nodes, weights) -> np.ndarray:
+        """Return position and two directions (3, 3) as drawn."""
+        return np.einsum("kvf,kvi->fi", weights, self._nodal_vectors()[nodes])
 
     def initial_state(self):
         """Return the vectors of the nodes, and their rates in the rigid motion."""
@@ -268,10 +298,9 @@ class AncfPlate(Body):
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the markers as drawn: positions from the first node, axes in W."""
-        vectors, origin = self._nodal_vectors(), self.surface.r[0]
-        poses = {}
+        origin, poses = self.surface.r[0], {}
         for name, (nodes, weights) in self._drawn.items():  # type: ignore[attr-defined]
-            r, a, b = np.einsum("kvf,kvi->fi", weights, vectors[nodes])
+            r, a, b = self._drawn_at(nodes, weights)
             axes = marker_axes(a, b, self.shear)
             turned = self.places[name].rotation
             poses[name] = Pose(tuple(r - origin), axes if turned is None else axes @ turned)
@@ -292,10 +321,10 @@ class AncfPlate(Body):
         pairs, size = self._pairs, self.block_size  # type: ignore[attr-defined]
         rows = np.array([row_starts(nodes, pairs, size) for nodes in self.surface.cells])
         elements = np.hstack([self.surface.cells, rows, heads, points])
-        vectors, parts = self._nodal_vectors(), []
+        parts = []
         for name, pose in self.marker_poses().items():
             nodes, weights = self._drawn[name]  # type: ignore[attr-defined]
-            _, a, b = np.einsum("kvf,kvi->fi", weights, vectors[nodes])
+            _, a, b = self._drawn_at(nodes, weights)
             fixed = director_rows(a, b) @ pose.matrix
             each = [np.concatenate([[node - min(nodes)], w.ravel()]) for node, w in zip(nodes, weights, strict=True)]
             parts.append(np.concatenate([[min(nodes), len(nodes)], fixed.ravel(), *each,
@@ -305,6 +334,30 @@ class AncfPlate(Body):
         return (self.vectors, len(elements), elements.shape[1], place.bulk(elements),
                 place.bulk(np.concatenate([begins, *parts])), compiler.couplings(self.name), first_load,
                 self.material.poisson, self.damping, compiler.gravity)
+
+
+    def strains(self, q: np.ndarray) -> np.ndarray:
+        """Return changes of membrane strain and of curvature 11, 22, 2 x 12, and shear 1, 2, of all elements, (ne, 8).
+
+        In the middle, in its axes: 1 along s, 2 across; -, 1/m and -. Curvature is positive where the side of the
+        normal is stretched. Thin plates have no shear.
+        """
+        points = self._data[1]  # type: ignore[attr-defined]
+        nodal = np.asarray(q, float).reshape(-1, self.vectors, 3)[self.surface.cells].reshape(len(points), -1, 3)
+        return (with_director_strains if self.shear else thin_strains)(points, nodal)
+
+    def section_forces(self, q: np.ndarray, fractions=None) -> np.ndarray:
+        """Return N11, N22, N12 (N/m), M11, M22, M12 (N) and Q1, Q2 (N/m), (n, 8).
+
+        At fractions (n, 2) of s and t: bilinear between the middles of the elements, and beyond; without fractions in
+        the middles (ne, 8). Per length as drawn, without damping. Thin plates have no law for Q: zero.
+        """
+        s, h = self.strains(q), self.thickness_in(0.0, 0.0)[:, None]
+        E, nu = self.material.young, self.material.poisson
+        C = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]]) * E / (1.0 - nu**2)
+        shear = self.shear_factor * self.material.shear * h * s[:, 6:]
+        forces = np.hstack([h * s[:, :3] @ C, h**3 / 12.0 * s[:, 3:6] @ C, shear])
+        return forces if fractions is None else at_fractions(forces, self.elements, fractions)
 
 
 def director_rows(a, b) -> np.ndarray:

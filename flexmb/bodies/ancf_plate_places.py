@@ -50,8 +50,11 @@ def _at_point(plate, s: float, t: float):
         return nodes, weights, speed
     N = hermite_plate(x, y, plate.surface.lengths[[e]])[0, :3]
     q = np.concatenate([r[:, None], plate.surface.tangents[nodes]], axis=1).reshape(12, 3)
-    speed = np.linalg.norm(N[1:] @ q, axis=1)
-    return nodes, (N / [[1.0], [speed[0]], [speed[1]]]).T.reshape(4, 3, 3), speed
+    weights = np.zeros((4, 3, 3))
+    weights[:, :, 0] = N[0].reshape(4, 3)
+    # not the tangents of the interpolated surface: what a constant moment on an edge does to the nodes is work on these
+    weights[:, 1, 1] = weights[:, 2, 2] = bilinear(x, y)[0]
+    return nodes, weights, np.linalg.norm(N[1:] @ q, axis=1)
 
 
 def functional(plate, place: Place) -> tuple[np.ndarray, np.ndarray]:

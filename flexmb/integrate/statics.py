@@ -155,9 +155,18 @@ class _Descent:
         elif np.isfinite(self.unbalanced):
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
         # without any load, all that is left are the forces that rounding the positions makes
-        rounding = 1e-16 * self.size * self._greatest((abs(self.tangent.K) @ (1.0 / self.extent)) / self.extent)
+        rounding = 1e-16 * self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
         return (self.unbalanced <= max(tolerance * self.largest, rounding, 1e-30)
                 and self._greatest(self.g) <= 1e-9 * self.size)
+
+    def _magnitudes(self) -> np.ndarray:
+        """Return the size of the numbers (nu,) that are rounded: the model's, or of nodes their vectors themselves."""
+        magnitudes = self.size / self.extent
+        for iq, iu, count, flexible in self.system.program.vectors:
+            if not flexible:
+                own = np.linalg.norm(self.q[iq : iq + count].reshape(-1, 3), axis=1)
+                magnitudes[iu : iu + count] = np.repeat(own, 3)
+        return magnitudes
 
     def _inertia(self, u: np.ndarray) -> float:
         """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""

@@ -159,7 +159,7 @@ def test_refused(fields, found):
 
 def test_unknown_edge_and_load():
     with pytest.raises(ModelError, match="edge 'left'"):
-        plate().edge("root", "left")
+        plate().held("root", "left", fmb.Fixed)
     with pytest.raises(ModelError, match="body 'b' has no load 'presure'"):
         fmb.Model(bodies=(fmb.Ground(), plate()), forces=(fmb.Pressure("p", load="b.presure", amount=1.0),))
     over_joint = fmb.table([0, 1], [0, 1], of="hinge")

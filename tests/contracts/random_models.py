@@ -156,8 +156,8 @@ def plate(name: str, rng, **fields) -> fmb.AncfPlate:
     return fmb.AncfPlate(
         name,
         points=points,
-        thickness=0.2,
-        material=fmb.Material(young=2e3, poisson=0.3, density=80.0),
+        thickness=0.05,
+        material=fmb.Material(young=8e3, poisson=0.3, density=300.0),
         initial_strain=0.02,
         damping=0.01,
         markers={"m": ((0.7, 0.4), rng.normal(size=3))},
