@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.bodies import ancf_beam_kernels as kernels
-from flexmb.bodies.ancf_beam_element import section_frame, strains
+from flexmb.bodies.ancf_beam_element import strains
 from flexmb.bodies.ancf_curve import minimal_rotation
 from flexmb.bodies.ancf_line import AncfLine, between_middles
+from flexmb.bodies.director_frame import section_frame
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Table
 from flexmb.model.pose import Pose

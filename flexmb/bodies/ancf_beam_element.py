@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.bodies.director_frame import section_frame, section_spin, spin_gradient
 from flexmb.math.kernel import kernel
 from flexmb.math.vectors import cross, dot
 
-__all__ = ["ELEMENT", "LOCAL", "beam_element", "section_frame", "section_spin", "spin_gradient", "strains"]
+__all__ = ["ELEMENT", "LOCAL", "beam_element", "strains"]
 
 LOCAL = 15
 """Numbers at a point: r', r_y, r_z, r_y', r_z'."""
@@ -23,37 +24,6 @@ ELEMENT = 70
 """Numbers per element in the bulk data: length (1), mass of positions, r_y, r_z (27), mass moments (3), section
 stiffness of y, z and shear (3), two points with stiffness, strain-free value and damping of six strains (36)."""
 STEP = 1e-30
-
-
-@kernel
-def section_frame(a, b, E):
-    """Write the frame e1, e2, e3 as rows of `E`; return |b|, a . e2 and a . e3."""
-    length = dot(b, b) ** 0.5
-    c = np.empty_like(a)
-    cross(a, b, c)
-    area = dot(c, c) ** 0.5
-    for i in range(3):
-        E[2, i] = b[i] / length
-        E[0, i] = c[i] / area
-    cross(E[2], E[0], E[1])
-    return length, dot(a, E[1]), dot(a, E[2])
-
-
-@kernel
-def section_spin(E, length, across, along, da, db, out):
-    """Write the turn of the frame, in the frame, for changes `da`, `db` of the directors: eq. (beam-spin)."""
-    out[0] = -dot(E[1], db) / length
-    out[1] = dot(E[0], db) / length
-    out[2] = (along * out[1] - dot(E[0], da)) / across
-
-
-@kernel
-def spin_gradient(E, length, across, along, torque, ga, gb):
-    """Add the forces on the directors of a torque (3,) in the frame: the transpose of `section_spin`."""
-    second = torque[1] + torque[2] * along / across
-    for i in range(3):
-        ga[i] -= torque[2] / across * E[0, i]
-        gb[i] += (second * E[0, i] - torque[0] * E[1, i]) / length
 
 
 @kernel

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.bodies.ancf_beam_element import ELEMENT, beam_element, section_frame, section_spin, spin_gradient
+from flexmb.bodies.ancf_beam_element import ELEMENT, beam_element
+from flexmb.bodies.director_frame import frame_stiffness, place_frame, spin_gradient
 from flexmb.bodies.rows import HEADER, add_to_residual
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
@@ -25,7 +26,6 @@ ROW = np.dtype(
 
 MARKER_SIZE = 14
 """Numbers per marker: first node, number of nodes, shape functions of the nodes (3), axes in the section frame (9)."""
-STEP = 1e-30
 
 
 @kernel
@@ -39,25 +39,11 @@ def _directors(data, at, count, first, x, a, b):
 
 
 @kernel
-def _angular_velocity(a, b, da, db, w):
-    """Write the angular velocity, in W, of the frame of directors a, b with the rates da, db; return nothing."""
-    E = np.empty((3, 3), a.dtype)
-    turn = np.empty(3, a.dtype)
-    length, across, along = section_frame(a, b, E)
-    section_spin(E, length, across, along, da, db, turn)
-    for i in range(3):
-        w[i] = turn[0] * E[0, i] + turn[1] * E[1, i] + turn[2] * E[2, i]
-
-
-@kernel
 def _place_marker(marker, data, at, q, u, work):
     """Write the kinematics of one marker; `q`, `u` begin at its first node."""
     count = int(data[at + 1])
     a = np.empty(3)
     b = np.empty(3)
-    za = np.empty(3, np.complex128)
-    zb = np.empty(3, np.complex128)
-    w = np.empty(3, np.complex128)
     da = np.empty(3)
     db = np.empty(3)
     _directors(data, at, count, 0, q, a, b)
@@ -67,19 +53,12 @@ def _place_marker(marker, data, at, q, u, work):
         for k in range(count):
             marker.r[i] += data[at + 2 + k] * q[9 * k + i]
             marker.v[i] += data[at + 2 + k] * u[9 * k + i]
-        za[i], zb[i] = a[i] + STEP * 1j * da[i], b[i] + STEP * 1j * db[i]
-    # the change of the spin along the motion is the bias: complex step in time
-    _angular_velocity(za, zb, da.astype(np.complex128), db.astype(np.complex128), w)
     E = np.empty((3, 3))
-    length, across, along = section_frame(a, b, E)
+    length, across, along = place_frame(marker, a, b, da, db, data[at + 5 : at + 14], E)
     ga = np.empty(3)
     gb = np.empty(3)
     torque = np.empty(3)
     for i in range(3):
-        marker.w[i] = w[i].real
-        marker.bias[3 + i] = w[i].imag / STEP
-        for j in range(3):
-            marker.R[i, j] = (E[0, i] * data[at + 5 + j] + E[1, i] * data[at + 8 + j] + E[2, i] * data[at + 11 + j])
         # row i of the Jacobian is the force of a unit torque along axis i of W
         torque[0], torque[1], torque[2] = E[0, i], E[1, i], E[2, i]
         ga[:] = 0.0
@@ -122,10 +101,7 @@ def _add_marker_tangent(row, data, state, work, ck):
     """Add the derivative of the moments on section frames, by complex step."""
     a = np.empty(3)
     b = np.empty(3)
-    x = np.empty((2, 3), np.complex128)
-    g = np.empty((2, 3), np.complex128)
-    E = np.empty((3, 3), np.complex128)
-    torque = np.empty(3, np.complex128)
+    H = np.empty((6, 6))
     for k in range(row.n_markers):
         moment = work.markers[row.marker + k].wrench[3:6]
         if moment[0] == 0.0 and moment[1] == 0.0 and moment[2] == 0.0:
@@ -134,23 +110,14 @@ def _add_marker_tangent(row, data, state, work, ck):
         node, count = int(data[at]), int(data[at + 1])
         e = min(node // 2, row.elements - 1)
         _directors(data, at, count, row.iq + 9 * node, state.q, a, b)
-        for i in range(3):
-            x[0, i], x[1, i] = a[i], b[i]
-        for column in range(6):
-            kept = x[column // 3, column % 3]
-            x[column // 3, column % 3] += STEP * 1j
-            length, across, along = section_frame(x[0], x[1], E)
-            x[column // 3, column % 3] = kept
-            for m in range(3):
-                torque[m] = E[m, 0] * moment[0] + E[m, 1] * moment[1] + E[m, 2] * moment[2]
-            g[:] = 0.0
-            spin_gradient(E, length, across, along, torque, g[0], g[1])
-            for m in range(count):
-                for n in range(count):
-                    f = -ck * data[at + 2 + m] * data[at + 2 + n] / STEP
-                    start = _row_start(row, work, e, node - 2 * e + m, node - 2 * e + n) + 3
-                    for i in range(6):
-                        work.S[work.rows[start + i] + 3 + column] += f * g[i // 3, i % 3].imag
+        frame_stiffness(a, b, moment, ck, H)
+        for m in range(count):
+            for n in range(count):
+                f = data[at + 2 + m] * data[at + 2 + n]
+                start = _row_start(row, work, e, node - 2 * e + m, node - 2 * e + n) + 3
+                for i in range(6):
+                    for j in range(6):
+                        work.S[work.rows[start + i] + 3 + j] += f * H[i, j]
 
 
 @kernel

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.bodies.ancf_beam_element import section_frame, section_spin, spin_gradient
 from flexmb.bodies.ancf_plate_element import HEAD, add_pressure, plate_element
+from flexmb.bodies.director_frame import frame_stiffness, place_frame, spin_gradient
 from flexmb.bodies.rows import HEADER, add_to_residual
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
@@ -28,7 +28,6 @@ ROW = np.dtype(
     ],
     align=True,
 )
-STEP = 1e-30
 
 
 @kernel
@@ -50,17 +49,6 @@ def _sums(data, at, vectors, count, first, x, p, a, b):
 
 
 @kernel
-def _spin(a, b, da, db, w):
-    """Write the angular velocity in W of the frame of the directions a, b with the rates da, db."""
-    E = np.empty((3, 3), a.dtype)
-    turn = np.empty(3, a.dtype)
-    length, across, along = section_frame(b, a, E)
-    section_spin(E, length, across, along, db, da, turn)
-    for i in range(3):
-        w[i] = turn[0] * E[0, i] + turn[1] * E[1, i] + turn[2] * E[2, i]
-
-
-@kernel
 def _place_marker(marker, data, at, vectors, q, u, work):
     """Write the kinematics of one marker; `q`, `u` begin at its first node."""
     count = int(data[at + 1])
@@ -68,26 +56,15 @@ def _place_marker(marker, data, at, vectors, q, u, work):
     b = np.empty(3)
     da = np.empty(3)
     db = np.empty(3)
-    za = np.empty(3, np.complex128)
-    zb = np.empty(3, np.complex128)
-    w = np.empty(3, np.complex128)
     _sums(data, at + 11, vectors, count, 0, q, marker.r, a, b)
     _sums(data, at + 11, vectors, count, 0, u, marker.v, da, db)
-    for i in range(3):
-        za[i], zb[i] = a[i] + STEP * 1j * da[i], b[i] + STEP * 1j * db[i]
-    # the change of the spin along the motion is the bias: complex step in time
-    _spin(za, zb, da.astype(np.complex128), db.astype(np.complex128), w)
     E = np.empty((3, 3))
-    length, across, along = section_frame(b, a, E)
+    length, across, along = place_frame(marker, b, a, db, da, data[at + 2 : at + 11], E)
     ga = np.empty(3)
     gb = np.empty(3)
     torque = np.empty(3)
     stride = 1 + 3 * vectors
     for i in range(3):
-        marker.w[i] = w[i].real
-        marker.bias[3 + i] = w[i].imag / STEP
-        for j in range(3):
-            marker.R[i, j] = E[0, i] * data[at + 2 + j] + E[1, i] * data[at + 5 + j] + E[2, i] * data[at + 8 + j]
         # row i of the Jacobian is the force of a unit torque along axis i of W
         torque[0], torque[1], torque[2] = E[0, i], E[1, i], E[2, i]
         ga[:] = 0.0
@@ -129,10 +106,6 @@ def _add_marker_tangent(row, data, state, work, ck):
     p = np.empty(3)
     a = np.empty(3)
     b = np.empty(3)
-    x = np.empty((2, 3), np.complex128)
-    g = np.empty((2, 3), np.complex128)
-    E = np.empty((3, 3), np.complex128)
-    torque = np.empty(3, np.complex128)
     H = np.empty((6, 6))
     for k in range(row.n_markers):
         moment = work.markers[row.marker + k].wrench[3:6]
@@ -140,25 +113,13 @@ def _add_marker_tangent(row, data, state, work, ck):
             continue
         at = row.geometry + int(data[row.geometry + k])
         _sums(data, at + 11, row.vectors, int(data[at + 1]), row.iq + 3 * row.vectors * int(data[at]), state.q, p, a, b)
-        for i in range(3):
-            x[0, i], x[1, i] = a[i], b[i]
-        for column in range(6):
-            kept = x[column // 3, column % 3]
-            x[column // 3, column % 3] += STEP * 1j
-            length, across, along = section_frame(x[1], x[0], E)
-            x[column // 3, column % 3] = kept
-            for m in range(3):
-                torque[m] = E[m, 0] * moment[0] + E[m, 1] * moment[1] + E[m, 2] * moment[2]
-            g[:] = 0.0
-            spin_gradient(E, length, across, along, torque, g[1], g[0])
-            for i in range(6):
-                H[i, column] = -ck * g[i // 3, i % 3].imag / STEP
+        frame_stiffness(b, a, moment, ck, H)
         _spread(row, data, at, H, work)
 
 
 @kernel
 def _spread(row, data, at, H, work):
-    """Add the matrix H (6, 6) of the two directions of a marker to that of its nodes."""
+    """Add the matrix H (6, 6) of the two directions of a marker, the second first, to that of its nodes."""
     count, vectors = int(data[at + 1]), row.vectors
     stride = 1 + 3 * vectors
     table = at + 11 + stride * count
@@ -175,7 +136,7 @@ def _spread(row, data, at, H, work):
                             for s in range(2):
                                 for t in range(2):
                                     work.S[target + j] += (data[left + s] * data[right + t]
-                                                           * H[3 * s + i, 3 * t + j])
+                                                           * H[3 * (1 - s) + i, 3 * (1 - t) + j])
 
 
 @kernel

@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.forces.rows import add_follower_stiffness, store_three_signals
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Force, Table
-from flexmb.model.signal import as_signal
 
 __all__ = ["LineLoad"]
 
@@ -47,15 +47,7 @@ def apply(raw, data, state, work):
                     marker.wrench[3 * half + i] += load[i]
                 work.energy[3] += dot(load, marker.v) if half == 0 else dot(load, marker.w)
                 if row.section == 1 and work.coefficients[3] > 0.0:
-                    # it turns with its marker, dF = dtheta x F, as a PointLoad with axes of its own
-                    K = work.pairs[int(data[at + 1])].K
-                    top = 3 * half
-                    K[top, 10] -= load[2]
-                    K[top, 11] += load[1]
-                    K[top + 1, 9] += load[2]
-                    K[top + 1, 11] -= load[0]
-                    K[top + 2, 9] -= load[1]
-                    K[top + 2, 10] += load[0]
+                    add_follower_stiffness(work.pairs[int(data[at + 1])].K, 3 * half, load)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +82,7 @@ class LineLoad(Force):
             raise ModelError(self.title, found=f"stretch = {self.stretch!r}", expected="'body.stretch'",
                              remedy="Write stretch='rope.wind'")
         for field in ("force", "moment"):
-            value = getattr(self, field)
-            if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
-                raise ModelError(self.title, found=f"{field} = {value!r}",
-                                 expected="three numbers or signals (x, y, z) per metre",
-                                 remedy=f"Write {field}=(0, 0, -100.0)")
-            signals = tuple(as_signal(v, self.title, f"{field}[{i}]") for i, v in enumerate(value))
-            object.__setattr__(self, field, signals)
+            store_three_signals(self, field)
         if not isinstance(self.section_axes, bool):
             raise ModelError(self.title, found=f"section_axes = {self.section_axes!r}", expected="True or False",
                              remedy="Write section_axes=True for a load that turns with the section")

@@ -9,14 +9,13 @@ import numpy as np
 
 from flexmb.constraints import joint_coordinate
 from flexmb.constraints.coordinates import COORDINATE, measure
-from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
+from flexmb.forces.rows import add_follower_stiffness, store_three_signals
 from flexmb.math.jets import interpolate
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Force, Table
-from flexmb.model.signal import as_signal
 
 __all__ = ["PointLoad"]
 
@@ -82,15 +81,7 @@ def apply(raw, data, state, work):
             if over:
                 _add_slope(row, work, gradient, 3 * half, slope)
             if row.axes >= 0:
-                # a follower load turns with the axes of marker b of the pair: dF = dtheta x F, K = -dW/d(...)
-                K = work.pairs[row.pair].K
-                top = 3 * half
-                K[top, 10] -= load[2]
-                K[top, 11] += load[1]
-                K[top + 1, 9] += load[2]
-                K[top + 1, 11] -= load[0]
-                K[top + 2, 9] -= load[1]
-                K[top + 2, 10] += load[0]
+                add_follower_stiffness(work.pairs[row.pair].K, 3 * half, load)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,13 +118,7 @@ class PointLoad(Force):
     def __post_init__(self):
         super().__post_init__()
         for field in ("force", "moment"):
-            value = getattr(self, field)
-            if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
-                raise ModelError(self.title, found=f"{field} = {value!r}",
-                                 expected="three numbers or signals (x, y, z)",
-                                 remedy=f"Write {field}=(0, 0, -100.0)")
-            signals = tuple(as_signal(v, self.title, f"{field}[{i}]") for i, v in enumerate(value))
-            object.__setattr__(self, field, signals)
+            store_three_signals(self, field)
         object.__setattr__(self, "_joint", joint_of_tables(self, (*self.force, *self.moment)))
 
     def check(self, model) -> None:

@@ -1,10 +1,13 @@
-"""What the kernels of forces share: central forces between two points, and the law of a one-sided contact."""
+"""What forces share: given components, central forces between two points, follower loads, the law of a one-sided contact."""
 
 from __future__ import annotations
 
+from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
+from flexmb.model.signal import as_signal
 
-__all__ = ["add_central_block", "apply_central_force", "one_sided"]
+__all__ = ["add_central_block", "add_follower_stiffness", "apply_central_force", "one_sided",
+           "store_three_signals"]
 
 
 @kernel
@@ -13,6 +16,17 @@ def apply_central_force(a, b, direction, force):
     for i in range(3):
         a.wrench[i] += force * direction[i]
         b.wrench[i] -= force * direction[i]
+
+
+@kernel
+def add_follower_stiffness(K, top, load):
+    """Add to the pair's K (12, 12) that a load (3,), at the rows `top`, turns with marker b: dF = dtheta x F."""
+    K[top, 10] -= load[2]
+    K[top, 11] += load[1]
+    K[top + 1, 9] += load[2]
+    K[top + 1, 11] -= load[0]
+    K[top + 2, 9] -= load[1]
+    K[top + 2, 10] += load[0]
 
 
 @kernel
@@ -45,3 +59,12 @@ def one_sided(p, rate, stiffness, exponent, damping, depth):
         return 0.0, 0.0, 0.0, energy
     slope = stiffness * exponent * p ** (exponent - 1.0) + damping * 6.0 * s * (1.0 - s) / depth * rate
     return force, slope, damping * share, energy
+
+
+def store_three_signals(force, field: str) -> None:
+    """Make the field a tuple of three signals; ModelError unless it holds three numbers or signals."""
+    value = getattr(force, field)
+    if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
+        raise ModelError(force.title, found=f"{field} = {value!r}", expected="three numbers or signals (x, y, z)",
+                         remedy=f"Write {field}=(0, 0, -100.0)")
+    object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(value)))

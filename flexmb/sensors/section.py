@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,11 +22,23 @@ class _AtSection(Sensor):
     body: str
     at: float = 0.0
 
+    quantity: ClassVar[str]
+    """ "forces" or "strains" of the body's sections."""
+
     def __post_init__(self):
         super().__post_init__()
         if not is_number(self.at) or not 0.0 <= self.at <= 1.0:
             raise ModelError(self.title, found=f"at = {self.at!r}", expected="a fraction of the length, 0 to 1",
                              remedy="Write at=0.5 for the middle")
+
+    def columns(self, model) -> tuple[str, ...]:
+        """Return the titles with units."""
+        return getattr(model.body(self.body), f"{self.quantity.removesuffix('s')}_titles")
+
+    def values(self, series) -> np.ndarray:
+        """Return the quantity (nt, number of titles)."""
+        quantity = getattr(series.model.body(self.body), f"section_{self.quantity}")
+        return np.array([quantity(q, self.at)[0] for q in series.coordinates(self.body)[0]])
 
     def check(self, model) -> None:
         """Raise ModelError if the body is not a line."""
@@ -51,14 +64,7 @@ class SectionForces(_AtSection):
         Fraction of the length, 0 to 1.
     """
 
-    def columns(self, model) -> tuple[str, ...]:
-        """Return the titles with units."""
-        return model.body(self.body).force_titles
-
-    def values(self, series) -> np.ndarray:
-        """Return the forces (nt, 6) or (nt, 3)."""
-        body = series.model.body(self.body)
-        return np.array([body.section_forces(q, self.at)[0] for q in series.coordinates(self.body)[0]])
+    quantity: ClassVar[str] = "forces"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +82,4 @@ class SectionStrains(_AtSection):
         Fraction of the length, 0 to 1.
     """
 
-    def columns(self, model) -> tuple[str, ...]:
-        """Return the titles with units."""
-        return model.body(self.body).strain_titles
-
-    def values(self, series) -> np.ndarray:
-        """Return the strains (nt, 6) or (nt, 2)."""
-        body = series.model.body(self.body)
-        return np.array([body.section_strains(q, self.at)[0] for q in series.coordinates(self.body)[0]])
+    quantity: ClassVar[str] = "strains"
