@@ -1,4 +1,4 @@
-"""Curves of the droop nose laid out like Figs. 22 and 23 of Zierath, Woernle & Heyden, rigid beside elastic.
+"""Curves of the leading edge laid out like Figs. 22 and 23 of Zierath, Woernle & Heyden: droop nose, rigid beside elastic, and slat.
 
 Run it with: python examples/highlift/leading_edge_figures.py [picture]   (after make_bodies.py; half a minute for four runs)
 """
@@ -8,7 +8,7 @@ import sys
 import numpy as np
 from figures import BLUE, GREY, ORANGE, dress, run
 
-FULL = 25.0  # degrees
+FULL, SLAT = 25.0, 27.0  # degrees
 
 
 def draw(axes, rigid: bool, style: str, label: str) -> None:
@@ -25,6 +25,15 @@ def draw(axes, rigid: bool, style: str, label: str) -> None:
         axes[2].plot(broken.t, broken[name][:, 0] / before, style, color=colour, label=f"track {k}{label}")
 
 
+def draw_slat(axes) -> None:
+    """Draw the angle of slat 1, on rollers."""
+    sound = run("slats", True)
+    progress = sound["s1_t1_pinion angle"] / sound["s1_t1_pinion angle"][-1]
+    angle = np.degrees(2.0 * np.arcsin(-sound["s1_orientation"][:, 2]))
+    axes[0].plot(progress, angle / SLAT, "--", color=ORANGE, label="slat")
+    axes[1].plot(progress, angle - SLAT * progress, "--", color=ORANGE, label="slat")
+
+
 def main(picture: str = "leading_edge.png") -> None:
     """Write the picture."""
     import matplotlib
@@ -35,6 +44,7 @@ def main(picture: str = "leading_edge.png") -> None:
     figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.3), layout="constrained")
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
         draw(axes, rigid, style, label)
+    draw_slat(axes)
     titles = ("angle / full angle over progress, cf. Fig. 22", "departure from proportion [deg]",
               "drive struts / track 2 before, cf. Fig. 23")  # fmt: skip
     dress(axes, titles)

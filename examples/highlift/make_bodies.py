@@ -1,4 +1,4 @@
-"""Elastic bodies of the high-lift example: flaps, tracks, droop nose and its arms, reduced to the files that the models name.
+"""Elastic bodies of the high-lift example: flaps, tracks, droop nose, hinge arms, slats, reduced to the files that models name.
 
     shear centre line 0.33 c: beam nodes, one per rib         nose, area centre 0.42 c and trailing edge hang on
        o------o------o------o------o------o   span            rigid arms; track fittings are interfaces
@@ -22,15 +22,17 @@ PATH = 1.156  # m, of the carriage of track 2
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
 RIB = 2.0  # kg, each rib of the droop nose is a rigid body of its own; assumed, part of the nose's mass
 NOSE_EA = 1e8  # N; assumed, that of the flap scaled by the bending stiffness
+SLAT = {"EA": 5e7, "shear_centre_chord_fraction": 0.40, "cg_chord_fraction": 0.45, "shear_centre_zeta": 0.0}  # N; assumed
 SKIN = {"young": 55e9, "poisson": 0.3}  # carries E I and G J of the data set, whatever its moduli are
 
 
-def flap_model(data: dict, start: float, end: float, ribs: dict[str, float], loads: list[float], name: str):
+def flap_model(data: dict, start: float, end: float, ribs: dict[str, float], loads: list[float], name: str,
+               fitting: float = FITTING):  # fmt: skip
     """Return the FE model of a flap from span `start` to `end`; named nodes at fittings and at nose points."""
     places = np.unique(np.round([start, *loads, *ribs.values(), end], 9))
     chord = np.interp(places, [start, end], data["chord"])
     shear, centre = data["shear_centre_chord_fraction"], data["cg_chord_fraction"]
-    mass = data["mass_per_length"] - len(ribs) * FITTING / (end - start)
+    mass = data["mass_per_length"] - len(ribs) * fitting / (end - start)
     area = data["EA"] / SKIN["young"]
     skin = fmb.Material(**SKIN, density=mass / area)
     modulus = SKIN["young"] / (2.0 * (1.0 + SKIN["poisson"]))
@@ -214,11 +216,34 @@ def hinge_arm(data: dict) -> fmb.ModalNeutralData:
     return reduction.reduce(fe, sets, modes=2, stations=stations, geometric_stiffness=True)
 
 
+def slat(data: dict, number: int) -> fmb.ModalNeutralData:
+    """Return slat `number` in its own axes; ball, top and strut_k are the joints at its k-th track, four strips of airload."""
+    slats, rack, k = data["slats"], data["slats"]["rack"], number - 1
+    span, chord, mass = (slats[key][k] for key in ("span", "chord", "mass"))
+    ribs = {f"track_{n}": fraction * span for n, fraction in enumerate(slats["track_span_fraction"][k], 1)}
+    inertia = mass / span * (0.25 * chord) ** 2  # radius of gyration as of the flaps
+    values = slats | SLAT | {"chord": [chord, chord], "mass_per_length": mass / span, "rotary_inertia_per_length": inertia}
+    loads = [(2 * n - 1) * span / 8 for n in range(1, 5)]
+    fe = flap_model(values, 0.0, span, ribs, loads, f"slat_{number}", fitting=0.0)
+    path = (rack["roller_path_radius_outer"] + rack["roller_path_radius_inner"]) / 2
+    start = np.radians(-5.0)  # of the rack, see slat.toml
+    ball = np.array(rack["centre"]) + path * np.array([np.sin(start), np.cos(start)])
+    points = {"ball": ball, "top": ball + (0.0, 0.06), "strut": np.array([0.10, 0.0])}
+    stations = {f"nose_{n}": [int(fe.node_sets[f"nose_{n}"][0])] for n in range(1, 5)}
+    for n, (rib, y) in enumerate(ribs.items(), 1):
+        for name, (x, z) in points.items():
+            fe = fem.with_node(fe, (x, y, z), name=f"{name}_{n}")
+            fe = fem.with_rigid_link(fe, int(fe.node_sets[rib][0]), f"{name}_{n}")
+            stations[f"{name}_{n}"] = [int(fe.node_sets[f"{name}_{n}"][0])]
+    return reduction.reduce(fe, {rib: [int(fe.node_sets[rib][0])] for rib in ribs}, modes=6, stations=stations)
+
+
 def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:
     """Write the reduced bodies to a folder and return them."""
     data = tomllib.loads((FOLDER / "parameters.toml").read_text())
     bodies = {"inboard_flap": inboard_flap(data), "outboard_flap": outboard_flap(data)}
     bodies |= {name: track_beam(*arguments) for name, arguments in track_arguments(data).items()}
+    bodies |= {f"slat_{number}": slat(data, number) for number in range(1, data["slats"]["count"] + 1)}
     bodies |= {"droop_nose": droop_nose(data), "hinge_arm": hinge_arm(data)}
     for name, body in bodies.items():
         body.save(Path(folder) / f"{name}.h5")

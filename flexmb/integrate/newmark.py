@@ -107,6 +107,21 @@ def _norm(v, d, tolerance):
 
 
 @kernel
+def _flips(program, v):
+    """Does the correction turn a body by more than a radian?
+
+    Long steps of a steady spin are exact, and their error says nothing against them, but from a bad prediction the
+    iteration may end in another configuration: a shaft that points backwards through its sliding joint.
+    """
+    for n in range(len(program.frames)):
+        k = program.frames[n, 1]
+        for i in range(3, 6):
+            if abs(v.right[k + i]) > 1.0:
+                return True
+    return False
+
+
+@kernel
 def _accelerations_settled(v, c, scale, left):
     """Is what is left of the correction, as acceleration, a small part of the accelerations?
 
@@ -188,7 +203,7 @@ def _iterate(program, work, v, c, h):
         lu_solve(work.S, program.pattern, v.right)
         before = size
         size = _norm(v, v.right, c.tolerance)
-        if not np.isfinite(size) or size > 1e12:
+        if not np.isfinite(size) or size > 1e12 or _flips(program, v):
             return STALLED
         _correct(program, v, c, h, scale)
         if iteration > 0 and before > 0.0:

@@ -128,7 +128,7 @@ class _Descent:
         self.extent, _ = extents(system, start, work, self.size, 1e-4 * self.size)
         self.lam = np.zeros(system.ng)
         self.path: list[tuple[np.ndarray, ...]] = []
-        self.step, self.unbalanced, self.largest = 0.0, np.inf, 0.0
+        self.step, self.first, self.unbalanced, self.largest = 0.0, 0.0, np.inf, 0.0
         self.before: dict[str, Any] = {}
 
     def balanced(self, tolerance: float) -> bool:
@@ -143,6 +143,7 @@ class _Descent:
         if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
             self.__dict__.update(self.before)
             self.step *= 0.1
+            self.wary = self.step > 1e-9 * self.first
             return False
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
         self.largest = max(self.largest, self._greatest(reactions / self.extent), self._inertia(now.u),
@@ -151,7 +152,7 @@ class _Descent:
         if len(self.path) == 1:
             # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
             pull = self._greatest(self.force * self.extent / mass_metric(self.tangent.M))
-            self.step = np.sqrt(0.02 * self.size / max(pull, 1e-30))
+            self.step = self.first = np.sqrt(0.02 * self.size / max(pull, 1e-30))
         elif np.isfinite(self.unbalanced):
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
         # without any load, all that is left are the forces that rounding the positions makes

@@ -1,92 +1,19 @@
-"""High-lift system, slats: outcomes 5.11 and 5.19 of the data set, and equilibrium of tracks and rollers by hand.
+"""High-lift system, slats: outcomes 5.11 and 5.19 of the data set, and forces of rollers and teeth by hand.
 
-A track carries three unknown forces in its plane: those of its two pairs of rollers, which act through the centre of the rack,
-and that of the teeth. The slat loads the rack at its ball, on the fixed track also with the moment of the pendular strut. So
-three equations of equilibrium give all of them.
+Reference: the statements of the data set (README 5), and equilibrium of a track (tests/highlift_slats.py).
 """
 
-from functools import cache
-from types import SimpleNamespace
+import shutil
 
 import numpy as np
 import pytest
-from highlift_runs import DATA, FOLDER, run
+from highlift_runs import DATA, FOLDER, bodies, run
+from highlift_slats import PAIRS, SIDES, SLATS, angle, at_rest, by_hand, held_slat, pair_force
 from tolerances import SOLVER
 
 import flexmb as fmb
 
-SLATS = DATA["slats"]
-TRACKS = {f"s{number}": SLATS["tracks"][number - 1] for number in range(1, 7)}
-PAIRS = [
-    (pair, np.radians(angle)) for pair, angle in zip(("front", "rear"), SLATS["rollers"]["pair_angles_deg"])
-]
-SIDES = ("left", "right")
-CENTRE = np.array(SLATS["rack"]["centre"])
-PATH = (SLATS["rack"]["roller_path_radius_outer"] + SLATS["rack"]["roller_path_radius_inner"]) / 2
-BALL = PATH * np.array([np.sin(np.radians(-5.0)), np.cos(np.radians(-5.0))])  # from the centre, retracted
 STRIKES = [f"{pair} {ring} {side}" for pair, _ in PAIRS for ring in ("outer", "inner") for side in SIDES]
-
-
-@cache
-def slat(*settings):
-    """Return slat 1 alone, retracted, its pinions held; settings of slat.toml."""
-    model = fmb.load_model(FOLDER / "slat.toml", dict(settings))
-    holds = [fmb.Drive(f"{track} hold", joint=f"{track}_pinion", angle=0.0) for track in ("t1", "t2")]
-    return model.with_parts(joints=holds)
-
-
-@cache
-def at_rest(row):
-    """Return the slats in equilibrium, retracted (row 0), or at rest after an extension of two seconds (row -1)."""
-    if row == 0:
-        return fmb.statics(fmb.load_model(FOLDER / "slats.toml"))
-    return run("slats", ("duration", 2.0), t_end=2.2, samples=111)
-
-
-def angle(solution, number):
-    """Return the slat's angle (nt,), rad, nose down positive."""
-    p = solution[f"s{number}_orientation"]
-    return -2.0 * np.arctan2(p[:, 2], p[:, 0])
-
-
-def pair_force(solution, track, pair, k):
-    """Return the force of a pair of rollers on the rack, N, away from its centre."""
-    names = (f"{track}_{pair} {ring} {side} force" for ring in ("outer", "inner") for side in SIDES)
-    return sum(solution[name][k, 2] for name in names)
-
-
-def moment(r, f):
-    """Return the moment about the outboard axis of a force in the plane (x aft, z up)."""
-    return r[1] * f[0] - r[0] * f[1]
-
-
-def by_hand(number, deflection, k):
-    """Return front pair, rear pair and pinion torque of the fixed and of a free track, from the k-th row of the airload."""
-    chord, span = SLATS["chord"][number - 1], SLATS["span"][number - 1]
-    cn, cc, xcp = (SLATS["airloads"][name][k] for name in ("CN", "CC", "XCP"))
-    aft, up = (
-        np.array([np.cos(deflection), np.sin(deflection)]),
-        np.array([-np.sin(deflection), np.cos(deflection)]),
-    )
-
-    def turned(point):
-        return point[0] * aft + point[1] * up
-
-    area = DATA["airloads"]["dynamic_pressure"] * span * chord
-    force = area * (cc * aft + cn * up)
-    total = moment(turned(-CENTRE), force) - area * chord * cn * xcp  # about the centre of the racks
-    half = force / 2  # the tracks stand symmetrically
-    free = moment(turned(BALL), half)
-    mesh = np.radians(7.5)
-    matrix = np.zeros((3, 3))
-    for column, (_, place) in enumerate(PAIRS):
-        matrix[:2, column] = np.sin(place), np.cos(place)
-    matrix[:, 2] = np.cos(mesh), -np.sin(mesh), SLATS["rack"]["pitch_radius"]
-    found = []
-    for turning in (total - free, free):
-        front, rear, tooth = np.linalg.solve(matrix, -np.array([*half, turning]))
-        found.append((front, rear, tooth * SLATS["pinion"]["pitch_radius"]))
-    return SimpleNamespace(fixed=found[0], free=found[1])
 
 
 def test_outcome_5_11():
@@ -137,7 +64,7 @@ def test_both_substitutes_share_a_roller():
 
 def test_no_force_inside_the_backlash():
     """5.19: without load the retracted rack floats between its rollers, and no contact acts, exactly."""
-    still = fmb.simulate(slat(("load_factor", 0.0)), 0.05, samples=6)
+    still = fmb.simulate(held_slat(("load_factor", 0.0)), 0.05, samples=6)
     for track in ("t1", "t2"):
         for name in STRIKES:
             assert not np.any(still[f"{track}_{name} force"])
@@ -145,7 +72,7 @@ def test_no_force_inside_the_backlash():
 
 def lift(*settings):
     """Return how far the airload moves the rack of the free track away from the centre of its path, m, at the front pair."""
-    rack = fmb.statics(slat(*settings))[fmb.Position("left", marker="t2_rack.left")]
+    rack = fmb.statics(held_slat(*settings))[fmb.Position("left", marker="t2_rack.left")]
     assert np.abs(rack[-1] - rack[0]).max() < 2e-3
     return (rack[-1] - rack[0])[2]
 
@@ -171,3 +98,36 @@ def test_every_track_is_determinate():
     assert not report.redundant
     assert report.mobility == report.gruebler == 63
     assert report.assembly_error < SOLVER
+
+
+def euler_bernoulli(number):
+    """Return the first frequency of free bending of a slat, Hz: 22.37/(2 pi) sqrt(EI/(m l^4))."""
+    span, mass = SLATS["span"][number - 1], SLATS["mass"][number - 1]
+    return 22.3733 / (2 * np.pi) * np.sqrt(SLATS["EI_flapwise"] * span / mass / span**4)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The model files with an elastic slat 1 beside them."""
+    path = tmp_path_factory.mktemp("slats")
+    bodies().slat(DATA, 1).save(path / "slat_1.h5")
+    for file in FOLDER.glob("*.toml"):
+        shutil.copy(file, path)
+    return path
+
+
+def test_an_elastic_slat(folder):
+    """Its mass, and its first free frequency within 3 % (the area centre lies behind the shear centre); on two tracks, which is
+    determinate, it loads rollers and pinions as the rigid one does, but for its bending under them."""
+    data = fmb.ModalNeutralData.load(folder / "slat_1.h5")
+    assert data.mass == pytest.approx(SLATS["mass"][0], rel=1e-9)
+    assert data.frequencies[0] == pytest.approx(euler_bernoulli(1), rel=0.03)
+    expected = by_hand(1, 0.0, 0)
+    solution = fmb.statics(held_slat(("rigid", False), folder=folder))
+    for track, (front, rear, torque) in (("t1", expected.fixed), ("t2", expected.free)):
+        scale = abs(front) + abs(rear)
+        assert pair_force(solution, track, "front", -1) == pytest.approx(front, abs=0.01 * scale)
+        assert pair_force(solution, track, "rear", -1) == pytest.approx(rear, abs=0.01 * scale)
+        assert solution[f"{track}_tooth force"][-1, 5] == pytest.approx(
+            torque, abs=0.03 * abs(expected.fixed[2])
+        )
