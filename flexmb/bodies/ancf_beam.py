@@ -14,6 +14,7 @@ from flexmb.bodies.ancf_curve import minimal_rotation
 from flexmb.bodies.ancf_line import AncfLine, between_middles
 from flexmb.bodies.director_frame import section_frame
 from flexmb.errors import ModelError
+from flexmb.model.described import finite_array
 from flexmb.model.kinds import Table
 from flexmb.model.pose import Pose
 
@@ -93,8 +94,8 @@ class AncfBeam(AncfLine):
         super().__post_init__()
         self.require_positive("damping", zero=True)
         self._check_centres()
-        inertia = np.asarray((1.0, 1.0) if self.rotary_inertia is None else self.rotary_inertia, float)
-        if inertia.shape != (2,) or not np.all(np.isfinite(inertia)) or inertia.min() <= 0.0:
+        inertia = finite_array((1.0, 1.0) if self.rotary_inertia is None else self.rotary_inertia)
+        if inertia.shape != (2,) or inertia.min() <= 0.0:
             raise ModelError(self.title, found=f"rotary_inertia = {self.rotary_inertia!r}",
                              expected="two positive numbers, kg m, about the section's axes y and z",
                              remedy="Leave rotary_inertia out for density times moments of inertia")
@@ -115,7 +116,7 @@ class AncfBeam(AncfLine):
         if self.orientation is None:
             y = R @ minimal_rotation(np.array([1.0, 0.0, 0.0]), R.T @ t[0])[:, 1]
         else:
-            given = np.asarray(self.orientation, float)
+            given = finite_array(self.orientation)
             across = np.cross(R.T @ t[0], given) if given.shape == (3,) else np.zeros(3)
             if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(given):
                 raise ModelError(self.title, found=f"orientation = {self.orientation!r}",

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from flexmb.errors import ModelError
+from flexmb.model.described import finite_array
 
 __all__ = ["Curve", "curve_through", "minimal_rotation"]
 
@@ -29,11 +30,8 @@ class Curve(NamedTuple):
 
 def checked_points(points, title: str) -> np.ndarray:
     """Return the points (n, 3) of a curve; ModelError if there are less than two, or two neighbours coincide."""
-    try:
-        p = np.asarray(points, float)
-    except (TypeError, ValueError):
-        p = np.empty(0)
-    if p.ndim != 2 or p.shape[1] != 3 or len(p) < 2 or not np.all(np.isfinite(p)):
+    p = finite_array(points)
+    if p.ndim != 2 or p.shape[1] != 3 or len(p) < 2:
         raise ModelError(title, found=f"points of the shape {p.shape}", expected="two or more points (n, 3), m, in W",
                          remedy="Write points=((0, 0, 0), (1, 0, 0))")
     step = np.linalg.norm(np.diff(p, axis=0), axis=1)
@@ -67,7 +65,7 @@ def curve_through(points, elements: int, title: str, *, tangents=None, closed: b
     if closed:
         ends = "periodic"
     elif tangents is not None:
-        t = np.asarray(tangents, float)
+        t = finite_array(tangents)
         if t.shape != (2, 3) or np.linalg.norm(t, axis=1).min() == 0.0:
             raise ModelError(title, found=f"tangents = {tangents!r}", expected="two directions (2, 3)",
                              remedy="Write tangents=((1, 0, 0), (0, 1, 0))")

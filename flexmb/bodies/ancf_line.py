@@ -9,13 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.bodies.ancf_curve import Curve, curve_through
-from flexmb.bodies.frame_state import check_frame
+from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.bodies.line_sections import checked_masses, checked_sections, section_constants
 from flexmb.bodies.line_stretches import Stretch, checked_stretches, places_of
 from flexmb.errors import ModelError
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
-from flexmb.model.pose import Pose
+from flexmb.model.pose import rotation3
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
@@ -62,9 +63,7 @@ class AncfLine(Body):
             raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
                              remedy="Write material=fmb.MATERIALS['steel']")
         check_frame(self)
-        if not -1.0 < self.initial_strain < 1.0:
-            raise ModelError(self.title, found=f"initial_strain = {self.initial_strain!r}",
-                             expected="a number between -1 and 1", remedy="Write initial_strain=1e-3 for 0.1 % stretch")
+        check_initial_strain(self)
         self._check_elements()
         curve = curve_through(self.points, self.elements * self.intervals, self.title, tangents=self.tangents,
                               closed=self.closed)
@@ -86,11 +85,11 @@ class AncfLine(Body):
 
     def _place(self, name: str, value) -> tuple[float, np.ndarray | None]:
         fraction, rotation = value if isinstance(value, tuple | list) and len(value) == 2 else (value, None)
-        if not isinstance(fraction, int | float | np.number) or not 0.0 <= fraction <= 1.0:
+        if not is_number(fraction) or not 0.0 <= fraction <= 1.0:
             raise ModelError(self.title, found=f"marker {name} at {fraction!r}",
                              expected="a fraction of the length, 0 to 1, or (fraction, rotation)",
                              remedy=f"Write markers={{'{name}': 0.5}}")
-        return float(fraction), None if rotation is None else Pose((0.0, 0.0, 0.0), rotation).matrix
+        return float(fraction), None if rotation is None else rotation3(rotation, self.title, f"rotation of marker {name}")
 
     @property
     def curve(self) -> Curve:

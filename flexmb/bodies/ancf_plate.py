@@ -14,8 +14,9 @@ from flexmb.bodies.ancf_plate_data import shell_elements, thin_elements
 from flexmb.bodies.ancf_plate_forces import at_fractions, thin_strains, with_director_strains
 from flexmb.bodies.ancf_plate_places import Place, functional, place_of, row_starts
 from flexmb.bodies.ancf_surface import Surface, surface_through
-from flexmb.bodies.frame_state import check_frame
+from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.errors import ModelError
+from flexmb.model.described import finite_array
 from flexmb.model.kinds import Body, Table
 from flexmb.model.material import Material
 from flexmb.model.pose import Pose
@@ -111,9 +112,7 @@ class AncfPlate(Body):
             raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
                              remedy="Write material=fmb.MATERIALS['steel']")
         check_frame(self)
-        if not -1.0 < self.initial_strain < 1.0:
-            raise ModelError(self.title, found=f"initial_strain = {self.initial_strain!r}",
-                             expected="a number between -1 and 1", remedy="Write initial_strain=1e-3 for 0.1 % stretch")
+        check_initial_strain(self)
         points = self._checked_points()
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "elements", self._checked_elements(points))
@@ -130,11 +129,8 @@ class AncfPlate(Body):
         object.__setattr__(self, "_pairs", self._coupled())
 
     def _checked_points(self) -> np.ndarray:
-        try:
-            points = np.asarray(self.points, float)
-        except (TypeError, ValueError):
-            points = np.empty(0)
-        if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) < 2 or not np.all(np.isfinite(points)):
+        points = finite_array(self.points)
+        if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) < 2:
             raise ModelError(self.title, found=f"points of shape {np.shape(points)}",
                              expected="a grid (p, q, 3) of finite numbers, m, at least 2 x 2",
                              remedy="Write points=[[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0)]]")
@@ -149,11 +145,8 @@ class AncfPlate(Body):
         return int(given[0]), int(given[1])
 
     def _checked_thickness(self) -> np.ndarray:
-        try:
-            h = np.asarray(self.thickness, float)
-        except (TypeError, ValueError):
-            h = np.full(1, np.nan)
-        if h.ndim not in (0, 2) or not np.all(np.isfinite(h)) or h.min() <= 0.0:
+        h = finite_array(self.thickness)
+        if h.ndim not in (0, 2) or h.size == 0 or h.min() <= 0.0:
             raise ModelError(self.title, found=f"thickness = {self.thickness!r}",
                              expected="a number > 0, m, or a grid (a, b) of them",
                              remedy="Write thickness=0.002, or [[0.002, 0.002], [0.001, 0.001]] for a taper along s")

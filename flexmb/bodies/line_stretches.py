@@ -27,8 +27,9 @@ class Stretch(NamedTuple):
 
 def checked_stretches(given, elements: int, length: float, title: str) -> dict[str, Stretch]:
     """Return the stretches by name; ModelError unless each is two fractions of the length (m), the first smaller."""
-    check_mapping(given or {}, title, "stretches", '{"wind": (0.2, 0.8)}')
-    return {name: _stretch(name, ends, elements, length, title) for name, ends in dict(given or {}).items()}
+    given = {} if given is None else given
+    check_mapping(given, title, "stretches", '{"wind": (0.2, 0.8)}')
+    return {name: _stretch(name, ends, elements, length, title) for name, ends in given.items()}
 
 
 def _stretch(name, ends, elements, length, title) -> Stretch:

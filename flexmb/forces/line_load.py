@@ -83,9 +83,6 @@ class LineLoad(Force):
                              remedy="Write stretch='rope.wind'")
         for field in ("force", "moment"):
             store_three_signals(self, field)
-        if not isinstance(self.section_axes, bool):
-            raise ModelError(self.title, found=f"section_axes = {self.section_axes!r}", expected="True or False",
-                             remedy="Write section_axes=True for a load that turns with the section")
 
     def check(self, model) -> None:
         """Raise ModelError if the body has no such stretch."""

@@ -106,4 +106,8 @@ def joint_of_tables(part, components) -> str | None:
         raise ModelError(part.title, found="tables over several joints, or a product of two such tables",
                          expected="tables over one joint",
                          remedy=f"Make one {type(part).__name__} for each joint")
+    if part.freedom is not None and not joints:
+        raise ModelError(part.title, found=f"freedom = {part.freedom!r} without a table over a joint",
+                         expected="a table over the coordinate of a joint",
+                         remedy='Write fmb.table(..., of="hinge"), or leave freedom out')
     return next(iter(joints), None)

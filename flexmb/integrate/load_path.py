@@ -186,7 +186,7 @@ class _Walk:
             return []
         if point is None:
             return []
-        self.marks.append(LimitPoint(len(self.points), point.t, self.path.foremost(point), kind))
+        self.marks.append(LimitPoint(len(self.points), float(point.t), self.path.foremost(point), kind))
         return [] if point is new else [point]
 
     def failure(self, found: str, remedy: str) -> IntegrationError:

@@ -17,7 +17,7 @@ from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import advance, keep_branches
+from flexmb.system.program import advance, evaluate, keep_branches
 
 __all__ = ["statics"]
 
@@ -155,10 +155,28 @@ class _Descent:
             self.step = self.first = np.sqrt(0.02 * self.size / max(pull, 1e-30))
         elif np.isfinite(self.unbalanced):
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
-        # without any load, all that is left are the forces that rounding the positions makes
-        rounding = 1e-16 * self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
-        return (self.unbalanced <= max(tolerance * self.largest, rounding, 1e-30)
-                and self._greatest(self.g) <= 1e-9 * self.size)
+        return (self._greatest(self.g) <= 1e-9 * self.size
+                and (self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before)))
+
+    def _rounded(self, before: float) -> bool:
+        """Are the unbalanced forces what rounding the positions makes? Without any load, these are all there are.
+
+        They are below what the stiffest direction makes of the last digit, and either an iteration leaves them as large
+        as they were `before`, or the last digits of these coordinates do make them: a small load on a soft direction, as
+        on a thin plate, is below the first bound too.
+        """
+        stiffest = self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
+        if self.unbalanced > 1e-16 * stiffest:
+            return False
+        if 0.1 * before <= self.unbalanced:
+            return True
+        made, digits = np.zeros(self.system.nu), np.random.default_rng(0)
+        self.work.coefficients[3] = 0.0
+        for _ in range(3):
+            near = self.q * (1.0 + np.finfo(float).eps * digits.choice((-1.0, 1.0), len(self.q)))
+            evaluate(self.system.program, self.now._replace(q=near), self.work)
+            made = np.maximum(made, np.abs(self.work.residual - self.force))
+        return bool(np.all(np.abs(self.force) <= 10.0 * made))
 
     def _magnitudes(self) -> np.ndarray:
         """Return the size of the numbers (nu,) that are rounded: the model's, or of nodes their vectors themselves."""

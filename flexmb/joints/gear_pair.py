@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
-import numpy as np
-
 from flexmb.constraints import Meshing
 from flexmb.errors import ModelError
+from flexmb.model.described import finite_array
 from flexmb.model.kinds import Joint
 
 __all__ = ["GearPair"]
@@ -39,11 +38,9 @@ class GearPair(Joint):
 
     def __post_init__(self):
         super().__post_init__()
-        try:
-            radii = tuple(np.asarray(self.radii, float).tolist())
-        except (TypeError, ValueError):
-            radii = ()
-        if len(radii) != 2 or not all(np.isfinite(r) and r > 0.0 for r in radii):
+        given = finite_array(self.radii)
+        radii = tuple(given.tolist()) if given.shape == (2,) else ()
+        if not radii or min(radii) <= 0.0:
             raise ModelError(self.title, found=f"radii = {self.radii!r}", expected="two lengths > 0 m",
                              remedy="Give the pitch radii of both wheels: half of module times teeth")
         if self.inside and radii[0] == radii[1]:

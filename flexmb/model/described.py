@@ -11,13 +11,22 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 
-__all__ = ["Described", "check_kind", "check_mapping", "has_flag", "is_number", "named_arguments"]
+__all__ = ["Described", "check_kind", "check_mapping", "finite_array", "has_flag", "is_number", "named_arguments"]
 
 
 def is_number(value: Any) -> bool:
     """Is it one finite real number? True and False are none."""
     real = isinstance(value, int | float | np.number) and not isinstance(value, bool | np.complexfloating)
     return real and bool(np.isfinite(value))
+
+
+def finite_array(value: Any) -> np.ndarray:
+    """Return finite numbers as an array; an empty one for anything else, so that the check of the shape tells."""
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        return np.empty(0)
+    return np.empty(0) if has_flag(value) or not np.all(np.isfinite(array)) else array
 
 
 def has_flag(value: Any) -> bool:

@@ -62,6 +62,11 @@ class Part(metaclass=Described):
         if not isinstance(self.name, str) or not self.name or "." in self.name:
             raise ModelError(self.family, found=f"name {self.name!r}", expected="a non-empty text without dots",
                              remedy="Dots separate body and marker: 'crank.A'")
+        for f in fields(self):
+            # a text of a model file, "false", would count as true
+            if f.type == "bool" and not isinstance(value := getattr(self, f.name), bool | np.bool_):
+                raise ModelError(self.title, found=f"{f.name} = {value!r}", expected="True or False",
+                                 remedy=f"Leave {f.name} out for {f.default}")
 
     def require_positive(self, *names: str, zero: bool = False) -> None:
         """Raise ModelError if a field is not a positive (or, with `zero`, non-negative) finite number."""
@@ -104,12 +109,12 @@ class Body(Part):
     family: ClassVar[str] = "Body"
     table: ClassVar[Table | None] = None
     has_frame: ClassVar[bool] = True
+    watch: ClassVar[Any] = None
+    """Class (bodies of the kind, system) that measures how far they are from what they hold for; None: nothing."""
 
     def __post_init__(self):
         super().__post_init__()
-        check_mapping(self.markers or {}, self.title, "markers", '{"A": (0.1, 0, 0)}')
-    watch: ClassVar[Any] = None
-    """Class (bodies of the kind, system) that measures how far they are from what they hold for; None: nothing."""
+        check_mapping({} if self.markers is None else self.markers, self.title, "markers", '{"A": (0.1, 0, 0)}')
 
     @property
     def n_vector(self) -> int:
@@ -313,7 +318,7 @@ def check_names(parts, family: str) -> None:
 
 def find_part(name: str, parts: Mapping[str, Part], asker: str, family: str):
     """Return the part called `name`; ModelError with the known names and the nearest one otherwise."""
-    if name not in parts:
+    if not isinstance(name, str) or name not in parts:
         known = ", ".join(sorted(parts)) or "none"
         raise ModelError(asker, found=f"{family} '{name}' does not exist", expected=f"The model has: {known}",
                          remedy=did_you_mean(name, parts) or "Correct the name")

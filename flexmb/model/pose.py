@@ -9,21 +9,29 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.math.rotations import rotation_matrix
-from flexmb.model.described import Described, has_flag
+from flexmb.model.described import Described, finite_array
 
-__all__ = ["Pose", "as_pose", "vector3"]
+__all__ = ["Pose", "as_pose", "rotation3", "vector3"]
 
 
 def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
     """Return `value` as three floats; ModelError naming part and field otherwise."""
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (3,) or has_flag(value) or not np.all(np.isfinite(array)):
+    array = finite_array(value)
+    if array.shape != (3,):
         raise ModelError(part, found=f"{field} = {value!r}", expected="three finite numbers (x, y, z)",
                          remedy=f"Write {field} = (0.0, 0.0, 0.0)")
     return float(array[0]), float(array[1]), float(array[2])
+
+
+def rotation3(value: Any, part: str, field: str) -> np.ndarray:
+    """Return a rotation as a matrix (3, 3); ModelError naming part and field if it is none."""
+    known = value is None or hasattr(value, "as_matrix") or finite_array(value).shape in ((3,), (3, 3))
+    R = rotation_matrix(value) if known else np.zeros(0)
+    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-9) or np.linalg.det(R) < 0.0:
+        raise ModelError(part, found=f"{field} = {value!r} is no right-handed orthogonal rotation",
+                         expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
+                         remedy="Use Pose.axes(at, x=..., z=...) to give two directions")
+    return R
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +58,7 @@ class Pose(metaclass=Described):
 
     def __post_init__(self):
         object.__setattr__(self, "at", vector3(self.at, "Pose", "at"))
-        R = rotation_matrix(self.rotation)
-        if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-9) or np.linalg.det(R) < 0.0:
-            raise ModelError("Pose", found=f"rotation = {self.rotation!r} is no right-handed orthogonal rotation",
-                             expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
-                             remedy="Use Pose.axes(at, x=..., z=...) to give two directions")
+        rotation3(self.rotation, "Pose", "rotation")
 
     @property
     def matrix(self) -> np.ndarray:

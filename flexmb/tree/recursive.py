@@ -54,7 +54,7 @@ class Recursive(metaclass=Described):
     cut: tuple[str, ...] = ()
 
     def __post_init__(self):
-        if isinstance(self.cut, str) or not all(isinstance(name, str) for name in self.cut):
+        if not isinstance(self.cut, list | tuple) or not all(isinstance(name, str) for name in self.cut):
             raise ModelError("Recursive", found=f"cut = {self.cut!r}", expected="names of joints",
                              remedy='Write cut=("A", "B"), or cut=("A",) for one')
         object.__setattr__(self, "cut", tuple(self.cut))

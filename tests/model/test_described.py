@@ -24,6 +24,20 @@ def model():
     return fmb.Model(bodies=[fmb.Ground(), fmb.RigidBody("b", **GOOD)])
 
 
+def rope(**fields):
+    return fmb.AncfCable("r", **{"points": LINE, "elements": 2, "section": fem.Section.solid_circle(0.01), "material": STEEL,
+                                 **fields})
+
+
+def blade(**fields):
+    return fmb.AncfBeam("b", **{"points": LINE, "elements": 2, "section": TUBE, "material": STEEL, **fields})
+
+
+def plate(**fields):
+    return fmb.AncfPlate.rectangle("p", **{"edges": (1.0, 1.0), "elements": (1, 1), "thickness": 0.01, "material": STEEL,
+                                           **fields})
+
+
 FIELDS = [
     (lambda: fmb.RigidBody("b", mas=3, inertia=(1, 1, 1)), "RigidBody 'b': there is no field 'mas'", "mean 'mass'"),
     (lambda: fmb.RigidBody("b", mass=3), "the field 'inertia' is missing", "Give inertia a value"),
@@ -77,6 +91,27 @@ VALUES = [
     (lambda: fmb.simulate("model.toml", 1.0), "the text 'model.toml'", "flexmb.load_model"),
     (lambda: fmb.linearize(fmb.Model), "the class Model itself", "Give a flexmb.Model"),
 ]
+ELASTIC = [
+    (lambda: fmb.RigidBody("b", **GOOD, rotation="x"), "rotation = 'x' is no", "Pose.axes"),
+    (lambda: fmb.RigidBody("b", **GOOD, rotation=(0, float("nan"), 0)), "Body 'b': rotation = (0, nan, 0)", "Pose.axes"),
+    (lambda: fmb.Pose(rotation=0.3), "Pose: rotation = 0.3", "Pose.axes"),
+    (lambda: rope(markers={"m": (0.5, 1.2)}), "Body 'r': rotation of marker m = 1.2", "Pose.axes"),
+    (lambda: rope(straight="false"), "straight = 'false'", "Leave straight out for False"),
+    (lambda: rope(closed=1), "closed = 1", "Leave closed out"),
+    (lambda: rope(initial_strain="1e-3"), "initial_strain = '1e-3'", "Write initial_strain="),
+    (lambda: rope(lumped_masses=2.0), "lumped mass 2.0", "Write lumped_masses="),
+    (lambda: rope(stretches=np.zeros(2)), "stretches = array", "Write stretches="),
+    (lambda: rope(tangents="xy"), "tangents = 'xy'", "Write tangents="),
+    (lambda: blade(orientation="up"), "orientation = 'up'", "Give the direction"),
+    (lambda: blade(rotary_inertia="none"), "rotary_inertia = 'none'", "Leave rotary_inertia out"),
+    (lambda: plate(shear="yes"), "shear = 'yes'", "Leave shear out for False"),
+    (lambda: plate(initial_strain=None), "initial_strain = None", "Write initial_strain="),
+    (lambda: fmb.GearPair("g", markers=ENDS, radii=(0.1, "x")), "radii = (0.1, 'x')", "Give the pitch radii"),
+    (lambda: fmb.Recursive(cut=3), "cut = 3", "Write cut="),
+    (lambda: fmb.Pressure("w", load="p.pressure", amount=1.0, freedom="turn"), "freedom = 'turn' without", "leave freedom out"),
+    (lambda: fmb.Model(bodies=[rope()], sensors=[fmb.SectionForces("s", body=3)]), "body '3' does not exist", "Correct"),
+    (lambda: fmb.Model(bodies=[rope()], sensors=[fmb.SectionForces("s", body=["r"])]), "body '['r']' does not", "Correct"),
+]
 OFFLINE = [
     (lambda: fem.solid(None, STEEL), MeshError, "nothing (None)", "fem.read_mesh"),
     (lambda: fem.read_mesh(None), MeshError, "the path None", "Write fem.read_mesh"),
@@ -90,7 +125,8 @@ OFFLINE = [
 ]
 
 
-@pytest.mark.parametrize(("make", "found", "remedy"), FIELDS + VALUES, ids=[case[1] for case in FIELDS + VALUES])
+@pytest.mark.parametrize(("make", "found", "remedy"), FIELDS + VALUES + ELASTIC,
+                         ids=[case[1] for case in FIELDS + VALUES + ELASTIC])
 def test_descriptions(make, found, remedy):
     with pytest.raises(ModelError) as caught:
         make()
