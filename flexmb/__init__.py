@@ -24,7 +24,7 @@ _ROOMS = {
     "PointLoad Pressure SpringDamper TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
     "Orientation Position Reaction SectionForces SectionStrains Stress Velocity",
-    "flexmb.mechanisms": "ModifiedLink StandardLink serial_arm",
+    "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "
     "UdwadiaPhohomsiri accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.bodies.line_chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.model import expression
 from flexmb.model.modal_neutral_data import ModalNeutralData
@@ -95,6 +96,15 @@ class Context:
     def _object(self, values: dict[str, Any], where: str) -> Any:
         make = find_kind(values.pop("kind"), self.kinds, where)
         return call(make, values, where)
+
+    def line(self, raw: str, where: str) -> tuple[Any, bool]:
+        """Return the points of the one line in a mesh file, or in a group of it ("rope.msh#upper"), and if it is a ring."""
+        from flexmb import fem
+
+        name, _, group = raw.partition("#")
+        mesh = fem.read_mesh((self.path.parent / name).resolve())
+        mesh = mesh.only(group) if group else mesh
+        return single_chain(mesh.points, mesh.cells_of("line"), f"{where} = '{raw}'")
 
     def data(self, raw: Any, where: str) -> Any:
         """Return the reduced body of a file named relative to the model file."""

@@ -224,6 +224,9 @@ def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
             continue
         if field == "data":
             values[field] = context.data(entry, place)
+        elif field == "points" and isinstance(entry, str) and not entry.lstrip().startswith("="):
+            values[field], ring = context.line(entry, place)
+            values |= {"closed": True} if ring else {}
         elif field == "markers" and isinstance(entry, dict):
             values[field] = {m: context.value(pose, f"{place}.{m}", poses=True) for m, pose in entry.items()}
         else:

@@ -11,6 +11,7 @@ from flexmb.io.scene import Scene
 from flexmb.io.vtk_output import part_file
 from flexmb.view.pictures import largest_stress, upwards
 from flexmb.view.stage import VIEW_ANGLE, camera_position, framed_points, part_color
+from flexmb.view.viewpoint import viewpoint
 
 __all__ = ["paraview_script"]
 
@@ -77,7 +78,7 @@ def paraview_script(solution, path: str | Path, *, camera=None) -> Path:
     path : path
         The ``.pvd`` or ``.vtkhdf`` that was written; the script goes with the folder wherever it is moved.
     camera : (3,), optional
-        Direction to look from; chosen by the shape of the mechanism unless given.
+        Direction to look from; chosen by extent and motion of the mechanism unless given.
 
     Raises
     ------
@@ -101,7 +102,9 @@ def paraview_script(solution, path: str | Path, *, camera=None) -> Path:
         elastic = part.data is not None and part.data.stress_modes is not None
         place = files[part.name].relative_to(path.parent).as_posix()
         rows.append(f"    ({part.name!r}, {place!r}, {_rgb(part_color(scene, part))}, {elastic}),")
-    place = camera_position(framed_points(scene, frames), camera, upwards(solution.model), 16 / 9, 0.1)
+    up = upwards(solution.model)
+    direction = viewpoint(scene, up) if camera is None else camera
+    place = camera_position(framed_points(scene, frames), direction, up, 16 / 9, 0.1)
     script = path.with_name(f"{path.stem}_paraview.py")
     text = SCRIPT.format(
         title=solution.model.name.replace('"', "'"),

@@ -32,7 +32,7 @@ def render(solution, path: str | Path, *, times=None, camera=None, size=(1600, 9
         The state, or the states of the animation: the samples nearest to these times. By default the last sample, or
         all samples.
     camera : (3,) or pyvista camera position, optional
-        Direction to look from; chosen by the shape of the mechanism unless given.
+        Direction to look from; chosen by extent and motion of the mechanism unless given.
     size : (int, int)
         Pixels.
     scale : float

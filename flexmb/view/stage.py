@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.io.cell_types import flat_cells
 from flexmb.io.scene import DrawnPart, Scene
+from flexmb.view.viewpoint import viewpoint
 
 __all__ = ["VIEW_ANGLE", "Look", "Stage", "camera_position", "framed_points", "part_color"]
 
@@ -81,7 +82,8 @@ class Stage:
     def look_from(self, camera, up, frames: Sequence[int] = ()) -> None:
         """Place the camera so that all that has been added is seen, at the frames too through which it will move.
 
-        `camera` is a direction to look from, a pyvista camera position, or None.
+        `camera` is a direction to look from, a pyvista camera position, or None: then it is chosen by the extent and
+        the motion of the scene.
         """
         if camera is not None and np.shape(camera) != (3,):
             self.plotter.camera_position = camera
@@ -89,10 +91,11 @@ class Stage:
         seen = [surface.points for _, surface, _, _ in self._drawn]
         if frames:
             seen.append(framed_points(self.scene, frames, self.scale))
+        direction = viewpoint(self.scene, up) if camera is None else camera
         width, height = self.plotter.window_size
         room = 0.22 if self.largest_stress > 0.0 else 0.0
         self.plotter.camera.view_angle = VIEW_ANGLE
-        self.plotter.camera_position = camera_position(np.vstack(seen), camera, up, width / height, room)
+        self.plotter.camera_position = camera_position(np.vstack(seen), direction, up, width / height, room)
         self.plotter.renderer.reset_camera_clipping_range()
 
     def picture(self) -> np.ndarray:
@@ -203,9 +206,8 @@ def camera_position(points, camera, up, aspect: float, room: float):
     ----------
     points : (n, 3), m
         What shall be seen.
-    camera : (3,) or None
-        Direction to look from. None looks along the thinnest side of the points' box, a little from above and from the
-        side: a planar mechanism shows its plane.
+    camera : (3,)
+        Direction to look from.
     up : (3,)
         Direction that is up in the picture.
     aspect : float
@@ -214,13 +216,7 @@ def camera_position(points, camera, up, aspect: float, room: float):
         Part of the height at the bottom that stays free, for the colour scale.
     """
     up = np.asarray(up, float) / np.linalg.norm(up)
-    if camera is None:
-        size = np.ptp(points, axis=0)
-        across = [k for k in range(3) if abs(up[k]) < 0.9]
-        ahead = -np.eye(3)[across[int(np.argmin(size[across]))]]
-        direction = ahead + 0.32 * np.cross(ahead, up) + 0.28 * up
-    else:
-        direction = np.asarray(camera, float)
+    direction = np.asarray(camera, float)
     direction = direction / np.linalg.norm(direction)
     if abs(direction @ up) > 0.999:
         up = np.eye(3)[int(np.argmin(np.abs(direction)))]

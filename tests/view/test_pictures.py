@@ -10,6 +10,7 @@ from flexmb.io.scene import Scene
 from flexmb.view import graphics, overlay, render, window
 from flexmb.view.interactive import opened
 from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position, framed_points
+from flexmb.view.viewpoint import best_direction, viewpoint
 
 
 @pytest.mark.render
@@ -147,7 +148,7 @@ def test_mp4(solution, tmp_path):
 def test_everything_is_in_the_frame(rng):
     """Projected by hand: no point leaves the picture or falls into the room for the colour scale."""
     slope, aspect, room = np.tan(np.radians(VIEW_ANGLE / 2)), 16 / 9, 0.22
-    for camera in (None, (1.0, -2.0, 0.5), (0.0, 0.0, 1.0)):
+    for camera in ((0.3, -1.0, 0.3), (1.0, -2.0, 0.5), (0.0, 0.0, 1.0)):
         points = rng.normal(size=(40, 3)) * (3.0, 0.4, 1.0) + (5.0, 1.0, -2.0)
         eye, focus, up = (np.array(x) for x in camera_position(points, camera, (0, 0, 1), aspect, room))
         ahead = (focus - eye) / np.linalg.norm(focus - eye)
@@ -161,14 +162,47 @@ def test_everything_is_in_the_frame(rng):
         assert max(np.abs(x).max(), (y.max() - y.min()) / 2 / (1 - room)) > 0.5
 
 
+def moving(rng, size, motion, samples=5):
+    """Return points in a box that move along a line, the more the further aft (x) they are."""
+    points = rng.uniform(-0.5, 0.5, size=(60, 3)) * size
+    far = (points[:, :1] - points[:, 0].min()) / max(np.ptp(points[:, 0]), 1e-9)
+    return points + np.linspace(0.0, 1.0, samples)[:, None, None] * far * np.array(motion)
+
+
 def test_planar_mechanisms_show_their_plane(rng):
-    """A mechanism in the plane x-z is seen mainly along y, with z up."""
-    points = rng.normal(size=(20, 3)) * (1.0, 0.01, 1.0)
-    eye, focus, up = (np.array(x) for x in camera_position(points, None, (0, 0, 1), 1.5, 0.0))
-    direction = (eye - focus) / np.linalg.norm(eye - focus)
-    assert np.argmax(np.abs(direction)) == 1
-    assert direction[2] > 0.1
-    np.testing.assert_array_equal(up, (0, 0, 1))
+    """Seen across their plane, a little from above and from the side; at rest too. A flat one is seen from
+    above, and where y is up with x to the right."""
+    for motion in ((0.3, 0.0, 0.2), (0.0, 0.0, 0.0)):
+        direction = best_direction(moving(rng, (2.0, 0.02, 1.0), motion), (0, 0, 1))
+        assert -direction[1] > 0.85
+        assert 0.1 < direction[2] < 0.5
+        assert abs(direction[0]) > 0.1
+    flat = best_direction(moving(rng, (2.0, 1.0, 0.02), (0.3, 0.2, 0.0)), (0, 0, 1))
+    assert flat[2] > 0.4
+    gravity_along_y = best_direction(moving(rng, (2.0, 1.0, 0.02), (0.3, 0.2, 0.0)), (0, 1, 0))
+    assert gravity_along_y[2] > 0.85
+
+
+def test_a_long_wing_is_seen_from_the_side_of_its_flaps(rng):
+    """Neither along the span, where stations hide each other, nor along the motion; from behind, where the flaps go."""
+    direction = best_direction(moving(rng, (3.0, 18.0, 0.5), (1.5, 0.0, -0.8)), (0, 0, 1))
+    assert direction[0] > 0.3
+    assert 0.3 < abs(direction[1]) < 0.9
+    assert 0.2 < direction[2] < 0.8
+    forward = best_direction(moving(rng, (-3.0, 18.0, 0.5), (1.5, 0.0, -0.8)) * (-1, 1, 1), (0, 0, 1))
+    assert forward[0] < -0.3
+
+
+@pytest.mark.render
+def test_the_view_is_that_of_the_scene(solution):
+    """Pictures, windows and ParaView scripts take it where no camera is given."""
+    scene = Scene(solution)
+    stage = Stage(scene, (320, 180), 0.0)
+    stage.add_state(0)
+    stage.look_from(None, (0.0, 0.0, 1.0))
+    eye, focus, _ = (np.array(x) for x in stage.plotter.camera_position)
+    np.testing.assert_allclose((eye - focus) / np.linalg.norm(eye - focus), viewpoint(scene, (0, 0, 1)), atol=1e-6)
+    stage.close()
 
 
 def test_messages(solution, tmp_path, monkeypatch):
