@@ -155,7 +155,36 @@ def swept_sections(path: Path) -> None:
                 size=(1200, 560), camera=(1.0, -0.9, 0.8))
 
 
-DIAGRAMS = {"rod_modes": rod_modes, "snapping_strip": snapping_strip, "soft_crank": soft_crank,
+def belt_drive(path: Path) -> None:
+    """The belt of the example coloured by its tension, and the tension of one place of it over time."""
+    import runpy
+
+    from flexmb.results import recover
+
+    example = runpy.run_path(str(FOLDER.parents[1] / "examples" / "belt_drive.py"))
+    solution = example["run"](120)
+    belt, q = solution.model.body("belt"), solution.series().coordinates("belt")[0][-1:]
+    places = (np.arange(belt.elements) + 0.5) / belt.elements
+    at, force = belt.line(q[0], places)[0], recover.line_forces(belt, q, places)[0, :, 0]
+    figure, (shape, over_time) = plt.subplots(1, 2, figsize=(8.4, 3.0), layout="constrained", width_ratios=(1.2, 1.0))
+    for side in (0.5, -0.5):
+        shape.add_patch(plt.Circle((side * example["DISTANCE"], 0.0), example["RADIUS"], color="0.85"))
+    points = shape.scatter(at[:, 0], at[:, 1], c=force, s=14, cmap="viridis")
+    figure.colorbar(points, ax=shape, label="tension, N", orientation="horizontal", shrink=0.7)
+    shape.text(0.25, 0.0, "driver", ha="center", va="center")
+    shape.text(-0.25, 0.0, "driven", ha="center", va="center")
+    shape.set(aspect="equal", title="tension at the end")
+    shape.set_axis_off()
+    over_time.plot(solution.t, solution["tension"][:, 0], label="of one place of the belt")
+    for value, label in ((246.9, "steady belt, eq. (belt-creep)"), (151.2, None)):
+        over_time.axhline(value, color="0.5", linewidth=0.8, linestyle=":", label=label)
+    over_time.set(xlabel="t, s", ylabel="tension, N", ylim=(100.0, 340.0))
+    over_time.grid(True, alpha=0.3)
+    over_time.legend(fontsize=8, loc="upper right")
+    figure.savefig(path, dpi=120)
+
+
+DIAGRAMS = {"belt_drive": belt_drive, "rod_modes": rod_modes, "snapping_strip": snapping_strip, "soft_crank": soft_crank,
             "swept_sections": swept_sections, "which_body": which_body}
 
 

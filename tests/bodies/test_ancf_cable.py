@@ -183,3 +183,34 @@ def test_smallest_rotation_between_directions_that_oppose_each_other_nearly(off)
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
     np.testing.assert_allclose(R @ a, b, atol=1e-9)
     assert np.linalg.det(R) == pytest.approx(1.0)
+
+
+def ring_arc(first, last, count):
+    """Points (count, 3) of a circle of radius 1 m from one angle to another."""
+    angle = np.linspace(first, last, count)
+    return np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_ring(closed):
+    """Bending frequencies in its plane, sqrt(EI / m) k (k^2 - 1) / sqrt(k^2 + 1), twice each (Hoppe 1871).
+
+    A closed line, and two halves whose ends are joined by hinges along the line: without a kink, with their own twist.
+    """
+    fields = {"section": fem.Section.solid_circle(0.02), "material": fmb.Material(young=1e9, poisson=0.3, density=1000.0)}
+    if closed:
+        bodies = (fmb.AncfCable("ring", points=ring_arc(0.0, 2.0 * np.pi, 25)[:-1], closed=True, elements=32, **fields),)
+    else:
+        along = (0.0, 0.5 * np.pi, 0.0)
+        bodies = tuple(
+            fmb.AncfCable(name, points=ring_arc(first, first + np.pi, 13), elements=16, **fields,
+                          tangents=((-np.sin(first), np.cos(first), 0.0), (np.sin(first), -np.cos(first), 0.0)),
+                          markers={"a": (0.0, along), "b": (1.0, along)}) for name, first in (("up", 0.0), ("low", np.pi)))
+    joints = () if closed else tuple(
+        fmb.Revolute(name, markers=(f"{one}.b", f"{other}.a")) for name, one, other in (("l", "up", "low"), ("r", "low", "up")))
+    model = fmb.Model(bodies=(fmb.Ground(), *bodies), joints=joints, gravity=(0, 0, 0))
+    found = fmb.linearize(model).frequencies
+    section, k = fields["section"], np.array([2.0, 3.0])
+    exact = np.sqrt(1e9 * section.inertia_y / (1000.0 * section.area)) * k * (k**2 - 1) / np.sqrt(k**2 + 1) / (2.0 * np.pi)
+    np.testing.assert_allclose(np.sort(found[found > 0.05])[:4], np.repeat(exact, 2), rtol=5e-3)
+    assert fmb.check(model).redundant == ()
