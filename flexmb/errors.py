@@ -18,6 +18,7 @@ __all__ = [
     "ReductionError",
     "ValidityWarning",
     "did_you_mean",
+    "listed",
 ]
 
 
@@ -75,6 +76,19 @@ class IntegrationError(FlexmbError):
 
 class ValidityWarning(UserWarning):
     """A result lies outside what the model holds for; the message has numbers and a remedy."""
+
+
+MOST = 24
+"""Longest list of names that a message shows in full."""
+
+
+def listed(name: str, known: Iterable[str]) -> str:
+    """Return the known names separated by commas, of very many the dozen that are most like `name`; "none" of none."""
+    names = list(known)
+    if len(names) <= MOST:
+        return ", ".join(names) or "none"
+    near = get_close_matches(str(name), names, n=MOST // 2, cutoff=0.0)
+    return f"{', '.join(near)}, ... ({len(names)} in all)"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

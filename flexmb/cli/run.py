@@ -83,8 +83,15 @@ def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:
     fmb.write_table(solution, folder / TABLE)
     for name, number in solution.statistics.items():
         log.line(f"{name}: {number}")
+    for event in happened(solution):
+        log.line(event)
     log.line(str(solution.status))
     return solution
+
+
+def happened(solution: fmb.Solution) -> list[str]:
+    """Return a line for each event of a solution: when, and its name."""
+    return [f"event at t = {phase.t[-1]:.6g} s: {phase.ended}" for phase in solution.phases[:-1]]
 
 
 def computed(simulate: Callable[[Callable], fmb.Solution], load: Callable[[], fmb.Solution], log: Log):
@@ -122,6 +129,7 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
             else:
                 rows.append((label, *(f"{x:.6g}" for x in (column.min(), column.max(), column[-1]))))
     lines = [
+        *happened(solution),
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",
     ]

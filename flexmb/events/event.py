@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described
 from flexmb.model.kinds import Part
 
@@ -85,7 +85,7 @@ class Event(Part):
             sensors = {s.name: s for s in model.sensors}
             if self.sensor not in sensors:
                 raise ModelError(self.title, found=f"sensor '{self.sensor}' does not exist",
-                                 expected=f"The model has: {', '.join(sorted(sensors)) or 'none'}",
+                                 expected=f"The model has: {listed(self.sensor, sorted(sensors))}",
                                  remedy=did_you_mean(self.sensor, sensors) or "Add the sensor to the model")
             columns = len(sensors[self.sensor].columns(model))
             if columns > 1 and (self.column is None or not 0 <= self.column < columns):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.events.event import Action
 
 __all__ = ["Release", "without_dependents"]
@@ -47,7 +47,7 @@ class Release(Action):
         known = [p.name for p in (*model.joints, *model.forces)]
         if self.part not in known:
             raise ModelError(asker, found=f"there is no joint or force '{self.part}' to release",
-                             expected=f"One of: {', '.join(known) or 'none'}",
+                             expected=f"One of: {listed(self.part, known)}",
                              remedy=did_you_mean(self.part, known) or "Correct the name")
 
     def apply(self, model, series):

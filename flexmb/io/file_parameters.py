@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.errors import FlexmbError, ModelError, did_you_mean, listed
 from flexmb.io.field_values import located
 from flexmb.math.operations import CONSTANTS, FUNCTIONS
 from flexmb.model import expression
@@ -45,7 +45,7 @@ def resolve(tables: Mapping[str, Any], overrides: Mapping[str, Any], file: str) 
             raise ModelError(
                 where,
                 found=f"there is no parameter '{name}' to set",
-                expected=f"The file has: {', '.join(own) or 'none'}",
+                expected=f"The file has: {listed(name, own)}",
                 remedy=did_you_mean(name, own) or f"Add {name} to [parameters]",
             )
     return _Resolver({**own, **overrides}, where).all()

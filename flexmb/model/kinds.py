@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described, check_mapping, is_number
 from flexmb.model.pose import Pose
 
@@ -319,7 +319,7 @@ def check_names(parts, family: str) -> None:
 def find_part(name: str, parts: Mapping[str, Part], asker: str, family: str):
     """Return the part called `name`; ModelError with the known names and the nearest one otherwise."""
     if not isinstance(name, str) or name not in parts:
-        known = ", ".join(sorted(parts)) or "none"
+        known = listed(name, sorted(parts))
         raise ModelError(asker, found=f"{family} '{name}' does not exist", expected=f"The model has: {known}",
                          remedy=did_you_mean(name, parts) or "Correct the name")
     return parts[name]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.assembly import joined, placed
 from flexmb.model.described import Described
 from flexmb.model.kinds import Part, check_names, find_part
@@ -110,7 +110,7 @@ class Model(metaclass=Described):
         bodies = self._by_name["bodies"]
         if body_name not in bodies:
             raise ModelError(asker, found=f"marker '{name}': body '{body_name}' does not exist",
-                             expected=f"The model has: {', '.join(sorted(bodies)) or 'no bodies'}",
+                             expected=f"The model has: {listed(body_name, sorted(bodies))}",
                              remedy=did_you_mean(body_name, bodies) or "Correct the name")
         poses = bodies[body_name].marker_poses()
         if marker not in poses:
@@ -131,7 +131,7 @@ class Model(metaclass=Described):
         for name in names:
             if name not in every:
                 raise ModelError(f"Model '{self.name}'", found=f"there is no part '{name}' to leave out",
-                                 expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(name, every))
+                                 expected=f"One of: {listed(name, sorted(every))}", remedy=did_you_mean(name, every))
         kept: dict[str, Any] = {f: tuple(p for p in getattr(self, f) if p.name not in names) for f in FAMILIES}
         return replace(self, **kept)
 
@@ -149,7 +149,7 @@ class Model(metaclass=Described):
                 return replace(self, **new)
         every = [p.name for family in FAMILIES for p in getattr(self, family)]
         raise ModelError(f"Model '{self.name}'", found=f"there is no part '{part}' to change",
-                         expected=f"One of: {', '.join(sorted(every))}", remedy=did_you_mean(part, every))
+                         expected=f"One of: {listed(part, sorted(every))}", remedy=did_you_mean(part, every))
 
     def placed(self, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None) -> Model:
         """Return the model with ``prefix_`` before every name, moved by `at` (m) and turned by `rotation` in W.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.errors import FlexmbError, did_you_mean, listed
 from flexmb.model.kinds import Sensor
 from flexmb.results.interpolation import instant_at
 from flexmb.results.phase import Instant, Phase
@@ -111,7 +111,7 @@ class Solution:
             own = [_sensor(phase.model, key) for phase in self.phases]
             if not any(own) and not any(key in phase.tables for phase in self.phases):
                 raise FlexmbError("Solution", found=f"sensor '{key}' does not exist",
-                                  expected=f"One of: {', '.join(self.sensor_names) or 'none'}",
+                                  expected=f"One of: {listed(key, self.sensor_names)}",
                                   remedy=did_you_mean(key, self.sensor_names) or "Add the sensor to the model")
             self._known[key] = self._values(key, own, stored=True)
         return self._known[key]

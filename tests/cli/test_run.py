@@ -45,6 +45,27 @@ def test_run_folder(fall, tmp_path, capsys):
     assert "finished" in log
 
 
+def test_events_are_told(fall, tmp_path, capsys):
+    """The ball passes z = -1 m at sqrt(2/g)."""
+    model = tmp_path / "fall.toml"
+    passes = """
+[[event]]
+kind = "Event"
+name = "passes"
+sensor = "place"
+column = 2
+below = -1.0
+then = [{ kind = "Release", part = "wind" }]
+
+"""
+    model.write_text(model.read_text().replace("[simulation]", passes + "[simulation]"))
+    assert main(["run", "fall.toml", "--out", "runs/a"]) == 0
+    told = f"event at t = {np.sqrt(2 / 9.81):.4f}"
+    for text in (capsys.readouterr().out, (tmp_path / "runs" / "a" / "log.txt").read_text()):
+        assert told in text
+        assert "passes" in text
+
+
 def test_settings(fall, tmp_path):
     arguments = ["run", "fall.toml", "--set", "g=2*3", "--set", "duration=0.5", "--samples", "6"]
     assert main(arguments) == 0
