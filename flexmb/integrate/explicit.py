@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.formulations import Augmented
-from flexmb.integrate.motion import Motion, rows_of
+from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
@@ -151,14 +151,7 @@ class Explicit(metaclass=Described):
 
     def run(self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""
-        kept: list[tuple] = []
-        failure = ""
-        for k in range(first, last):
-            failure = variables.advance(float(samples[k]))
-            if failure:
-                break
-            kept.append(variables.sample())
-        return Outcome(rows=rows_of(kept, system), failure=failure)
+        return run_samples(variables, system, samples, first, last)
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

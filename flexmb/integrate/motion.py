@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.extent import model_size
+from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
 from flexmb.system.branches import Followed
 from flexmb.system.program import constraint_velocity, evaluate, keep_branches, project
 
-__all__ = ["Motion", "rows_of"]
+__all__ = ["Motion", "run_samples"]
 
 
 class AbsoluteUnknowns:
@@ -105,8 +106,19 @@ class Motion:
                     or np.max(np.abs(rate)) > self.drift * max(1.0, float(fastest)))
 
 
-def rows_of(kept: list[tuple], system) -> dict[str, np.ndarray]:
-    """Return the rows of samples (t, q, u, a, lam, works)."""
+def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outcome:
+    """Advance a run through samples[first:last]; return the rows and why it ended.
+
+    The run has `advance(t)`, which returns what went wrong or an empty text, and `sample()` (t, q, u, a, lam, works).
+    """
+    kept: list[tuple] = []
+    failure = ""
+    for k in range(first, last):
+        failure = run.advance(float(samples[k]))
+        if failure:
+            break
+        kept.append(run.sample())
     widths = (0, system.nq, system.nu, system.nu, system.ng, 3)
-    return {name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
+    rows = {name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
             for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))}
+    return Outcome(rows=rows, failure=failure)
