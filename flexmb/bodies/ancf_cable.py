@@ -143,7 +143,8 @@ class AncfCable(AncfLine):
     def section_axes(self, q: np.ndarray, fractions) -> tuple[np.ndarray, np.ndarray]:
         """Return position (n, 3), m, and axes (n, 3, 3) in W at increasing fractions (n,): x along the line.
 
-        A cable does not say how its sections are turned: y and z go along the line without twist, from the body's y-axis.
+        A cable does not say how its sections are turned: y and z go along the line without twist, from the body's y-axis,
+        or with the least uniform twist that closes a belt.
         """
         r, rho, _ = self.line(q, fractions)
         t = _unit(rho)
@@ -152,6 +153,12 @@ class AncfCable(AncfLine):
         for k in range(len(t)):
             R = R if k == 0 else minimal_rotation(t[k - 1], t[k]) @ R
             axes[k] = R
+        if self.closed:  # the axes that went around come back turned: every section takes its share of that
+            back = minimal_rotation(t[-1], t[0]) @ axes[-1][:, 1]
+            angle = -np.arctan2(back @ axes[0][:, 2], back @ axes[0][:, 1]) * np.asarray(fractions, float)
+            c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+            y, z = axes[:, :, 1].copy(), axes[:, :, 2].copy()
+            axes[:, :, 1], axes[:, :, 2] = c * y + s * z, c * z - s * y
         return r, axes
 
     def initial_state(self):

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.on_coordinate import check_number
+from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretch_points
 from flexmb.forces.relative import act_at_point, add_point_tangent
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
@@ -191,9 +192,7 @@ class LineContact(Force):
 
     def __post_init__(self):
         super().__post_init__()
-        if not isinstance(self.stretch, str) or "." not in self.stretch:
-            raise ModelError(self.title, found=f"stretch = {self.stretch!r}", expected="'body.stretch'",
-                             remedy="Write stretch='belt.all' and stretches={'all': (0.0, 1.0)} in the body")
+        require_stretch_name(self)
         self.require_positive("stiffness", "transition")
         self.require_positive("offset", "damping", "friction", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "Leave exponent out for a linear penalty")
@@ -208,22 +207,15 @@ class LineContact(Force):
 
     def check(self, model) -> None:
         """Raise ModelError if the stretch or the marker does not exist, or both are on one body."""
-        name, _, stretch = self.stretch.partition(".")
-        known = tuple(getattr(model.body(name, self.title), "loaded_stretches", ()))
-        if stretch not in known:
-            raise ModelError(self.title, found=f"body '{name}' has no stretch '{stretch}'",
-                             expected=f"One of: {', '.join(known)}" if known else "an AncfCable or AncfBeam with stretches",
-                             remedy=did_you_mean(stretch, known) or f"Write stretches={{'{stretch}': (0.0, 1.0)}}")
+        check_stretch(self, model)
+        name = self.stretch.partition(".")[0]
         if model.marker(self.marker, self.title)[0].name == name:
             raise ModelError(self.title, found=f"stretch and marker are both on body '{name}'",
                              expected="a marker of another body", remedy="A line does not touch itself")
 
     def record(self, compiler):
         """Return the row."""
-        name, _, stretch = self.stretch.partition(".")
-        there = compiler.model.body(name).loaded_stretches[stretch]
         a = compiler.marker(self.marker)
-        markers = [compiler.marker(f"{name}.{marker}") for marker in there.markers]
-        points = np.stack([markers, [compiler.pair(a, b) for b in markers], there.weights], axis=1)
-        return (a, compiler.bulk(points), len(markers), AGAINST.index(self.against), (self.radius or 0.0) + self.offset,
+        points = stretch_points(self, compiler, lambda b: compiler.pair(a, b))
+        return (a, *points, AGAINST.index(self.against), (self.radius or 0.0) + self.offset,
                 self.stiffness, self.exponent, self.damping, self.friction, self.transition)

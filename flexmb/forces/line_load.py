@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretch_points
 from flexmb.forces.rows import add_follower_stiffness, store_three_signals
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
@@ -78,27 +78,16 @@ class LineLoad(Force):
 
     def __post_init__(self):
         super().__post_init__()
-        if not isinstance(self.stretch, str) or "." not in self.stretch:
-            raise ModelError(self.title, found=f"stretch = {self.stretch!r}", expected="'body.stretch'",
-                             remedy="Write stretch='rope.wind'")
+        require_stretch_name(self)
         for field in ("force", "moment"):
             store_three_signals(self, field)
 
     def check(self, model) -> None:
         """Raise ModelError if the body has no such stretch."""
-        name, _, stretch = self.stretch.partition(".")
-        known = tuple(getattr(model.body(name, self.title), "loaded_stretches", ()))
-        if stretch not in known:
-            raise ModelError(self.title, found=f"body '{name}' has no stretch '{stretch}'",
-                             expected=f"One of: {', '.join(known)}" if known else "an AncfCable or AncfBeam with stretches",
-                             remedy=did_you_mean(stretch, known) or f"Write stretches={{'{stretch}': (0.0, 1.0)}}")
+        check_stretch(self, model)
 
     def record(self, compiler):
         """Return the row."""
-        name, _, stretch = self.stretch.partition(".")
-        there = compiler.model.body(name).loaded_stretches[stretch]
-        markers = [compiler.marker(f"{name}.{marker}") for marker in there.markers]
-        pairs = [compiler.pair(marker, marker) if self.section_axes else -1 for marker in markers]
-        points = np.stack([markers, pairs, there.weights], axis=1)
-        return (compiler.bulk(points), len(markers), int(self.section_axes),
+        points = stretch_points(self, compiler, lambda b: compiler.pair(b, b) if self.section_axes else -1)
+        return (*points, int(self.section_axes),
                 tuple(compiler.signal(signal) for signal in (*self.force, *self.moment)))

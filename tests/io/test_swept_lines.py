@@ -54,6 +54,17 @@ def test_belt_closes():
     assert inside == pytest.approx(np.sin(np.pi / 10) / (np.pi / 10) * belt.mass / STEEL.density, rel=0.02)
 
 
+def test_belt_in_space_closes_without_a_twist():
+    """Points of neighbouring rings with the same number are as near at the seam as elsewhere."""
+    x = 2 * np.pi * np.arange(16) / 16
+    bent = np.stack([np.cos(x), np.sin(x), 0.5 * np.sin(2 * x + 0.4) + 0.3 * np.cos(x)], axis=1)
+    belt = beam(SECTIONS["circle"], fmb.AncfCable, closed=True, elements=16, points=bent)
+    line = SweptLine(belt)
+    rings = line.points(belt.initial_state()[0]).reshape(64, 20, 3)
+    steps = np.linalg.norm(np.roll(rings, -1, axis=0) - rings, axis=2).max(axis=1)
+    assert steps[-1] < 1.1 * np.median(steps)
+
+
 @pytest.fixture(scope="module")
 def loaded():
     return fmb.statics(fmb.Model(
