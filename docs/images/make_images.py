@@ -184,7 +184,38 @@ def belt_drive(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-DIAGRAMS = {"belt_drive": belt_drive, "rod_modes": rod_modes, "snapping_strip": snapping_strip, "soft_crank": soft_crank,
+def plates(path: Path) -> None:
+    """A slit ring under a line load, a strip rolled up by an end moment, a shallow shell under pressure."""
+    import flexmb as fmb
+    from flexmb import view
+
+    turn, radius = np.linspace(0.0, 2.0 * np.pi, 31), np.linspace(6.0, 10.0, 5)
+    flat = np.stack([np.outer(np.cos(turn), radius), np.outer(np.sin(turn), radius)], axis=-1)
+    soft = fmb.Material(young=21e6, poisson=0.0, density=1.0)
+    ring = fmb.AncfPlate("ring", points=np.pad(flat, ((0, 0), (0, 0), (0, 1))), thickness=0.03, material=soft,
+                         markers={"end": (1.0, "mean")})
+    strip = fmb.AncfPlate.rectangle("strip", edges=(16.0, 4.0), corner=(0.0, 14.0, 0.0), elements=(20, 3),
+                                    thickness=0.03, material=soft, markers={"end": (1.0, "mean")})
+    x = np.linspace(-4.0, 4.0, 9)
+    shell = fmb.AncfPlate("shell", points=[[(-18.0 + a, b, 4.0 - 0.1 * a * a - 0.1 * b * b) for b in x] for a in x],
+                          thickness=0.03, material=soft, shear=True)
+    bodies, joints, ground = [], [], {}
+    for plate, edges, joint in ((ring, ("s0",), fmb.Fixed), (strip, ("s0",), fmb.Fixed),
+                                (shell, ("s0", "s1"), fmb.Spherical)):
+        for edge in edges:
+            plate, own, held = plate.held(f"{plate.name} {edge}", edge, joint)
+            ground, joints = {**ground, **own}, [*joints, *held]
+        bodies.append(plate)
+    moment = 21e6 * 0.03**3 / 12.0 * 4.0 * 1.5 * np.pi / 16.0
+    forces = [fmb.PointLoad("P", marker="ring.end", force=(0, 0, 3.2)),
+              fmb.PointLoad("M", marker="strip.end", moment=(0, -moment, 0)),
+              fmb.Pressure("p", load="shell.pressure", amount=-12.0)]
+    view.render(fmb.statics(fmb.Model(bodies=[fmb.Ground(markers=ground), *bodies], joints=joints, forces=forces,
+                                      gravity=(0, 0, 0))), path, size=(1200, 560), camera=(0.3, -1.0, 0.7))
+
+
+DIAGRAMS = {"belt_drive": belt_drive, "plates": plates, "rod_modes": rod_modes,
+            "snapping_strip": snapping_strip, "soft_crank": soft_crank,
             "swept_sections": swept_sections, "which_body": which_body}
 
 

@@ -9,14 +9,27 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.bodies import ancf_plate_kernels as kernels
-from flexmb.bodies.ancf_line import element_momentum
+from flexmb.bodies.ancf_line import COLLAPSED, element_momentum
 from flexmb.bodies.ancf_plate_data import shell_elements, thin_elements
-from flexmb.bodies.ancf_plate_forces import at_fractions, thin_strains, with_director_strains
-from flexmb.bodies.ancf_plate_places import Place, functional, place_of, row_starts
-from flexmb.bodies.ancf_surface import Surface, surface_through
+from flexmb.bodies.ancf_plate_forces import at_fractions, least_areas, thin_strains, with_director_strains
+from flexmb.bodies.ancf_plate_places import (
+    Place,
+    add_masses,
+    checked_masses,
+    functional,
+    place_of,
+    row_starts,
+)
+from flexmb.bodies.ancf_surface import (
+    Surface,
+    checked_elements,
+    checked_points,
+    checked_thickness,
+    surface_through,
+)
 from flexmb.bodies.frame_state import check_frame, check_initial_strain
+from flexmb.bodies.quad_grid import grid_of_mesh
 from flexmb.errors import ModelError
-from flexmb.model.described import finite_array
 from flexmb.model.kinds import Body, Table
 from flexmb.model.material import Material
 from flexmb.model.pose import Pose
@@ -60,6 +73,8 @@ class AncfPlate(Body):
         Stress resultants per rate of strain, as a multiple of the stiffness.
     velocity, angular_velocity : (3,), m/s and rad/s, in W
         Rigid motion at the start, of the origin of the body's axes.
+    lumped_masses : pairs ((s, t), kg)
+        Masses fixed to the surface, without inertia of their own against turning.
     markers : mapping of name to (s, t) or ((s, t), rotation)
         Places on the surface by two fractions of the grid. Axes: x along s, z normal; `rotation` turns them further.
         With "mean" for one fraction, ``(1.0, "mean")``, the marker is the mean of a line: a force on it is spread evenly
@@ -95,6 +110,7 @@ class AncfPlate(Body):
     initial_strain: float = 0.0
     flat: bool = False
     damping: float = 0.0
+    lumped_masses: Any = ()
     velocity: Any = (0.0, 0.0, 0.0)
     angular_velocity: Any = (0.0, 0.0, 0.0)
     markers: Mapping[str, Any] = field(default_factory=dict)
@@ -113,44 +129,22 @@ class AncfPlate(Body):
                              remedy="Write material=fmb.MATERIALS['steel']")
         check_frame(self)
         check_initial_strain(self)
-        points = self._checked_points()
+        points = checked_points(self.points, self.title)
         object.__setattr__(self, "points", points)
-        object.__setattr__(self, "elements", self._checked_elements(points))
-        object.__setattr__(self, "_thickness", self._checked_thickness())
+        object.__setattr__(self, "elements", checked_elements(self.elements, points, self.title))
+        object.__setattr__(self, "_thickness", checked_thickness(self.thickness, self.title))
         object.__setattr__(self, "_surface", surface_through(
             np.array(self.at) + points @ np.asarray(self.rotation).T, self.elements, self.title))
         object.__setattr__(self, "markers", dict(self.markers or {}))
         object.__setattr__(self, "_places", {
             name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()})
-        nodal = self._nodal_vectors()
-        make = shell_elements if self.shear else thin_elements
-        object.__setattr__(self, "_data", make(self.surface, nodal, self))
+        object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
+        heads, element_points = (shell_elements if self.shear else thin_elements)(
+            self.surface, self._nodal_vectors(), self)
+        add_masses(self, heads)
+        object.__setattr__(self, "_data", (heads, element_points))
         object.__setattr__(self, "_drawn", {name: functional(self, place) for name, place in self.places.items()})
         object.__setattr__(self, "_pairs", self._coupled())
-
-    def _checked_points(self) -> np.ndarray:
-        points = finite_array(self.points)
-        if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) < 2:
-            raise ModelError(self.title, found=f"points of shape {np.shape(points)}",
-                             expected="a grid (p, q, 3) of finite numbers, m, at least 2 x 2",
-                             remedy="Write points=[[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0)]]")
-        return points
-
-    def _checked_elements(self, points) -> tuple[int, int]:
-        given = (points.shape[0] - 1, points.shape[1] - 1) if self.elements is None else self.elements
-        if (not isinstance(given, tuple | list) or len(given) != 2
-                or not all(isinstance(n, int | np.integer) and n >= 1 for n in given)):
-            raise ModelError(self.title, found=f"elements = {self.elements!r}",
-                             expected="two whole numbers >= 1, along s and t", remedy="Write elements=(16, 4)")
-        return int(given[0]), int(given[1])
-
-    def _checked_thickness(self) -> np.ndarray:
-        h = finite_array(self.thickness)
-        if h.ndim not in (0, 2) or h.size == 0 or h.min() <= 0.0:
-            raise ModelError(self.title, found=f"thickness = {self.thickness!r}",
-                             expected="a number > 0, m, or a grid (a, b) of them",
-                             remedy="Write thickness=0.002, or [[0.002, 0.002], [0.001, 0.001]] for a taper along s")
-        return np.pad(np.atleast_2d(h), [(0, int(n == 1)) for n in np.atleast_2d(h).shape], mode="edge")
 
     @classmethod
     def rectangle(cls, name: str, *, edges, thickness, material, corner=(0.0, 0.0, 0.0), **fields) -> AncfPlate:
@@ -166,6 +160,15 @@ class AncfPlate(Body):
         turn = np.linspace(0.0, angle, elements[0] + 1)
         ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)], axis=1)
         points = ring[:, None] + np.linspace(0.0, length, elements[1] + 1)[:, None] * np.array([0.0, 0.0, 1.0])
+        return cls(name, points=points, thickness=thickness, material=material, **fields)
+
+    @classmethod
+    def from_mesh(cls, name: str, mesh, *, thickness, material, group: str | None = None, **fields) -> AncfPlate:
+        """Return a plate on the quadrilaterals of a mesh (`fem.read_mesh`), in rows and columns: a node at every node.
+
+        `group` names the cells; by default all quadrilaterals. s runs along the first row, from the lowest corner.
+        """
+        points = grid_of_mesh(mesh, group, f"Body '{name}'")
         return cls(name, points=points, thickness=thickness, material=material, **fields)
 
     @property
@@ -200,12 +203,16 @@ class AncfPlate(Body):
 
     def thickness_in(self, x: float, y: float) -> np.ndarray:
         """Return the thickness (ne,), m, at x, y in -1..1 of all elements."""
+        s, t = ((np.arange(n) + 0.5 + 0.5 * z) / n for n, z in zip(self.elements, (x, y), strict=True))
+        return self.thickness_at(*np.meshgrid(s, t, indexing="ij")).ravel()
+
+    def thickness_at(self, s, t) -> np.ndarray:
+        """Return the thickness, m, at fractions."""
         from scipy.interpolate import RegularGridInterpolator
 
         h = self._thickness  # type: ignore[attr-defined]
         grid = RegularGridInterpolator(tuple(np.linspace(0.0, 1.0, n) for n in h.shape), h)
-        s, t = ((np.arange(n) + 0.5 + 0.5 * z) / n for n, z in zip(self.elements, (x, y), strict=True))
-        return grid(np.stack(np.meshgrid(s, t, indexing="ij"), axis=-1)).ravel()
+        return grid(np.stack([s, t], axis=-1))
 
     def _nodal_vectors(self) -> np.ndarray:
         s = self.surface
@@ -329,6 +336,28 @@ class AncfPlate(Body):
                 self.material.poisson, self.damping, compiler.gravity)
 
 
+    def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
+        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out, and which; or None."""
+        points = self._data[1]  # type: ignore[attr-defined]
+        for k, row in enumerate(q):
+            share = least_areas(points, self._of_elements(row))
+            if not share.min() > COLLAPSED:
+                e = int(np.argmin(np.where(np.isfinite(share), share, -np.inf)))
+                how = "turned inside out" if share[e] < 0.0 else f"collapsed to {100.0 * share[e]:.2g} % of its area"
+                return k, f"element {divmod(e, self.elements[1])} of {self.elements} has {how}"
+        return None
+
+    def _of_elements(self, q) -> np.ndarray:
+        """Return the vectors of the nodes of every element (ne, V, 3)."""
+        cells = self.surface.cells
+        return np.asarray(q, float).reshape(-1, self.vectors, 3)[cells].reshape(len(cells), -1, 3)
+
+    def surface_points(self, q: np.ndarray, nodes, weights) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and unit normals (n, 3) of places with nodes (n, k) and weights (n, k, v, 3), see `functional`."""
+        r, a, b = np.einsum("nkvf,nkvi->fni", weights, np.asarray(q, float).reshape(-1, self.vectors, 3)[nodes])
+        normal = a if self.shear else np.cross(a, b)
+        return r, normal / np.linalg.norm(normal, axis=1)[:, None]
+
     def strains(self, q: np.ndarray) -> np.ndarray:
         """Return changes of membrane strain and of curvature 11, 22, 2 x 12, and shear 1, 2, of all elements, (ne, 8).
 
@@ -336,10 +365,9 @@ class AncfPlate(Body):
         normal is stretched. Thin plates have no shear.
         """
         points = self._data[1]  # type: ignore[attr-defined]
-        nodal = np.asarray(q, float).reshape(-1, self.vectors, 3)[self.surface.cells].reshape(len(points), -1, 3)
-        return (with_director_strains if self.shear else thin_strains)(points, nodal)
+        return (with_director_strains if self.shear else thin_strains)(points, self._of_elements(q))
 
-    def section_forces(self, q: np.ndarray, fractions=None) -> np.ndarray:
+    def resultants(self, q: np.ndarray, fractions=None) -> np.ndarray:
         """Return N11, N22, N12 (N/m), M11, M22, M12 (N) and Q1, Q2 (N/m), (n, 8).
 
         At fractions (n, 2) of s and t: bilinear between the middles of the elements, and beyond; without fractions in

@@ -10,9 +10,9 @@ import numpy as np
 
 from flexmb.bodies.ancf_plate_strains import add_curvature, add_quadratic, collect, isotropic, local_vectors
 from flexmb.math.kernel import kernel
-from flexmb.math.vectors import cross, dot
+from flexmb.math.vectors import cross
 
-__all__ = ["HEAD", "MEMBRANE", "SHELL", "SIZE", "add_pressure", "first_point", "plate_element"]
+__all__ = ["BENDING", "HEAD", "MEMBRANE", "SHELL", "add_pressure", "first_point", "plate_element"]
 
 HEAD = 20
 """Nodes and rows at the beginning of an element."""
@@ -21,8 +21,6 @@ MEMBRANE, BENDING = 41, 64
 r_11 r_22 r_12 (5, 12)."""
 SHELL = 48
 """With director: four points with membrane and bending stiffness, area, rest (5), r_1 r_2 d_1 d_2 (4, 8), N (8)."""
-SIZE = {12: HEAD + 144 + 24 + 9 * MEMBRANE + 4 * BENDING, 8: HEAD + 64 + 16 + 4 * SHELL + 18 + 20 + 4}
-"""Numbers per element."""
 
 STRETCH = np.array([[0.0, 0, 0, 0.5], [1, 1, 1, 0.5], [2, 0, 1, 1.0]])
 """E_11, E_22, 2 E_12 of r_1, r_2."""
@@ -165,31 +163,3 @@ def add_pressure(data, start, pressure, q, ck, f, K):
                     j, k = (i + 1) % 3, (i + 2) % 3
                     K[3 * v + i, 3 * w + k] -= ck * share * (d2 * x[0, j] - d1 * x[1, j])
                     K[3 * v + i, 3 * w + j] += ck * share * (d2 * x[0, k] - d1 * x[1, k])
-
-
-@kernel
-def _least(a, b):
-    return a if a < b else b
-
-
-@kernel
-def facing(data, start, q):
-    """Return the least r_1 x r_2 . n at the points over the area as drawn; n: the mean normal, or the director."""
-    V = q.shape[0]
-    points, stride, first = (9, MEMBRANE, 5) if V == 12 else (4, SHELL, 8)
-    x = np.empty((points, 2, 3))
-    c = np.empty((points, 3))
-    mean = np.zeros(3)
-    for g in range(points):
-        at = start + first_point(V) + stride * g
-        local_vectors(data, at + first, q, x[g])
-        cross(x[g, 0], x[g, 1], c[g])
-        for i in range(3):
-            mean[i] += c[g, i]
-    if V == 8:
-        mean[:] = q[1] + q[3] + q[5] + q[7]
-    size = dot(mean, mean) ** 0.5
-    least = 1e300
-    for g in range(points):
-        least = _least(least, dot(c[g], mean) / size)
-    return least

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.bodies.ancf_plate_element import BENDING, MEMBRANE, SHELL
 
-__all__ = ["at_fractions", "thin_strains", "with_director_strains"]
+__all__ = ["at_fractions", "least_areas", "thin_strains", "with_director_strains"]
 
 
 def thin_strains(points, q) -> np.ndarray:
@@ -38,6 +38,18 @@ def with_director_strains(points, q) -> np.ndarray:
     r = np.einsum("ekv,evi->eki", middle, q)
     gamma = np.einsum("eki,ei->ek", r, q[:, 1::2].mean(axis=1))
     return np.hstack([s[:, :2], _dot(r, r, 0, 1)[:, None], s[:, 2:], gamma])
+
+
+def least_areas(points, q) -> np.ndarray:
+    """Return the least area r_1 x r_2 . n in each element (ne,) by that as drawn; n: its mean normal or director."""
+    thin = q.shape[1] == 12
+    count, stride, first = (9, MEMBRANE, 5) if thin else (4, SHELL, 8)
+    own = points[:, : count * stride].reshape(len(points), count, stride)[:, :, first : first + 2 * q.shape[1]]
+    x = np.einsum("egkv,evi->egki", own.reshape(len(points), count, 2, -1), q)
+    areas = np.cross(x[:, :, 0], x[:, :, 1])
+    n = areas.sum(axis=1) if thin else q[:, 1::2].sum(axis=1)
+    size = np.linalg.norm(n, axis=1)
+    return np.einsum("egi,ei->eg", areas, n / np.where(size > 0.0, size, 1.0)[:, None]).min(axis=1)
 
 
 def _dot(x, y, a: int, b: int):

@@ -8,9 +8,10 @@ import numpy as np
 
 from flexmb.bodies.ancf_plate_data import bilinear, hermite_plate
 from flexmb.errors import ModelError
+from flexmb.model.described import is_number
 from flexmb.model.pose import Pose
 
-__all__ = ["Place", "functional", "place_of", "row_starts"]
+__all__ = ["Place", "add_masses", "at_point", "checked_masses", "functional", "place_of", "row_starts"]
 
 MEAN = "mean"
 
@@ -37,7 +38,7 @@ def place_of(value, name: str, title: str) -> Place:
     return Place(s, t, None if rotation is None else Pose((0.0, 0.0, 0.0), rotation).matrix)
 
 
-def _at_point(plate, s: float, t: float):
+def at_point(plate, s: float, t: float):
     """Return nodes (4,), coefficients (4, vectors, 3) of r and the two directions, and the speeds along s and t."""
     e, x, y = plate.element_at(s, t)
     nodes = plate.surface.cells[e]
@@ -73,7 +74,7 @@ def functional(plate, place: Place) -> tuple[np.ndarray, np.ndarray]:
     total: dict[int, np.ndarray] = {}
     length = 0.0
     for s, t, weight in samples:
-        nodes, coefficients, speed = _at_point(plate, s, t)
+        nodes, coefficients, speed = at_point(plate, s, t)
         share = weight * (speed[0 if place.s == MEAN else 1] if MEAN in place[:2] else 1.0)
         length += share
         for node, own in zip(nodes, coefficients, strict=True):
@@ -93,3 +94,28 @@ def row_starts(nodes, pairs, size: int) -> np.ndarray:
         return 2 * size * pairs[min(a, b), max(a, b)] + (0 if a < b else size)
 
     return np.array([start(int(a), int(b)) for a in nodes for b in nodes], float)
+
+
+def checked_masses(given: Any, title: str) -> tuple[tuple[tuple[float, float], float], ...]:
+    """Return pairs ((s, t), mass in kg); ModelError for anything else."""
+    masses = []
+    for pair in tuple(given or ()):
+        good = isinstance(pair, tuple | list) and len(pair) == 2 and np.shape(pair[0]) == (2,)
+        flat = (*pair[0], pair[1]) if good else ()
+        if (not good or not all(is_number(z) for z in flat) or flat[2] <= 0.0
+                or not 0.0 <= min(flat[:2]) <= max(flat[:2]) <= 1.0):
+            raise ModelError(title, found=f"lumped mass {pair!r}", expected="((s, t), mass > 0 in kg), s and t from 0 to 1",
+                             remedy="Write lumped_masses=[((0.5, 0.5), 2.0)]")
+        s, t, mass = flat
+        masses.append(((float(s), float(t)), float(mass)))
+    return tuple(masses)
+
+
+def add_masses(plate, heads: np.ndarray) -> None:
+    """Add the lumped masses to masses and moments of the elements (ne, V (V + 2)) where they are."""
+    V = 4 * plate.vectors
+    for (s, t), mass in plate.lumped_masses:
+        e = plate.element_at(s, t)[0]
+        N = at_point(plate, s, t)[1][:, :, 0].ravel()
+        heads[e, : V * V] += mass * np.outer(N, N).ravel()
+        heads[e, V * V : V * V + V] += mass * N

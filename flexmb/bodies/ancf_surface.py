@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.described import finite_array
 
-__all__ = ["EDGES", "Surface", "surface_through"]
+__all__ = ["EDGES", "Surface", "checked_elements", "checked_points", "checked_thickness", "surface_through"]
 
 EDGES = ((0, 1), (3, 2), (0, 3), (1, 2))
 """Edges of an element by its nodes: two along s, two along t."""
@@ -46,6 +48,36 @@ class Surface:
         """Unit normals at the nodes (n, 3)."""
         n = np.cross(self.tangents[:, 0], self.tangents[:, 1])
         return n / np.linalg.norm(n, axis=1)[:, None]
+
+
+def checked_points(given: Any, title: str) -> np.ndarray:
+    """Return a grid of points (p, q, 3); ModelError for anything else."""
+    points = finite_array(given)
+    if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) < 2:
+        raise ModelError(title, found=f"points of shape {np.shape(points)}",
+                         expected="a grid (p, q, 3) of finite numbers, m, at least 2 x 2",
+                         remedy="Write points=[[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0)]]")
+    return points
+
+
+def checked_elements(given: Any, points: np.ndarray, title: str) -> tuple[int, int]:
+    """Return the numbers of elements along s and t, by default one between neighbouring points."""
+    pair = (points.shape[0] - 1, points.shape[1] - 1) if given is None else given
+    if (not isinstance(pair, tuple | list) or len(pair) != 2
+            or not all(isinstance(n, int | np.integer) and n >= 1 for n in pair)):
+        raise ModelError(title, found=f"elements = {given!r}", expected="two whole numbers >= 1, along s and t",
+                         remedy="Write elements=(16, 4)")
+    return int(pair[0]), int(pair[1])
+
+
+def checked_thickness(given: Any, title: str) -> np.ndarray:
+    """Return the thickness as a grid of at least 2 x 2 values, m; ModelError if one is not positive."""
+    h = finite_array(given)
+    if h.ndim not in (0, 2) or h.size == 0 or h.min() <= 0.0:
+        raise ModelError(title, found=f"thickness = {given!r}", expected="a number > 0, m, or a grid (a, b) of them",
+                         remedy="Write thickness=0.002, or [[0.002, 0.002], [0.001, 0.001]] for a taper along s")
+    h = np.atleast_2d(h)
+    return np.pad(h, [(0, int(n == 1)) for n in h.shape], mode="edge")
 
 
 def _spline(points, s, t, ds=0, dt=0):

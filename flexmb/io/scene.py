@@ -16,6 +16,7 @@ from flexmb.errors import ModelError
 from flexmb.io import solids
 from flexmb.io.cell_types import skin_cells
 from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
+from flexmb.io.plate_surfaces import PlateSurface
 from flexmb.io.shape_surfaces import shape_surface
 from flexmb.io.swept_lines import SweptLine
 from flexmb.results import recover
@@ -44,8 +45,8 @@ class DrawnPart:
         Modes of a flexible body; its nodes are the points.
     nodes : (n,) int, optional
         Those of its nodes that are the points; default: all.
-    line : SweptLine, optional
-        Surface of a cable or beam, which moves the points itself.
+    line : SweptLine or PlateSurface, optional
+        Surface of a cable, beam or plate, which moves the points itself.
     """
 
     name: str
@@ -63,7 +64,7 @@ class Snapshot(NamedTuple):
     """Where a part is at one sample.
 
     points : (n, 3), m, in W. displacement : (n, 3), m, elastic part in W, or None. von_mises : (n,), Pa, or None.
-    line : section forces of a cable or beam by name, (n,), N and N m, or None.
+    line : section forces of a cable, beam or plate by name, (n,), or None.
     """
 
     points: np.ndarray
@@ -249,6 +250,10 @@ def _parts(model, e, skin_only=False):
             line = SweptLine(body)
             points = line.points(body.initial_state()[0])
             yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), line.cells, line=line)
+        elif hasattr(body, "surface_points"):
+            sheet = PlateSurface(body)
+            points = sheet.points(body.initial_state()[0])
+            yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), sheet.cells, line=sheet)
         elif getattr(body, "shape", ()):
             yield _fixed(body.name, "rigid", _shapes(body, ""))
         else:

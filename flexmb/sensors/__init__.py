@@ -10,11 +10,14 @@ from flexmb.sensors.marker_motion import Acceleration, Orientation, Position, Ve
 from flexmb.sensors.momentum import Momentum
 from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.stress import Stress
+from flexmb.sensors.stress_resultants import StressResultants
 
 __all__ = ["KINDS", "Acceleration", "ConstraintError", "Deflection", "Distance", "Energy", "ForceOf", "JointCoordinate",
-           "Momentum", "Orientation", "Position", "Reaction", "SectionForces", "SectionStrains", "Stress", "Velocity"]
+           "Momentum", "Orientation", "Position", "Reaction", "SectionForces", "SectionStrains", "Stress", "StressResultants",
+           "Velocity"]
 
 KINDS = {kind.__name__: kind for kind in (Position, Velocity, Acceleration, Orientation, Distance, JointCoordinate,
-                                          Reaction, ForceOf, Deflection, SectionForces, SectionStrains, Stress, Energy,
+                                          Reaction, ForceOf, Deflection, SectionForces, SectionStrains, Stress,
+                                          StressResultants, Energy,
                                           Momentum, ConstraintError)}
 """All kinds of sensors by name."""

@@ -53,7 +53,7 @@ def test_membrane(shear, points):
     q = body.initial_state()[0].reshape(-1, 3) @ F.T
     forces, greatest = inner_forces(body, q)
     np.testing.assert_allclose(forces, 0.0, atol=1e-12 * greatest)
-    found = body.section_forces(q.ravel(), [(0.1, 0.2), (0.5, 0.5), (0.9, 0.3)])  # between and beyond the middles
+    found = body.resultants(q.ravel(), [(0.1, 0.2), (0.5, 0.5), (0.9, 0.3)])  # between and beyond the middles
     first = body.surface.cells[0]
     e = body.surface.r[first[1]] - body.surface.r[first[0]]
     e, n = e / np.linalg.norm(e), np.array([0.0, 0.0, 1.0])
@@ -88,7 +88,7 @@ def test_bending_and_twist(shear, points, curvature):
 
     rate = derivative(lambda x: inner_forces(body, bent(x))[0], 1e-3)
     np.testing.assert_allclose(rate, 0.0, atol=1e-9 * BENDING)
-    found = body.section_forces(bent(1e-6).ravel())[:, 3:6] / 1e-6
+    found = body.resultants(bent(1e-6).ravel())[:, 3:6] / 1e-6
     # moments are those of curvature of the material above the surface: tension there if w bends down
     total = -BENDING * (1 + SOFT.poisson) * (a + b)
     np.testing.assert_allclose(found[:, 0] + found[:, 1], total, atol=1e-6 * BENDING)

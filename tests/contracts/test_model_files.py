@@ -57,6 +57,7 @@ MORE = {
         "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
         "shear": True,
         "shear_factor": 0.8,
+        "lumped_masses": [((0.5, 0.25), 2.0)],
         "rotation": (0.1, 0.2, 0.3),
         "markers": {"mid": (0.5, 0.5), "tip": ((1.0, 0.0), (0, 0, 1.0)), "edge": (1.0, "mean")},
     },
@@ -95,6 +96,7 @@ MORE = {
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
     "SectionForces": {"body": "rope"},
+    "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},
     "SectionStrains": {"body": "rope"},
     "LineContact": {"stretch": "rope.wind", "marker": "ground.origin", "radius": 0.1, "offset": 0.005, "stiffness": 1e6,
                     "friction": 0.3},
@@ -130,6 +132,7 @@ def stage(data):
             fmb.RigidBody("c", mass=1, inertia=(1, 1, 1)),
             fmb.FloatingBody("flexible", data=data),
             fmb.AncfCable("rope", **MORE["AncfCable"]),
+            fmb.AncfPlate("sheet", **MORE["AncfPlate"]),
         ],
         joints=[
             fmb.Revolute("A", markers=("ground.A", "b.A")),
