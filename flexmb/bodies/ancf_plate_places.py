@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.bodies.ancf_plate_data import bilinear, hermite_plate
 from flexmb.errors import ModelError
 from flexmb.model.described import is_number
-from flexmb.model.pose import Pose
+from flexmb.model.pose import rotation3
 
 __all__ = ["Place", "add_masses", "at_point", "checked_masses", "functional", "place_of", "row_starts"]
 
@@ -35,7 +35,7 @@ def place_of(value, name: str, title: str) -> Place:
                          expected="two fractions (s, t), 0 to 1, one of which may be \"mean\", or ((s, t), rotation)",
                          remedy=f"Write markers={{'{name}': (1.0, 0.5)}}")
     s, t = where
-    return Place(s, t, None if rotation is None else Pose((0.0, 0.0, 0.0), rotation).matrix)
+    return Place(s, t, None if rotation is None else rotation3(rotation, title, f"rotation of marker {name}"))
 
 
 def at_point(plate, s: float, t: float):

@@ -13,6 +13,7 @@ from typing import Any
 
 from flexmb.errors import MeshError
 from flexmb.fem import section_shapes as shapes
+from flexmb.model.described import is_number
 
 __all__ = ["Section"]
 
@@ -82,7 +83,7 @@ class Section:
         }
         for name, unit in units.items():
             value = getattr(self, name)
-            if not (0.0 < value < float("inf")):
+            if not is_number(value) or value <= 0.0:
                 raise MeshError(
                     part,
                     found=f"{name} = {value!r} {unit}",
@@ -137,6 +138,7 @@ class Section:
         The torsion constant is St-Venant's series (Timoshenko & Goodier, Theory of Elasticity, art. 109);
         the shear factor is Cowper's, 5/6 for ``poisson=0``.
         """
+        _check_lengths("rectangle", width, height)
         kappa = shapes.cowper_rectangle(poisson)
         return cls(
             area=width * height,
@@ -152,11 +154,13 @@ class Section:
     @classmethod
     def solid_circle(cls, diameter: float, *, poisson: float = 0.0) -> Section:
         """Return a solid circle of a diameter (m)."""
+        _check_lengths("solid_circle", diameter)
         return cls._round("solid_circle", (diameter,), diameter, 0.0, poisson)
 
     @classmethod
     def tube(cls, diameter: float, wall: float, *, poisson: float = 0.0) -> Section:
         """Return a round tube of outer diameter (m) and wall thickness (m)."""
+        _check_lengths("tube", diameter, wall)
         _check_wall("tube", wall, diameter)
         return cls._round("tube", (diameter, wall), diameter, diameter - 2.0 * wall, poisson)
 
@@ -171,6 +175,7 @@ class Section:
         shear: Cowper's thin-walled box.
         """
         web = wall if web is None else web
+        _check_lengths("box", width, height, wall, web)
         _check_wall("box", wall, height)
         _check_wall("box", web, width)
         inner_y, inner_z = width - 2 * web, height - 2 * wall
@@ -192,6 +197,7 @@ class Section:
 
         Torsion: El Darwish & Johnston 1965; shear along z: Cowper's I, along y: the flanges as rectangles.
         """
+        _check_lengths("i", width, height, flange, web)
         _check_wall("i", flange, height)
         if not 0.0 < web <= width:
             raise MeshError(
@@ -276,6 +282,13 @@ class Section:
 def _corners(width: float, height: float) -> tuple[Point, ...]:
     y, z = width / 2.0, height / 2.0
     return ((y, z), (-y, z), (-y, -z), (y, -z))
+
+
+def _check_lengths(shape: str, *lengths: float) -> None:
+    for length in lengths:
+        if not is_number(length) or length <= 0.0:
+            raise MeshError(f"Section '{shape}'", found=f"a length of {length!r} m", expected="a positive number",
+                            remedy="Give the dimensions in metres")
 
 
 def _check_wall(shape: str, wall: float, outer: float) -> None:

@@ -131,7 +131,8 @@ class Implicit(metaclass=Described):
     atol : float, m
         Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
     step : float, s, optional
-        Fixed step size; without it the step follows the error.
+        Fixed step size; without it the step follows the error. The iteration still ends at a small share of `rtol`: where
+        steps are so small that their errors are below it, lower `rtol` with them.
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
     drift : float

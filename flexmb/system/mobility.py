@@ -20,6 +20,8 @@ DEPENDENT = 1e-6
 that are parallel but for the digits of a mesh file count as parallel."""
 SHARE = 1e-5
 """Equations with a smaller share in a state of self-stress take no part in it."""
+ROUNDING = 1e-13
+"""Gradients smaller than this, relative to the largest, are zero but for the last digit."""
 DENSE = 1500
 """Up to this number of equations the rank is found by a dense factorisation with pivoting."""
 
@@ -44,8 +46,17 @@ def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
     An equation that nothing can move (the twist of a cable's end) has no size of its own and gets that of the largest.
     """
     inverse = 1.0 / mass_metric(M)
+    G = _beyond_rounding(G)
     scale = np.asarray(G.multiply(G) @ inverse).ravel()
     return np.where(scale > 0.0, scale, np.max(scale, initial=0.0) or 1.0)
+
+
+def _beyond_rounding(G: sparse.csr_matrix) -> sparse.csr_matrix:
+    """Return G with zeros in rows of rounding only: the turn of a cable about its tangent, which moves no coordinate."""
+    if G.shape[0] == 0:
+        return G
+    largest = abs(G).max(axis=1).toarray().ravel()
+    return sparse.diags((largest > ROUNDING * np.max(largest, initial=0.0)).astype(float)) @ G
 
 
 def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
@@ -56,7 +67,7 @@ def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarra
     large ones a sparse orthogonalisation, joint by joint.
     """
     metric = 1.0 / np.sqrt(mass_metric(M))
-    A = G @ sparse.diags(metric)
+    A = _beyond_rounding(G) @ sparse.diags(metric)
     norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
     empty = np.flatnonzero(norms == 0.0)
     A = sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A

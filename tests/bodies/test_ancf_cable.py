@@ -214,3 +214,18 @@ def test_ring(closed):
     exact = np.sqrt(1e9 * section.inertia_y / (1000.0 * section.area)) * k * (k**2 - 1) / np.sqrt(k**2 + 1) / (2.0 * np.pi)
     np.testing.assert_allclose(np.sort(found[found > 0.05])[:4], np.repeat(exact, 2), rtol=5e-3)
     assert fmb.check(model).redundant == ()
+
+
+@pytest.mark.parametrize("marker", [0.0, 0.3])
+def test_clamped_rope_has_one_dependent_equation(marker):
+    """A cable has no twist: the equation that would hold it moves no coordinate, on open and on closed lines."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 33)[:-1]
+    ring = fmb.AncfCable("r", points=0.5 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1), elements=8,
+                         section=fem.Section.solid_circle(0.01), material=fmb.MATERIALS["steel"], closed=True,
+                         markers={"m": marker})
+    pose = ring.marker_poses()["m"]
+    clamp = fmb.Pose(ring.curve.r[0] + pose.at, pose.matrix)
+    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(markers={"m": clamp}), ring],
+                      joints=[fmb.Fixed("clamp", markers=("ground.m", "r.m"))], sensors=[fmb.Reaction("R", joint="clamp")])
+    assert len(fmb.check(model).redundant) == 1
+    np.testing.assert_allclose(fmb.statics(model)["R"][-1, :3], (0.0, 0.0, ring.mass * 9.81), rtol=1e-9, atol=1e-6)
