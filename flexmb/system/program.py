@@ -17,6 +17,8 @@ from flexmb.math.tables import DAMPED, STIFF, PointerKernel, call_row_kernel
 __all__ = ["BODIES", "Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
            "project"]
 
+EXACT = 1e-12
+"""Relative change of accelerations and multipliers at which their refinement ends."""
 BODIES = 2.0
 """Weight in work.coefficients[3] with which the iteration matrix holds the blocks of the bodies, without constraints."""
 
@@ -246,12 +248,14 @@ def constraint_acceleration(work, a, out):
 def accelerations(program, state, work, right, sweeps):
     """Solve M a - G^T lam = f, G a = -drift for the accelerations and multipliers, in place of state.a and state.lam.
 
-    The equations are linear in both, so one solve suffices; further sweeps refine, and with dependent equations
-    (regularised) converge to the multipliers of least norm. Where the second solve still changes much, forces depend on
-    the multipliers (friction): Newton's method then goes on. Returns -1 or the place of a vanishing pivot.
+    The equations are linear in both, so one solve suffices; further sweeps (at most so many, fewer where nothing changes
+    any more) refine, and with dependent equations (regularised) converge to the multipliers of least norm. Where the
+    refinement still changes much, forces depend on the multipliers (friction): Newton's method then goes on. Returns -1
+    or the place of a vanishing pivot.
     """
     nu, ng = len(state.u), len(state.lam)
     nonlinear = False
+    looked = 2 if len(program.pattern.softness) > 0 else 1  # dependent equations still change a little in the second sweep
     work.coefficients[0] = 1.0
     work.coefficients[1] = 0.0
     work.coefficients[2] = 0.0
@@ -271,14 +275,19 @@ def accelerations(program, state, work, right, sweeps):
         for i in range(ng):
             right[nu + i] = -right[nu + i]
         lu_solve(work.S, program.pattern, right)
+        settled = sweep > 0
+        largest = 1e-9
         for i in range(nu):
             state.a[i] += right[i]
+            largest = max(largest, abs(state.a[i]))
+        for i in range(nu):
+            settled = settled and abs(right[i]) <= EXACT * largest
         size, change = 1e-9, 0.0
         for i in range(ng):
             state.lam[i] += right[nu + i]
             size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
-        nonlinear = nonlinear or (sweep == 1 and change > 1e-6 * size)
-        if sweep + 1 >= sweeps and (not nonlinear or change <= 1e-12 * size):
+        nonlinear = nonlinear or (sweep == looked and change > 1e-6 * size)
+        if change <= EXACT * size and settled or sweep + 1 >= sweeps and (not nonlinear or change <= EXACT * size):
             break
     return -1
 
