@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
+from flexmb.integrate.eighth_order import CompiledRun
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
@@ -145,15 +146,17 @@ class Explicit(metaclass=Described):
                 raise ModelError("Explicit", found=f"{name} = {value!r}", expected="a positive number",
                                  remedy=f"Leave {name} out for its default")
 
-    def start(self, system, state, work, t_end: float) -> _Run:
-        """Return the solver at the start."""
-        return _Run(self, system, state, work, t_end)
+    def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
+        """Return the solver at the start: compiled where method and formulation are."""
+        if self.method != "DOP853" or type(self.formulation) is not Augmented:
+            return _Run(self, system, state, work, t_end)
+        return CompiledRun(self, system, state, work, t_end, lambda now: _Run(self, system, now, work, t_end))
 
-    def run(self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int) -> Outcome:
+    def run(self, system, work, variables, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""
         return run_samples(variables, system, samples, first, last)
 
     @staticmethod
-    def statistics(variables: _Run) -> dict[str, Any]:
+    def statistics(variables) -> dict[str, Any]:
         """Return the numbers of the run."""
         return dict(variables.counts)

@@ -287,7 +287,7 @@ def accelerations(program, state, work, right, sweeps):
             state.lam[i] += right[nu + i]
             size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
         nonlinear = nonlinear or (sweep == looked and change > 1e-6 * size)
-        if change <= EXACT * size and settled or sweep + 1 >= sweeps and (not nonlinear or change <= EXACT * size):
+        if (change <= EXACT * size and settled) or (sweep + 1 >= sweeps and (not nonlinear or change <= EXACT * size)):
             break
     return -1
 
