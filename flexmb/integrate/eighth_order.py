@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.errors import CompileError
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.stabilised import kinematics
 from flexmb.math.kernel import kernel
@@ -195,7 +196,8 @@ class CompiledRun:
     def __init__(self, settings, system, state, work, t_end: float, other: Callable[[Any], Any]):
         from scipy.integrate import DOP853
 
-        self.settings, self.system, self.work, self.make_other, self.other = settings, system, work, other, None
+        self.settings, self.system, self.work, self.make_other = settings, system, work, other
+        self.other: Any = None
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
         friction = any(force.reads_reactions for force in system.model.forces)
         sweeps = (12, 12) if friction else (3, 12) if system.redundant else (1, 2)
@@ -252,7 +254,11 @@ class CompiledRun:
                     "motion is stiff or very fast")
         if reason != 0:
             # the other run finds accelerations also where the matrix is singular, or says why there are none
-            self.other = self.make_other(self._state())
+            try:
+                self.other = self.make_other(self._state())
+            except (CompileError, ValueError, np.linalg.LinAlgError) as error:
+                why = str(error) if isinstance(error, CompileError) else "the state is not finite"
+                return f"{why} at t = {s.times[0]:.9g} s"
             self.other.solver.y[-3:] = s.y[-3:]
         if self.other is None:
             return ""
