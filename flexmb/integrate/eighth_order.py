@@ -28,6 +28,8 @@ SETTLED = 1e-10
 """Last correction of accelerations or multipliers, relative, above which the factorisation is not trusted."""
 VANISHING, PATIENCE = 1e-9, 30
 """So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration."""
+PASSED, PASSES = 0.8, 6
+"""A step that ends in a singular position is shortened by this factor, so many times in a row."""
 SHORT, MANY, UNSETTLED = 1, 2, 3
 
 Steps = namedtuple("Steps", "y y1 K q u a lam right rate signals pace gaps counts times limits sweeps A B C E3 E5")
@@ -139,6 +141,8 @@ def _accept(program, work, s, h):
     s.times[0] += h
     s.y[:] = s.y1
     s.K[0] = s.K[STAGES]
+    for k in range(len(s.pace)):  # the same through all stages: branches have no error
+        s.K[0, program.branches + k] = s.pace[k]
     keep_branches(program, work, s.y)
     settled = _settled(s)
     if len(s.lam) == 0 or not _drifted(work, s):
@@ -155,7 +159,7 @@ def _accept(program, work, s, h):
 @kernel
 def _run(program, work, s, goal, most):
     """Integrate to the time `goal` in at most so many steps; return 0 or why it ends before."""
-    short, rejected, done = 0, False, 0
+    short, rejected, done, singular = 0, False, 0, 0
     while goal > s.times[0]:
         left = goal - s.times[0]
         h = left / max(1.0, np.ceil(left / min(s.times[1], s.times[2]) * (1.0 - 1e-9)))
@@ -169,12 +173,17 @@ def _run(program, work, s, goal, most):
             s.times[1] = h * (max(DECAY, SAFETY * error**-0.125) if np.isfinite(error) else DECAY)
             rejected = True
             continue
-        done += 1
+        if not _settled(s) and singular < PASSES:
+            # singular positions are single points: a step that ends elsewhere passes them
+            s.times[1] = PASSED * h
+            singular += 1
+            continue
+        done, singular = done + 1, 0
         s.counts[0] += 1
         growth = min(GROWTH, SAFETY * max(error, 1e-30) ** -0.125)
         growth = min(growth, 1.0) if rejected else growth
         # a step that only was short to end at a sample says little about longer ones
-        s.times[1] = max(s.times[1], h * growth) if growth == GROWTH else h * growth
+        s.times[1] = max(s.times[1], h * growth) if growth >= GROWTH else h * growth
         rejected = False
         if not _accept(program, work, s, h):
             return UNSETTLED

@@ -17,6 +17,7 @@ from scipy.sparse.linalg import splu
 from flexmb.errors import CompileError
 from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described
+from flexmb.system.mobility import equation_scale
 from flexmb.system.program import accelerations
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
@@ -25,6 +26,8 @@ RANK = 1e-10
 """Singular values below this, relative to the largest, count as zero."""
 TURNS = 40
 """Newton iterations of friction by joint reactions, at most."""
+SOFT = 1e-9
+"""Compliance of equations in large models, relative to G M^-1 G^T."""
 EXACT = 1e-12
 """Change of the multipliers, relative, at which they end; of all unknowns in the last correction of a factorisation."""
 DENSE = 200
@@ -48,6 +51,33 @@ def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray,
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=1.0)))
     return (scale[:, None] * M * scale, scale[:, None] * equations.L.toarray(), equations.G.toarray() * scale,
             scale * equations.f, scale)
+
+
+def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
+    """Return accelerations and multipliers of large models in any position, dependent equations made soft.
+
+    The part of b that no motion can satisfy would give multipliers r lam = misfit: what a solution leaves so is taken
+    out, and the rest refined. Multipliers stay without states of self-stress, those of least norm.
+    """
+    nu = e.M.shape[0]
+    soft = SOFT * np.max(equation_scale(e.M, e.G)) * e.weight
+    matrix = sparse.bmat([[e.M, -e.L], [e.G, sparse.diags(soft)]], format="csc")
+    try:
+        factor = splu(matrix)
+    except RuntimeError as error:
+        raise CompileError("Augmented", found="the matrix of the equations of motion is singular",
+                           expected="inertia in every freedom that joints leave",
+                           remedy="Use UdwadiaPhohomsiri, or look at flexmb.check(model)") from error
+    x, change = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[0])
+    for _ in range(TURNS):
+        left = np.concatenate([e.f - e.M @ x[:nu] + e.L @ x[nu:], e.b - e.G @ x[:nu]])
+        change[:] = factor.solve(left)
+        left[nu:] -= soft * change[nu:]
+        change[:] = factor.solve(left)
+        x += change
+        if np.max(np.abs(change)) <= EXACT * np.max(np.abs(x), initial=1.0):
+            break
+    return x[:nu], x[nu:]
 
 
 class _Formulation(metaclass=Described):
@@ -74,7 +104,8 @@ class Augmented(_Formulation):
     """Accelerations and multipliers together from one sparse system (the form that the integrators use).
 
     The compiled factorisation of the integrators; where it does not converge (dependent equations that the assembled
-    position did not show), the solution of least norm by a dense singular value decomposition.
+    position did not show), the solution of least norm: of small models by a dense singular value decomposition, of others
+    by a factorisation in which dependent equations are soft.
     """
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
@@ -99,14 +130,7 @@ class Augmented(_Formulation):
             matrix = np.block([[M, -L * of_lam], [G, np.zeros((ng, ng))]])
             x = _least(matrix, np.concatenate([f, e.b]))
             return scale * x[:nu], of_lam * x[nu:]
-        matrix = sparse.bmat([[e.M, -e.L], [e.G, None]], format="csc")
-        try:
-            x = splu(matrix).solve(np.concatenate([e.f, e.b]))
-        except RuntimeError as error:
-            raise CompileError("Augmented", found="the matrix of the equations of motion is singular",
-                               expected="independent equations and inertia in every freedom",
-                               remedy="Use UdwadiaPhohomsiri, or look at flexmb.check(model)") from error
-        return x[:nu], x[nu:]
+        return _softened(e)
 
 
 @dataclass(frozen=True)
