@@ -100,6 +100,21 @@ def test_adjustable_struts_press_the_edge_on_the_seal():
         np.testing.assert_allclose(force, force[0], rtol=0.05)  # it slides along its circle
 
 
+def test_driven():
+    """A motor turns both levers, a thousand times slower than itself; it carries the sum of their torques over the ratio."""
+    solution = run("droop_driven")
+    assert solution.status.ok
+    for k in (2, 4):
+        assert solution[f"s{k}_lever angle"][-1] == pytest.approx(RANGE, abs=2e-5)
+    sum_of_levers = solution["drive 2 torque"][:, 5] + solution["drive 4 torque"][:, 5]
+    steady = (solution.t > 2.0) & (solution.t < 11.0)
+    expected = sum_of_levers[steady] / NOSE["transmission"]["overall_ratio"]
+    np.testing.assert_allclose(solution["motor torque"][steady, 5], expected, rtol=0.01)
+    assert 9.0 < expected.max() < 11.0
+    rate = np.gradient(solution["s2_lever angle"], solution.t)[steady] * NOSE["transmission"]["overall_ratio"]
+    np.testing.assert_allclose(rate * 30.0 / np.pi, NOSE["transmission"]["pcu_speed_rpm"], rtol=0.01)
+
+
 def failure(*settings):
     """Return times, forces of both drive struts and the force of strut 4 without failure."""
     broken = run("droop_strut_breaks", *settings)
