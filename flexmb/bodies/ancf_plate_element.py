@@ -44,9 +44,20 @@ def first_point(V):
 
 
 @kernel
+def _add_point(P, data, rest, at, C, tau, q, u, ck, cd, x, rate, out, H, f, K):
+    """Add the quadratic strains P of a point with coefficients from `at`; return energy and power. x ... H: scratch."""
+    local_vectors(data, at, q, x)
+    local_vectors(data, at, u, rate)
+    out[:] = 0.0
+    H[:] = 0.0
+    energy, power = add_quadratic(P, x, rate, data, rest, C, tau, ck, cd, out, H)
+    collect(data, at, out, H, ck != 0.0 or cd != 0.0, f, K)
+    return energy, power
+
+
+@kernel
 def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
     """Membrane at nine points, bending at four."""
-    tangent = ck != 0.0 or cd != 0.0
     x = np.empty((5, 3))
     rate = np.empty((5, 3))
     out = np.empty((5, 3))
@@ -57,12 +68,7 @@ def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
     for g in range(9):
         at = start + first_point(12) + MEMBRANE * g
         isotropic(data[at], nu, C, 0)
-        local_vectors(data, at + 5, q, x[:2])
-        local_vectors(data, at + 5, u, rate[:2])
-        out[:] = 0.0
-        flat[:] = 0.0
-        e, p = add_quadratic(STRETCH, x[:2], rate[:2], data, at + 2, C, tau, ck, cd, out[:2], flat)
-        collect(data, at + 5, out[:2], flat, tangent, f, K)
+        e, p = _add_point(STRETCH, data, at + 2, at + 5, C, tau, q, u, ck, cd, x[:2], rate[:2], out[:2], flat, f, K)
         energy += e
         power += p
     for g in range(4):
@@ -73,7 +79,7 @@ def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
         out[:] = 0.0
         bent[:] = 0.0
         e, p = add_curvature(x, rate, data, at + 1, C, tau, ck, cd, out, bent)
-        collect(data, at + 4, out, bent, tangent, f, K)
+        collect(data, at + 4, out, bent, ck != 0.0 or cd != 0.0, f, K)
         energy += e
         power += p
     return energy, power
@@ -82,7 +88,6 @@ def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
 @kernel
 def _shell(data, start, nu, tau, q, u, ck, cd, f, K):
     """Stretch and bending at four points, shear in the plane in the middle, transverse shear from the edges."""
-    tangent = ck != 0.0 or cd != 0.0
     x = np.empty((4, 3))
     rate = np.empty((4, 3))
     out = np.empty((4, 3))
@@ -94,22 +99,12 @@ def _shell(data, start, nu, tau, q, u, ck, cd, f, K):
         C[0, 0] = C[1, 1] = data[at]
         C[0, 1] = C[1, 0] = nu * data[at]
         isotropic(data[at + 1], nu, C, 2)
-        local_vectors(data, at + 8, q, x)
-        local_vectors(data, at + 8, u, rate)
-        out[:] = 0.0
-        H[:] = 0.0
-        e, p = add_quadratic(DIRECTOR, x, rate, data, at + 3, C, tau, ck, cd, out, H)
-        collect(data, at + 8, out, H, tangent, f, K)
+        e, p = _add_point(DIRECTOR, data, at + 3, at + 8, C, tau, q, u, ck, cd, x, rate, out, H, f, K)
         energy += e
         power += p
         at += SHELL
-    flat = np.zeros((6, 6))
-    local_vectors(data, at + 2, q, x[:2])
-    local_vectors(data, at + 2, u, rate[:2])
-    out[:] = 0.0
-    single = np.full((1, 1), data[at])
-    e, p = add_quadratic(IN_PLANE, x[:2], rate[:2], data, at + 1, single, tau, ck, cd, out[:2], flat)
-    collect(data, at + 2, out[:2], flat, tangent, f, K)
+    e, p = _add_point(IN_PLANE, data, at + 1, at + 2, np.full((1, 1), data[at]), tau, q, u, ck, cd, x[:2], rate[:2],
+                      out[:2], np.empty((6, 6)), f, K)
     energy += e
     power += p
     at += 18

@@ -10,6 +10,8 @@ from bodies.ancf_states import SOFT
 import flexmb as fmb
 from flexmb import fem
 from flexmb.errors import IntegrationError, ModelError
+from flexmb.system import compile
+from flexmb.system.program import evaluate
 
 KINDS = pytest.mark.parametrize("shear", [False, True], ids=["thin", "shear"])
 
@@ -146,3 +148,17 @@ def test_files_for_paraview(shear, tmp_path):
     np.testing.assert_allclose(mesh["K11"], 1.0 / radius, rtol=0.01)
     np.testing.assert_allclose(mesh["M11"], D / radius, rtol=0.01)
     np.testing.assert_allclose(mesh["M22"], SOFT.poisson * D / radius, rtol=0.01)
+
+
+@KINDS
+def test_loads_sum_up(shear):
+    """The forces of pressure and dead load are p A along the turned normal and b A in W: on a square at rest."""
+    body = plate(shear=shear, rotation=(0.4, -0.3, 1.2), edges=(1.5, 1.5))
+    forces = (fmb.Pressure("p", load="p.pressure", amount=7.0), fmb.Pressure("y", load="p.load_y", amount=3.0),
+              fmb.Pressure("z", load="p.load_z", amount=-2.0))
+    system = compile(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), forces=forces))
+    work = system.workspace()
+    work.coefficients[3] = 0.0
+    evaluate(system.program, system.state(), work)
+    total = -work.residual.reshape(-1, body.vectors, 3)[:, 0].sum(axis=0)
+    np.testing.assert_allclose(total, 1.5**2 * (7.0 * np.asarray(body.rotation)[:, 2] + (0.0, 3.0, -2.0)), rtol=1e-9)
