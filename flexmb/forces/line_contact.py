@@ -12,7 +12,7 @@ from flexmb.forces.on_coordinate import check_number
 from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretch_points
 from flexmb.forces.relative import act_at_point, add_point_tangent
 from flexmb.math.kernel import kernel
-from flexmb.math.tables import row_kernel
+from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.model.kinds import Force, Table
 
@@ -110,6 +110,7 @@ def apply(raw, data, state, work):
     f = np.empty(3)
     K = np.empty((3, 3))
     C = np.empty((3, 3))
+    tangent = work.coefficients[3] > 0.0
     for m in range(rows.shape[0]):
         row = rows[m]
         a = work.markers[row.a]
@@ -119,6 +120,9 @@ def apply(raw, data, state, work):
             _velocity(a, b, d, V)
             distance = _normal(row, d, n)
             p = row.distance - distance
+            if tangent:
+                # most points of a long line touch nothing: their blocks need neither clearing nor adding
+                work.pairs[int(data[at + 1])].active = DAMPED if p > 0.0 else 0
             if p <= 0.0:
                 continue
             rate = -dot(n, V)
@@ -136,7 +140,7 @@ def apply(raw, data, state, work):
                 f[i] = force * n[i] - share * slip[i]
             work.energy[5] += (force - elastic) * rate + share * dot(slip, slip)
             act_at_point(a, b, f)
-            if work.coefficients[3] > 0.0:
+            if tangent:
                 _tangent(row, distance, n, V, slip, force, slope, damping, K, C)
                 add_point_tangent(work.pairs[int(data[at + 1])], a, b, f, K, C)
 

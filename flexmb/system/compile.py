@@ -34,7 +34,7 @@ class _Compiler:
         self.marker_gaps: dict[int, tuple[int, ...]] = {}
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
         self.signals: list[Any] = []
-        self.pairs: dict[tuple[int, int], int] = {}
+        self.pairs: dict[tuple[int, int, int], int] = {}
         self.active_pairs: dict[int, int] = {}
         self.load_index: dict[tuple[str, str], int] = {}
         self.size_H = 0
@@ -70,9 +70,12 @@ class _Compiler:
         self.signals.append(as_signal(value, f"Model '{self.model.name}'", "signal"))
         return len(self.signals) - 1
 
-    def pair(self, a: int, b: int, writes: int = DAMPED) -> int:
-        """Return the number of a pair of markers; `writes`: DAMPED, STIFF, or 0 for neither stiffness nor damping."""
-        index = self.pairs.setdefault((a, b), len(self.pairs))
+    def pair(self, a: int, b: int, writes: int = DAMPED, *, alone: bool = False) -> int:
+        """Return the number of a pair of markers; `writes`: DAMPED, STIFF, or 0 for neither stiffness nor damping.
+
+        A force that has the pair `alone` may set it to 0 in evaluations in which it writes nothing.
+        """
+        index = self.pairs.setdefault((a, b, len(self.pairs) if alone else -1), len(self.pairs))
         if writes:
             self.active_pairs[index] = max(writes, self.active_pairs.get(index, 0))
         return index

@@ -74,7 +74,7 @@ class _Nodes:
         for marker, equation in constraints.legs:
             for node in self.of_marker(marker):
                 connect(node, self.of_equation[equation])
-        for (a, b), index in compiler.pairs.items():
+        for (a, b, _), index in compiler.pairs.items():
             if index in compiler.active_pairs:
                 nodes = self.of_marker(a) + self.of_marker(b)
                 for i, j in product(nodes, nodes):
@@ -129,7 +129,7 @@ def _pairs(nodes: _Nodes, compiler, place):
     pairs = np.zeros(len(compiler.pairs), PAIR)
     positions: list[np.ndarray] = [np.zeros(0, np.int64)]
     at = 0
-    for (a, b), k in compiler.pairs.items():
+    for (a, b, _), k in compiler.pairs.items():
         pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"] = a, b, at
         pairs[k]["active"] = compiler.active_pairs.get(k, 0)
         if k not in compiler.active_pairs:
