@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.bodies.ancf_plate_data import bilinear, hermite_plate
 from flexmb.errors import ModelError
-from flexmb.model.described import is_number
+from flexmb.model.described import entries_of, is_number
 from flexmb.model.pose import rotation3
 
 __all__ = ["Place", "add_masses", "at_point", "checked_masses", "functional", "place_of", "row_starts"]
@@ -99,7 +99,7 @@ def row_starts(nodes, pairs, size: int) -> np.ndarray:
 def checked_masses(given: Any, title: str) -> tuple[tuple[tuple[float, float], float], ...]:
     """Return pairs ((s, t), mass in kg); ModelError for anything else."""
     masses = []
-    for pair in tuple(given or ()):
+    for pair in entries_of(given):
         good = isinstance(pair, tuple | list) and len(pair) == 2 and np.shape(pair[0]) == (2,)
         flat = (*pair[0], pair[1]) if good else ()
         if (not good or not all(is_number(z) for z in flat) or flat[2] <= 0.0

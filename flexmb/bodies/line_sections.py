@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.model.described import is_number
+from flexmb.model.described import entries_of, is_number
 
 __all__ = ["checked_masses", "checked_sections", "section_at", "section_constants"]
 
@@ -43,8 +43,7 @@ def section_constants(sections: Sequence[Any], fractions, names: Sequence[str]) 
 
 def checked_masses(given: Any, title: str) -> tuple[tuple[float, float], ...]:
     """Return pairs (fraction of the length, mass in kg); ModelError for anything else."""
-    given = () if given is None else given.tolist() if isinstance(given, np.ndarray) else given
-    masses = tuple(given) if isinstance(given, list | tuple) else (given,)
+    masses = entries_of(given)
     for pair in masses:
         if (not isinstance(pair, list | tuple) or len(pair) != 2 or not all(is_number(x) for x in pair)
                 or not 0.0 <= pair[0] <= 1.0 or pair[1] <= 0.0):

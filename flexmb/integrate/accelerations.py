@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
+from flexmb.integrate.given_state import given_state
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.model import Model
 from flexmb.system import assemble, observe
@@ -78,7 +79,7 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
                          remedy="Give an object: formulation=flexmb.Recursive()")
     system, start = assemble(model)
     if state is not None:
-        start = system.state(state.t, state.q, state.u)
+        start = given_state(state, system, "accelerations")
     work = system.workspace()
     a, lam = formulation.accelerate(system, start, work)
     seen = observe(system, [start.t], start.q[None], start.u[None], a[None], lam[None])

@@ -20,6 +20,7 @@ from scipy.linalg import eig, null_space
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.integrate.formulations import RANK
+from flexmb.integrate.given_state import given_state
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
@@ -146,11 +147,15 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     Returns
     -------
     Linearization
+
+    Raises
+    ------
+    ModelError
+        If `about` is no state of this model.
     """
     system, state = assemble(model)
     if about is not None:
-        about = getattr(about, "final", about)
-        state = system.state(about.t, about.q, about.u, about.a, about.lam)
+        state = given_state(about, system, "linearize")
     work = system.workspace()
     motion = steady_motion(system, state, work, known=True)
     tangent = tangent_at(system, state, work)

@@ -9,10 +9,12 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.given_state import given_state
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.load_path import ArcLength, LoadSteps, follow
 from flexmb.integrate.matrices import tangent_at
 from flexmb.integrate.steady import saddle, steady_motion, unsteady_equation
+from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
@@ -46,7 +48,7 @@ def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None 
     tolerance : float
         Largest unbalanced force relative to the largest applied, elastic or (of a steady motion) inertia force.
     iterations : int
-    state : Instant, optional
+    state : Solution or Instant, optional
         Where to begin; by default the assembled start.
 
     Returns
@@ -57,10 +59,13 @@ def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None 
 
     Raises
     ------
+    ModelError
+        If `t`, `tolerance` or `iterations` are no numbers, or `state` is none of this model.
     IntegrationError
         If no equilibrium is found, or no steady motion; ``error.solution`` holds the path. If loads grow with time, the
         message says up to which of them there is an equilibrium.
     """
+    _check_numbers(t, tolerance, iterations)
     if path is None:
         return _descend(model, t, tolerance, iterations, state)
     if not isinstance(path, ArcLength | LoadSteps):
@@ -72,11 +77,21 @@ def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None 
     return follow(model, system, start, path, t, tolerance)
 
 
+def _check_numbers(t, tolerance, iterations) -> None:
+    if not is_number(t):
+        raise ModelError("statics", found=f"t = {t!r}", expected="a time, s, or a load factor", remedy="Write t=1.0")
+    for name, value, least in (("tolerance", tolerance, 0.0), ("iterations", iterations, 1)):
+        whole = isinstance(least, float) or isinstance(value, int | np.integer)
+        if not is_number(value) or value < least or not whole:
+            raise ModelError("statics", found=f"{name} = {value!r}",
+                             expected="a whole number >= 1" if least else "a number >= 0", remedy=f"Leave {name} out")
+
+
 def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
     system, start = assemble(model, t=t)
     work = system.workspace()
-    q = start.q.copy() if state is None else np.array(state.q, float)
+    q = start.q.copy() if state is None else given_state(state, system, "statics").q
     for wary in (True, False) if any(force.strikes for force in model.forces) else (False,):
         iteration = _Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 
-__all__ = ["Described", "check_kind", "check_mapping", "finite_array", "has_flag", "is_number", "named_arguments"]
+__all__ = ["Described", "check_kind", "check_mapping", "entries_of", "finite_array", "has_flag", "is_number", "named_arguments"]
 
 
 def is_number(value: Any) -> bool:
@@ -27,6 +27,12 @@ def finite_array(value: Any) -> np.ndarray:
     except (TypeError, ValueError):
         return np.empty(0)
     return np.empty(0) if has_flag(value) or not np.all(np.isfinite(array)) else array
+
+
+def entries_of(value: Any) -> tuple[Any, ...]:
+    """Return the entries of a list, tuple or array; none of None, and anything else as the only one."""
+    value = value.tolist() if isinstance(value, np.ndarray) else value
+    return () if value is None else tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
 def has_flag(value: Any) -> bool:

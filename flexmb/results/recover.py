@@ -14,6 +14,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.model.described import finite_array
 
 __all__ = ["Envelope", "displacement", "element_stress", "largest_von_mises", "line_forces", "line_strains", "modal_data",
            "positions", "principal", "rotation_matrices", "section_forces", "strain_energy", "stress", "velocities",
@@ -236,6 +237,10 @@ def _along(body, quantity: str, q, fractions) -> np.ndarray:
     if not hasattr(body, quantity):
         raise ModelError(body.title, found=f"a {type(body).__name__} is no line", expected="an AncfCable or AncfBeam",
                          remedy="Section forces of reduced frames are given by recover.section_forces")
+    given, fractions = fractions, np.atleast_1d(finite_array(fractions))
+    if not fractions.size or fractions.ndim > 1 or fractions.min() < 0.0 or fractions.max() > 1.0:
+        raise ModelError(body.title, found=f"fractions = {given!r}", expected="fractions of the length, 0 to 1",
+                         remedy="Write numpy.linspace(0, 1, 21)")
     return np.array([getattr(body, quantity)(row, fractions) for row in np.atleast_2d(np.asarray(q, float))])
 
 

@@ -8,6 +8,7 @@ import pytest
 import flexmb as fmb
 from flexmb import fem, reduction
 from flexmb.errors import FlexmbError, MeshError, ModelError, ReductionError
+from flexmb.results import recover
 
 GOOD = {"mass": 1.0, "inertia": (1, 1, 1)}
 ENDS = ("ground.origin", "b.center")
@@ -22,6 +23,9 @@ def beam():
 
 def model():
     return fmb.Model(bodies=[fmb.Ground(), fmb.RigidBody("b", **GOOD)])
+
+
+POINT = fmb.Model(bodies=[fmb.PointMass("m", mass=1.0)])
 
 
 def rope(**fields):
@@ -89,6 +93,15 @@ VALUES = [
     (lambda: fmb.simulate(model(), 1.0, start="rest"), "start = 'rest'", "Leave it out"),
     (lambda: fmb.check(None), "nothing (None)", "Give a flexmb.Model"),
     (lambda: fmb.simulate("model.toml", 1.0), "the text 'model.toml'", "flexmb.load_model"),
+    (lambda: fmb.linearize(model(), about="rest"), "a state of the class str", ".final"),
+    (lambda: fmb.statics(model(), state=3), "a state of the class int", ".final"),
+    (lambda: fmb.accelerations(model(), fmb.statics(POINT)), "3 velocities", "of this model"),
+    (lambda: fmb.statics(model(), t="1"), "t = '1'", "Write t=1.0"),
+    (lambda: fmb.statics(model(), t=float("nan"), path=fmb.ArcLength()), "t = nan", "Write t=1.0"),
+    (lambda: fmb.statics(model(), iterations=0), "iterations = 0", "Leave iterations out"),
+    (lambda: fmb.statics(model(), iterations=2.5), "iterations = 2.5", "Leave iterations out"),
+    (lambda: fmb.statics(model(), tolerance=-1.0), "tolerance = -1.0", "Leave tolerance out"),
+    (lambda: recover.line_forces(rope(), rope().initial_state()[0], 2.0), "fractions = 2.0", "linspace"),
     (lambda: fmb.linearize(fmb.Model), "the class Model itself", "Give a flexmb.Model"),
 ]
 ELASTIC = [
@@ -106,6 +119,7 @@ ELASTIC = [
     (lambda: blade(rotary_inertia="none"), "rotary_inertia = 'none'", "Leave rotary_inertia out"),
     (lambda: plate(shear="yes"), "shear = 'yes'", "Leave shear out for False"),
     (lambda: plate(markers={"m": ((0.5, 0.5), "x")}), "Body 'p': rotation of marker m = 'x'", "Pose.axes"),
+    (lambda: plate(lumped_masses=2.0), "lumped mass 2.0", "Write lumped_masses="),
     (lambda: plate(initial_strain=None), "initial_strain = None", "Write initial_strain="),
     (lambda: fmb.GearPair("g", markers=ENDS, radii=(0.1, "x")), "radii = (0.1, 'x')", "Give the pitch radii"),
     (lambda: fmb.Recursive(cut=3), "cut = 3", "Write cut="),
