@@ -105,6 +105,10 @@ class Solution:
 
     def __getitem__(self, key: str | Sensor) -> np.ndarray:
         if isinstance(key, Sensor):
+            if all(phase.model is None for phase in self.phases):
+                raise FlexmbError("Solution", found=f"sensor '{key.name}' asked of a file that was read without its model",
+                                  expected=f"One of those stored: {listed(key.name, self.sensor_names)}",
+                                  remedy='Give the model: Solution.load(path, model=fmb.load_model("run/model.toml"))')
             return self._values(key.name, [(key if phase.model is not None else None) for phase in self.phases],
                                 stored=False)
         if key not in self._known:

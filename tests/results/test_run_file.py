@@ -13,9 +13,10 @@ import pytest
 from results.spinning import block_data, spinning_phase
 
 from flexmb import hdf5
-from flexmb.errors import DataFileError
+from flexmb.errors import DataFileError, FlexmbError
 from flexmb.results import RunFile, Solution, Status
 from flexmb.results.run_file import SCHEMA, VERSION
+from flexmb.sensors import Position
 
 WRITER = """
 import sys, numpy as np
@@ -45,6 +46,19 @@ def test_samples_one_by_one_and_in_blocks(tmp_path):
     loaded = Solution.load(tmp_path / "run.h5")
     for name in ("t", "q", "u", "a", "lam", "works"):
         np.testing.assert_array_equal(getattr(loaded.phases[0], name), getattr(phase, name))
+
+
+def test_a_sensor_that_is_not_stored_needs_the_model(tmp_path):
+    """One phase or several: what the file does not hold cannot be read without the model."""
+    zero = np.zeros(0)
+    with RunFile(tmp_path / "run.h5") as run:
+        for _ in range(2):
+            run.begin("model")
+            run.append(0.0, zero, zero, zero, zero, np.zeros(3))
+            run.end("event")
+    with pytest.raises(FlexmbError, match="'tip' asked of a file that was read without its model") as caught:
+        Solution.load(tmp_path / "run.h5")[Position("tip", marker="beam.tip")]
+    assert "Solution.load(path, model=" in str(caught.value)
 
 
 def test_arrays_may_be_reused(tmp_path):
