@@ -11,7 +11,7 @@ from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
-from flexmb.integrate.stages import SINGULAR, STAGES, THIRD, WEIGHTS, new_stages, run_step
+from flexmb.integrate.stages import STAGES, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
 from flexmb.tree import Recursive
@@ -57,20 +57,20 @@ class _Run:
         u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
         return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, 1e-3))
 
-    def _step(self, h: float) -> int:
-        """Take a step, or shorten the next one; return why the iteration failed, or 0."""
-        r, adaptive = self.stages, self.settings.step is None
-        failure = run_step(self.unknowns.chart, self.system.program, self.work, r, self.x, self.v, self.t, h, WEIGHTS, THIRD,
-                           self.settings.rtol, NEWTON if adaptive else 0.01 * NEWTON)
+    def _step(self, h: float) -> None:
+        """Take a step, or shorten the next one."""
+        r, adaptive, planned = self.stages, self.settings.step is None, self.next
+        solved = run_step(self.unknowns.chart, self.system.program, self.work, r, self.x, self.v, self.t, h, WEIGHTS, THIRD,
+                          self.settings.rtol, NEWTON if adaptive else 0.01 * NEWTON)
         error = float(r.error[0])
-        if failure:
+        if not solved:
             r.counts[4] += 1
             self.next = 0.25 * h
-            return failure
-        if adaptive and error > 1.0:
+            return
+        if adaptive and not error <= 1.0:
             r.counts[3] += 1
             self.next = h * max(0.2, 0.85 * error**-0.25)
-            return 0
+            return
         self.t += h
         self.works += h * WEIGHTS[-1] @ r.W
         self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
@@ -82,9 +82,10 @@ class _Run:
             # tolerances of flexible coordinates are relative to the largest displacement they have reached
             largest = np.max(np.abs(r.state.q[iq : iq + size]) * r.extent[iu : iu + size], initial=0.0)
             r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], largest)
-        growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
-        self.next = min(self.largest, h * growth if growth < 1.0 else max(self.next, h * growth)) if adaptive else self.largest
-        return 0
+        self.next = self.largest
+        if adaptive:
+            growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
+            self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
 
     def advance(self, t: float) -> str:
         """Integrate to `t`; return what went wrong, or an empty text."""
@@ -92,21 +93,17 @@ class _Run:
         while t - self.t > 1e-12 * max(abs(t), span):
             left = t - self.t
             h = left / max(1.0, np.ceil(left / min(self.next, self.largest) * (1.0 - 1e-9)))
-            failure = self._step(h)
+            self._step(h)
             if self.next < SMALLEST:
-                return self._reason(failure)
+                return self._reason()
         self.t = t
         return ""
 
-    def _reason(self, failure: int) -> str:
-        if failure == SINGULAR:
-            return f"the iteration matrix is singular at t = {self.t:.9g} s (dead centre, or dependent equations)"
+    def _reason(self) -> str:
         worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
-        if failure:
-            r, nu = self.stages, self.system.nu
-            where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
-            return f"the iteration does not converge at t = {self.t:.9g} s near {where}{worst}"
-        return f"the step size fell below {SMALLEST:.3g} s at t = {self.t:.9g} s{worst}"
+        r, nu = self.stages, self.system.nu
+        where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
+        return f"steps fail down to {SMALLEST:.3g} s at t = {self.t:.9g} s (dead centre, or stiff impact) near {where}{worst}"
 
     def sample(self):
         """Return t, q, u, a, lam, works."""

@@ -117,7 +117,12 @@ def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outc
         failure = run.advance(float(samples[k]))
         if failure:
             break
-        kept.append(run.sample())
+        row = run.sample()
+        lost = np.flatnonzero(~np.isfinite(row[3]))
+        if len(lost):
+            failure = f"the accelerations are not finite at t = {row[0]:.9g} s near {system.owner(int(lost[0]))}"
+            break
+        kept.append(row)
     widths = (0, system.nq, system.nu, system.nu, system.ng, 3)
     rows = {name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
             for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))}

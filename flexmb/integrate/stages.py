@@ -23,7 +23,7 @@ from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.relative_passes import move_bodies
 from flexmb.tree.settle import coordinate_rates, count_turns, prescribe, read_change, settle, unit_length
 
-__all__ = ["GAMMA", "SINGULAR", "STAGES", "STALLED", "WEIGHTS", "Stages", "new_stages", "run_step"]
+__all__ = ["STAGES", "THIRD", "WEIGHTS", "Stages", "new_stages", "run_step"]
 
 GAMMA = 0.25
 WEIGHTS = np.array([
@@ -43,7 +43,6 @@ MOST = 12
 """Iterations of a stage."""
 SLOW = 0.5
 """Rate of convergence at which the matrix is made anew."""
-STALLED, SINGULAR = 1, 2
 
 Stages = namedtuple("Stages", "x v a lam x0 v0 lam0 y change K V A W state right extent reach counts error fresh")
 """Storage of the steps.
@@ -76,8 +75,9 @@ def _norm(r, change, scale, tolerance):
     largest = 0.0
     for i in range(len(r.extent)):
         x = abs(scale * change[i]) * r.extent[i] / (tolerance * r.reach[i])
-        if not x <= largest:
-            largest = x
+        if not np.isfinite(x):
+            return np.inf
+        largest = max(largest, x)
     return largest
 
 
@@ -114,7 +114,7 @@ def _predict(r, c, s):
 
 @kernel
 def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
-    """Solve stage s by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
+    """Solve stage s by Newton's method; the matrix is kept while it converges fast. False if it fails."""
     nu, ng = len(r.extent), len(r.lam)
     size, rate = 0.0, 0.5
     if len(chart.driven) > 0:
@@ -131,7 +131,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
         if r.fresh[0] > 0.0:
             r.counts[2] += 1
             if lu_factor(work.S, program.pattern) >= 0:
-                return SINGULAR
+                return False
         for i in range(nu):
             r.right[i] = -work.residual[i]
         constraint_acceleration(work, state.a, r.right[nu:])
@@ -140,7 +140,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
         lu_solve(work.S, program.pattern, r.right)
         before, size = size, _norm(r, r.right, shift * shift, tolerance)
         if not np.isfinite(size) or size > 1e12:
-            return STALLED
+            return False
         read_change(chart.rows, work, r.right, r.change)
         for i in range(len(r.a)):
             r.a[i] += r.change[i]
@@ -149,7 +149,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
         if iteration > 0 and before > 0.0:
             rate = size / before
             if rate > 1.5 and iteration > 2 and size > newton:
-                return STALLED
+                return False
         rate = min(rate, 0.99)
         if size * rate / (1.0 - rate) <= newton and (iteration > 0 or size <= 1e-2 * newton):
             r.W[s] = work.energy[3:6]
@@ -160,14 +160,14 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
                 r.v[i] += shift * r.change[i]
             prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
             r.V[s], r.A[s] = r.v, r.a
-            return 0
+            return True
         r.fresh[0] = 1.0 if iteration > 0 and rate > SLOW else 0.0
-    return STALLED
+    return False
 
 
 @kernel
 def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, newton):
-    """Take a step from x, v, whose rates stand in the first stage; return 0 or why it fails.
+    """Take a step from x, v, whose rates stand in the first stage; return whether its stages could be solved.
 
     The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error.
     """
@@ -183,9 +183,8 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
                 r.x0[:] += w * r.K[j]
                 r.v0[:] += w * r.A[j]
         _predict(r, c, s)
-        failure = _stage(chart, program, work, r, t + c[s] * h, shift, s, tolerance, newton)
-        if failure != 0:
-            return failure
+        if not _stage(chart, program, work, r, t + c[s] * h, shift, s, tolerance, newton):
+            return False
     r.change[:] = 0.0
     for j in range(STAGES):
         r.change[:] += h * (weights[STAGES - 1, j] - third[j]) * r.V[j]
@@ -193,4 +192,4 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
         r.change[chart.driven[n, 1]] = 0.0
     move_bodies(chart.rows, work, r.state.q, r.change, r.right)
     r.error[0] = _norm(r, r.right, 1.0, tolerance)
-    return 0
+    return True

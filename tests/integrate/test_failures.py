@@ -8,6 +8,7 @@ from flexmb.errors import FlexmbError, IntegrationError, ModelError
 
 INTEGRATORS = [fmb.GeneralizedAlpha(), fmb.GeneralizedAlpha(step=1e-3), fmb.IDA()]
 NAMES = ["alpha adaptive", "alpha", "IDA"]
+IMPLICIT = [fmb.Implicit(), fmb.Implicit(step=1e-3)]
 
 
 def four_parts(error: FlexmbError) -> str:
@@ -34,7 +35,7 @@ def overstretched() -> fmb.Model:
     )
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
+@pytest.mark.parametrize("integrator", [*INTEGRATORS, *IMPLICIT], ids=[*NAMES, "implicit adaptive", "implicit"])
 def test_dead_centre_keeps_the_samples_before_it(integrator):
     with pytest.raises(IntegrationError) as caught:
         fmb.simulate(overstretched(), 1.0, samples=101, integrator=integrator)
@@ -45,6 +46,13 @@ def test_dead_centre_keeps_the_samples_before_it(integrator):
     assert solution.status.kind == "failed"
     assert 0.5 < solution.t[-1] < 0.6330
     np.testing.assert_allclose(solution["pin"][:, 0], 1.6 + solution.t**2, atol=1e-5)
+
+
+@pytest.mark.parametrize("integrator", IMPLICIT)
+def test_what_implicit_steps_say_at_a_dead_centre(integrator):
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(overstretched(), 1.0, samples=11, integrator=integrator)
+    assert "steps fail down to 1e-14 s at t = 0.63" in four_parts(caught.value)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
@@ -119,10 +127,12 @@ def test_forces_that_are_not_finite_are_named():
         bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0)],
         forces=[fmb.PointLoad("load", marker="mass.center", force=(fmb.expression("log(0.5 - t)"), 0, 0))],
     )
-    for integrator in INTEGRATORS:
+    for integrator in [*INTEGRATORS, *IMPLICIT]:
         with pytest.raises(IntegrationError) as caught:
             fmb.simulate(model, 1.0, samples=11, integrator=integrator)
         assert "Body 'mass'" in four_parts(caught.value)
+        if integrator in IMPLICIT:
+            assert "the accelerations are not finite at t = 0.5 s" in str(caught.value)
         assert caught.value.solution.t[-1] == pytest.approx(0.4)
 
 
