@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.on_coordinate import check_number
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.forces.rows import hunt_crossley
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
@@ -142,13 +143,8 @@ def apply(raw, data, state, work):
             continue
         V, w = motion[3:6], motion[6:9]
         rate = -dot(n, V)
-        elastic = row.stiffness * p**row.exponent
+        force, slope, damping, elastic = hunt_crossley(p, rate, row.stiffness, row.exponent, row.damping)
         work.energy[2] += elastic * p / (row.exponent + 1.0)
-        force = elastic * (1.0 + row.damping * rate)
-        slope = row.stiffness * row.exponent * p ** (row.exponent - 1.0) * (1.0 + row.damping * rate)
-        damping = elastic * row.damping
-        if force <= 0.0:
-            force, slope, damping = 0.0, 0.0, 0.0
         cross(w, n, t)
         for i in range(3):
             slip[i] = V[i] + rate * n[i] - row.radius * t[i]

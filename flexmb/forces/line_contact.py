@@ -11,6 +11,7 @@ from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.on_coordinate import check_number
 from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretch_points
 from flexmb.forces.relative import act_at_point, add_point_tangent
+from flexmb.forces.rows import hunt_crossley
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
@@ -126,13 +127,8 @@ def apply(raw, data, state, work):
             if p <= 0.0:
                 continue
             rate = -dot(n, V)
-            elastic = weight * row.stiffness * p**row.exponent
+            force, slope, damping, elastic = hunt_crossley(p, rate, weight * row.stiffness, row.exponent, row.damping)
             work.energy[2] += elastic * p / (row.exponent + 1.0)
-            force = elastic * (1.0 + row.damping * rate)
-            slope = weight * row.stiffness * row.exponent * p ** (row.exponent - 1.0) * (1.0 + row.damping * rate)
-            damping = elastic * row.damping
-            if force <= 0.0:
-                force, slope, damping = 0.0, 0.0, 0.0
             for i in range(3):
                 slip[i] = V[i] + rate * n[i]
             share = row.friction * force / (dot(slip, slip) + row.transition**2) ** 0.5

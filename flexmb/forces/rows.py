@@ -68,3 +68,16 @@ def store_three_signals(force, field: str) -> None:
         raise ModelError(force.title, found=f"{field} = {value!r}", expected="three numbers or signals (x, y, z)",
                          remedy=f"Write {field}=(0, 0, -100.0)")
     object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(value)))
+
+
+@kernel
+def hunt_crossley(p, rate, stiffness, exponent, damping):
+    """Return the force ``k p^e (1 + D p')`` of a penetration p > 0, never pulling, and what follows from it.
+
+    These are its derivatives by p and by the rate p', and the elastic part k p^e. Hunt & Crossley 1975, eq. 12.
+    """
+    elastic = stiffness * p**exponent
+    growth = 1.0 + damping * rate
+    if growth <= 0.0:
+        return 0.0, 0.0, 0.0, elastic
+    return elastic * growth, stiffness * exponent * p ** (exponent - 1.0) * growth, elastic * damping, elastic
