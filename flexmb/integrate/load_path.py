@@ -144,6 +144,9 @@ class _Walk:
         s, done = self.settings.step, False
         while not done and len(self.points) < self.settings.points:
             s, done = self.advance(s)
+        del self.points[self.settings.points :]  # the last arc may have added a limit point too
+        self.marks = [mark for mark in self.marks if mark.sample < len(self.points)]
+        done = done and self.points[-1].t == self.end
         reached = self.points[-1].t
         return self.solution(Status.finished() if done else Status(
             "stopped", f"{len(self.points)} points, load factor {reached:.6g} of {self.end:.6g}",

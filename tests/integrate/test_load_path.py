@@ -106,11 +106,14 @@ def test_perfect_column_passes_a_bifurcation():
         fmb.statics(model, t=1.0, path=fmb.LoadSteps())
 
 
-def test_path_ends_after_its_points():
-    path = fmb.statics(truss(), t=1.0, path=fmb.ArcLength(points=7))
+@pytest.mark.parametrize("points", range(4, 13))
+def test_path_ends_after_its_points(points):
+    """Also where the last arc passes a limit point."""
+    path = fmb.statics(truss(), t=1.0, path=fmb.ArcLength(points=points))
     assert path.status.kind == "stopped"
-    assert len(path.t) == 7
-    assert "7 points" in path.status.message
+    assert len(path.t) == points
+    assert f"{points} points" in path.status.message
+    assert all(path.factor[point.sample] == point.load for point in path.limit_points)
 
 
 def test_path_is_saved_and_read(tmp_path):
