@@ -235,7 +235,8 @@ def slat(data: dict, number: int) -> fmb.ModalNeutralData:
             fe = fem.with_node(fe, (x, y, z), name=f"{name}_{n}")
             fe = fem.with_rigid_link(fe, int(fe.node_sets[rib][0]), f"{name}_{n}")
             stations[f"{name}_{n}"] = [int(fe.node_sets[f"{name}_{n}"][0])]
-    return reduction.reduce(fe, {rib: [int(fe.node_sets[rib][0])] for rib in ribs}, modes=6, stations=stations)
+    held = {rib: [int(fe.node_sets[rib][0])] for rib in ribs}
+    return reduction.reduce(fe, held, modes=6, stations=stations, geometric_stiffness=True)
 
 
 def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:
