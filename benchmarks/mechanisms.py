@@ -245,7 +245,7 @@ def plot(results: list[dict], path: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    columns = 4
+    columns = 4 if len(results) > 6 else 3
     rows = -(-len(results) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(3.4 * columns, 3.0 * rows), squeeze=False, layout="constrained")
     names = list(dict.fromkeys(name for result in results for name in result["ours"]))
