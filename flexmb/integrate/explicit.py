@@ -104,7 +104,7 @@ class Explicit(metaclass=Described):
     """Accelerations from any formulation, integrated by a Runge-Kutta method, projected onto g = 0 and G u = -dg/dt.
 
     For rigid or soft systems and high accuracy; stiff ones (bushings, short springs, many modes) need small steps here:
-    use `GeneralizedAlpha`, `IDA`, or the method "Radau".
+    use `GeneralizedAlpha`, `Implicit`, `IDA`, or the method "Radau". With `Recursive` the unknowns are joint coordinates.
 
     Parameters
     ----------

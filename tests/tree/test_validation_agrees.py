@@ -45,13 +45,15 @@ MODELS = {
 }
 
 
+SPREAD = {"RB13 towing chain": 1e-3}
+"""Of the random states: a chain that is nearly stretched between its ends cannot be moved far."""
 REGULARISED = {"RC01 door on three hinges": {"regularised": 1e-6}}
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_four_formulations_agree(name, rng):
     for _ in range(2):
-        compare(MODELS[name](), rng, spread=0.02, **REGULARISED.get(name, {}))
+        compare(MODELS[name](), rng, spread=SPREAD.get(name, 0.02), **REGULARISED.get(name, {}))
 
 
 def spinning(n, speed, **fields):
