@@ -83,14 +83,16 @@ def _dense_dependent(A: np.ndarray, empty: np.ndarray) -> np.ndarray:
     if rank == A.shape[0]:
         return empty
     # keep early equations: orthogonalise in order, twice for accuracy
-    basis = np.zeros((0, A.shape[1]))
+    kept, found = np.zeros((rank, A.shape[1])), 0
     dependent = []
     for k, row in enumerate(A):
+        basis = kept[:found]
         rest = row - basis.T @ (basis @ row)
         rest = rest - basis.T @ (basis @ rest)
         length = np.linalg.norm(rest)
-        if length > DEPENDENT and len(basis) < rank:
-            basis = np.vstack([basis, rest / length])
+        if length > DEPENDENT and found < rank:
+            kept[found] = rest / length
+            found += 1
         else:
             dependent.append(k)
     return np.array(dependent, int)
