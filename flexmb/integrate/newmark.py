@@ -97,12 +97,13 @@ def _correct(program, v, c, h, scale):
 
 @kernel
 def _norm(v, d, tolerance):
-    """Largest displacement of `d` relative to its tolerance."""
+    """Largest displacement of `d` relative to its tolerance; what is no number is handed on."""
     largest = 0.0
     for i in range(len(v.u)):
         x = abs(d[i]) * v.extent[i] / (tolerance * v.reach[i])
-        if not x <= largest:
-            largest = x
+        if not np.isfinite(x):
+            return x
+        largest = max(largest, x)
     return largest
 
 

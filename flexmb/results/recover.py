@@ -241,7 +241,11 @@ def _along(body, quantity: str, q, fractions) -> np.ndarray:
     if not fractions.size or fractions.ndim > 1 or fractions.min() < 0.0 or fractions.max() > 1.0:
         raise ModelError(body.title, found=f"fractions = {given!r}", expected="fractions of the length, 0 to 1",
                          remedy="Write numpy.linspace(0, 1, 21)")
-    return np.array([getattr(body, quantity)(row, fractions) for row in np.atleast_2d(np.asarray(q, float))])
+    q, size = np.atleast_2d(np.asarray(q, float)), len(body.initial_state()[0])
+    if q.ndim != 2 or q.shape[1] != size:
+        raise ModelError(body.title, found=f"coordinates of shape {q.shape}", expected=f"(nt, {size})",
+                         remedy="Take those of the body: solution.series().coordinates(body.name)[0]")
+    return np.array([getattr(body, quantity)(row, fractions) for row in q])
 
 
 def _stress_modes(data, nodes):

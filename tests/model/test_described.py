@@ -102,6 +102,7 @@ VALUES = [
     (lambda: fmb.statics(model(), iterations=2.5), "iterations = 2.5", "Leave iterations out"),
     (lambda: fmb.statics(model(), tolerance=-1.0), "tolerance = -1.0", "Leave tolerance out"),
     (lambda: recover.line_forces(rope(), rope().initial_state()[0], 2.0), "fractions = 2.0", "linspace"),
+    (lambda: recover.line_forces(rope(), np.zeros(5), 0.5), "coordinates of shape (1, 5)", "series"),
     (lambda: fmb.linearize(fmb.Model), "the class Model itself", "Give a flexmb.Model"),
 ]
 ELASTIC = [
