@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.bodies.director_frame import section_frame, section_spin, spin_gradient
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
 
 __all__ = ["ELEMENT", "LOCAL", "beam_element", "strains"]
@@ -36,7 +36,7 @@ def strains(x, s):
     section_spin(E, length, across, along, x[3], x[4], s[3:6])
 
 
-@kernel
+@inner_kernel
 def _forces(x, n, out):
     """Write to `out` (5, 3) the forces of the stress resultants n (6,): the gradient of n . strains."""
     E = np.empty((3, 3), x.dtype)
@@ -65,7 +65,7 @@ def _forces(x, n, out):
     spin_gradient(E, length, across, along, torque, out[1], out[2])
 
 
-@kernel
+@inner_kernel
 def _resultants(x, rate, data, at, damped, s, n):
     """Write the stress resultants, with damping, to `n`; `s` are the strains. Return energy and dissipated power."""
     strains(x, s)
@@ -89,7 +89,7 @@ def _resultants(x, rate, data, at, damped, s, n):
     return energy, power
 
 
-@kernel
+@inner_kernel
 def _tangent(x, rate, data, at, damped, ck, cd, H):
     """Write ck times the derivative of the forces by x, and cd times that by x', to H (15, 15)."""
     z = np.empty((5, 3), np.complex128)
@@ -117,7 +117,7 @@ def _tangent(x, rate, data, at, damped, ck, cd, H):
                     H[3 * v + i, k] += weight * out[v, i].imag / STEP
 
 
-@kernel
+@inner_kernel
 def _add_section_strain(q, data, start, ck, f, K):
     """Add the energy of directors that are not unit and perpendicular, at the three nodes; return it.
 
@@ -148,7 +148,7 @@ def _add_section_strain(q, data, start, ck, f, K):
     return energy
 
 
-@kernel
+@inner_kernel
 def _shapes(g, L, N, D):
     """Write the quadratic shape functions and their derivatives by x at Gauss point g of two."""
     x = -(3.0**-0.5) if g == 0 else 3.0**-0.5
@@ -156,7 +156,7 @@ def _shapes(g, L, N, D):
     D[0], D[1], D[2] = (2.0 * x - 1.0) / L, -4.0 * x / L, (2.0 * x + 1.0) / L
 
 
-@kernel
+@inner_kernel
 def _local(q, N, D, x):
     """Write r', r_y, r_z, r_y', r_z' of nodal coordinates (27,) to x (5, 3)."""
     for i in range(3):
@@ -170,7 +170,7 @@ def _local(q, N, D, x):
             x[4, i] += D[k] * q[9 * k + 6 + i]
 
 
-@kernel
+@inner_kernel
 def _collect(H, N, D, K):
     """Add the local matrix H (15, 15) to the nodes' K (27, 27)."""
     T = np.empty((15, 27))

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.bodies.ancf_beam_element import ELEMENT, beam_element
 from flexmb.bodies.director_frame import frame_stiffness, place_frame, spin_gradient
 from flexmb.bodies.rows import HEADER, add_to_residual
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 
 __all__ = ["MARKER_SIZE", "ROW", "energy", "inertia", "place"]
@@ -28,7 +28,7 @@ MARKER_SIZE = 14
 """Numbers per marker: first node, number of nodes, shape functions of the nodes (3), axes in the section frame (9)."""
 
 
-@kernel
+@inner_kernel
 def _directors(data, at, count, first, x, a, b):
     """Write both directors at a marker, sums over its nodes of coordinates or velocities x, to a, b (3,)."""
     for i in range(3):
@@ -38,7 +38,7 @@ def _directors(data, at, count, first, x, a, b):
             b[i] += data[at + 2 + k] * x[first + 9 * k + 6 + i]
 
 
-@kernel
+@inner_kernel
 def _place_marker(marker, data, at, q, u, work):
     """Write the kinematics of one marker; `q`, `u` begin at its first node."""
     count = int(data[at + 1])
@@ -86,7 +86,7 @@ def place(raw, data, state, work):
             _place_marker(marker, data, at, q, u, work)
 
 
-@kernel
+@inner_kernel
 def _row_start(row, work, e, m, n):
     """Return the place in work.rows of the rows of local node m in the columns of local node n, of element e."""
     if m == n:
@@ -96,7 +96,7 @@ def _row_start(row, work, e, m, n):
     return row.couplings + 54 * e + 18 * pair + (0 if m < n else 9)
 
 
-@kernel
+@inner_kernel
 def _add_marker_tangent(row, data, state, work, ck):
     """Add the derivative of the moments on section frames, by complex step."""
     a = np.empty(3)
@@ -120,7 +120,7 @@ def _add_marker_tangent(row, data, state, work, ck):
                         work.S[work.rows[start + i] + 3 + j] += f * H[i, j]
 
 
-@kernel
+@inner_kernel
 def _add_inertia(row, data, start, e, state, work, cm):
     """Add M (a - g) of element e to the residual, and cm M to the iteration matrix."""
     first = row.iu + 18 * e

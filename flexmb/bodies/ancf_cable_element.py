@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
 
 __all__ = ["AXIAL", "BENDING", "ELEMENT", "cable_element"]
@@ -48,7 +48,7 @@ SMOOTH = 1e-6
 """Square of the share of the initial curvature by which the root in |curvature| is smoothed near zero."""
 
 
-@kernel
+@inner_kernel
 def _stretch_points(element, z, ck, W, U, V):
     """Add the five points of 1/2 k (|rho| - rest)^2 to W, and ck times their stiffness to U, V; return the energy."""
     strain = 0.0
@@ -78,7 +78,7 @@ def _stretch_points(element, z, ck, W, U, V):
     return strain
 
 
-@kernel
+@inner_kernel
 def _squared_curvature(a, b, d, k0):
     """Return (kappa - k0)^2, its derivatives by a, b, d, and its second ones by aa, ab, bb, ad, bd, dd.
 
@@ -99,7 +99,7 @@ def _squared_curvature(a, b, d, k0):
             first * ad + second * w_a * w_d, second * w_b * w_d, second * w_d * w_d)
 
 
-@kernel
+@inner_kernel
 def _bending_points(element, z, ck, W, U, V):
     """Add the three points of 1/2 k (kappa - k0)^2 to W, and ck times their stiffness to U, V; return the energy."""
     strain, inverse = 0.0, 1.0 / element[0]
@@ -138,7 +138,7 @@ def _bending_points(element, z, ck, W, U, V):
     return strain
 
 
-@kernel
+@inner_kernel
 def _damping_force(rho, sigma, rrate, srate, c, straight, F):
     """Write the forces of the bending damping to F (2, 3) and return its power; passes a complex step.
 
@@ -172,7 +172,7 @@ def _damping_force(rho, sigma, rrate, srate, c, straight, F):
     return power
 
 
-@kernel
+@inner_kernel
 def _bending_damping(rho, sigma, rrate, srate, c, straight, ck, cd, F, H):
     """Add the forces of the bending damping to F, ck and cd times its derivatives to H (by complex step, exact)."""
     x = np.empty((4, 3), np.complex128)
@@ -199,7 +199,7 @@ def _bending_damping(rho, sigma, rrate, srate, c, straight, ck, cd, F, H):
     return power
 
 
-@kernel
+@inner_kernel
 def _stiffness(W, U, V, ck, K):
     """Write U^T V + ck W x I, which is symmetric, to K: one block of two of the three vectors after the other."""
     w = 0
@@ -223,7 +223,7 @@ def _stiffness(W, U, V, ck, K):
             K[j + 2, i], K[j + 2, i + 1], K[j + 2, i + 2] = xz, yz, zz + own
 
 
-@kernel
+@inner_kernel
 def _add_axial_damping(element, z, rate, ck, cd, f, K):
     """Add the forces of the damping c |rho|' along rho to f, ck and cd times their derivatives to K; return the power."""
     power = 0.0
@@ -255,7 +255,7 @@ def _add_axial_damping(element, z, rate, ck, cd, f, K):
     return power
 
 
-@kernel
+@inner_kernel
 def _add_bending_damping(element, z, rate, ck, cd, f, K):
     """Add the forces of the bending damping to f, ck and cd times their derivatives to K; return the power."""
     power, L = 0.0, element[0]

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.bodies.ancf_cable_element import ELEMENT, cable_element
 from flexmb.bodies.ancf_tangent_frame import add_frame_stiffness, tangent_frame
 from flexmb.bodies.rows import HEADER, add_to_residual
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 
 __all__ = ["MARKER_SIZE", "ROW", "energy", "inertia", "place"]
@@ -30,7 +30,7 @@ MARKER_SIZE = 22
 reference (3), axes in the tangent frame (9)."""
 
 
-@kernel
+@inner_kernel
 def _interpolate(x, first, data, at, a, b, out):
     """Write the sum of the four coefficients times the vectors of the nodes a and b, from x[first:], to `out`."""
     for i in range(3):
@@ -68,7 +68,7 @@ def place(raw, data, state, work):
                         work.J[column + (3 + i) * marker.nu + j] = data[at + 6 + s] * B[i, j]
 
 
-@kernel
+@inner_kernel
 def _entry(row, rows, e, s, t):
     """Return the coupling's first place in work.rows for the vectors s and t of element e, and the column in it."""
     a, b = e, (e + 1) % row.nodes
@@ -77,7 +77,7 @@ def _entry(row, rows, e, s, t):
     return row.couplings + 12 * e + (0 if s < 2 else 6) + 3 * (s % 2), 3 * (t % 2)
 
 
-@kernel
+@inner_kernel
 def _add_element_matrix(row, work, element, e, K, cm):
     """Add the mass and stiffness of element e to the iteration matrix; K (9, 9) belongs to (d, r'_a, r'_b)."""
     S, rows, inverse = work.S, work.rows, 1.0 / element[0]
@@ -117,7 +117,7 @@ def _add_element_matrix(row, work, element, e, K, cm):
             tb[3 * t + i] += cm * element[15 + t]
 
 
-@kernel
+@inner_kernel
 def _add_marker_tangent(row, data, state, work, ck):
     """Add the derivative of the moments on tangent frames."""
     rho = np.empty(3)
@@ -143,7 +143,7 @@ def _add_marker_tangent(row, data, state, work, ck):
                             work.S[work.rows[first + i] + column + j] += f * block[i, j]
 
 
-@kernel
+@inner_kernel
 def _add_element_forces(row, state, work, element, a, b, f):
     """Add the elastic forces f of (d, r'_a, r'_b) and M (a - g) of an element with the nodes at a and b."""
     L, mass = element[0], element[1:]
@@ -158,7 +158,7 @@ def _add_element_forces(row, state, work, element, a, b, f):
         at_b[3 + i] += mass[12] * w + mass[13] * x + mass[14] * y + mass[15] * z + f[6 + i]
 
 
-@kernel
+@inner_kernel
 def _gather(values, first, a, b, L, z):
     """Write d = (r_b - r_a) / L, r'_a, r'_b of the nodes at a and b, or their rates, to z (3, 3)."""
     x, y = values[first + a :][:6], values[first + b :][:6]

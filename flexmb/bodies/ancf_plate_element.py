@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.bodies.ancf_plate_strains import add_curvature, add_quadratic, collect, isotropic, local_vectors
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross
 
 __all__ = ["BENDING", "HEAD", "MEMBRANE", "SHELL", "add_pressure", "first_point", "plate_element"]
@@ -43,7 +43,7 @@ def first_point(V):
     return HEAD + V * V + 2 * V
 
 
-@kernel
+@inner_kernel
 def _add_point(P, data, rest, at, C, tau, q, u, ck, cd, x, rate, out, H, f, K):
     """Add the quadratic strains P of a point with coefficients from `at`; return energy and power. x ... H: scratch."""
     local_vectors(data, at, q, x)
@@ -55,7 +55,7 @@ def _add_point(P, data, rest, at, C, tau, q, u, ck, cd, x, rate, out, H, f, K):
     return energy, power
 
 
-@kernel
+@inner_kernel
 def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
     """Membrane at nine points, bending at four."""
     x = np.empty((5, 3))
@@ -85,7 +85,7 @@ def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
     return energy, power
 
 
-@kernel
+@inner_kernel
 def _shell(data, start, nu, tau, q, u, ck, cd, f, K):
     """Stretch and bending at four points, shear in the plane in the middle, transverse shear from the edges."""
     x = np.empty((4, 3))

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.bodies.ancf_plate_element import HEAD, add_pressure, plate_element
 from flexmb.bodies.director_frame import frame_stiffness, place_frame, spin_gradient
 from flexmb.bodies.rows import HEADER, add_to_residual
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 
 __all__ = ["ROW", "energy", "inertia", "place"]
@@ -30,7 +30,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _sums(data, at, vectors, count, first, x, p, a, b):
     """Write position and the two directions of a marker, sums over its nodes of coordinates or velocities x."""
     p[:] = 0.0
@@ -48,7 +48,7 @@ def _sums(data, at, vectors, count, first, x, p, a, b):
                 b[i] += data[w + 2] * x[source + i]
 
 
-@kernel
+@inner_kernel
 def _place_marker(marker, data, at, vectors, q, u, work):
     """Write the kinematics of one marker; `q`, `u` begin at its first node."""
     count = int(data[at + 1])
@@ -93,14 +93,14 @@ def place(raw, data, state, work):
             _place_marker(marker, data, at, row.vectors, state.q[row.iq + first :], state.u[row.iu + first :], work)
 
 
-@kernel
+@inner_kernel
 def _row_start(row, data, at):
     """Return where in work.rows a node's rows begin in the columns of another one."""
     stored = int(data[at])
     return row.iu - 3 * row.vectors * (stored + 1) if stored < 0 else row.couplings + stored
 
 
-@kernel
+@inner_kernel
 def _add_marker_tangent(row, data, state, work, ck):
     """Add the derivative of the moments on marker frames, by complex step."""
     p = np.empty(3)
@@ -117,7 +117,7 @@ def _add_marker_tangent(row, data, state, work, ck):
         _spread(row, data, at, H, work)
 
 
-@kernel
+@inner_kernel
 def _spread(row, data, at, H, work):
     """Add the matrix H (6, 6) of the two directions of a marker, the second first, to that of its nodes."""
     count, vectors = int(data[at + 1]), row.vectors
@@ -139,7 +139,7 @@ def _spread(row, data, at, H, work):
                                                            * H[3 * (1 - s) + i, 3 * (1 - t) + j])
 
 
-@kernel
+@inner_kernel
 def _gather(row, data, start, first, source, out):
     """Copy the vectors of an element's nodes from `source`, beginning at `first`, to `out` (V, 3)."""
     vectors = row.vectors
@@ -150,7 +150,7 @@ def _gather(row, data, start, first, source, out):
                 out[vectors * k + v, i] = source[node + 3 * v + i]
 
 
-@kernel
+@inner_kernel
 def _add_inertia(row, data, start, a, cm, f, K):
     """Add M (a - g) to f, and cm M to K."""
     V = a.shape[0]
@@ -167,7 +167,7 @@ def _add_inertia(row, data, start, a, cm, f, K):
                     K[3 * s + i, 3 * t + i] += cm * mass
 
 
-@kernel
+@inner_kernel
 def _add_loads(row, data, start, q, u, work, ck, f, K):
     """Subtract pressure and dead loads per area as drawn from f; add to the power of loads."""
     V = q.shape[0]
@@ -185,7 +185,7 @@ def _add_loads(row, data, start, q, u, work, ck, f, K):
             work.energy[3] += (before[s, i] - f[s, i]) * u[s, i]
 
 
-@kernel
+@inner_kernel
 def _scatter(row, data, start, f, K, tangent, work):
     """Add f and K of an element to residual and matrix."""
     size = 3 * row.vectors

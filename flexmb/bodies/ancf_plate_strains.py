@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
 
 __all__ = ["add_curvature", "add_quadratic", "collect", "isotropic", "local_vectors"]
@@ -66,7 +66,7 @@ def collect(data, at, out, H, tangent, f, K):
                         row[j] += c * source[j]
 
 
-@kernel
+@inner_kernel
 def _add_material(g, gu, C, n, alpha, beta, out, H):
     """Add sum n_k g_k to `out` and sum C_kl g_k (alpha g_l + beta gu_l) to H."""
     m, L = g.shape[0], g.shape[1]
@@ -90,7 +90,7 @@ def _add_material(g, gu, C, n, alpha, beta, out, H):
                                 H[3 * v + i, 3 * w + j] += left * (alpha * g[p, w, j] + beta * gu[p, w, j])
 
 
-@kernel
+@inner_kernel
 def _resultants(g, s, rest, at, rate, C, tau, n):
     """Write C (s - rest + tau s') to n; return energy and dissipated power."""
     m = g.shape[0]
@@ -111,7 +111,7 @@ def _resultants(g, s, rest, at, rate, C, tau, n):
     return energy, power
 
 
-@kernel
+@inner_kernel
 def _products(P, x, s, g):
     """Write strains s_k = sum c x_i . x_j over the rows (k, i, j, c) of P, and their gradients (m, L, 3)."""
     s[:] = 0.0
@@ -149,7 +149,7 @@ def add_quadratic(P, x, rate, rest, at, C, tau, ck, cd, out, H):
     return energy, power
 
 
-@kernel
+@inner_kernel
 def _turned(M, normal, area, p):
     """Write p = (I - n n^T) M / |c|, the derivative of n . M by c = r_1 x r_2; return n . M."""
     kappa = dot(normal, M)
@@ -158,7 +158,7 @@ def _turned(M, normal, area, p):
     return kappa
 
 
-@kernel
+@inner_kernel
 def _second_turn(kappa, p, normal, area, dc, dM, out):
     """Write the change of p for changes of c and M."""
     along, onto = dot(normal, dc), dot(normal, dM)
@@ -168,7 +168,7 @@ def _second_turn(kappa, p, normal, area, dc, dM, out):
         out[i] = (dM[i] - onto * normal[i] - kappa * across - normal[i] * turn - p[i] * along) / area
 
 
-@kernel
+@inner_kernel
 def _gradient_change(x, dx, M, dM, normal, area, out):
     """Write the change (2, 3) of the derivative of n . M by r_1, r_2 for changes dx (2, 3), dM (3,); add nothing.
 
@@ -195,7 +195,7 @@ def _gradient_change(x, dx, M, dM, normal, area, out):
     return
 
 
-@kernel
+@inner_kernel
 def _add_curvature_hessian(x, n, normal, area, ck, H):
     """Add ck sum n_k d2(kappa_k) to H (15, 15): columns of r_1, r_2; those of the second derivatives by symmetry."""
     M = np.empty(3)
@@ -257,7 +257,7 @@ def add_curvature(x, rate, rest, at, C, tau, ck, cd, out, H):
     return energy, power
 
 
-@kernel
+@inner_kernel
 def _rate_gradients(x, rate, normal, area, gu):
     """Write the rates of the gradients of the curvatures to gu (3, 5, 3)."""
     dc = np.empty(3)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
 
 __all__ = ["frame_stiffness", "place_frame", "section_frame", "section_spin", "spin_gradient"]
@@ -47,7 +47,7 @@ def spin_gradient(E, length, across, along, torque, ga, gb):
         gb[i] += (second * E[0, i] - torque[0] * E[1, i]) / length
 
 
-@kernel
+@inner_kernel
 def _angular_velocity(a, b, da, db, w):
     """Write the angular velocity, in W, of the frame of directors a, b with the rates da, db."""
     E = np.empty((3, 3), a.dtype)

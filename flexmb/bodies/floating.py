@@ -22,7 +22,7 @@ from flexmb.bodies.floating_validity import FloatingWatch
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import add_own_block, add_to_residual
 from flexmb.errors import ModelError, did_you_mean
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import add_combination, cross, matvec_t
@@ -50,7 +50,7 @@ def place(raw, data, state, work):
             place_flexible_marker(work.markers[row.marker + k], work.J, q, u, m, s, axes, translation, rotation)
 
 
-@kernel
+@inner_kernel
 def _elastic(K, D, shapes, eta, rate, u, first_load, work, residual):
     """Add K eta + D eta' and subtract the load shapes; add to the rates of work and dissipation."""
     m = len(eta)
@@ -69,7 +69,7 @@ def _elastic(K, D, shapes, eta, rate, u, first_load, work, residual):
                 work.energy[3] += amount * shapes[n, i] * u[i]
 
 
-@kernel
+@inner_kernel
 def _add_step_term(M, u, half, B):
     """Add h/2 M ad(u): the variation at the end of a step against the increment over it (theory: integrators)."""
     v = u[0:3]

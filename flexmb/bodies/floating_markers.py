@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.bodies.frame_markers import add_load_stiffness, place_marker
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix, exp_euler, rotation_tangent
 from flexmb.math.vectors import add_combination, cross, dot, matvec, rotate_columns
 
 __all__ = ["add_marker_stiffness", "place_flexible_marker"]
 
 
-@kernel
+@inner_kernel
 def _tangent_rate(theta, rate, out):
     """Write T' rate to `out`, where T' is the rate of the left tangent while theta changes with `rate`.
 

@@ -13,7 +13,7 @@ from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_skew, add_to_residual
 from flexmb.bodies.shape import checked_shapes
 from flexmb.errors import ModelError
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import add_cross, cross, dot, matvec, matvec_t
@@ -54,7 +54,7 @@ def place(raw, data, state, work):
             place_marker(work.markers[row.marker + k], work.J, q[0:3], R, u, s, axes, scratch)
 
 
-@kernel
+@inner_kernel
 def _add_tangent(row, v, w, weights, B):
     """Add mass and gyroscopic damping to the body block, and h/2 M ad(u).
 

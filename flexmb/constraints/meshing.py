@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.constraints.rows import HEADER, apply_multiplier, centripetal
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Equation, Table
@@ -28,7 +28,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _bearing(m, d, branch, state, work, p):
     """Return the angle of `d` in the x-y plane of marker m, counted through full turns; write dangle/dd to `p`."""
     x, y = m.R[:, 0], m.R[:, 1]
@@ -42,7 +42,7 @@ def _bearing(m, d, branch, state, work, p):
     return angle
 
 
-@kernel
+@inner_kernel
 def _second_rate(m, d, rate):
     """Return the second rate of the bearing of `d` at zero accelerations."""
     x, y = m.R[:, 0], m.R[:, 1]
@@ -59,7 +59,7 @@ def _second_rate(m, d, rate):
     return (c * dds - s * ddc - 2.0 * turn * (s * ds + c * dc)) / r2
 
 
-@kernel
+@inner_kernel
 def _add_curvature(m, d, p, own, other, scale, K):
     """Add scale * d(gradient) of a bearing to `K` (12, 12); gradient: own (-p, p x d), other (p, 0)."""
     x, y = m.R[:, 0], m.R[:, 1]

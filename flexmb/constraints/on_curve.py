@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.constraints.rows import HEADER, add_block, add_skew, apply_multiplier, set_gradient
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.splines import evaluate_spline, nearest_parameter
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
@@ -29,7 +29,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _make_unit(w):
     """Make the rows of `w` (3, 3), a vector and its first two derivatives, those of the unit vector."""
     size = dot(w[0], w[0]) ** 0.5
@@ -44,7 +44,7 @@ def _make_unit(w):
         w[2, i] = (w[2, i] - s2 * w[0, i] - 2.0 * s1 * w[1, i]) / size
 
 
-@kernel
+@inner_kernel
 def _normal(C, second, n):
     """Write a unit normal of the curve and its first two derivatives by the parameter to `n` (3, 3).
 
@@ -77,7 +77,7 @@ def _normal(C, second, n):
                     n[k, i] += (2.0 if k == 2 and j == 1 else 1.0) * x[i]
 
 
-@kernel
+@inner_kernel
 def _derivatives(C, e, n, slope, H):
     """Write gradient (3,) and Hessian (3, 3) of g = n(s) . (p - c(s)) by the point p to `slope` and `H`.
 
@@ -142,7 +142,7 @@ def evaluate(raw, data, state, work):
                 _add_stiffness(work.pairs[row.pair].K, lam, N, d, a.R, H)
 
 
-@kernel
+@inner_kernel
 def _add_stiffness(K, lam, N, d, R, H):
     """Add -lam d(gradient): that of a plane with the normal N, and E^T H E; E is the change of the point."""
     add_skew(K, 0, 3, -lam, N)

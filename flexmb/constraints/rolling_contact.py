@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.constraints.rows import HEADER, add_skew, apply_multiplier, set_gradient
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Equation, Table
@@ -18,7 +18,7 @@ __all__ = ["NoSlip", "Touching"]
 ROW = np.dtype([*HEADER, ("radius", float), ("disc", np.int64)], align=True)
 
 
-@kernel
+@inner_kernel
 def _arm(a, b, radius, disc, rho):
     """Write the vector from the centre to the contact point to `rho`; return c = n . z_b (0 for a sphere).
 
@@ -32,7 +32,7 @@ def _arm(a, b, radius, disc, rho):
     return c
 
 
-@kernel
+@inner_kernel
 def _arm_rate(c, radius, dn, z, dz, dc, rho, out):
     """Write the change of rho to `out` when n, z and c change by dn, dz and dc."""
     q = 1.0 - c * c
@@ -89,7 +89,7 @@ def touching(raw, data, state, work):
             _touching_stiffness(work.pairs[row.pair].K, lam, row.radius, row.disc, n, z, nz, d, c, s)
 
 
-@kernel
+@inner_kernel
 def _touching_stiffness(K, lam, radius, disc, n, z, nz, d, c, s):
     """Add -lam d(gradient): as for a point in a plane, and that of h (n x z), h = r c / s."""
     add_skew(K, 0, 3, -lam, n)
@@ -118,7 +118,7 @@ def _touching_stiffness(K, lam, radius, disc, n, z, nz, d, c, s):
             K[9 + i, 9 + j] += lam * by_b
 
 
-@kernel
+@inner_kernel
 def _slip_terms(a, b, row, lever, rho, drho, u):
     """Write d + rho, rho, its rate, and the slip velocity of the contact point; return c = n . z_b."""
     t, dn, dz = np.empty(3), np.empty(3), np.empty(3)
@@ -172,7 +172,7 @@ def no_slip(raw, data, state, work):
                 _slopes(row, a, b, c, e, rho, lever, u, lam, leg_a, leg_b, work.pairs[row.pair].K, side)
 
 
-@kernel
+@inner_kernel
 def _slopes(row, a, b, c, e, rho, lever, u, lam, leg_a, leg_b, K, side):
     """Write the derivative of the residual by displacements to the legs, and -lam d(gradient) to K."""
     n, z = a.R[:, 2], b.R[:, 2]

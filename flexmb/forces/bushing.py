@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import log_euler, matrix_to_euler
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
@@ -29,7 +29,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _inverse_tangent(phi, A, B, m):
     """Write T^-T = I + 1/2 phi~ + c phi~^2 to `A` and the derivative of T^-T m with respect to phi to `B`.
 

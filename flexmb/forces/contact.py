@@ -11,7 +11,7 @@ from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.on_coordinate import check_number
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
 from flexmb.forces.rows import hunt_crossley
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Force, Table
@@ -38,7 +38,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _normal(row, d, n, N):
     """Write the normal at the contact and its derivative dn/dd to `n`, `N`; return the penetration."""
     N[:] = 0.0
@@ -60,7 +60,7 @@ def _normal(row, d, n, N):
     return row.radius + row.other - length
 
 
-@kernel
+@inner_kernel
 def _tangent(row, V, w, n, N, slip, f, fp, fr, f_t, K, C):
     """Write -df/d(d, psi) and -df/d(d', w) to `K` and `C` (6, 6); see `apply` for the symbols."""
     mu, r = row.friction, row.radius

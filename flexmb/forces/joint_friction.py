@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Table
@@ -35,7 +35,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _normal_force(row, work, normal, along):
     """Write the joint's force on marker b across the axis `along` to `normal` and return its size."""
     for i in range(3):
@@ -53,7 +53,7 @@ def _normal_force(row, work, normal, along):
     return dot(normal, normal) ** 0.5
 
 
-@kernel
+@inner_kernel
 def _add_push(row, work, normal, gradient, slope):
     """Add the derivative of the wrenches by the joint's multipliers; `slope` = dF/dN, `normal` a unit vector."""
     for k in range(row.equations):

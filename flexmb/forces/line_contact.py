@@ -12,7 +12,7 @@ from flexmb.forces.on_coordinate import check_number
 from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretch_points
 from flexmb.forces.relative import act_at_point, add_point_tangent
 from flexmb.forces.rows import hunt_crossley
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.model.kinds import Force, Table
@@ -38,7 +38,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _normal(row, d, n):
     """Write the normal at a point d in the axes of a to `n`; return the distance from the plane or the axis."""
     if row.against == 0:
@@ -49,7 +49,7 @@ def _normal(row, d, n):
     return length
 
 
-@kernel
+@inner_kernel
 def _velocity(a, b, d, V):
     """Write the position of b from a, and its velocity relative to what turns with a, to `d` and `V`, in the axes of a."""
     x = np.empty(3)
@@ -63,7 +63,7 @@ def _velocity(a, b, d, V):
     matvec_t(a.R, x, V)
 
 
-@kernel
+@inner_kernel
 def _tangent(row, distance, n, V, slip, force, slope, damping, K, C):
     """Write -dF/dd and -dF/dV to `K` and `C` (3, 3); see `apply` for the symbols.
 

@@ -12,7 +12,7 @@ from flexmb.constraints.coordinates import COORDINATE, measure
 from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
 from flexmb.forces.rows import add_follower_stiffness, store_three_signals
 from flexmb.math.jets import interpolate
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Force, Table
@@ -33,7 +33,7 @@ ROW = np.dtype(
 )
 
 
-@kernel
+@inner_kernel
 def _add_slope(row, work, gradient, top, slope):
     """Add -dF/dx dx/d(...) of a force or moment whose derivative by the coordinate is `slope`."""
     for side in range(2):

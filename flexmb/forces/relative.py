@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.constraints.rows import add_block, add_skew
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 
 __all__ = ["act_at_point", "act_relative", "add_point_tangent", "add_relative_tangent", "relative_motion"]
@@ -59,7 +59,7 @@ def act_relative(a, b, f):
         a.wrench[3 + i] -= M[i] + t[i]
 
 
-@kernel
+@inner_kernel
 def _map(a, d, E):
     """Write E (6, 12)."""
     E[:] = 0.0
@@ -104,7 +104,7 @@ def add_relative_tangent(pair, a, b, f, stiffness, damping):
     add_skew(pair.K, 3, 3, -1.0, M)
 
 
-@kernel
+@inner_kernel
 def _add_turning(pair, d, F):
     """Add what a force F (in W) on b at d from a changes by where its axes turn with a, and its lever about a changes."""
     add_skew(pair.K, 6, 3, 1.0, F)

@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
 from flexmb.math.callbacks import call_back, callback
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
 from flexmb.math.tables import row_kernel
 from flexmb.model.kinds import Force, Table
@@ -24,7 +24,7 @@ INPUTS = 19
 """Numbers given to the function: t, d (3), d' (3), w (3), R (3, 3)."""
 
 
-@kernel
+@inner_kernel
 def _ask(address, t, motion, Q, inputs, f):
     """Write the force and moment of the function at a relative motion to `f` (6,)."""
     inputs[0] = t

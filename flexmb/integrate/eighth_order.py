@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.stabilised import kinematics
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.system.branches import branch_rates
 from flexmb.system.program import accelerations, constraint_velocity, keep_branches, project
@@ -84,7 +84,7 @@ def _settled(s):
     return change <= SETTLED * largest and correction <= SETTLED * force
 
 
-@kernel
+@inner_kernel
 def _error(s, h):
     """Return the error of a step relative to its tolerance, from the estimates of orders five and three."""
     n = len(s.y)
@@ -101,7 +101,7 @@ def _error(s, h):
     return abs(h) * fifth / np.sqrt(both * n) if both > 0.0 else 0.0
 
 
-@kernel
+@inner_kernel
 def _try(program, work, s, h):
     """Write the end of a step to y1, the rates there to the last of K; return its error, infinite if there is none."""
     t, n = s.times[0], len(s.y)
@@ -119,7 +119,7 @@ def _try(program, work, s, h):
     return _error(s, h)
 
 
-@kernel
+@inner_kernel
 def _drifted(work, s):
     """Has the state evaluated last left the constraints, at the level of position or of velocity?"""
     constraint_velocity(work, s.u, s.rate)
@@ -132,7 +132,7 @@ def _drifted(work, s):
     return open_by > s.limits[2] or speed > s.limits[3] * fastest
 
 
-@kernel
+@inner_kernel
 def _accept(program, work, s, h):
     """Make the end of a step the start of the next, on the constraints; return if its rates are numbers and settled."""
     nq = len(s.q)

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.simulate import sample_times
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
@@ -20,7 +20,7 @@ from flexmb.system.program import accelerations, advance, evaluate, keep_branche
 __all__ = ["inverse_dynamics", "kinematics"]
 
 
-@kernel
+@inner_kernel
 def _walk(program, state, work, h, here):
     """Advance `here` by uniformly accelerated motion over `h`, in pieces of less than a radian: turns are counted."""
     fastest = 0.0

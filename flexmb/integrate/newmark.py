@@ -13,7 +13,7 @@ from collections import namedtuple
 import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate, keep_branches
 
@@ -48,7 +48,7 @@ would grow by it from step to step."""
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
 
-@kernel
+@inner_kernel
 def _move(program, v, h):
     """Write the configuration at the end of the step; a joint may turn any number of times in a step."""
     advance(program, v.q, v.dx, 1.0, v.q1)
@@ -56,7 +56,7 @@ def _move(program, v, h):
         v.q1[program.branches + k] += h * v.pace[k]
 
 
-@kernel
+@inner_kernel
 def _predict(program, v, c, h):
     """Extrapolate acceleration and multipliers; write the end-of-step variables that follow from them."""
     ratio = h / v.times[2] if v.times[2] > 0.0 else 0.0
@@ -71,7 +71,7 @@ def _predict(program, v, c, h):
     _move(program, v, h)
 
 
-@kernel
+@inner_kernel
 def _correct(program, v, c, h, scale):
     """Add the Newton correction `right` (variation at the end of the step, and c times the multipliers)."""
     nu = len(v.u)
@@ -95,7 +95,7 @@ def _correct(program, v, c, h, scale):
     _move(program, v, h)
 
 
-@kernel
+@inner_kernel
 def _norm(v, d, tolerance):
     """Largest displacement of `d` relative to its tolerance; what is no number is handed on."""
     largest = 0.0
@@ -107,7 +107,7 @@ def _norm(v, d, tolerance):
     return largest
 
 
-@kernel
+@inner_kernel
 def _flips(program, v):
     """Does the correction turn a body by more than a radian?
 
@@ -122,7 +122,7 @@ def _flips(program, v):
     return False
 
 
-@kernel
+@inner_kernel
 def _accelerations_settled(v, c, scale, left):
     """Is what is left of the correction, as acceleration, a small part of the accelerations?
 
@@ -136,7 +136,7 @@ def _accelerations_settled(v, c, scale, left):
     return left * correction <= max(c.settled * largest * scale, 1e-13 * v.reach[0])
 
 
-@kernel
+@inner_kernel
 def _change_of_velocities(program, work, v, share):
     """Write the change of the velocities that adds a share of itself to the rate of the constraints."""
     largest = 0.0
@@ -153,7 +153,7 @@ def _change_of_velocities(program, work, v, share):
             v.change[i] = v.right[i]
 
 
-@kernel
+@inner_kernel
 def _fit_to_step(program, work, v, h):
     """Move what belongs to the step size, algorithmic acceleration and rate of the constraints, to a new one.
 
@@ -168,7 +168,7 @@ def _fit_to_step(program, work, v, h):
         v.u[i] += v.change[i]
 
 
-@kernel
+@inner_kernel
 def _back_to_step(v, h):
     """Undo `_fit_to_step` after a step that failed."""
     for i in range(len(v.u)):
@@ -176,7 +176,7 @@ def _back_to_step(v, h):
         v.u[i] -= v.change[i]
 
 
-@kernel
+@inner_kernel
 def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
     nu, ng = len(v.u), len(v.lam)
@@ -233,7 +233,7 @@ def _iterate(program, work, v, c, h):
     return STALLED
 
 
-@kernel
+@inner_kernel
 def _step_error(v, c, h):
     """Estimate the local error of the positions relative to the tolerance.
 
@@ -246,7 +246,7 @@ def _step_error(v, c, h):
     return _norm(v, v.d, c.tolerance)
 
 
-@kernel
+@inner_kernel
 def _add_works(v, h, powers):
     """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before."""
     before = v.times[2]
@@ -258,7 +258,7 @@ def _add_works(v, h, powers):
         v.powers_last[i] = powers[i]
 
 
-@kernel
+@inner_kernel
 def _accept(program, work, v, h, powers):
     """Make the end of the step the start of the next."""
     for k in range(len(v.pace)):
@@ -288,7 +288,7 @@ def _accept(program, work, v, h, powers):
     v.counts[0] += 1
 
 
-@kernel
+@inner_kernel
 def _write_sample(program, work, v, c, u, a, lam):
     """Write velocities, accelerations and multipliers of a sample.
 

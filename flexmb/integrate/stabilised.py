@@ -11,7 +11,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
 from flexmb.system.program import advance, constraint_velocity, evaluate, run_kernels
@@ -77,7 +77,7 @@ def kinematics(program, length_rate, y, kin, out):
             out[iq + i] = kin[iu + i]
 
 
-@kernel
+@inner_kernel
 def _unpack(program, s, y, yp):
     """Copy the state out of `y`; Euler parameters are normalised there, so nothing depends on their length."""
     nq, nu, ng = len(s.q), len(s.u), len(s.lam)
@@ -125,7 +125,7 @@ def residual(program, work, s, t, y, yp, out):
         out[end + i] = yp[end + i] - work.energy[3 + i]
 
 
-@kernel
+@inner_kernel
 def _put(rows, columns, values, n, row, column, value):
     rows[n] = row
     columns[n] = column
@@ -133,7 +133,7 @@ def _put(rows, columns, values, n, row, column, value):
     return n + 1
 
 
-@kernel
+@inner_kernel
 def _put_row(s, R, L, row, j, value, rows, columns, values, n):
     """Write the entries of d(row)/dq that follow from d(row)/d(variation j) = `value`."""
     f, o, c = s.frame_of[j], s.offset[j], s.coordinate[j]
@@ -149,7 +149,7 @@ def _put_row(s, R, L, row, j, value, rows, columns, values, n):
     return n
 
 
-@kernel
+@inner_kernel
 def _put_kinematics(program, s, cj, y, R, L, rows, columns, values, n):
     """Write the entries of the rows q' - T(q) (u + W G^T mu) against q and u."""
     nq = len(s.q)
@@ -196,7 +196,7 @@ def _put_kinematics(program, s, cj, y, R, L, rows, columns, values, n):
     return n
 
 
-@kernel
+@inner_kernel
 def _turn_gradient(program, work, s, t):
     """Write d(G u + dg/dt)/dq of every entry of the block (lam, u) to `turning`, by differences.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.jets import sample_signals
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.relative_passes import move_bodies
@@ -69,7 +69,7 @@ def new_stages(unknowns, state, extent, reach) -> Stages:
                   extent=extent, reach=reach, counts=np.zeros(5, np.int64), error=np.zeros(1), fresh=np.ones(1))
 
 
-@kernel
+@inner_kernel
 def _norm(r, change, scale, tolerance):
     """Return the largest displacement of a change (nu,) times `scale`, relative to its tolerance."""
     largest = 0.0
@@ -81,7 +81,7 @@ def _norm(r, change, scale, tolerance):
     return largest
 
 
-@kernel
+@inner_kernel
 def _follow(chart, program, work, r, t, shift, rates):
     """Write x and v of the stage that follow from its accelerations, and the state of all bodies."""
     for i in range(len(r.v)):
@@ -99,7 +99,7 @@ def _follow(chart, program, work, r, t, shift, rates):
     return state
 
 
-@kernel
+@inner_kernel
 def _predict(r, c, s):
     """Write the accelerations of stage s, of time c[s] in the step, by the polynomial through up to three before it."""
     first = max(0, s - 3)
@@ -112,7 +112,7 @@ def _predict(r, c, s):
         r.a[:] += share * r.A[j]
 
 
-@kernel
+@inner_kernel
 def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
     """Solve stage s by Newton's method; the matrix is kept while it converges fast. False if it fails."""
     nu, ng = len(r.extent), len(r.lam)

@@ -13,7 +13,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = ["BlockPattern", "lu_factor", "lu_solve", "stored"]
 
@@ -32,7 +32,7 @@ inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,);
 softness (n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order."""
 
 
-@kernel
+@inner_kernel
 def _eliminate(S, p, s, base, n, width):
     """Subtract the multiples of an earlier block's rows from `n` rows that begin at `base`."""
     block = p.source[s]
@@ -59,7 +59,7 @@ def _eliminate(S, p, s, base, n, width):
                     S[to + t] -= f * S[source + t]
 
 
-@kernel
+@inner_kernel
 def _eliminate_six(S, p, s, base, n, width):
     """`_eliminate` for an earlier block of six rows: a node or a body. The row's multipliers stay in registers."""
     block = p.source[s]
@@ -90,7 +90,7 @@ def _eliminate_six(S, p, s, base, n, width):
                 y[t] -= (f0 * a[t] + f1 * b[t]) + (f2 * c[t] + f3 * d[t]) + (f4 * e[t] + f5 * f[t])
 
 
-@kernel
+@inner_kernel
 def _factor_own(S, p, first, n, corner, width, columns):
     """Factorise the `n` rows of a block from its own columns on; return -1, or the row whose pivot vanishes."""
     inverse = p.inverse[first : first + n]
@@ -119,7 +119,7 @@ def _factor_own(S, p, first, n, corner, width, columns):
     return -1
 
 
-@kernel
+@inner_kernel
 def _factor_six(S, p, first, corner, width, columns):
     """`_factor_own` for a block of six rows: every row at once by all rows above it."""
     inverse, least = p.inverse[first : first + 6], p.scratch[first : first + 6]
@@ -199,7 +199,7 @@ def lu_factor(S, p):
     return -1
 
 
-@kernel
+@inner_kernel
 def _products(S, p, segments, last_segment, base, n, width, w, x):
     """Subtract the product of segments of the n rows that begin at `base` with w from x (n,)."""
     for i in range(n):
@@ -213,7 +213,7 @@ def _products(S, p, segments, last_segment, base, n, width, w, x):
         x[i] = total
 
 
-@kernel
+@inner_kernel
 def _products_six(S, p, segments, last_segment, base, width, w, x):
     """`_products` for six rows: six sums grow side by side, none waits for another."""
     x0, x1, x2, x3, x4, x5 = x[0], x[1], x[2], x[3], x[4], x[5]
@@ -233,7 +233,7 @@ def _products_six(S, p, segments, last_segment, base, width, w, x):
     x[0], x[1], x[2], x[3], x[4], x[5] = x0, x1, x2, x3, x4, x5
 
 
-@kernel
+@inner_kernel
 def _lower(S, corner, n, width, x):
     """Solve L x = x in place with the unit triangle of n rows whose first number is S[corner]."""
     for i in range(1, n):
@@ -243,7 +243,7 @@ def _lower(S, corner, n, width, x):
         x[i] = total
 
 
-@kernel
+@inner_kernel
 def _lower_six(S, corner, width, x):
     """`_lower` for six rows."""
     b, c, d = S[corner + width :][:6], S[corner + 2 * width :][:6], S[corner + 3 * width :][:6]
@@ -257,7 +257,7 @@ def _lower_six(S, corner, width, x):
     x[1], x[2], x[3], x[4], x[5] = x1, x2, x3, x4, x5
 
 
-@kernel
+@inner_kernel
 def _upper(S, corner, n, width, g, x):
     """Solve U x = x in place with the triangle of n rows whose first number is S[corner]; g: reciprocal pivots."""
     for i in range(n - 1, -1, -1):
@@ -267,7 +267,7 @@ def _upper(S, corner, n, width, g, x):
         x[i] = total * g[i]
 
 
-@kernel
+@inner_kernel
 def _upper_six(S, corner, width, g, x):
     """`_upper` for six rows."""
     a, b, c = S[corner : corner + 6], S[corner + width :][:6], S[corner + 2 * width :][:6]
@@ -281,7 +281,7 @@ def _upper_six(S, corner, width, g, x):
     x[0], x[1], x[2], x[3], x[4], x[5] = x0, x1, x2, x3, x4, x5
 
 
-@kernel
+@inner_kernel
 def _substitute(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order."""
     w = p.scratch

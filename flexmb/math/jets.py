@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from flexmb.math import operations as op
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = ["interpolate", "sample_signals"]
 
@@ -39,7 +39,7 @@ _LESS, _LESS_EQUAL, _GREATER, _GREATER_EQUAL = op.LESS, op.LESS_EQUAL, op.GREATE
 _EQUAL, _NOT_EQUAL = op.EQUAL, op.NOT_EQUAL
 
 
-@kernel
+@inner_kernel
 def _elementary(code, x):
     """Return f, f', f'' of an elementary function at x."""
     if code == _SIN:
@@ -74,7 +74,7 @@ def _elementary(code, x):
     return f, 0.5 / f, -0.25 / (f * x)
 
 
-@kernel
+@inner_kernel
 def _piecewise(code, x):
     """Return f, f', f'' of a function made of pieces at x.
 
@@ -133,7 +133,7 @@ def interpolate(x, table):
     return f, (3.0 * a * h + 2.0 * b) * h + c, 6.0 * a * h + 2.0 * b
 
 
-@kernel
+@inner_kernel
 def _power(x, x1, x2, p, p1, p2):
     """Return the jet of x^p; p may vary in time where x > 0."""
     f = x**p
@@ -152,7 +152,7 @@ def _power(x, x1, x2, p, p1, p2):
     return f, f * y1, f * (y1 * y1 + y2)
 
 
-@kernel
+@inner_kernel
 def _compare(code, a, b):
     """Return 1.0 if the comparison holds, else 0.0."""
     if code == _LESS:
@@ -172,7 +172,7 @@ def _compare(code, a, b):
     return 1.0 if a != 0.0 or b != 0.0 else 0.0
 
 
-@kernel
+@inner_kernel
 def _binary(code, a, a1, a2, b, b1, b2):
     """Return the jet of an operation on two jets."""
     if code == _ADD:

@@ -1,4 +1,4 @@
-"""`kernel`: the one way to compile a function in flexmb."""
+"""`kernel` and `inner_kernel`: the way to compile a function in flexmb."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 from numba import njit
 
-__all__ = ["kernel", "watch_sources"]
+__all__ = ["inner_kernel", "kernel", "watch_sources"]
 
 
 def kernel(function):
@@ -18,7 +18,21 @@ def kernel(function):
     The second entry for callers in C is left out, as nobody uses it and every kernel would pay for compiling it; kernels
     that are called through their address are `PointerKernel`.
     """
-    compiled = njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True)(function)
+    return _compiled(function, called_from_python=True)
+
+
+def inner_kernel(function):
+    """Compile a function that only kernels of its own file call.
+
+    It gets no entry for Python: unpacking the tables of a system there takes longer to compile than many a function. A
+    call from Python would end the process; a test of the architecture sees to it that there is none.
+    """
+    return _compiled(function, called_from_python=False)
+
+
+def _compiled(function, called_from_python: bool):
+    compiled = njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True,
+                    no_cpython_wrapper=not called_from_python)(function)  # fmt: skip
     watch_sources(compiled._cache, function)
     return compiled
 

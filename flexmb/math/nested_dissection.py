@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = ["dissect", "front_tree", "node_graph", "pseudo_coordinates"]
 
@@ -82,7 +82,7 @@ def pseudo_coordinates(start, neighbours):
     return x
 
 
-@kernel
+@inner_kernel
 def _match(left, start, neighbours, side, right_mark, pair, visited, counter):
     """Maximum matching of the cut edges (augmenting paths from each left node), in `pair` (node -> node or -1)."""
     path = np.empty(len(left) + 1, np.int64)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = [
     "advance_frame",
@@ -98,7 +98,7 @@ def log_euler(p, theta):
         theta[i] = scale * p[1 + i]
 
 
-@kernel
+@inner_kernel
 def _series(angle):
     """Coefficients a = (1 - cos x)/x^2 and b = (x - sin x)/x^3 of the exponential's tangent."""
     if angle < 1e-3:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State, call_row_kernel
 from flexmb.system.program import energies
 from flexmb.system.system import System
@@ -46,7 +46,7 @@ class Observation:
     constraint_error: np.ndarray
 
 
-@kernel
+@inner_kernel
 def _observe_markers(work, acceleration, k, r, R, motion):
     """Write the marker kinematics of sample k; ``motion`` (nt, nm, 12) is v, w, a, alpha."""
     for m in range(len(work.markers)):

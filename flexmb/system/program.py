@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.jets import sample_signals
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import DAMPED, STIFF, PointerKernel, call_row_kernel
@@ -76,7 +76,7 @@ def lend_inertia(program, work):
         work.S[program.floor_at[n, 1]] += work.coefficients[0] * program.floor[n]
 
 
-@kernel
+@inner_kernel
 def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
     """Add J_a^T (ck K + cd D) J_b to the blocks of bodies a and b; most entries of K and D are zero."""
     column = np.empty(b.nu)
@@ -292,7 +292,7 @@ def accelerations(program, state, work, right, sweeps):
     return -1
 
 
-@kernel
+@inner_kernel
 def _hold_shape(program, work):
     """Make deformation expensive in the metric of `project`: bodies are moved together, and bent only if they must."""
     for n in range(len(program.vectors)):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.blocks import invert_block, shift_inertia
 from flexmb.tree.joint_basis import joint_basis, velocity_terms
 from flexmb.tree.modes import add_to_modes, eliminate_modes, own_modes
@@ -25,7 +25,7 @@ SINGULAR = 1e-15
 """Inertia of a free motion below this, relative to the largest entry of the articulated inertia, counts as none."""
 
 
-@kernel
+@inner_kernel
 def _axes(row, q, at):
     """Write the rotation matrix of Euler parameters (scalar first) at q[at]."""
     a, b, c, d = q[at], q[at + 1], q[at + 2], q[at + 3]
@@ -40,7 +40,7 @@ def _axes(row, q, at):
     row[AXES + 8] = 1.0 - 2.0 * (b * b + c * c)
 
 
-@kernel
+@inner_kernel
 def _turned_inertia(row, S, rows, iu, J):
     """Write R J R^T to `J` (9,), the inertia about the body's origin; its own axes stand in the lower right block of S."""
     for i in range(3):
@@ -56,7 +56,7 @@ def _turned_inertia(row, S, rows, iu, J):
             J[3 * i + j] = x * J[9 + j] + y * J[12 + j] + z * J[15 + j]
 
 
-@kernel
+@inner_kernel
 def _own_inertia(row, q, iq, iu, outer, markers, S, rows, J):
     """Write the body's own inertia at its marker C, eq. (tree-own): ten numbers, mass, first moment and inertia.
 
@@ -91,7 +91,7 @@ def _own_inertia(row, q, iq, iu, outer, markers, S, rows, J):
     row[P + 30], row[P + 31], row[P + 32] = -y, x, 0.0
 
 
-@kernel
+@inner_kernel
 def _open_hinge(row, through):
     """Write what `_open_joint` writes, for one free motion, the most frequent case."""
     way = WAY + 30
@@ -119,7 +119,7 @@ def _open_hinge(row, through):
     return True
 
 
-@kernel
+@inner_kernel
 def _open_joint(row, through, scratch, pivots):
     """Write D, U, GAIN and what the body transmits, eq. (tree-open); False if a free motion has no inertia."""
     nf = int(row[FREE])
@@ -169,7 +169,7 @@ def _open_joint(row, through, scratch, pivots):
     return True
 
 
-@kernel
+@inner_kernel
 def _invert_plain(n, iu, at, work, store, pivots):
     """Write the inverse of the mass matrix of a body without a frame."""
     M = np.empty((n, n))

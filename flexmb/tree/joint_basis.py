@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.store import FREE, SPEED, TRIANGLE, WAY
 
 __all__ = ["joint_basis", "velocity_terms"]
 
 
-@kernel
+@inner_kernel
 def _orthogonalise(row, n, at, factors):
     """Subtract from the vector (6,) at row[at] its parts along the first n directions; add them to `factors`.
 
@@ -64,7 +64,7 @@ def joint_basis(row, equations, first, last, outer, table, legs, factors):
     return True
 
 
-@kernel
+@inner_kernel
 def _free_motions(row, ne, factors):
     """Complete the directions of ne equations to an orthonormal basis."""
     for found in range(ne, 6):

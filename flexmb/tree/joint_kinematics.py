@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix, matrix_to_euler
 from flexmb.math.vectors import cross, matvec, matvec_t, rotate_columns
 
 __all__ = ["joint_acceleration", "joint_axes", "joint_pose", "joint_twist", "read_acceleration", "read_pose", "read_twist"]
 
 
-@kernel
+@inner_kernel
 def _turned(angle, A, out):
     """Write R_z(angle) A to `out`."""
     c, s = np.cos(angle), np.sin(angle)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.vectors import add_cross, matvec
 from flexmb.tree.joint_kinematics import joint_axes, relative_pose
@@ -14,7 +14,7 @@ __all__ = ["gather_torques"]
 HINGED = 0
 
 
-@kernel
+@inner_kernel
 def _on_rates(row, work, W, tau):
     """Write S^T W, the force on each rate of the joint; W (6,) acts on the body at its own marker, in W."""
     axes = np.zeros((6, 6))
@@ -41,7 +41,7 @@ def _on_rates(row, work, W, tau):
             tau[row.iv + k] += axes[k, j] * x + axes[k, 3 + j] * y
 
 
-@kernel
+@inner_kernel
 def _marker_entry(marker, work, i, j):
     """Return entry (i, j) of what a wrench at the marker multiplies: J, less what stiffens the body."""
     x = work.J[marker.iJ + i * marker.nu + j]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = ["LINK", "SCRATCH", "link_accelerations"]
 
@@ -34,7 +34,7 @@ MOMENT, COUPLING, INERTIA = 44, 50, 59  # J (6,), H (9,), M (6,)
 SCRATCH = 66
 
 
-@kernel
+@inner_kernel
 def _place(link, row, x):
     """Write the axes R and the origin r of a link in its parent at the coordinate x (with its sign)."""
     c, s = (np.cos(x), np.sin(x)) if link.slides == 0 else (1.0, 0.0)
@@ -47,7 +47,7 @@ def _place(link, row, x):
         row[WAY + i] = link.r[i] + along * z
 
 
-@kernel
+@inner_kernel
 def _carry(row, of_parent, at, to):
     """Write a twist or acceleration of the parent, moved to the link and turned into its axes, from `at` to `to`."""
     a, b, c = of_parent[at], of_parent[at + 1], of_parent[at + 2]
@@ -61,7 +61,7 @@ def _carry(row, of_parent, at, to):
         row[to + 3 + i] = p * u + q * v + r * w
 
 
-@kernel
+@inner_kernel
 def _own(link, row, rate):
     """Write the link's inertia, the velocity terms c of its joint and its gyroscopic force."""
     a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
@@ -89,7 +89,7 @@ def _own(link, row, rate):
     row[COUPLING + 5], row[COUPLING + 6], row[COUPLING + 7] = -x, -y, x
 
 
-@kernel
+@inner_kernel
 def _column(link, row):
     """Return the column of the inertia (6,) that belongs to the joint's motion."""
     if link.slides == 0:
@@ -97,7 +97,7 @@ def _column(link, row):
     return row[COUPLING + 2], row[COUPLING + 5], row[COUPLING + 8], row[INERTIA + 2], row[INERTIA + 4], row[INERTIA + 5]
 
 
-@kernel
+@inner_kernel
 def _open(link, row, tau):
     """Subtract what the joint's motion takes from inertia and force; False if it moves no inertia."""
     if link.slides == -1 or link.driven == 1:
@@ -123,7 +123,7 @@ def _open(link, row, tau):
     return True
 
 
-@kernel
+@inner_kernel
 def _force_with_swing(row):
     """Add P c and the driven part U D load to the force."""
     a, b, c = row[SWING], row[SWING + 1], row[SWING + 2]
@@ -140,7 +140,7 @@ def _force_with_swing(row):
         row[FORCE + i] += row[BIAS + i] * load
 
 
-@kernel
+@inner_kernel
 def _turned(row, at, symmetric, out, half):
     """Write R A R^T to `out` (9,); A at row[at] has 6 numbers if symmetric, else 9."""
     if symmetric:
@@ -158,7 +158,7 @@ def _turned(row, at, symmetric, out, half):
             out[3 * i + j] = x * half[j] + y * half[3 + j] + z * half[6 + j]
 
 
-@kernel
+@inner_kernel
 def _give(row, of_parent, M, H, J, half):
     """Add inertia and force to the parent's: turned, then moved by r: H + r~ M, J + r~ H^T - (H + r~ M) r~."""
     x, y, z = row[WAY], row[WAY + 1], row[WAY + 2]

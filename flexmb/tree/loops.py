@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.linalg import svd
 from scipy.sparse.linalg import splu
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.passes import joint_multipliers, solve
 
 __all__ = ["add_loads", "close", "mobilities", "responses", "without_stress"]
@@ -46,7 +46,7 @@ def add_loads(work, equations, lam, force):
                         force[marker.iu + j] -= x * work.H[marker.iH + k * nu + j]
 
 
-@kernel
+@inner_kernel
 def _gradient_times(work, equation, a):
     """Return G[equation] a."""
     row = work.equations[equation]

@@ -6,7 +6,7 @@ rows and columns (by work.H), and inertias are not symmetric.
 
 from __future__ import annotations
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.blocks import factor_block, solve_block
 from flexmb.tree.store import AXES, LEVER, STEP, P, modal_views
 
@@ -47,7 +47,7 @@ def own_modes(row, m, i_modal, iu, outer, work, store):
     _hang_on_marker(row, K, right, left, Jc, Jr)
 
 
-@kernel
+@inner_kernel
 def _hang_on_marker(row, K, right, left, Jc, Jr):
     """Change coordinates from the frame to the marker: V_frame = V - Jc eta''."""
     m = K.shape[0]
@@ -91,7 +91,7 @@ def eliminate_modes(row, m, i_modal, i_eta, store, column):
     return True
 
 
-@kernel
+@inner_kernel
 def _shifted(A, j, x, y, z):
     """Move the twist in column j of A (6, n) by (x, y, z)."""
     a, b, c = A[3, j], A[4, j], A[5, j]

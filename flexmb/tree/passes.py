@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.blocks import solve_block
 from flexmb.tree.store import (
     AXES,
@@ -26,7 +26,7 @@ from flexmb.tree.store import (
 __all__ = ["joint_multipliers", "solve"]
 
 
-@kernel
+@inner_kernel
 def _own_load(row, force, iu):
     """Write the generalised force of a body to its load at C, eq. (tree-load)."""
     for i in range(3):
@@ -41,7 +41,7 @@ def _own_load(row, force, iu):
     row[LOAD + 5] -= x * b - y * a
 
 
-@kernel
+@inner_kernel
 def _own_modal_load(row, force, iu, m, i_modal, i_eta, store):
     """Write the modal loads at fixed C."""
     Jr = modal_views(store.modal, i_modal, m)[4]
@@ -52,7 +52,7 @@ def _own_modal_load(row, force, iu, m, i_modal, i_eta, store):
         store.eta[i_eta + j] = x
 
 
-@kernel
+@inner_kernel
 def _eliminate_load(row, m, i_modal, i_eta, store):
     """Solve for the modal accelerations at V = 0 and subtract their inertia from the load."""
     K, right, _, _, _ = modal_views(store.modal, i_modal, m)
@@ -65,7 +65,7 @@ def _eliminate_load(row, m, i_modal, i_eta, store):
         row[LOAD + i] -= x
 
 
-@kernel
+@inner_kernel
 def _pass_load(row, weight, of_parent, passed):
     """Write what the joint passes on of the load, eq. (tree-open), and add it to that of the parent."""
     nf = int(row[FREE])
@@ -85,7 +85,7 @@ def _pass_load(row, weight, of_parent, passed):
     of_parent[LOAD + 5] += passed[5] + x * b - y * a
 
 
-@kernel
+@inner_kernel
 def _sum_load(row):
     """Write N^T p."""
     nf = int(row[FREE])
@@ -97,7 +97,7 @@ def _sum_load(row):
         row[SUM + f] = s
 
 
-@kernel
+@inner_kernel
 def _carried(row, weight, of_parent):
     """Write the rate of C that the parent's frame gives it."""
     x, y, z = row[STEP], row[STEP + 1], row[STEP + 2]
@@ -110,7 +110,7 @@ def _carried(row, weight, of_parent):
     row[RATE + 5] = weight * row[SPEED + 5] + c
 
 
-@kernel
+@inner_kernel
 def _move(row, x):
     """Add the motion of the joint to the rate of C."""
     nf = int(row[FREE])
@@ -128,7 +128,7 @@ def _move(row, x):
             row[RATE + i] += s * row[way + i]
 
 
-@kernel
+@inner_kernel
 def _own_modal_accelerations(row, iu, m, i_modal, i_eta, store, a, frame):
     """Write the modal accelerations and subtract their part from the rate of C."""
     _, _, left, Jc, _ = modal_views(store.modal, i_modal, m)
@@ -141,7 +141,7 @@ def _own_modal_accelerations(row, iu, m, i_modal, i_eta, store, a, frame):
             frame[j] -= Jc[j, i] * x
 
 
-@kernel
+@inner_kernel
 def _frame_accelerations(row, frame, iu, a):
     """Write the accelerations of the frame, in its own axes and at its origin."""
     x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
@@ -153,7 +153,7 @@ def _frame_accelerations(row, frame, iu, a):
         a[iu + 3 + i] = r * u + s * v + t * w
 
 
-@kernel
+@inner_kernel
 def _gather(tables, store, k, weight, passed):
     """Pass two of body k: eliminate modes and joint, load the parent and its modes."""
     row = store.rows[k]
@@ -175,7 +175,7 @@ def _gather(tables, store, k, weight, passed):
                 store.eta[first + j] += Er[i, j] * passed[i]
 
 
-@kernel
+@inner_kernel
 def _spread(tables, store, k, weight, a, x):
     """Pass three of body k: the rate of its marker, and with it its accelerations."""
     row, iu, p = store.rows[k], tables.iu[k], tables.parent[k]

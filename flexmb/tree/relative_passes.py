@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix, matrix_to_euler
 from flexmb.math.vectors import cross, matvec, matvec_t, rotate_columns
 from flexmb.tree.joint_kinematics import (
@@ -37,7 +37,7 @@ def marker_rate(marker, J, u, out):
             out[i] += J[start + j] * u[marker.iu + j]
 
 
-@kernel
+@inner_kernel
 def _marker_acceleration(marker, J, a, out):
     """Write the acceleration (6,) of a marker in W."""
     marker_rate(marker, J, a, out)
@@ -45,7 +45,7 @@ def _marker_acceleration(marker, J, a, out):
         out[i] += marker.bias[i]
 
 
-@kernel
+@inner_kernel
 def _joint_axes_of(row, work, d, R):
     """Write the relative pose of the joint and return the numbers of its markers a and b."""
     one, two = row.own, row.other
@@ -106,7 +106,7 @@ def read_state(rows, state, work, q, v, a):
     read_second_rates(rows, state, work, v, a)
 
 
-@kernel
+@inner_kernel
 def _in_body(marker, q, R, s, axes):
     """Write position and axes of a marker in its body, whose frame is q (7,); R (3, 3) is scratch."""
     d = np.empty(3)
@@ -170,7 +170,7 @@ def place_bodies(rows, work, before, q, out):
             out[at + i] = r[i] - t[i]
 
 
-@kernel
+@inner_kernel
 def _own_frame(row, work, q, u, twist, out):
     """Write the frame's six of `out`, given J u (6,) of its marker C: the modes' part subtracted, moved to the origin."""
     C, at = work.markers[row.own], row.u
@@ -189,7 +189,7 @@ def _own_frame(row, work, q, u, twist, out):
     matvec_t(R, twist[3:6], out[at + 3 : at + 6])
 
 
-@kernel
+@inner_kernel
 def _plain(row, v, u):
     """Write the velocities that are the same in both coordinates; True if the body hangs on no joint."""
     nr = row.rates

@@ -6,7 +6,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.vectors import cross, matvec_t
 from flexmb.system.program import run_kernels
@@ -99,7 +99,7 @@ def read_change(rows, work, change, out):
             out[row.iv + nr + i] = change[own + i]
 
 
-@kernel
+@inner_kernel
 def _turning(p, w, out):
     """Write p' = 1/2 p o (0, w) of Euler parameters (scalar first)."""
     out[0] = -0.5 * (p[1] * w[0] + p[2] * w[1] + p[3] * w[2])

@@ -1,0 +1,51 @@
+"""An inner kernel has no entry for Python: only kernels of its own file may call it."""
+
+import ast
+import re
+
+import pytest
+from architecture.sources import FILES, ROOT, name, tree
+
+COMPILED = {"kernel", "inner_kernel", "row_kernel"}
+OUTSIDE = [path for folder in ("tests", "benchmarks", "examples", "docs") for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
+def compiled(path):
+    """Return the compiled functions of a file and their decorator."""
+    return {
+        node: ast.unparse(decorator).split("(")[0]
+        for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef)
+        for decorator in node.decorator_list if ast.unparse(decorator).split("(")[0] in COMPILED
+    }  # fmt: skip
+
+
+WITH_KERNELS = [path for path in FILES if any(kind != "row_kernel" for kind in compiled(path).values())]
+
+
+@pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
+def test_inner_kernels_are_called_by_kernels_only(path):
+    kernels = compiled(path)
+    within = {id(node) for kernel in kernels for node in ast.walk(kernel)}
+    names = [node for node in ast.walk(tree(path)) if isinstance(node, ast.Name)]
+    for kernel, kind in kernels.items():
+        if not kernel.name.startswith("_"):
+            assert kind != "inner_kernel", f"{kernel.name} has a public name: other files may call it from Python"
+            continue
+        outside = [node.lineno for node in names if node.id == kernel.name and id(node) not in within]
+        if kind == "inner_kernel":
+            assert not outside, f"{kernel.name} is called from Python, line {outside}: it needs @kernel"
+        elif kind == "kernel":
+            assert outside or elsewhere(path, kernel.name), f"{kernel.name} is called by kernels only: @inner_kernel"
+
+
+def elsewhere(path, function):
+    """Return the files that take a private function of a file."""
+    used = re.compile(rf"import[^\n]*\b{function}\b|\b{path.stem}\.{function}\b")
+    return [other for other in (*FILES, *OUTSIDE) if other != path and used.search(other.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
+def test_inner_kernels_stay_in_their_file(path):
+    inner = [kernel.name for kernel, kind in compiled(path).items() if kind == "inner_kernel"]
+    found = {function: [name(other) for other in elsewhere(path, function)] for function in inner}
+    assert not any(found.values()), found
