@@ -3,7 +3,8 @@
 Reached with generalized-alpha, rho 0.8, from h = 1/100 to 1/1600: positions, velocities and rod force 2.00. At 1/800 the
 rod force errs by 5.3e-5 N of 5.5 N, which is what the error of the velocity, 2.8e-5 m/s of 1.9 m/s, makes of it.
 IDA at rtol 1e-6 to 1e-10: 3e-4 to 1e-8 m.
-Explicit methods, h = 1/5 to 1/160: RK45 4.8 to 5.3, Radau 4.2 to 5.5, DOP853 7.6 and more, in all three.
+Explicit methods: RK45 4.8 to 5.3, Radau 4.2 to 5.5 for h = 1/5 to 1/160; DOP853 7.5 to 10 for h = 1/4 to 1/32 (7.0 for the
+velocity from 1/6 to 1/12, where its error is small by chance at the coarser step).
 """
 
 import numpy as np
@@ -105,10 +106,13 @@ def test_adaptive_steps_follow_the_tolerance(pendulum, reference):
 
 
 @pytest.mark.parametrize(
-    ("method", "order", "steps"), [("RK45", 5, 40), ("Radau", 5, 20), ("DOP853", 8, 5)], ids=["RK45", "Radau", "DOP853"]
+    ("method", "order", "steps"), [("RK45", 5, 40), ("Radau", 5, 20), ("DOP853", 8, 8)], ids=["RK45", "Radau", "DOP853"]
 )
 def test_orders_of_explicit(pendulum, reference, method, order, steps):
-    """Positions, velocities and multipliers; tolerances so wide that the largest step is taken always."""
+    """Positions, velocities and multipliers; tolerances so wide that the largest step is taken always.
+
+    Steps end at the sample in the middle of the second: their number is even.
+    """
     settings = {"method": method, "rtol": 1e3, "atol": 1e3}
     coarse, fine = (errors(pendulum, reference("DAE2"), fmb.Explicit(**settings, largest=1 / n)) for n in (steps, 2 * steps))
     assert np.all(np.log2(coarse / fine) > order - 0.5)

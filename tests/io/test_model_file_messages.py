@@ -272,11 +272,11 @@ def test_wrong_settings(tmp_path, settings, messages):
         ("[simulation]\nt_end = 1.0\nsample = 5", ("there is no field 'sample'", "Did you mean 'samples'?")),
         (
             '[simulation]\nt_end = 1.0\nintegrator = "Euler"',
-            ("[simulation], integrator: kind = 'Euler' is unknown", "One of: Explicit, GeneralizedAlpha, IDA."),
+            ("[simulation], integrator: kind = 'Euler' is unknown", "One of: Explicit, GeneralizedAlpha, IDA, Implicit."),
         ),
         (
             '[simulation]\nt_end = 1.0\nintegrator = { kind = "GeneralisedAlpha" }',
-            ("One of: Explicit, GeneralizedAlpha, IDA.", "Did you mean 'GeneralizedAlpha'?"),
+            ("One of: Explicit, GeneralizedAlpha, IDA, Implicit.", "Did you mean 'GeneralizedAlpha'?"),
         ),
         (
             "[simulation]\nt_end = 1.0\nintegrator = { rho_inf = 0.9 }",
