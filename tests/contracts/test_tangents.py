@@ -27,7 +27,7 @@ def residual(system, state, work):
     return work.residual.copy()
 
 
-def check(system, state, tolerance=SOLVER, admissible=None, blocks=("M", "D", "K", "L")):
+def assert_tangent(system, state, tolerance=SOLVER, admissible=None, blocks=("M", "D", "K", "L")):
     """Compare M, D, K and G^T with differences of the residual; errors relative to the largest entry of a row.
 
     With `admissible` (nu, k), the stiffness is compared on these directions only.
@@ -60,7 +60,7 @@ def check(system, state, tolerance=SOLVER, admissible=None, blocks=("M", "D", "K
 
 @pytest.mark.parametrize("kind", BODIES)
 def test_of_a_body(kind, rng):
-    check(*random_state(single(kind, rng), rng))
+    assert_tangent(*random_state(single(kind, rng), rng))
 
 
 @pytest.mark.parametrize(("kind", "pair"), CASES)
@@ -71,19 +71,19 @@ def test_of_joints_and_forces(kind, pair, rng):
     configuration (an angle per step), and how the wrench that stiffens a reduced body changes with its deformation.
     """
     system, state = random_state(connected(kind, pair, rng), rng, strain=0.0)
-    check(system, state._replace(u=np.zeros(system.nu)))
+    assert_tangent(system, state._replace(u=np.zeros(system.nu)))
 
 
 @pytest.mark.parametrize(("kind", "pair"), CASES)
 def test_of_joints_and_forces_in_motion_and_deformed(kind, pair, rng):
     system, state = random_state(connected(kind, pair, rng), rng)
-    check(system, state, blocks=("M", "L"))
+    assert_tangent(system, state, blocks=("M", "L"))
 
 
 @pytest.mark.parametrize(("kind", "pair"), [case for case in CASES if case[0] in FORCES])
 def test_damping_in_motion(kind, pair, rng):
     system, state = random_state(connected(kind, pair, rng), rng, strain=0.0)
-    check(system, state, blocks=("D",))
+    assert_tangent(system, state, blocks=("D",))
 
 
 @pytest.mark.parametrize("pair", [p for p in PAIRS if "point" not in p])
@@ -92,7 +92,7 @@ def test_of_a_driven_turn_where_its_joint_is_closed(pair, rng):
     system, state = assemble(connected("Drive", pair, rng), t=0.37)
     state = system.state(state.t, state.q, None, rng.normal(size=system.nu), rng.normal(size=system.ng))
     permitted = null_space(equations_at(system, state, system.workspace()).G.toarray()[:-1])
-    check(system, state._replace(u=np.zeros(system.nu)), admissible=permitted)
+    assert_tangent(system, state._replace(u=np.zeros(system.nu)), admissible=permitted)
 
 
 @pytest.mark.parametrize("kind", BODIES)

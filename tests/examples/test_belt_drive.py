@@ -50,7 +50,7 @@ def steady_belt(*, axial, line_mass, strain, radius, half, distance, stiffness, 
     return (found.x * unit)[1:]
 
 
-def compare(elements, tolerance, t_end):
+def assert_steady_belt(elements, tolerance, t_end):
     """Compare a run with the steady belt; the tolerance is relative to the creep. Return lost power over torque times creep."""
     belt = runpy.run_path(str(EXAMPLE))
     solution = belt["run"](elements, t_end)
@@ -69,9 +69,9 @@ def compare(elements, tolerance, t_end):
 
 
 def test_creep_of_a_coarse_belt():
-    compare(60, 0.03, 0.5)
+    assert_steady_belt(60, 0.03, 0.5)
 
 
 @pytest.mark.slow
 def test_creep():
-    assert compare(120, 0.005, 0.7) == pytest.approx(1.0, rel=0.05)
+    assert assert_steady_belt(120, 0.005, 0.7) == pytest.approx(1.0, rel=0.05)

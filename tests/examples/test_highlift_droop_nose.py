@@ -124,7 +124,7 @@ def failure(*settings):
     return broken.t, two, four, np.interp(broken.t, sound.t, -sound["s4_drive strut force"][:, 0])
 
 
-def outcome_5_12(t, two, four, sound, at):
+def assert_outcome_5_12(t, two, four, sound, at):
     """Force 2 is zero, track 4 swings above and then carries about twice what it does without failure."""
     before, after, settled = t < at, t > at, t > t[-1] - 0.2
     assert two[before][-1] > 2e4
@@ -138,7 +138,7 @@ def outcome_5_12(t, two, four, sound, at):
 
 def test_outcome_5_12():
     """Strut E of track 2 breaks at 0.715 s; both levers continue, so forces are compared with those without failure."""
-    outcome_5_12(*failure(), FAILURE)
+    assert_outcome_5_12(*failure(), FAILURE)
 
 
 def test_the_other_drive_carries_the_sum():
@@ -146,7 +146,7 @@ def test_the_other_drive_carries_the_sum():
     the inner half, which twists by the moment over its torsional stiffness."""
     at = 1.3
     t, two, four, sound = failure(("failure_time", at), ("t_end", 2.5))
-    stationary = outcome_5_12(t, two, four, sound, at)
+    stationary = assert_outcome_5_12(t, two, four, sound, at)
     before = t < at
     both = (two[before][-1] + four[before][-1]) / four[before][-1]
     assert both == pytest.approx(2.05, abs=0.05)
@@ -202,7 +202,7 @@ def test_elastic_nose_and_arms(tmp_path):
     broken = elastic("droop_strut_breaks")
     two, four = (-broken[f"s{k}_drive strut force"][:, 0] for k in (2, 4))
     before = np.interp(broken.t, sound.t, -sound["s4_drive strut force"][:, 0])
-    outcome_5_12(broken.t, two, four, before, FAILURE)
+    assert_outcome_5_12(broken.t, two, four, before, FAILURE)
 
 
 def test_a_failure_of_a_passive_arm(tmp_path):

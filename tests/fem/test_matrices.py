@@ -34,7 +34,7 @@ def block():
     )
 
 
-def close(found, expected, tolerance):
+def assert_close(found, expected, tolerance):
     assert abs(found - expected).max() <= tolerance * abs(expected).max()
 
 
@@ -45,8 +45,8 @@ def test_matrix_market_and_abaqus_are_the_same_block():
     abaqus = fem.read_matrices(EXAMPLES / "block_STIF1.mtx", EXAMPLES / "block.inp")
     expected = fem.solid(fem.read_mesh(EXAMPLES / "block.inp"), STEEL)
     for found in (market, abaqus):
-        close(found.K, expected.K, 1e-15)
-        close(found.M, expected.M, 1e-15)
+        assert_close(found.K, expected.K, 1e-15)
+        assert_close(found.M, expected.M, 1e-15)
         np.testing.assert_array_equal(found.nodes, expected.nodes)
         np.testing.assert_array_equal(found.node_sets["right"], [2, 5, 8, 11])
 
@@ -55,8 +55,8 @@ def test_nastran_punch_is_the_beam():
     """The file has ten digits and node numbers 101..104."""
     found = fem.read_matrices(EXAMPLES / "beam.pch")
     expected = fem.read_matrices(EXAMPLES / "beam.npz")
-    close(found.K, expected.K, 1e-9)
-    close(found.M, expected.M, 1e-9)
+    assert_close(found.K, expected.K, 1e-9)
+    assert_close(found.M, expected.M, 1e-9)
     np.testing.assert_allclose(found.nodes, expected.nodes, atol=1e-9)
     np.testing.assert_array_equal(expected.node_sets["end"], [3])
 
@@ -106,8 +106,8 @@ def test_calculix_matrices(ccx, tmp_path, block):
     shutil.copy(EXAMPLES / "block.inp", tmp_path)
     subprocess.run([ccx, "block"], cwd=tmp_path, check=True, capture_output=True, timeout=60)
     found = fem.read_matrices(tmp_path / "block.sti")
-    close(found.M, block.M, 1e-10)
-    close(found.K, block.K, 1e-10)
+    assert_close(found.M, block.M, 1e-10)
+    assert_close(found.K, block.K, 1e-10)
     np.testing.assert_array_equal(found.node_sets["left"], [0, 3, 6, 9])
     frequencies = fem.eigenmodes(found, None, 9).frequencies
     np.testing.assert_allclose(frequencies[6:], fem.eigenmodes(block, None, 9).frequencies[6:], rtol=1e-6)
@@ -118,8 +118,8 @@ def test_units_are_converted(beam):
     rotation = sparse.diags(np.where(beam.dofs[:, 1] >= 3, 1e3, 1.0))
     stiffness, mass = (1e-3 * rotation @ matrix @ rotation for matrix in (beam.K, beam.M))
     fe = fem.from_matrices(stiffness, mass, 1e3 * beam.nodes, beam.dofs, length_unit=1e-3, mass_unit=1e3)
-    close(fe.K, beam.K, 1e-14)
-    close(fe.M, beam.M, 1e-14)
+    assert_close(fe.K, beam.K, 1e-14)
+    assert_close(fe.M, beam.M, 1e-14)
     with pytest.warns(mesh.MeshWarning, match="mass_unit=1e3"):
         fem.from_matrices(stiffness, mass, 1e3 * beam.nodes, beam.dofs)
 

@@ -216,7 +216,7 @@ def test_planar_meshes_get_z(write):
     assert mesh.points.shape == (3, 3)
 
 
-def message(path, *parts):
+def assert_refused(path, *parts):
     with pytest.raises(MeshError) as caught:
         fem.read_mesh(path)
     for part in parts:
@@ -225,62 +225,62 @@ def message(path, *parts):
 
 def test_missing_file(tmp_path):
     (tmp_path / "conrod.msh").touch()
-    message(tmp_path / "conrd.msh", "conrd.msh", "no such file", "Did you mean 'conrod.msh'")
-    message(tmp_path / "nowhere" / "a.msh", "current folder")
+    assert_refused(tmp_path / "conrd.msh", "conrd.msh", "no such file", "Did you mean 'conrod.msh'")
+    assert_refused(tmp_path / "nowhere" / "a.msh", "current folder")
 
 
 def test_unknown_suffix(write):
-    message(write("part.step", ""), "suffix '.step'", r"\.msh, \.bdf")
+    assert_refused(write("part.step", ""), "suffix '.step'", r"\.msh, \.bdf")
 
 
 @pytest.mark.parametrize("suffix", [".msh", ".bdf", ".inp", ".vtu", ".vtk"])
 def test_garbage(write, suffix):
-    message(write(f"bad{suffix}", "this is\nnot a mesh, 1, 2\n"), f"bad{suffix}", "cannot be read|no cells|no \\*NODE")
+    assert_refused(write(f"bad{suffix}", "this is\nnot a mesh, 1, 2\n"), f"bad{suffix}", "cannot be read|no cells|no \\*NODE")
 
 
 def test_truncated_file(tmp_path):
     path = tmp_path / "cut.msh"
     path.write_bytes((MESHES / "conrod.msh").read_bytes()[:50_000])
-    message(path, "cannot be read", "write it again")
+    assert_refused(path, "cannot be read", "write it again")
 
 
 def test_unsupported_cells(write, tmp_path):
-    message(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=AC3D8\n1, 1\n"), "'AC3D8'", "C3D10", "Delete")
+    assert_refused(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=AC3D8\n1, 1\n"), "'AC3D8'", "C3D10", "Delete")
     path = tmp_path / "pyramid.vtu"
     meshio.Mesh(np.eye(5, 3), [("pyramid", [[0, 1, 2, 3, 4]])]).write(path)
-    message(path, "1 cells of the type 'pyramid'", "tetra10", "Mesh again")
+    assert_refused(path, "1 cells of the type 'pyramid'", "tetra10", "Mesh again")
 
 
 @pytest.mark.parametrize(("keyword", "name"), [
     ("*INSTANCE, NAME=a, PART=b\n0., 0., 1.\n", "INSTANCE"), ("*SYSTEM\n0., 0., 1.\n", "SYSTEM"),
     ("*NODE, SYSTEM=C\n50, 0., 0., 0.\n", "NODE")])
 def test_moved_coordinates(write, keyword, name):
-    message(write("a.inp", keyword + ABAQUS), rf"\*{name} moves or turns", "flat input file")
+    assert_refused(write("a.inp", keyword + ABAQUS), rf"\*{name} moves or turns", "flat input file")
 
 
 def test_parts_with_their_own_numbers(write):
-    message(write("a.inp", ABAQUS + ABAQUS), "12 node numbers twice", "without parts and instances")
+    assert_refused(write("a.inp", ABAQUS + ABAQUS), "12 node numbers twice", "without parts and instances")
 
 
 def test_half_an_element(write):
-    message(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=C3D4\n1, 1, 1\n"), "3 numbers", "multiple of 5")
+    assert_refused(write("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=C3D4\n1, 1, 1\n"), "3 numbers", "multiple of 5")
 
 
 def test_unknown_set_in_a_set(write):
-    message(write("a.inp", ABAQUS + "*NSET, NSET=x\nnope\n"), "unknown set 'nope'")
+    assert_refused(write("a.inp", ABAQUS + "*NSET, NSET=x\nnope\n"), "unknown set 'nope'")
 
 
 def test_set_of_missing_nodes(write):
-    message(write("a.bdf", NASTRAN.replace("$HMSET        2        2", "$HMSET        2        1")),
+    assert_refused(write("a.bdf", NASTRAN.replace("$HMSET        2        2", "$HMSET        2        1")),
             "'bar' names the node 100", "type 2")
 
 
 def test_set_that_is_no_list(write):
-    message(write("a.bdf", NASTRAN.replace("SET 2 = 100", "SET 2 = ALL")), "'bar' reads 'ALL'", "list of numbers")
+    assert_refused(write("a.bdf", NASTRAN.replace("SET 2 = 100", "SET 2 = ALL")), "'bar' reads 'ALL'", "list of numbers")
 
 
 def test_local_coordinate_systems(write):
-    message(write("a.bdf", NASTRAN.replace("GRID,5,,", "GRID,5,3,")), "coordinate system 3", "basic system")
+    assert_refused(write("a.bdf", NASTRAN.replace("GRID,5,,", "GRID,5,3,")), "coordinate system 3", "basic system")
 
 
 def test_gmsh_file_with_some_cells_in_no_group(tmp_path):
@@ -294,11 +294,11 @@ def test_gmsh_file_with_some_cells_in_no_group(tmp_path):
     lines[volume] = " ".join([*words[:7], "0", *words[9:]])
     path = tmp_path / "mixed.msh"
     path.write_text("\n".join(lines) + "\n")
-    message(path, "some cells are in physical groups", "Save all elements")
+    assert_refused(path, "some cells are in physical groups", "Save all elements")
 
 
 def test_file_without_cells(write):
-    message(write("a.inp", "*NODE\n1, 0., 0., 0.\n"), "1 points, but no cells", "physical group")
+    assert_refused(write("a.inp", "*NODE\n1, 0., 0., 0.\n"), "1 points, but no cells", "physical group")
 
 
 def test_millimetres_are_suspected(write):

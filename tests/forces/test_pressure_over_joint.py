@@ -6,7 +6,7 @@ vibrations with the stiffness k - M'(theta) in closed form; and `PointLoad` with
 
 import numpy as np
 import pytest
-from contracts.test_tangents import check
+from contracts.test_tangents import assert_tangent
 from scipy.optimize import brentq
 from tolerances import SOLVER
 
@@ -56,7 +56,7 @@ def test_tangent(rod):
     system, state = assemble(model(rod, fmb.Pressure("air", load="rod.air", amount=AIR)))
     q = state.q.copy()
     q[7 : 7 + rod.n_modes] = 1e-4 * np.cos(np.arange(rod.n_modes))
-    check(system, system.state(0.0, q), blocks=("K",))
+    assert_tangent(system, system.state(0.0, q), blocks=("K",))
 
 
 def test_same_motion_as_a_point_load(rod):

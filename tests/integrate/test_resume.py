@@ -39,7 +39,7 @@ def resume(run, t_end, **options):
     return fmb.resume(run, t_end, integrator=fmb.GeneralizedAlpha(rtol=1e-7), **options)
 
 
-def same(found, expected):
+def assert_same(found, expected):
     np.testing.assert_allclose(found.t, expected.t, rtol=0, atol=1e-12)
     assert [phase.ended for phase in found.phases] == [phase.ended for phase in expected.phases]
     for name in expected.sensor_names:
@@ -56,7 +56,7 @@ def whole():
 
 def test_a_solution_goes_on(whole):
     part = simulate(pendulum(), 0.8, samples=41)
-    same(resume(part, 2.0, samples=101), whole)
+    assert_same(resume(part, 2.0, samples=101), whole)
 
 
 def test_events_before_and_after():
@@ -78,9 +78,9 @@ def test_file_goes_on_in_place(whole, tmp_path):
     path = tmp_path / "run.h5"
     simulate(pendulum(), 0.8, samples=41, output=path, write_model=fmb.model_text)
     found = resume(path, 2.0, samples=101, read_model=fmb.read_model_text, write_model=fmb.model_text)
-    same(found, whole)
+    assert_same(found, whole)
     assert path.stat().st_size < 1_000_000  # what was reserved while it ran is given back
-    same(fmb.Solution.load(path, read_model=fmb.read_model_text), whole)
+    assert_same(fmb.Solution.load(path, read_model=fmb.read_model_text), whole)
 
 
 def test_rows_that_a_kill_left_incomplete(whole, tmp_path):
@@ -95,7 +95,7 @@ def test_rows_that_a_kill_left_incomplete(whole, tmp_path):
     group["t"].resize(45, axis=0)
     group["q"].resize(43, axis=0)
     run._file.close()
-    same(resume(path, 2.0, samples=101, read_model=fmb.read_model_text), whole)
+    assert_same(resume(path, 2.0, samples=101, read_model=fmb.read_model_text), whole)
 
 
 KILLED = """

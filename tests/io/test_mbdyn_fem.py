@@ -56,7 +56,7 @@ def groups_of(path, n):
     }
 
 
-def close(found, expected, scale=None):
+def assert_close(found, expected, scale=None):
     scale = np.abs(expected).max() if scale is None else scale
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e3 * MACHINE * scale)
 
@@ -68,11 +68,11 @@ def test_invariants_are_the_sums_over_the_nodes(point_masses, tmp_path):
     f, U = data.nodes, data.shapes
     fx, Ux = skew(f), skew(U.transpose(0, 2, 1))
     size = np.abs(np.einsum("n,nab,njbc->jac", mass, fx, Ux)).max()
-    close(found["I3"], np.einsum("n,naj->aj", mass, U), mass.sum() * np.abs(U).max())
-    close(found["I4"], np.einsum("n,naj->aj", mass, np.cross(f[:, :, None], U, axis=1)), size)
-    close(found["I5"], np.einsum("n,najk->ajk", mass, np.cross(U[:, :, :, None], U[:, :, None, :], axis=1)))
-    close(found["I8"], -np.einsum("n,nab,njbc->jac", mass, fx, Ux))
-    close(found["I9"], np.einsum("n,njab,nkbc->jkac", mass, Ux, Ux))
+    assert_close(found["I3"], np.einsum("n,naj->aj", mass, U), mass.sum() * np.abs(U).max())
+    assert_close(found["I4"], np.einsum("n,naj->aj", mass, np.cross(f[:, :, None], U, axis=1)), size)
+    assert_close(found["I5"], np.einsum("n,najk->ajk", mass, np.cross(U[:, :, :, None], U[:, :, None, :], axis=1)))
+    assert_close(found["I8"], -np.einsum("n,nab,njbc->jac", mass, fx, Ux))
+    assert_close(found["I9"], np.einsum("n,njab,nkbc->jkac", mass, Ux, Ux))
 
 
 def test_deformed_inertia_as_the_program_adds_it(point_masses, tmp_path, rng):
@@ -86,17 +86,17 @@ def test_deformed_inertia_as_the_program_adds_it(point_masses, tmp_path, rng):
     first = np.einsum("jab,j->ab", g["I8"], q)
     J = I7 + first + first.T - np.einsum("jkab,j,k->ab", g["I9"], q, q)
     exact = -np.einsum("n,nab,nbc->ac", mass, skew(place), skew(place))
-    close(J, exact)
+    assert_close(J, exact)
     with_plus = J + 2 * np.einsum("jkab,j,k->ab", g["I9"], q, q)  # the sign of the manual's formula
     assert np.abs(with_plus - exact).max() > 1e-4 * np.abs(exact).max()
-    close(g["mass"] * g["c"] + g["I3"] @ q, mass @ place)
+    assert_close(g["mass"] * g["c"] + g["I3"] @ q, mass @ place)
     momentum = (g["I4"] + np.einsum("ajk,j->ak", g["I5"], q)) @ rate
-    close(momentum, mass @ np.cross(place, velocity))
+    assert_close(momentum, mass @ np.cross(place, velocity))
     # Coriolis moment as in modal.cc, 2 (I8 - I9 q) q' w, is the rate of J at w and w x momentum of the modes
     w = rng.standard_normal(3)
     found = 2 * (np.einsum("jab,j->ab", g["I8"], rate) - np.einsum("jkab,j,k->ab", g["I9"], q, rate)) @ w
     exact = 2 * mass @ np.cross(place, np.cross(w, velocity))
-    close(found, exact)
+    assert_close(found, exact)
 
 
 def test_stress_stiffening_as_the_program_adds_it(stiffened, tmp_path, rng):
@@ -111,7 +111,7 @@ def test_stress_stiffening_as_the_program_adds_it(stiffened, tmp_path, rng):
     field = np.r_[A, (skew(alpha) + skew(w) @ skew(w)).ravel()]
     g = stiffened.geometric
     expected = np.einsum("i,iab->ab", field, g.inertia) + np.einsum("ni,niab->ab", load, g.interface)
-    close(found, expected)
+    assert_close(found, expected)
 
 
 def same_numbers(a, b, names):
@@ -136,7 +136,7 @@ def test_a_preload_stiffens(stiffened, tmp_path):
     preload = np.diag(np.linspace(1.0, 2.0, stiffened.n_modes)) * stiffened.stiffness[0, 0]
     data = replace(stiffened, geometric=replace(stiffened.geometric, preload=preload))
     back = read_mbdyn_fem(write_mbdyn_fem(data, tmp_path / "body.fem"))
-    close(back.stiffness, stiffened.stiffness + preload)
+    assert_close(back.stiffness, stiffened.stiffness + preload)
 
 
 def test_the_same_accelerations(stiffened, tmp_path):

@@ -21,13 +21,13 @@ def fe():
     return block()
 
 
-def refused(match, fe, interfaces=None, **options):
+def assert_refused(match, fe, interfaces=None, **options):
     with pytest.raises(ReductionError, match=match):
         reduction.reduce(fe, BOTH if interfaces is None else interfaces, **options)
 
 
 def test_unknown_group(fe):
-    refused(
+    assert_refused(
         r"Interface 'a': the group 'lefft' does not exist in FE model 'block'\. One of: edge, left, mid, right, top\. "
         r"Did you mean 'left'\?",
         fe,
@@ -36,19 +36,19 @@ def test_unknown_group(fe):
 
 
 def test_unknown_group_of_a_station(fe):
-    refused(r"Station 's': the group 'middle' does not exist", fe, stations={"s": "middle"})
+    assert_refused(r"Station 's': the group 'middle' does not exist", fe, stations={"s": "middle"})
 
 
 def test_overlapping_interfaces(fe):
     mixed = [*fe.node_set("left")[:4].tolist(), *fe.node_set("right").tolist()]
-    refused(
+    assert_refused(
         r"Interfaces 'a' and 'c': 4 common nodes, first node \d+\..*Shrink one", fe, {"a": "left", "c": mixed}
     )
 
 
 def test_empty_set(fe):
     model = replace(fe, node_sets={**fe.node_sets, "none": np.zeros(0, int)})
-    refused(
+    assert_refused(
         r"Interface 'a': the selection 'none' has no nodes\. Expected: at least one node\. Check the group",
         model,
         {"a": "none"},
@@ -57,7 +57,7 @@ def test_empty_set(fe):
 
 @pytest.mark.parametrize("kind", [reduction.Rigid, reduction.Averaging])
 def test_collinear_set(fe, kind):
-    refused(
+    assert_refused(
         r"Interface 'a': \d+ collinear nodes without rotational freedoms: no rotation y.*off the line",
         fe,
         {"a": kind("edge"), "b": "right"},
@@ -66,7 +66,7 @@ def test_collinear_set(fe, kind):
 
 @pytest.mark.parametrize("kind", [reduction.Rigid, reduction.Averaging])
 def test_single_node_of_a_solid(fe, kind):
-    refused(
+    assert_refused(
         r"a single node without rotational freedoms: no rotation x, rotation y, rotation z",
         fe,
         {"a": kind([3])},
@@ -74,15 +74,15 @@ def test_single_node_of_a_solid(fe, kind):
 
 
 def test_node_numbers_out_of_range(fe):
-    refused(rf"Interface 'a': node number 100000\. Expected: 0 to {len(fe.nodes) - 1}", fe, {"a": [0, 100000]})
+    assert_refused(rf"Interface 'a': node number 100000\. Expected: 0 to {len(fe.nodes) - 1}", fe, {"a": [0, 100000]})
 
 
 def test_selection_of_another_kind(fe):
-    refused(r"Interface 'a': \['x'\]\. Expected: a set name, node numbers \(int\) or coordinates", fe, {"a": ["x"]})
+    assert_refused(r"Interface 'a': \['x'\]\. Expected: a set name, node numbers \(int\) or coordinates", fe, {"a": ["x"]})
 
 
 def test_coordinates_without_a_node(fe):
-    refused(
+    assert_refused(
         r"Interface 'a': no node at \(0\.2, 0\.5, 0\.0\) m; the nearest is node \d+ at .*as a station",
         fe,
         {"a": (0.2, 0.5, 0.0)},
@@ -90,7 +90,7 @@ def test_coordinates_without_a_node(fe):
 
 
 def test_weights_of_an_averaging_interface(fe):
-    refused(
+    assert_refused(
         r"weights of shape \(2,\).*positive weights",
         fe,
         {"a": reduction.Averaging("left", weights=[1.0, 2.0])},
@@ -99,7 +99,7 @@ def test_weights_of_an_averaging_interface(fe):
 
 def test_more_modes_than_freedoms():
     fe = planar_beam(n_el=3)
-    refused(
+    assert_refused(
         r"FE model 'planar beam': 5 fixed-interface modes asked for\. Expected: at most 4, the freedoms with mass",
         fe,
         modes=5,
@@ -111,7 +111,7 @@ def test_more_modes_than_masses():
     """Only two inner freedoms carry mass: three modes are one too many, although three freedoms more are there."""
     fe = planar_beam(n_el=3)
     lumped = sparse.diags(np.where(fe.dofs[:, 1] == 1, 1.0, 0.0)).tocsr()
-    refused(
+    assert_refused(
         r"3 fixed-interface modes asked for\. Expected: at most 2, the freedoms with mass",
         replace(fe, M=lumped),
         modes=3,
@@ -120,7 +120,7 @@ def test_more_modes_than_masses():
 
 @pytest.mark.parametrize("modes", [-1, 2.5, True, "up to 200", "up to 1.2.3 Hz", "up to e Hz", "many", None])
 def test_unreadable_mode_choice(fe, modes):
-    refused(r"Reduction: modes = .*a count, or a text like 'up to 200 Hz within 1 %'", fe, modes=modes)
+    assert_refused(r"Reduction: modes = .*a count, or a text like 'up to 200 Hz within 1 %'", fe, modes=modes)
 
 
 def test_disconnected_parts():
@@ -132,7 +132,7 @@ def test_disconnected_parts():
         K=sparse.block_diag([bar.K, bar.K]).tocsr(),
         M=sparse.block_diag([bar.M, bar.M]).tocsr(),
     )
-    refused(
+    assert_refused(
         r"FE model 'two bars': 2 parts that are not connected; the smallest has 5 nodes, e\.g\. node \d+ at "
         r"\([03], 0, 0\) m\. Expected: one connected part\. Merge duplicate nodes",
         fe,
@@ -170,7 +170,7 @@ def hinged_frame():
 
 
 def test_mechanism_behind_the_interfaces():
-    refused(
+    assert_refused(
         r"FE model 'hinged': a mechanism: node [234] at .* m moves freely in (rotation )?[xyz] while the interfaces "
         r"are held.*not joined, a hinge",
         hinged_frame(),
@@ -179,7 +179,7 @@ def test_mechanism_behind_the_interfaces():
 
 
 def test_mechanism_between_the_interfaces():
-    refused(r"FE model 'hinged': a mechanism: node \d at", hinged_frame(), {"a": [0], "b": [2]})
+    assert_refused(r"FE model 'hinged': a mechanism: node \d at", hinged_frame(), {"a": [0], "b": [2]})
 
 
 def test_hinge_between_two_interfaces_that_hold_both_halves():
@@ -190,7 +190,7 @@ def test_hinge_between_two_interfaces_that_hold_both_halves():
     first, second = fem.solid(mesh, STEEL), fem.solid(replace(mesh, points=moved, node_sets={}), STEEL)
     fe = fem.joined(first, second, name="two blocks")
     far = np.flatnonzero(fe.nodes[:, 0] > fe.nodes[:, 0].max() - 1e-9)
-    refused(
+    assert_refused(
         r"FE model 'two blocks': a mechanism: node \d+ at .* moves freely in [xyz]; the interfaces move "
         r"against each other without strain energy",
         fe,
@@ -204,14 +204,14 @@ def test_freedom_without_stiffness():
     K = fe.K.tolil()
     K[5, :] = 0.0
     K[:, 5] = 0.0
-    refused(r"FE model 'planar beam'", replace(fe, K=K.tocsr()))
+    assert_refused(r"FE model 'planar beam'", replace(fe, K=K.tocsr()))
 
 
 def test_grounded_stiffness():
     fe = planar_beam(n_el=4)
     K = fe.K.tolil()
     K[4, 4] *= 1.5
-    refused(
+    assert_refused(
         r"rigid motion in y meets a force \(relative .*\): the stiffness is grounded\. Expected: a free body.*Remove supports",
         replace(fe, K=K.tocsr()),
     )
@@ -219,7 +219,7 @@ def test_grounded_stiffness():
 
 def test_massless_model():
     fe = planar_beam(n_el=4)
-    refused(r"no mass resists rigid motion in y.*Give the material a density", replace(fe, M=0.0 * fe.M))
+    assert_refused(r"no mass resists rigid motion in y.*Give the material a density", replace(fe, M=0.0 * fe.M))
 
 
 def test_massless_interface():
@@ -229,7 +229,7 @@ def test_massless_interface():
     )
     M = sparse.lil_matrix((18, 18))
     M[:6, :6] = np.diag([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-    refused(
+    assert_refused(
         r"an interface motion without mass, largest at node \d.*Give this region a density, a lumped mass or inertia",
         replace(beam, M=M.tocsr(), blocks=()),
         {"a": [0], "b": [2]},
@@ -239,7 +239,7 @@ def test_massless_interface():
 
 
 def test_geometric_stiffness_needs_elements():
-    refused(
+    assert_refused(
         r"geometric stiffness was asked for, but there are no elements.*geometric_stiffness=False",
         planar_beam(),
         geometric_stiffness=True,
@@ -257,11 +257,11 @@ def test_geometric_stiffness_needs_elements():
     ],
 )
 def test_settings_that_cannot_be(fe, options, match):
-    refused(match, fe, loads={"air": {0: (0.0, 1.0, 0.0)}}, **options)
+    assert_refused(match, fe, loads={"air": {0: (0.0, 1.0, 0.0)}}, **options)
 
 
 def test_frame_of_another_name(fe):
-    refused(
+    assert_refused(
         r"Frame 'aa': no interface of that name\. Expected: 'buckens' or one of: a, b\. Did you mean 'a'\?",
         fe,
         frame="aa",
@@ -269,7 +269,7 @@ def test_frame_of_another_name(fe):
 
 
 def test_frame_at_a_bare_node(fe):
-    refused(
+    assert_refused(
         r"Frame 'n': the interface has 3 freedoms\. Expected: 6, enough to hold",
         fe,
         {"a": "left", "n": reduction.Nodes([len(fe.nodes) - 1])}
@@ -280,11 +280,11 @@ def test_frame_at_a_bare_node(fe):
 
 
 def test_station_with_the_name_of_an_interface(fe):
-    refused(r"Station 'a': an interface has the same name", fe, stations={"a": "mid"})
+    assert_refused(r"Station 'a': an interface has the same name", fe, stations={"a": "mid"})
 
 
 def test_unknown_residual_load(fe):
-    refused(
+    assert_refused(
         r"Load 'airr': no load shape of that name\. One of: air\. Did you mean 'air'\?",
         fe,
         loads={"air": "top"},
@@ -296,7 +296,7 @@ def test_interface_on_a_linked_node():
     points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]
     beam = fem.frame(points, section=fem.Section.rectangle(0.02, 0.02), material=STEEL)
     linked = with_rigid_link(beam, 2, [3])
-    refused(
+    assert_refused(
         r"Interface 'b': 1 of its nodes have no freedoms of their own \(a link makes them follow other nodes\), first "
         r"node 3.*Choose the node that the link hangs on",
         linked,

@@ -25,7 +25,7 @@ MODELS = {
 }
 
 
-def compare(model, rng, regularised=AGREED, **options):
+def assert_agreement(model, rng, regularised=AGREED, **options):
     """Compare accelerations (relative to the largest of their kind) and multipliers of all formulations.
 
     `regularised` is the tolerance of Augmented's multipliers: its regularisation of 1e-9 leaves 1e-7 of rounding in
@@ -45,19 +45,19 @@ def compare(model, rng, regularised=AGREED, **options):
 @pytest.mark.parametrize("name", MODELS)
 def test_on_trees_and_loops(name, rng):
     for _ in range(3):
-        compare(MODELS[name](), rng)
+        assert_agreement(MODELS[name](), rng)
 
 
 @pytest.mark.parametrize("pair", [pair for pair in PAIRS if not any(name in pair for name in ("cable", "beam", "plate"))])
 @pytest.mark.parametrize("kind", KINDS)
 def test_on_every_joint(kind, pair, rng):
-    compare(connected(kind, pair, rng), rng)
+    assert_agreement(connected(kind, pair, rng), rng)
 
 
 @pytest.mark.parametrize("pair", ["ground-rigid", "rigid-floating", "rigid-point"])
 @pytest.mark.parametrize("kind", FORCES)
 def test_on_every_force(kind, pair, rng):
-    compare(connected(kind, pair, rng), rng)
+    assert_agreement(connected(kind, pair, rng), rng)
 
 
 def test_cut_by_hand(rng):

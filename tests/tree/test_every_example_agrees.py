@@ -60,7 +60,7 @@ def model_of(path: Path, monkeypatch, tmp_path) -> fmb.Model:
     return found.value.args[0]
 
 
-def compare(model: fmb.Model, rng) -> None:
+def assert_agreement(model: fmb.Model, rng) -> None:
     """Compare accelerations and multipliers, relative to the largest of their kind; bodies of nodes are named instead."""
     system, state = random_consistent(model, rng, **MEASURE)
     work = system.workspace()
@@ -86,12 +86,12 @@ def test_the_examples_are_found():
 def test_model_of_a_script(path, monkeypatch, tmp_path, rng):
     model = model_of(path, monkeypatch, tmp_path)
     for _ in range(2):
-        compare(model, rng)
+        assert_agreement(model, rng)
 
 
 @pytest.mark.parametrize("path", FILES, ids=name)
 def test_model_of_a_file(path, rng):
-    compare(fmb.load_model(path), rng)
+    assert_agreement(fmb.load_model(path), rng)
 
 
 @pytest.fixture(scope="module")
@@ -107,4 +107,4 @@ def with_bodies(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in FILES if "rigid" in fmb.load_model(path).parameters], ids=name)
 def test_elastic_model_of_a_file(path, with_bodies, rng):
-    compare(fmb.load_model(with_bodies / path.name, {"rigid": False}), rng)
+    assert_agreement(fmb.load_model(with_bodies / path.name, {"rigid": False}), rng)

@@ -28,7 +28,7 @@ def difference(tree, marker, q, k, h=1e-3):
     return total / unit[k]
 
 
-def check_jacobian(model, marker, rng):
+def assert_jacobian(model, marker, rng):
     _, state = random_consistent(model, rng)
     tree = fmb.JointTree(model)
     here = tree.relative(state)
@@ -42,12 +42,12 @@ def check_jacobian(model, marker, rng):
 @pytest.mark.parametrize("kind", PLAIN)
 def test_jacobian_over_every_joint(kind, pair, rng):
     model = connected(kind, pair, rng)
-    check_jacobian(model, model.marker_names()[-1], rng)
+    assert_jacobian(model, model.marker_names()[-1], rng)
 
 
 @pytest.mark.parametrize("marker", ["ball.center", "wing.tip", "tail.end", "dust.center", "fin.mid", "hub.center"])
 def test_jacobian_over_a_branched_tree(marker, rng):
-    check_jacobian(branched(), marker, rng)
+    assert_jacobian(branched(), marker, rng)
 
 
 @pytest.mark.parametrize("make", [branched, lambda: flexible_chain(3), lambda: chain(5, fmb.Spherical)],

@@ -32,7 +32,7 @@ def frames(model, q):
     return out
 
 
-def round_trip(model, rng, tolerance=ROUND, **options):
+def assert_round_trip(model, rng, tolerance=ROUND, **options):
     """Compare a random consistent state, with its accelerations, with what comes back."""
     system, state = random_consistent(model, rng, **options)
     state.a[:] = fmb.Recursive().accelerate(system, state, system.workspace())[0]
@@ -48,13 +48,13 @@ def round_trip(model, rng, tolerance=ROUND, **options):
 @pytest.mark.parametrize("pair", ["ground-rigid", "rigid-rigid", "floating-ground", "rigid-floating", "floating-floating"])
 @pytest.mark.parametrize("kind", PLAIN)
 def test_round_trip_over_every_joint(kind, pair, rng):
-    tree, _, _ = round_trip(connected(kind, pair, rng), rng)
+    tree, _, _ = assert_round_trip(connected(kind, pair, rng), rng)
     assert not tree.tree.cut
 
 
 @pytest.mark.parametrize("model", [branched, flexible_chain, chain])
 def test_round_trip_over_trees(model, rng):
-    tree, state, back = round_trip(model() if model is branched else model(3), rng)
+    tree, state, back = assert_round_trip(model() if model is branched else model(3), rng)
     np.testing.assert_allclose(back.q[-1], state.q[-1], atol=ROUND)  # a branch, where there is one
     again = tree.relative(back)
     first = tree.relative(state)
@@ -64,7 +64,7 @@ def test_round_trip_over_trees(model, rng):
 
 def test_round_trip_over_loops(rng):
     """The joints of the tree place the bodies as the state does; redundant equations leave velocities open by 1e-9."""
-    round_trip(loops(), rng, tolerance=SOLVER)
+    assert_round_trip(loops(), rng, tolerance=SOLVER)
 
 
 def test_relative_rates_are_derivatives(rng):

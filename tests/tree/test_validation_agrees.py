@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tree.models import chain, flexible_chain, random_consistent
-from tree.test_agreement import AGREED, compare
+from tree.test_agreement import AGREED, assert_agreement
 from verification.mechanisms import andrews, bricard, car_axis, door, four_bars, towing_chain
 from verification.rotating_beams import on_hub
 from verification.test_gs01_three_rods import rods
@@ -53,7 +53,7 @@ REGULARISED = {"RC01 door on three hinges": {"regularised": 1e-6}}
 @pytest.mark.parametrize("name", MODELS)
 def test_four_formulations_agree(name, rng):
     for _ in range(2):
-        compare(MODELS[name](), rng, spread=SPREAD.get(name, 0.02), **REGULARISED.get(name, {}))
+        assert_agreement(MODELS[name](), rng, spread=SPREAD.get(name, 0.02), **REGULARISED.get(name, {}))
 
 
 def spinning(n, speed, **fields):

@@ -14,7 +14,7 @@ import flexmb as fmb
 POSITION, ENERGY = 1e-3, 0.1
 
 
-def check(reference, n, integrator):
+def assert_motion(reference, n, integrator):
     expected = reference("RB02")["reference"][f"N={n}"]["B0_xy"]
     solution = fmb.simulate(four_bars(n), 10.0, samples=101, integrator=integrator)
     np.testing.assert_allclose(solution["B0"][-1, :2], expected, atol=POSITION)
@@ -27,12 +27,12 @@ def check(reference, n, integrator):
     ids=["alpha", "alpha adaptive", "IDA"],
 )
 def test_two(reference, integrator):
-    check(reference, 2, integrator)
+    assert_motion(reference, 2, integrator)
 
 
 @pytest.mark.slow
 def test_forty(reference):
-    check(reference, 40, fmb.GeneralizedAlpha(step=1e-3))
+    assert_motion(reference, 40, fmb.GeneralizedAlpha(step=1e-3))
 
 
 @pytest.mark.parametrize("n", [2, 40])
