@@ -22,6 +22,8 @@ __all__ = ["Implicit"]
 RECURSIVE = Recursive()
 NEWTON = 1e-4
 """What the iteration may leave, relative to the tolerance of a step."""
+SETTLED = 1e-12
+"""The same of a fixed step at least, relative to the accelerations: rounding, since small steps divide it by their size."""
 SMALLEST = 1e-14
 """Step size, s, at which a run ends."""
 
@@ -38,7 +40,7 @@ class _Run:
         self.t, self.works, self.projections = state.t, np.zeros(3), 0
         self.x, self.v, a = self.unknowns.of(state)
         self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
-        r.lam0[:], r.A[0] = state.lam, a
+        r.L[0], r.A[0] = state.lam, a
         self.motion.sample(self.t, self.x, self.v)
         r.W[0] = work.energy[3:6]
         self._begin()
@@ -61,7 +63,7 @@ class _Run:
         """Take a step, or shorten the next one."""
         r, adaptive, planned = self.stages, self.settings.step is None, self.next
         solved = run_step(self.unknowns.chart, self.system.program, self.work, r, self.x, self.v, self.t, h, WEIGHTS, THIRD,
-                          self.settings.rtol, NEWTON if adaptive else 0.01 * NEWTON)
+                          self.settings.rtol, NEWTON, np.inf if adaptive else SETTLED)
         error = float(r.error[0])
         if not solved:
             r.counts[4] += 1
@@ -75,7 +77,7 @@ class _Run:
         self.works += h * WEIGHTS[-1] @ r.W
         self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
         self.projections += projected
-        r.A[0], r.W[0], r.lam0[:] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
+        r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
         self._begin()
         r.counts[0] += 1
         for iq, iu, size, _ in self.system.program.vectors:
@@ -128,8 +130,7 @@ class Implicit(metaclass=Described):
     atol : float, m
         Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
     step : float, s, optional
-        Fixed step size; without it the step follows the error. The iteration still ends at a small share of `rtol`: where
-        steps are so small that their errors are below it, lower `rtol` with them.
+        Fixed step size; without it the step follows the error.
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
     drift : float

@@ -43,14 +43,18 @@ MOST = 12
 """Iterations of a stage."""
 SLOW = 0.5
 """Rate of convergence at which the matrix is made anew."""
+STALLED = 0.3
+"""Rate of convergence at which, with corrections far below the tolerance, only rounding is left."""
+UNSEEN = 1e-3
+"""What the iteration may leave of velocities, relative to their error in a step: as that of positions, it is of order h^4."""
 
-Stages = namedtuple("Stages", "x v a lam x0 v0 lam0 y change K V A W state right extent reach counts error fresh")
+Stages = namedtuple("Stages", "x v a lam x0 v0 y change K V A L W state right extent reach counts error fresh")
 """Storage of the steps.
 
 x, v, a, lam : unknowns of the stage at hand, at the end those of the step; x0, v0: what the stage starts from
-lam0 (ng,) : multipliers at the start of the step
 y, change : x with unit Euler parameters; change of a
-K, V, A, W (6, n) : rates of x, rates v, second rates and powers of the stages; the first is the start of the step
+K, V, A, L, W (6, n) : rates of x, rates v, second rates, multipliers and powers of the stages; the first is the start of
+    the step
 state : State of all bodies
 right (nu + ng,) : right-hand side of the iteration
 extent, reach (nu,) : see `flexmb.integrate.extent`
@@ -62,10 +66,11 @@ error (1,) : of the step, relative to its tolerance; fresh (1,): shall the matri
 def new_stages(unknowns, state, extent, reach) -> Stages:
     """Return storage for the unknowns of a state."""
     nx, nv, nu = unknowns.nx, unknowns.nv, len(state.u)
+    ng = len(state.lam)
     return Stages(x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), lam=state.lam.copy(), x0=np.zeros(nx), v0=np.zeros(nv),
-                  lam0=state.lam.copy(), y=np.zeros(nx), change=np.zeros(nv), K=np.zeros((STAGES, nx)),
-                  V=np.zeros((STAGES, nv)), A=np.zeros((STAGES, nv)), W=np.zeros((STAGES, 3)), state=state,
-                  right=np.zeros(nu + len(state.lam)),
+                  y=np.zeros(nx), change=np.zeros(nv), K=np.zeros((STAGES, nx)), V=np.zeros((STAGES, nv)),
+                  A=np.zeros((STAGES, nv)), L=np.zeros((STAGES, ng)), W=np.zeros((STAGES, 3)), state=state,
+                  right=np.zeros(nu + ng),
                   extent=extent, reach=reach, counts=np.zeros(5, np.int64), error=np.zeros(1), fresh=np.ones(1))
 
 
@@ -101,20 +106,25 @@ def _follow(chart, program, work, r, t, shift, rates):
 
 @inner_kernel
 def _predict(r, c, s):
-    """Write the accelerations of stage s, of time c[s] in the step, by the polynomial through up to three before it."""
+    """Write accelerations and multipliers of stage s, at c[s] of the step, by the polynomial through up to three before."""
     first = max(0, s - 3)
-    r.a[:] = 0.0
+    r.a[:], r.lam[:] = 0.0, 0.0
     for j in range(first, s):
         share = 1.0
         for k in range(first, s):
             if k != j:
                 share *= (c[s] - c[k]) / (c[j] - c[k])
         r.a[:] += share * r.A[j]
+        r.lam[:] += share * r.L[j]
 
 
 @inner_kernel
-def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
-    """Solve stage s by Newton's method; the matrix is kept while it converges fast. False if it fails."""
+def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
+    """Solve stage s by Newton's method; the matrix is kept while it converges fast. False if it fails.
+
+    It ends when what is left is below `newton` of the tolerance and `settled` of the accelerations, or, below the former,
+    when iterations gain nothing more.
+    """
     nu, ng = len(r.extent), len(r.lam)
     size, rate = 0.0, 0.5
     if len(chart.driven) > 0:
@@ -151,7 +161,9 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
             if rate > 1.5 and iteration > 2 and size > newton:
                 return False
         rate = min(rate, 0.99)
-        if size * rate / (1.0 - rate) <= newton and (iteration > 0 or size <= 1e-2 * newton):
+        goal = min(newton, settled * _norm(r, state.a, shift * shift, tolerance))
+        exhausted = iteration > 1 and (rate > STALLED or iteration == MOST - 1) and size <= newton
+        if exhausted or (size * rate / (1.0 - rate) <= goal and (iteration > 0 or size <= 1e-2 * goal)):
             r.W[s] = work.energy[3:6]
             r.W[s, 1] = 0.0  # of the drives: with the corrected multipliers
             for i in range(ng):
@@ -159,21 +171,23 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton):
             for i in range(len(r.v)):
                 r.v[i] += shift * r.change[i]
             prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
-            r.V[s], r.A[s] = r.v, r.a
+            r.V[s], r.A[s], r.L[s] = r.v, r.a, r.lam
             return True
         r.fresh[0] = 1.0 if iteration > 0 and rate > SLOW else 0.0
     return False
 
 
 @kernel
-def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, newton):
+def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, newton, settled):
     """Take a step from x, v, whose rates stand in the first stage; return whether its stages could be solved.
 
-    The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error.
+    The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error. `settled` is
+    what the iteration may leave of the accelerations at least; more where the step before erred more.
     """
     shift = GAMMA * h
-    r.x[:], r.v[:], r.lam[:] = x, v, r.lam0  # also after a step that failed
+    r.x[:], r.v[:] = x, v  # also after a step that failed
     r.fresh[0] = 1.0
+    settled = max(settled, UNSEEN * tolerance * r.error[0])
     c = np.sum(weights, axis=1)
     for s in range(1, STAGES):
         r.x0[:], r.v0[:] = x, v
@@ -183,7 +197,7 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
                 r.x0[:] += w * r.K[j]
                 r.v0[:] += w * r.A[j]
         _predict(r, c, s)
-        if not _stage(chart, program, work, r, t + c[s] * h, shift, s, tolerance, newton):
+        if not _stage(chart, program, work, r, t + c[s] * h, shift, s, tolerance, newton, settled):
             return False
     r.change[:] = 0.0
     for j in range(STAGES):
