@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.integrate import contradiction
 from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
@@ -158,6 +159,7 @@ class Phases:
         places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
         keep = times[places] == rows["t"]
         kept = {name: x[keep] for name, x in rows.items()}
+        self._require_agreement(kept)
         wrong = first_inversion(self.recorder.system, kept["q"])
         if wrong is not None:
             kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
@@ -166,6 +168,15 @@ class Phases:
         if wrong is not None:
             self.t = float(kept["t"][-1])
             raise IntegrationError(wrong.title, found=wrong.found, expected=EXPECTED, remedy=REMEDY)
+
+    def _require_agreement(self, kept) -> None:
+        """Record what comes before equations contradict each other, and raise IntegrationError, if they do."""
+        apart = contradiction.first_contradiction(self.recorder.system, kept)
+        if apart is not None:
+            self.t = float(kept["t"][apart.sample])
+            self.recorder.add({name: x[: apart.sample] for name, x in kept.items()})
+            raise IntegrationError(apart.title, found=apart.found, expected=contradiction.EXPECTED,
+                                   remedy=contradiction.REMEDY)
 
 
 def _complaints(model: Model) -> str:

@@ -21,7 +21,7 @@ from flexmb.system.complaints import (
 )
 from flexmb.system.massless import inertia_floor
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
-from flexmb.system.program import accelerations, evaluate, project
+from flexmb.system.program import accelerations, constraint_acceleration, constraint_velocity, evaluate, project
 from flexmb.system.system import System
 
 __all__ = ["assemble", "consistent_start"]
@@ -67,7 +67,11 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     for k, branch in enumerate(system.branch_names):
         state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
     system = _assemble(system, state, work, tolerance)
-    return replace(system, misfits=_misfits(system, work, tolerance)), consistent_start(system, state, work)
+    system = replace(system, misfits=_misfits(system, work, tolerance))
+    residual = np.zeros(system.ng)
+    constraint_velocity(work, state.u, residual)
+    _require_motion(system, residual, state.u, "first")
+    return system, consistent_start(system, state, work)
 
 
 def _assemble(system: System, state: State, work, tolerance: float) -> System:
@@ -116,29 +120,27 @@ def consistent_start(system: System, state: State, work) -> State:
     if failed >= 0 or not np.all(np.isfinite(state.a)):
         raise singular(system, state, work, failed)
     residual = np.zeros(system.ng)
-    _acceleration_error(system, state, work, residual)
+    constraint_acceleration(work, state.a, residual)
+    _require_motion(system, residual, state.a, "second")
     return state
 
 
-def _acceleration_error(system, state, work, residual):
-    from flexmb.system.program import constraint_acceleration
-
-    constraint_acceleration(work, state.a, residual)
+def _require_motion(system: System, residual: np.ndarray, motion: np.ndarray, derivative: str) -> None:
+    """Raise CompileError if velocities or accelerations `motion` (nu,) leave a derivative (ng,) of the equations open."""
     worst = float(np.abs(residual).max(initial=0.0))
-    largest = float(np.abs(state.a).max(initial=0.0))
-    if worst > 1e-5 * (1.0 + largest):
+    if worst > 1e-5 * (1.0 + float(np.abs(motion).max(initial=0.0))):
         k = int(np.argmax(np.abs(residual)))
         if system.redundant:
             names = ", ".join(system.equation_names[n] for n in system.redundant[:5])
             raise CompileError(
                 f"Equation '{system.equation_names[k]}'",
-                found=f"its second derivative misses zero by {worst:.3g} in a singular configuration: {names} depend on "
+                found=f"its {derivative} derivative misses zero by {worst:.3g} in a singular configuration: {names} depend on "
                 "other equations here",
                 expected="a start from which all joints and drives can be followed",
                 remedy="Start away from the dead centre (or drive another joint there); if nothing is at a dead centre, "
                 "two drives contradict each other: remove one, or make their signals agree")
         raise CompileError(
-            f"Equation '{system.equation_names[k]}'", found=f"its second derivative misses zero by {worst:.3g}",
+            f"Equation '{system.equation_names[k]}'", found=f"its {derivative} derivative misses zero by {worst:.3g}",
             expected="equations that can be satisfied together, in position, velocity and acceleration",
             remedy="Two drives or joints contradict each other: remove one, or make their signals agree")
 

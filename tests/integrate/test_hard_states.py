@@ -71,6 +71,42 @@ def test_a_dead_centre_that_a_driven_slider_reaches(integrator):
     np.testing.assert_allclose(kept["stroke"], x + 4.2 * (2.5 - x) * kept.t**2, atol=1e-5)
 
 
+def hinged(*drives) -> fmb.Model:
+    """A body that turns freely about z at 2 rad/s, and drives of its hinge."""
+    body = fmb.RigidBody("arm", mass=1.0, inertia=(0.1, 0.1, 0.1), angular_velocity=(0, 0, 2.0), markers={"pin": (0, 0, 0)})
+    joints = [fmb.Revolute("pivot", markers=("ground.origin", "arm.pin")), *drives]
+    return fmb.Model(bodies=[fmb.Ground(), body], joints=joints,
+                     sensors=[fmb.JointCoordinate("angle", joint="pivot"), fmb.ConstraintError("gap")])
+
+
+@pytest.mark.parametrize("other", [
+    fmb.Drive("two", joint="pivot", angle=fmb.ramp(rate=2.5)),
+    fmb.Fixed("two", markers=("ground.origin", "arm.pin"))], ids=["drive", "fixed"])
+def test_speeds_that_contradict_each_other_at_the_start(other):
+    with pytest.raises(CompileError) as caught:
+        fmb.simulate(hinged(fmb.Drive("one", joint="pivot", angle=fmb.ramp(rate=2.0)), other), 1.0)
+    text = four_parts(caught.value)
+    assert "'one: Angle': its first derivative misses zero by" in text
+    assert "two drives contradict each other" in text
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
+def test_drives_that_part_on_the_way(integrator):
+    """From t = 0.5 s on the second drive runs ahead: by 10 s^3 - 15 s^4 + 6 s^5 with s = 2 t - 1."""
+    model = hinged(fmb.Drive("one", joint="pivot", angle=fmb.ramp(rate=2.0)),
+                   fmb.Drive("two", joint="pivot", angle=fmb.expression("2*t + smooth(2*t - 1)")))
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(model, 1.0, samples=101, integrator=integrator)
+    text = four_parts(caught.value)
+    assert "dependent equations stay open" in text
+    assert "one: Angle" in text
+    assert "two: Angle" in text
+    kept = caught.value.solution
+    assert 0.49 < kept.t[-1] < 0.53
+    np.testing.assert_allclose(kept["angle"], 2.0 * kept.t, atol=1e-4)
+    assert kept["gap"].max() < 1e-4
+
+
 def spring(stiffness: float, length: float = 1.001) -> fmb.Model:
     return fmb.Model(
         gravity=(0, 0, -9.81), bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(0, 0, -length))],
