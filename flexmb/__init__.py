@@ -25,7 +25,7 @@ _ROOMS = {
     "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
     "Orientation Position Reaction SectionForces SectionStrains Stress StressResultants Velocity",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
-    "flexmb.events": "Change Event Impact Lock Release Stop",
+    "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "
     "UdwadiaPhohomsiri accelerations campbell check inverse_dynamics kinematics linearize resume simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",

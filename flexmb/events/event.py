@@ -43,7 +43,7 @@ class Event(Part):
         The event happens at this time (without a sensor).
     column : int, optional
         Column of a sensor with several values.
-    then : Release, Lock, Stop, Change or Impact, or a sequence of them
+    then : Release, Lock, Unlock, Stop, Change or Impact, or a sequence of them
         What happens, in this order.
     repeats : bool
         False: it happens once. True: whenever the value passes the threshold again.
@@ -75,7 +75,8 @@ class Event(Part):
                              remedy="Leave repeats out, or write one event per time")
         actions = self.then if isinstance(self.then, tuple | list) else (self.then,)
         if not actions or not all(isinstance(a, Action) for a in actions):
-            raise ModelError(self.title, found=f"then = {self.then!r}", expected="Release, Lock, Stop, Change or Impact",
+            raise ModelError(self.title, found=f"then = {self.then!r}",
+                             expected="Release, Lock, Unlock, Stop, Change or Impact",
                              remedy="Write then=flexmb.Release('strut')")
         object.__setattr__(self, "then", tuple(actions))
 

@@ -1,4 +1,4 @@
-"""`Lock`: a joint jams where it is."""
+"""`Lock`: a joint jams where it is; `Unlock`: it comes free again."""
 
 from __future__ import annotations
 
@@ -6,23 +6,40 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexmb.constraints import Slide, Turn
+from flexmb.constraints import Helix, Slide, Turn, TurnOfSecond
 from flexmb.errors import ModelError
 from flexmb.events.event import Action
+from flexmb.events.release import without_dependents
 from flexmb.joints import Drive, Fixed
 from flexmb.model.pose import Pose
+from flexmb.sensors import JointCoordinate
 
-__all__ = ["Lock"]
+__all__ = ["Lock", "Unlock"]
+
+WORDS = {Turn("z"): "turn", Turn("z", to="z"): "turn", TurnOfSecond("z"): "turn_b", Slide("z"): "slide",
+         Slide("x"): "slide_x", Slide("y"): "slide_y"}
+"""Freedoms that a drive holds, as drives name them."""
+
+
+def _drivable(joint) -> tuple[str, ...]:
+    """Return the freedoms that drives hold the joint in, or nothing if it has others: then it is replaced."""
+    words = ["turn" if isinstance(freedom, Helix) else WORDS.get(freedom) for freedom in joint.permits]
+    return tuple(word for word in words if word) if all(words) else ()
+
+
+def _drive_name(joint, word: str) -> str:
+    return f"{joint.name} locked {word}"
 
 
 @dataclass(frozen=True)
 class Lock(Action):
-    """Hold a joint at its present position; a drive of the joint stops acting.
+    """Hold a joint at its present position, at once: its parts stop as in a plastic impact. Its drive stops acting.
 
     Parameters
     ----------
     joint : str
-        A joint that turns or slides about z is held there; any other is fixed, if one of its bodies is rigid or ground.
+        A joint with turns and slides only is held by drives, "<joint> locked turn" and so on; any other becomes a Fixed
+        one, if one of its bodies is rigid or ground. Drives of it go, with their sensors.
     """
 
     joint: str
@@ -30,10 +47,32 @@ class Lock(Action):
     def check(self, model, asker: str) -> None:
         """Raise ModelError if the joint does not exist, or cannot be held."""
         joint = model.joint(self.joint, asker)
-        if not set(joint.permits) <= {Turn("z"), Slide("z")} and self._side(model, joint) is None:
+        if joint.prescribes or joint.couples:
+            others = [joint.joint] if joint.prescribes else joint.joints
+            remedy = " or ".join(f"Lock('{other}')" for other in others)
+            raise ModelError(asker, found=f"Lock of '{joint.name}', which is a {type(joint).__name__}",
+                             expected="a joint that holds two bodies together",
+                             remedy=f"{remedy} holds the joint that it acts on")
+        if _drivable(joint):
+            return
+        if self._side(model, joint) is None:
             raise ModelError(asker, found=f"joint '{joint.name}' ({type(joint).__name__}) joins two flexible bodies",
-                             expected="a joint that turns or slides about z, or one on a rigid body or the ground",
+                             expected="a joint that only turns and slides, or one on a rigid body or the ground",
                              remedy="Lock another joint")
+        fixed = Fixed(joint.name, markers=joint.resolved_markers(model))
+        try:
+            free = self._undriven(model)
+            replace(free, events=(), joints=tuple(fixed if j.name == joint.name else j for j in free.joints))
+        except ModelError as error:
+            raise ModelError(asker, found=f"Lock makes '{joint.name}' ({type(joint).__name__}) a fixed joint, but "
+                             f"{error.part} needs a freedom of it", expected="forces and sensors that a fixed joint may have",
+                             remedy="Let them refer to markers instead, such as Distance or SpringDamper") from error
+
+    def _undriven(self, model):
+        """Return the model without the drives of the joint, and without what depends on them."""
+        for drive in [j.name for j in model.joints if j.prescribes and j.joint == self.joint]:
+            model = without_dependents(model, drive)
+        return model
 
     @staticmethod
     def _side(model, joint) -> int | None:
@@ -47,17 +86,15 @@ class Lock(Action):
         """Return the model with the joint held."""
         joint = model.joint(self.joint)
         names = joint.resolved_markers(model)
-        kept = tuple(j for j in model.joints if not (j.prescribes and getattr(j, "joint", "") == joint.name))
-        a, b = (series.marker(name) for name in names)
-        R_a, R_b, d = a.R[-1], b.R[-1], b.r[-1] - a.r[-1]
-        if set(joint.permits) <= {Turn("z"), Slide("z")}:
+        free, words = self._undriven(model), _drivable(joint)
+        if words:
             added = []
-            if Turn("z") in joint.permits:
-                angle = float(np.arctan2(R_a[:, 1] @ R_b[:, 0], R_a[:, 0] @ R_b[:, 0]))
-                added.append(Drive(f"{joint.name} locked turn", joint=joint.name, angle=angle))
-            if Slide("z") in joint.permits:
-                added.append(Drive(f"{joint.name} locked slide", joint=joint.name, displacement=float(R_a[:, 2] @ d)))
-            return replace(model, joints=(*kept, *added))
+            for word in words:
+                at = float(JointCoordinate("held", joint=joint.name, freedom=word).values(series)[-1])
+                motion = {"angle": at} if word.startswith("turn") else {"displacement": at}
+                added.append(Drive(_drive_name(joint, word), joint=joint.name, freedom=word, **motion))
+            return replace(free, joints=(*free.joints, *added))
+        a, b = (series.marker(name) for name in names)
         side = self._side(model, joint)
         here, other = (a, b) if side == 0 else (b, a)
         body, marker = names[side].split(".")
@@ -66,7 +103,39 @@ class Lock(Action):
         at = np.array(pose.at) + pose.matrix @ relative @ (other.r[-1] - here.r[-1])
         held_pose = Pose(tuple(at), pose.matrix @ relative @ other.R[-1])
         held = {**model.body(body).markers, f"{joint.name}_locked": held_pose}
-        bodies = tuple(p.replaced(markers=held) if p.name == body else p for p in model.bodies)
+        bodies = tuple(p.replaced(markers=held) if p.name == body else p for p in free.bodies)
         ends = (f"{body}.{joint.name}_locked", names[1 - side])
         fixed = Fixed(joint.name, markers=ends if side == 0 else ends[::-1])
-        return replace(model, bodies=bodies, joints=tuple(fixed if j.name == joint.name else j for j in kept))
+        joints = tuple(fixed if j.name == joint.name else j for j in free.joints)
+        return replace(free, bodies=bodies, joints=joints)
+
+
+@dataclass(frozen=True)
+class Unlock(Action):
+    """Let a joint go that `Lock` holds: a brake, a latch, the dwell of a Geneva drive.
+
+    Drives that acted on the joint before it was locked do not come back; a joint that is not locked stays as it is.
+
+    Parameters
+    ----------
+    joint : str
+        A joint with turns and slides only: Revolute, Prismatic, Cylindrical, Planar, Universal or Screw.
+    """
+
+    joint: str
+
+    def check(self, model, asker: str) -> None:
+        """Raise ModelError if the joint does not exist, or is none that a lock leaves in the model."""
+        joint = model.joint(self.joint, asker)
+        if not _drivable(joint):
+            raise ModelError(asker, found=f"Unlock of '{joint.name}', which is a {type(joint).__name__}",
+                             expected="a joint with turns and slides only; others are replaced when they are locked",
+                             remedy="Lock a Revolute, Prismatic, Cylindrical, Planar, Universal or Screw joint")
+
+    def apply(self, model, series):
+        """Return the model without what holds the joint; what depends on that goes with it."""
+        joint = model.joint(self.joint)
+        for name in (_drive_name(joint, word) for word in _drivable(joint)):
+            if any(other.name == name for other in model.joints):
+                model = without_dependents(model, name)
+        return model

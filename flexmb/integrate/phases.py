@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate import contradiction
+from flexmb.integrate.continuity import require_continuity
 from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
@@ -96,6 +97,7 @@ class Phases:
             if began >= self.times[-1]:
                 return Status.finished(began)
             assembled = assemble(model, t=began, state=state)
+            require_continuity(event, assembled[0], state, assembled[1].q)
 
     def _again_and_again(self, event, t: float) -> bool:
         """Has the event happened so often lately that time hardly passes between?"""

@@ -21,7 +21,13 @@ from flexmb.system.complaints import (
 )
 from flexmb.system.massless import inertia_floor
 from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
-from flexmb.system.program import accelerations, constraint_acceleration, constraint_velocity, evaluate, project
+from flexmb.system.program import (
+    accelerations,
+    constraint_acceleration,
+    constraint_velocity,
+    evaluate,
+    project,
+)
 from flexmb.system.system import System
 
 __all__ = ["assemble", "consistent_start"]

@@ -17,7 +17,7 @@ MAY_KNOW = {
     "forces": ("math", "model", "constraints"),
     "mechanisms": ("math", "model", "bodies", "joints"),
     "sensors": ("math", "model", "constraints"),
-    "events": ("math", "model", "constraints", "joints"),
+    "events": ("math", "model", "constraints", "joints", "sensors"),
     "system": ("math", "model", "constraints"),
     "tree": ("math", "model", "constraints", "system"),
     "results": ("hdf5", "math", "model", "system"),

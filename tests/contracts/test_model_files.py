@@ -68,6 +68,7 @@ MORE = {
         "then": (
             fmb.Release("spring"),
             fmb.Lock("A"),
+            fmb.Unlock("A"),
             fmb.Change("b", mass=3.0, at=(1, 2, 3)),
             fmb.Change("spring", preload=fmb.ramp(rate=2.0)),
             fmb.Impact(("ground.A", "b.A"), restitution=0.5, along="z"),

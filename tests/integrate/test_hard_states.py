@@ -3,6 +3,8 @@
 Whatever cannot be followed says who, what, what was expected and what to do, and the samples before it are kept.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -192,6 +194,20 @@ def test_what_an_event_makes_impossible_keeps_the_motion_before():
     assert "cannot be assembled" in text
     assert caught.value.solution.t[-1] == pytest.approx(0.25)
     assert caught.value.solution.status.kind == "failed"
+
+
+def test_a_drive_that_an_event_lets_begin_elsewhere():
+    """2 rad/s for 0.5 s is 1 rad; a ramp with 3 rad/s from t = 0 would be at 1.5 rad. One from 1 rad on is right."""
+    drive = fmb.Drive("motor", joint="pivot", angle=fmb.ramp(rate=2.0))
+    faster = [fmb.ramp(rate=3.0), fmb.expression("1 + 3*(t - 0.5)")]
+    models = [replace(hinged(drive), events=(fmb.Event("faster", at=0.5, then=fmb.Change("motor", angle=angle)),))
+              for angle in faster]
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(models[0], 1.0, samples=11)
+    text = four_parts(caught.value)
+    assert "Event 'faster' at t = 0.5 s: what it changes moves Body 'arm' by 0 m and 0.5" in text
+    assert caught.value.solution["angle"][-1] == pytest.approx(1.0)
+    assert fmb.simulate(models[1], 1.0, samples=11)["angle"][-1] == pytest.approx(2.5, abs=1e-6)
 
 
 def test_an_event_that_releases_what_another_has_released():
