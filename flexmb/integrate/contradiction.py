@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexmb.math.tables import State
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate
 
@@ -45,8 +44,7 @@ def first_contradiction(system, rows: dict[str, np.ndarray]) -> Contradiction | 
 
 
 def _is_open(system, work: Any, rows: dict[str, np.ndarray], k: int) -> bool:
-    state = State(float(rows["t"][k]), *(np.ascontiguousarray(rows[name][k]) for name in ("q", "u", "a", "lam")),
-                  np.zeros((max(1, system.n_signals), 3)))
+    state = system.state(*(rows[name][k] for name in ("t", "q", "u", "a", "lam")))
     work.coefficients[:] = 0.0
     evaluate(system.program, state, work)
     held = system.program.equation_level == 0
