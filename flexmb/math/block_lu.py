@@ -15,7 +15,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["BlockPattern", "lu_factor", "lu_solve", "stored"]
+__all__ = ["BlockPattern", "blocks", "lu_factor", "lu_solve", "stored"]
 
 BlockPattern = namedtuple(
     "BlockPattern",
@@ -335,18 +335,24 @@ def lu_solve(S, p, b):
         _substitute(S, p, b)
 
 
+def _runs(starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Return starts[0], starts[0] + 1, ..., as many as lengths[0], then those of the next."""
+    before = np.cumsum(lengths) - lengths
+    return np.repeat(starts - before, lengths) + np.arange(int(np.sum(lengths)))
+
+
 def stored(S: np.ndarray, p: BlockPattern):
     """Return the matrix of the stored values (before factorisation), csr, in the natural order of unknowns."""
     from scipy import sparse
 
     n = len(p.row_block)
-    indices = np.empty(p.row_start[-1], np.int64)
-    for row in range(n):
-        at = p.row_start[row]
-        for s in range(p.segment_start[p.row_block[row]], p.segment_start[p.row_block[row] + 1]):
-            indices[at : at + p.length[s]] = p.order[p.column[s] : p.column[s] + p.length[s]]
-            at += p.length[s]
+    first = p.segment_start[p.row_block]
+    segments = _runs(first, p.segment_start[p.row_block + 1] - first)
+    indices = p.order[_runs(p.column[segments], p.length[segments])]
     permuted = sparse.csr_matrix((S, indices, p.row_start), shape=(n, n))
-    back = np.empty(n, np.int64)
-    back[p.order] = np.arange(n)
-    return permuted[back]
+    return permuted[np.argsort(p.order)]
+
+
+def blocks(p: BlockPattern) -> np.ndarray:
+    """Return the block (a body, a node of a body, a joint with its drive) of every unknown in the natural order, (n,)."""
+    return p.row_block[np.argsort(p.order)]

@@ -13,6 +13,9 @@ from flexmb.model.described import Described, finite_array
 
 __all__ = ["Pose", "as_pose", "rotation3", "vector3"]
 
+ORTHOGONAL = 1e-9 + 1e-5 * np.eye(3)
+"""How far R R^T may be from one: axes of the length of rounded numbers, perpendicular to the last digits."""
+
 
 def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
     """Return `value` as three floats; ModelError naming part and field otherwise."""
@@ -25,9 +28,11 @@ def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
 
 def rotation3(value: Any, part: str, field: str) -> np.ndarray:
     """Return a rotation as a matrix (3, 3); ModelError naming part and field if it is none."""
-    known = value is None or hasattr(value, "as_matrix") or finite_array(value).shape in ((3,), (3, 3))
+    if value is None:
+        return np.eye(3)
+    known = hasattr(value, "as_matrix") or finite_array(value).shape in ((3,), (3, 3))
     R = rotation_matrix(value) if known else np.zeros(0)
-    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-9) or np.linalg.det(R) < 0.0:
+    if R.shape != (3, 3) or np.any(np.abs(R @ R.T - np.eye(3)) > ORTHOGONAL) or np.linalg.det(R) < 0.0:
         raise ModelError(part, found=f"{field} = {value!r} is no right-handed orthogonal rotation",
                          expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
                          remedy="Use Pose.axes(at, x=..., z=...) to give two directions")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_lu import blocks, lu_factor
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system.compile import compile
@@ -86,6 +86,7 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
     scale = max(1.0, _size(system))
     system = _regularised(system, state, work)
     for _ in range(ROUNDS):
+        drawn = state.q.copy()
         done = project(system.program, state, work, right, state.q, tolerance * scale, system.gaps, 60)
         if done == -2:
             work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
@@ -95,6 +96,8 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
             raise singular(system, state, work, lu_factor(work.S, system.program.pattern))
         g = np.abs(work.equations["g"])
         if not np.all(np.isfinite(g)):
+            break
+        if np.abs(state.q - drawn).max(initial=0.0) <= tolerance * scale:  # all gradients are as they were
             break
         before, system = system.redundant, _regularised(system, state, work)
         if system.redundant == before:
@@ -168,7 +171,7 @@ def _regularised(system: System, state: State, work) -> System:
     places, values, loose = inertia_floor(system, M, G)
     if loose >= 0:
         raise without_inertia(system, state, work, loose)
-    dependent = dependent_equations(M, G)
+    dependent = dependent_equations(M, G, blocks(system.program.pattern))
     scale = equation_scale(M, G)
     # one number for all forces and one for all moments gives those of least norm, unless inertias differ by many orders
     forces = equations_of_forces(system, work)

@@ -250,16 +250,14 @@ def _describe(primitive, k: int) -> str:
 def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
     """Return the marker table and the size of the flat Jacobians."""
     markers = np.zeros(len(compiler.marker_body), MARKER)
-    at = 0
-    for k, body in enumerate(compiler.marker_body):
-        r, R = compiler.start_poses[k]
-        first, nu = compiler.marker_span[k]
-        markers[k]["r"], markers[k]["R"] = r, R
-        markers[k]["body"], markers[k]["iu"], markers[k]["nu"], markers[k]["iJ"] = body, layout.iu[body] + first, nu, at
-        markers[k]["width"] = compiler.model.bodies[body].block_size
-        markers[k]["iH"] = -1
-        at += 6 * nu
-    return markers, at
+    body = markers["body"] = np.array(compiler.marker_body, np.int64)
+    first, nu = np.array(compiler.marker_span, np.int64).reshape(-1, 2).T
+    for k, (r, R) in enumerate(compiler.start_poses):
+        markers["r"][k], markers["R"][k] = r, R
+    markers["iu"], markers["nu"], markers["iJ"] = np.array(layout.iu)[body] + first, nu, 6 * (np.cumsum(nu) - nu)
+    markers["width"] = np.array([b.block_size for b in compiler.model.bodies])[body]
+    markers["iH"] = -1
+    return markers, int(6 * np.sum(nu))
 
 
 def _table_bytes(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

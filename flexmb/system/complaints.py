@@ -28,8 +28,7 @@ def worst_equations(system: System, work, count: int = 3) -> str:
 def equations_of_forces(system: System, work) -> np.ndarray:
     """Return which equations have forces as multipliers, (ng,): those whose gradients have translations."""
     forces = np.zeros(system.ng, bool)
-    for leg in work.legs:
-        forces[leg["equation"]] |= bool(np.any(leg["gradient"][:3]))
+    forces[work.legs["equation"][np.any(work.legs["gradient"][:, :3], axis=1)]] = True
     return forces
 
 

@@ -29,6 +29,28 @@ def _typical(M: sparse.csr_matrix, bodies) -> tuple[float, ...]:
     return tuple(float(np.exp(np.mean(np.log(x[x > 0.0])))) if np.any(x > 0.0) else 1.0 for x in (masses, moments))
 
 
+def _without_inertia(M: sparse.csr_matrix, spans: list[slice]) -> list[tuple[np.ndarray, slice]]:
+    """Return the blocks of M that are singular, (n, n) with their velocities: those of all bodies are looked at together."""
+    found = []
+    M = M.tocoo()
+    for n in sorted({u.stop - u.start for u in spans}):
+        alike = [u for u in spans if u.stop - u.start == n]
+        block_of = np.full(M.shape[0], -1)
+        first = np.array([u.start for u in alike])
+        block_of[first[:, None] + np.arange(n)] = np.arange(len(alike))[:, None]
+        own = (block_of[M.row] >= 0) & (block_of[M.row] == block_of[M.col])
+        number = block_of[M.row[own]]
+        blocks = np.zeros((len(alike), n, n))
+        blocks[number, M.row[own] - first[number], M.col[own] - first[number]] = M.data[own]
+        diagonal = np.diagonal(blocks, axis1=1, axis2=2)
+        some = diagonal.min(axis=1) > 0.0
+        scale = 1.0 / np.sqrt(np.where(some[:, None], diagonal, 1.0))
+        scaled = 0.5 * (blocks + blocks.transpose(0, 2, 1)) * scale[:, :, None] * scale[:, None, :]
+        singular = ~some | ~(np.linalg.eigvalsh(scaled)[:, 0] > SINGULAR)
+        found += [(blocks[k], alike[k]) for k in np.flatnonzero(singular)]
+    return sorted(found, key=lambda item: item[1].start)
+
+
 def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the velocities and places in the iteration matrix (nf, 2), the inertia that is added there (nf,), and the
     number of a velocity that has neither inertia nor a constraint (-1: there is none).
@@ -39,13 +61,8 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     places: list[tuple[int, int]] = []
     values: list[float] = []
     typical: tuple[float, ...] | None = None
-    for _, u in bodies:
-        block = M[u, u].toarray()
+    for block, u in _without_inertia(M, [u for _, u in bodies]):
         diagonal = np.diag(block)
-        if diagonal.min() > 0.0:
-            scale = 1.0 / np.sqrt(diagonal)
-            if np.linalg.eigvalsh(0.5 * (block + block.T) * np.outer(scale, scale))[0] > SINGULAR:
-                continue
         typical = typical or _typical(M, bodies)
         own = (np.max(diagonal[:3]), np.max(diagonal[3:], initial=0.0))
         floor = np.repeat([x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)],

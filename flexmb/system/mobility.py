@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import qr
 
 from flexmb.math.block_lu import stored
+from flexmb.system.dependence import combinations, dependent_rows
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
@@ -20,10 +20,10 @@ DEPENDENT = 1e-6
 that are parallel but for the digits of a mesh file count as parallel."""
 SHARE = 1e-5
 """Equations with a smaller share in a state of self-stress take no part in it."""
+MIXTURES = 8
+"""Of the dependent equations, if there are more, so many are looked at for states of self-stress."""
 ROUNDING = 1e-13
 """Gradients smaller than this, relative to the largest, are zero but for the last digit."""
-DENSE = 1500
-"""Up to this number of equations the rank is found by a dense factorisation with pivoting."""
 
 
 def constraint_matrix(system: System, work) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
@@ -59,63 +59,23 @@ def _beyond_rounding(G: sparse.csr_matrix) -> sparse.csr_matrix:
     return sparse.diags((largest > ROUNDING * np.max(largest, initial=0.0)).astype(float)) @ G
 
 
-def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
+def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> np.ndarray:
     """Return the numbers of equations whose gradients depend on those of earlier equations.
 
-    Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable. Small systems use a
-    Householder factorisation with column pivoting for the rank, then name the latest equations that can be left out;
-    large ones a sparse orthogonalisation, joint by joint.
+    Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable; `block` (nu + ng,) are the
+    bodies and joints to which velocities and equations belong.
     """
-    metric = 1.0 / np.sqrt(mass_metric(M))
-    A = _beyond_rounding(G) @ sparse.diags(metric)
+    A = _beyond_rounding(G) @ sparse.diags(1.0 / np.sqrt(mass_metric(M)))
     norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    empty = np.flatnonzero(norms == 0.0)
     A = sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A
-    if A.shape[0] <= DENSE:
-        return _dense_dependent(A.toarray(), empty)
-    return _sparse_dependent(A.tocsr())
-
-
-def _dense_dependent(A: np.ndarray, empty: np.ndarray) -> np.ndarray:
-    R = qr(A.T, mode="r", pivoting=True)[0]
-    diagonal = np.abs(np.diag(R[: min(A.shape)]))
-    rank = int(np.sum(diagonal > DEPENDENT))
-    if rank == A.shape[0]:
-        return empty
-    # keep early equations: orthogonalise in order, twice for accuracy
-    kept, found = np.zeros((rank, A.shape[1])), 0
-    dependent = []
-    for k, row in enumerate(A):
-        basis = kept[:found]
-        rest = row - basis.T @ (basis @ row)
-        rest = rest - basis.T @ (basis @ rest)
-        length = np.linalg.norm(rest)
-        if length > DEPENDENT and found < rank:
-            kept[found] = rest / length
-            found += 1
-        else:
-            dependent.append(k)
-    return np.array(dependent, int)
-
-
-def _sparse_dependent(A: sparse.csr_matrix) -> np.ndarray:
-    """Incomplete pivots of A A^T by sparse LU with diagonal pivots: a vanishing one marks a dependent equation."""
-    from scipy.sparse.linalg import splu
-
-    gram = (A @ A.T + 1e-14 * sparse.identity(A.shape[0])).tocsc()
-    factor = splu(gram, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    pivots = np.abs(factor.U.diagonal())
-    places = np.flatnonzero(pivots < 1e-11)
-    natural = np.empty(A.shape[0], int)
-    natural[factor.perm_c] = np.arange(A.shape[0])
-    return np.sort(natural[places])
+    return dependent_rows(A, block[G.shape[1] :], block[: G.shape[1]], DEPENDENT)
 
 
 def indeterminate_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, dependent) -> np.ndarray:
     """Return the numbers of equations whose multipliers are not unique: those that take part in a state of self-stress.
 
-    A dependent gradient is a combination of independent ones, g_d = sum y_i g_i; multipliers (1, -y) do no work. The
-    combinations follow from the normal equations of the independent ones.
+    A dependent gradient is a combination of independent ones, g_d = sum y_i g_i; multipliers (1, -y) do no work. Of many
+    dependent gradients a few random mixtures stand for all: they leave out no equation that takes part in one of them.
     """
     dependent = np.asarray(dependent, int)
     if not len(dependent):
@@ -126,10 +86,10 @@ def indeterminate_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, dependen
     others = np.setdiff1d(np.arange(A.shape[0]), dependent)
     shares = np.zeros(len(others))
     if len(others):
-        from scipy.sparse.linalg import splu
-
-        factor = splu((A[others] @ A[others].T).tocsc())
-        shares = np.max(np.abs(factor.solve((A[others] @ A[dependent].T).toarray())), axis=1, initial=0.0)
+        n = len(dependent)
+        mixture = np.eye(n) if n <= MIXTURES else np.random.default_rng(0).normal(size=(n, MIXTURES))
+        _, y = combinations(A[others])(A[others] @ (A[dependent].T @ mixture))
+        shares = np.max(np.abs(y), axis=1, initial=0.0)
     return np.sort(np.concatenate([dependent, others[shares > SHARE]]))
 
 

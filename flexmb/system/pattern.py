@@ -19,7 +19,7 @@ from flexmb.math.block_lu import BlockPattern
 __all__ = ["block_pattern", "elimination_order"]
 
 
-def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int]],
+def elimination_order(sizes: list[int], n_bodies: int, neighbours: list[set[int]],
                       waiting: set[int]) -> tuple[list[int], list[list[int]]]:
     """Return the order of the nodes and for each node its later neighbours including fill.
 
@@ -46,7 +46,7 @@ def elimination_order(sizes: np.ndarray, n_bodies: int, neighbours: list[set[int
         return done[body] and not used[body] and others and sizes[joint] <= sizes[body]
 
     def weight(node):
-        return int(sum(sizes[k] for k in neighbours[node]))
+        return sum(sizes[k] for k in neighbours[node])
 
     heap: list[tuple[int, int]] = []
     for node in range(len(sizes)):
@@ -88,67 +88,62 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
     waiting : set of int
         Joints that are eliminated after all their bodies.
     """
-    sizes = np.array([len(node) for node in unknowns], np.int64)
-    order, after = elimination_order(sizes, n_bodies, neighbours, waiting)
-    position = {node: k for k, node in enumerate(order)}
-    first_of = {}
-    total = 0
-    for node in order:
-        first_of[node] = total
-        total += int(sizes[node])
-    columns: list[list[int]] = [[] for _ in order]
-    for k, node in enumerate(order):
-        for later in after[k]:
-            columns[position[later]].append(node)
-    row_start, row_block, segment_start, column, length = [0], [], [0], [], []
-    offset_in_row: dict[tuple[int, int], int] = {}
-    for k, node in enumerate(order):
-        nodes = sorted([*columns[k], node, *after[k]], key=position.__getitem__)
-        at = 0
-        for other in nodes:
-            offset_in_row[node, other] = at
-            column.append(first_of[other])
-            length.append(int(sizes[other]))
-            at += int(sizes[other])
+    order, after = elimination_order([len(node) for node in unknowns], n_bodies, neighbours, waiting)
+    # from here on nodes are numbered by their place in the order, so that what is appended in turn is sorted
+    position = dict(zip(order, range(len(order)), strict=True))
+    later = [sorted(position[node] for node in nodes) for nodes in after]
+    earlier: list[list[int]] = [[] for _ in order]
+    for k, others in enumerate(later):
+        for other in others:
+            earlier[other].append(k)
+    sizes = [len(unknowns[node]) for node in order]
+    first = np.concatenate([[0], np.cumsum(sizes)])
+    width, segment_start, column = [], [0], []
+    offset: list[dict[int, int]] = []
+    for k in range(len(order)):
+        at, offsets = 0, {}
+        for other in (*earlier[k], k, *later[k]):
+            offsets[other] = at
+            column.append(other)
+            at += sizes[other]
+        offset.append(offsets)
+        width.append(at)
         segment_start.append(len(column))
-        for _ in range(int(sizes[node])):
-            row_block.append(k)
-            row_start.append(row_start[-1] + at)
-    steps = _steps(order, after, columns, position, sizes, offset_in_row)
+    row_block = np.repeat(np.arange(len(order)), sizes)
     pattern = BlockPattern(
         order=np.array([unknown for node in order for unknown in unknowns[node]], np.int64),
-        row_start=np.array(row_start, np.int64),
-        row_block=np.array(row_block, np.int64),
+        row_start=np.concatenate([[0], np.cumsum(np.array(width, np.int64)[row_block])]),
+        row_block=row_block,
         segment_start=np.array(segment_start, np.int64),
-        column=np.array(column, np.int64),
-        length=np.array(length, np.int64),
-        block_start=np.cumsum([0, *(int(sizes[node]) for node in order)]).astype(np.int64),
-        own=np.array([offset_in_row[node, node] for node in order], np.int64),
-        own_segment=np.array([segment_start[k] + len(columns[k]) for k in range(len(order))], np.int64),
-        **steps,
-        inverse=np.zeros(total),
-        scratch=np.zeros(total),
+        column=first[column],
+        length=np.array(sizes, np.int64)[column],
+        block_start=first,
+        own=np.array([offset[k][k] for k in range(len(order))], np.int64),
+        own_segment=np.array([segment_start[k] + len(earlier[k]) for k in range(len(order))], np.int64),
+        **_steps(later, earlier, sizes, offset),
+        inverse=np.zeros(first[-1]),
+        scratch=np.zeros(first[-1]),
     )
+    begin = first.tolist()
 
     def place(row_node: int, column_node: int) -> np.ndarray:
-        start = first_of[row_node]
-        rows = pattern.row_start[start : start + int(sizes[row_node])]
-        return rows + offset_in_row[row_node, column_node]
+        k = position[row_node]
+        return pattern.row_start[begin[k] : begin[k + 1]] + offset[k][position[column_node]]
 
     return pattern, place
 
 
-def _steps(order, after, columns, position, sizes, offset_in_row) -> dict[str, np.ndarray]:
+def _steps(later, earlier, sizes, offset) -> dict[str, np.ndarray]:
     """Return the elimination steps of every block, and the runs of columns that each changes, neighbours joined."""
     step_start, source, at, run_start = [0], [], [], [0]
     runs: list[tuple[int, int, int]] = []
-    for k, node in enumerate(order):
-        for earlier in sorted(columns[k], key=position.__getitem__):
-            source.append(position[earlier])
-            at.append(offset_in_row[node, earlier])
+    for k, own in enumerate(offset):
+        for before in earlier[k]:
+            source.append(before)
+            at.append(own[before])
             first = len(runs)
-            for other in sorted(after[position[earlier]], key=position.__getitem__):
-                to, start, length = offset_in_row[node, other], offset_in_row[earlier, other], int(sizes[other])
+            for other in later[before]:
+                to, start, length = own[other], offset[before][other], sizes[other]
                 if len(runs) > first and runs[-1][0] + runs[-1][2] == to and runs[-1][1] + runs[-1][2] == start:
                     to, start, length = runs[-1][0], runs[-1][1], runs.pop()[2] + length
                 runs.append((to, start, length))

@@ -16,7 +16,7 @@ class _Nodes:
     """The nodes of the elimination: the blocks of all bodies, then the joints (a drive shares that of its joint)."""
 
     def __init__(self, model, compiler, layout, constraints, markers):
-        self.markers, self.width = markers, [body.block_size for body in model.bodies]
+        self.width = [body.block_size for body in model.bodies]
         self.unknowns: list[list[int]] = []
         self.first: dict[int, int] = {}
         for k in range(len(model.bodies)):
@@ -44,19 +44,22 @@ class _Nodes:
         # and so do equations on a block that cannot turn in every direction
         split = {k for k in self.first if self.width[k] < layout.size(k)}
         self.waiting |= {self.of_equation[e] for m, e in constraints.legs if compiler.marker_body[m] in split}
+        self.velocities = markers["nu"].tolist()
+        places = zip(markers["body"].tolist(), markers["iu"].tolist(), self.velocities, strict=True)
+        self.of_marker = [self._moving(marker, *place) for marker, place in enumerate(places)]
 
-    def of_marker(self, marker: int) -> list[int]:
+    def _moving(self, marker: int, body: int, iu: int, nu: int) -> list[int]:
         """Return the nodes that move a marker, none for the ground.
 
         Others may lie among them, with zeros in the Jacobian: in their place stands a node that does move it.
         """
-        row = self.markers[marker]
-        if not row["nu"]:
+        if not nu:
             return []
-        body = int(row["body"])
-        first = self.first[body] + (int(row["iu"]) - self.layout.iu[body]) // self.width[body]
-        gaps = {self.first[body] + block for block in self.gaps.get(marker, ())}
-        nodes = list(range(first, first + int(row["nu"]) // self.width[body]))
+        first = self.first[body] + (iu - self.layout.iu[body]) // self.width[body]
+        nodes = list(range(first, first + nu // self.width[body]))
+        if marker not in self.gaps:
+            return nodes
+        gaps = {self.first[body] + block for block in self.gaps[marker]}
         moving = next(node for node in nodes if node not in gaps)
         return [moving if node in gaps else node for node in nodes]
 
@@ -72,11 +75,11 @@ class _Nodes:
         for a, b in self.couplings:
             connect(a, b)
         for marker, equation in constraints.legs:
-            for node in self.of_marker(marker):
+            for node in self.of_marker[marker]:
                 connect(node, self.of_equation[equation])
         for (a, b, _), index in compiler.pairs.items():
             if index in compiler.active_pairs:
-                nodes = self.of_marker(a) + self.of_marker(b)
+                nodes = self.of_marker[a] + self.of_marker[b]
                 for i, j in product(nodes, nodes):
                     connect(i, j)
         return found
@@ -101,8 +104,7 @@ def _equations(nodes: _Nodes, nu: int, place):
     for group in nodes.unknowns[nodes.n_blocks :]:
         for k, unknown in enumerate(group):
             within[unknown - nu] = k
-    for k, node in enumerate(nodes.of_equation):
-        equations[k]["diagonal"] = place(node, node)[within[k]] + within[k]
+    equations["diagonal"] = [place(node, node)[k] + k for node, k in zip(nodes.of_equation, within.tolist(), strict=True)]
     return equations, within
 
 
@@ -110,17 +112,17 @@ def _legs(nodes: _Nodes, constraints, equations, within, place):
     """Return the table of legs, and the positions of G^T and of the blocks of G."""
     legs = np.zeros(len(constraints.legs), LEG)
     transposed: list[np.ndarray] = [np.zeros(0, np.int64)]
-    at = 0
-    for k, (marker, equation) in enumerate(constraints.legs):
-        moved, joint = nodes.of_marker(marker), nodes.of_equation[equation]
-        legs[k]["marker"], legs[k]["equation"], legs[k]["iT"] = marker, equation, at
-        legs[k]["iS"] = at + nodes.markers[marker]["nu"]
-        if equations[equation]["legs"] == 0:
-            equations[equation]["leg"] = k
-        equations[equation]["legs"] += 1
-        transposed += [place(node, joint) + within[equation] for node in moved]
-        transposed.append(np.array([place(joint, node)[within[equation]] for node in moved], np.int64))
-        at += int(nodes.markers[marker]["nu"]) + len(moved)
+    for marker, equation in constraints.legs:
+        joint, k = nodes.of_equation[equation], within[equation]
+        transposed += [place(node, joint) + k for node in nodes.of_marker[marker]]
+        transposed.append(np.array([place(joint, node)[k] for node in nodes.of_marker[marker]], np.int64))
+    legs["marker"], legs["equation"] = np.array(constraints.legs, np.int64).reshape(-1, 2).T
+    moved = np.array(nodes.velocities, np.int64)[legs["marker"]]
+    size = moved + np.array([len(of) for of in nodes.of_marker], np.int64)[legs["marker"]]
+    legs["iT"] = np.cumsum(size) - size
+    legs["iS"] = legs["iT"] + moved
+    equations["legs"] = np.bincount(legs["equation"], minlength=len(equations))
+    equations["leg"] = np.searchsorted(legs["equation"], np.arange(len(equations)))  # those of one follow each other
     return legs, np.concatenate(transposed)
 
 
@@ -134,7 +136,7 @@ def _pairs(nodes: _Nodes, compiler, place):
         pairs[k]["active"] = compiler.active_pairs.get(k, 0)
         if k not in compiler.active_pairs:
             continue
-        ends = nodes.of_marker(a), nodes.of_marker(b)
+        ends = nodes.of_marker[a], nodes.of_marker[b]
         for rows, columns in product(ends, ends):
             if rows and columns:
                 for i in rows:
