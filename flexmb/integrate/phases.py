@@ -140,7 +140,7 @@ class Phases:
                     return event, after, watch
                 self._keep(rows, times)
                 if outcome.failure:
-                    return Status.failed(outcome.failure + _complaints(model), outcome.remedy)
+                    return _failed(model, outcome)
                 last_row, first = _row(rows, -1), last
                 self.t = float(marks[last - 1])
                 if self.progress is not None:
@@ -181,10 +181,12 @@ class Phases:
                                    remedy=contradiction.REMEDY)
 
 
-def _complaints(model: Model) -> str:
-    """Return what went wrong in the functions of forces."""
+def _failed(model: Model, outcome) -> Status:
+    """Return how the run ended; what went wrong in the function of a force is the cause, and is told first."""
     told = [f"{force.title}: {force.complaint()}" for force in model.forces if force.complaint()]
-    return "".join(f"; {text}" for text in told)
+    if not told:
+        return Status.failed(outcome.failure, outcome.remedy)
+    return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
 
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.errors import CompileError
 from flexmb.system.mobility import constraint_matrix
+from flexmb.system.observe import observe
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
@@ -84,7 +85,10 @@ def idle_equation(system: System, state, work) -> CompileError | None:
 
 
 def singular(system: System, state, work, place: int) -> CompileError:
-    """Return the error that names the body or equation at whose place the factorisation found no pivot."""
+    """Return the error that names the force that is no number, or else the body or equation without pivot."""
+    unknown_force = _without_number(system, state)
+    if unknown_force is not None:
+        return unknown_force
     unknown = int(system.program.pattern.order[max(place, 0)])
     if unknown >= system.nu:
         return CompileError(
@@ -92,6 +96,19 @@ def singular(system: System, state, work, place: int) -> CompileError:
             expected="equations that do not depend on those of other joints here",
             remedy="Replace this joint by one that forbids less, or remove a drive of the same loop")
     return without_inertia(system, state, work, unknown)
+
+
+def _without_number(system: System, state) -> CompileError | None:
+    """Return the error that names a force whose value at the state is no finite number, if there is one."""
+    still = [np.zeros((1, n)) for n in (system.nu, system.ng)]
+    force = observe(system, [state.t], state.q[None], state.u[None], *still).force[0]
+    for part in system.model.forces:
+        wrench = force[system.force_index[part.name]]
+        if not np.all(np.isfinite(wrench)):
+            text = np.array2string(wrench, precision=4)
+            return CompileError(part.title, found=part.complaint() or f"its force and moment are {text} at t = {state.t:.6g} s",
+                                expected="finite numbers, N and N m", remedy="Correct its signals, its function or its table")
+    return None
 
 
 def without_inertia(system: System, state, work, unknown: int) -> CompileError:

@@ -100,3 +100,17 @@ def test_messages_of_pressure(bracket):
             fmb.Model(bodies=bodies, forces=[fmb.Pressure("p", load=load, amount=1.0)])
     with pytest.raises(fmb.ModelError, match="load = 'push'"):
         fmb.Pressure("p", load="push", amount=1.0)
+
+
+def zero_division(t, d, v, R, w):
+    return 1.0 / 0.0
+
+
+@pytest.mark.parametrize(("force", "found"), [
+    (fmb.UserForce("mine", markers=("ground.origin", "b.center"), function=zero_division), "ZeroDivisionError.* at t = 0 s"),
+    (fmb.UserForce("mine", markers=("ground.origin", "b.center"), function=lambda t: 0.0), "takes 1 positional argument"),
+    (fmb.PointLoad("mine", marker="b.center", force=(fmb.expression("log(t - 1)"), 0, 0)), "its force and moment are .nan"),
+], ids=["raises", "arguments", "signal"])
+def test_what_is_no_number_at_the_start_is_named(force, found):
+    with pytest.raises(fmb.CompileError, match=f"Force 'mine': .*{found}"):
+        fmb.simulate(model(force), 1.0)
