@@ -39,7 +39,8 @@ class Campbell:
     def critical(self, order: float = 1.0) -> list[tuple[int, float]]:
         """Return (mode, speed in rad/s) where a frequency is `order` times the speed, between the speeds by line.
 
-        In the turning frame order 1 is a force fixed in space, such as gravity; an unbalance has order 0.
+        In the turning frame order 1 is a force fixed in space, such as gravity; an unbalance has order 0. Where frequencies
+        are those in W (`Linearization.observer`) it is the other way round.
         """
         found = []
         for mode, curve in enumerate(2.0 * np.pi * self.frequencies.T):

@@ -11,23 +11,31 @@ and the null space N of G leaves ``P^T (...) N`` in the independent coordinates 
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.linalg import eig, null_space
+from scipy.sparse import csr_matrix
 
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.errors import ModelError, ValidityWarning, did_you_mean
 from flexmb.integrate.formulations import RANK
 from flexmb.integrate.given_state import given_state
-from flexmb.integrate.matrices import adjoint, tangent_at
+from flexmb.integrate.observer import OWN_AXES, coefficients, constant_observer
 from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
 from flexmb.system import assemble
 from flexmb.system.mobility import DEPENDENT, mass_metric
 
 __all__ = ["Linearization", "linearize"]
+
+CHANGE_WITH_TIME = (
+    "the coefficients of this motion change with time, whoever looks at it, and what follows holds at this instant only; "
+    "expected: an equilibrium, or bodies that turn steadily, together or each about an axis of symmetry. Simulate a small "
+    "disturbance instead, or start from fmb.statics(model)")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,6 +56,9 @@ class Linearization:
         Generalised forces on z per force on the coordinates, transposed; `basis` unless loads stiffen.
     markers : mapping of "body.marker" to (int, (6, k))
         First velocity of its body, and its Jacobian in W: translation, rotation.
+    observer : str
+        In whose axes z is seen, and the frequencies are those: "each body", its own axes, as long as the coefficients are
+        constant there; else "W", or a body: a round rotor in a casing.
     """
 
     M: np.ndarray
@@ -58,6 +69,7 @@ class Linearization:
     modes: np.ndarray
     projection: np.ndarray
     markers: Mapping[str, tuple[int, np.ndarray]]
+    observer: str = OWN_AXES.name
 
     def __repr__(self):
         listed = ", ".join(f"{f:.4g}" for f in self.frequencies[self.frequencies > 0.0][:6])
@@ -158,18 +170,27 @@ def linearize(model: Model, about: Any = None) -> Linearization:
         state = given_state(about, system, "linearize")
     work = system.workspace()
     motion = steady_motion(system, state, work, known=True)
-    tangent = tangent_at(system, state, work)
-    M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
-    turning, swinging = motion.turning.toarray(), motion.swinging.toarray()
-    centripetal = (motion.centripetal + adjoint(system, state.a)).toarray()
-    scale = 1.0 / np.sqrt(mass_metric(tangent.M))
-    rank = DEPENDENT if system.misfits else RANK  # axes that are parallel but for the digits of a mesh
-    N = scale[:, None] * null_space(G * scale, rcond=rank) if len(G) else np.diag(scale)
-    P = scale[:, None] * null_space((L * scale[:, None]).T, rcond=rank) if len(G) else N
-    reduced = [P.T @ X @ N for X in (M, D + M @ swinging, K + D @ turning + M @ centripetal)]
+    own = coefficients(system, state, work, motion)
+    bases = partial(_bases, rank=DEPENDENT if system.misfits else RANK)  # axes parallel but for the digits of a mesh
+    observer = constant_observer(system, state, motion, own, bases)
+    if observer is None:
+        warnings.warn(f"Model '{model.name}', linearize: {CHANGE_WITH_TIME}", ValidityWarning, stacklevel=2)
+        observer = OWN_AXES
+    seen, T = observer.seen(system, state.q, motion, own)
+    N, P = bases(seen)
+    reduced = [P.T @ X @ N for X in (seen.M, seen.C, seen.K)]
     values, vectors = _eigen(*reduced)
-    return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=N, eigenvalues=values, modes=N @ vectors,
-                         projection=P, markers=_jacobians(system, work))
+    return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=T @ N, eigenvalues=values, modes=T @ N @ vectors,
+                         projection=T @ P, markers=_jacobians(system, work), observer=observer.name)
+
+
+def _bases(of, rank: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the null spaces of G and of L^T, scaled by inertias."""
+    scale = 1.0 / np.sqrt(mass_metric(csr_matrix(of.M)))
+    if not len(of.G):
+        return np.diag(scale), np.diag(scale)
+    N = scale[:, None] * null_space(of.G * scale, rcond=rank)
+    return N, scale[:, None] * null_space((of.L * scale[:, None]).T, rcond=rank)
 
 
 def _jacobians(system, work) -> dict[str, tuple[int, np.ndarray]]:

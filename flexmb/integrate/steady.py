@@ -6,6 +6,7 @@ in W, positions and gradients, which turn with the body: ``u = v + w x r`` and `
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,8 @@ class SteadyMotion:
         du = dx' + turning dx for a variation dx of the configuration in axes that turn with the bodies.
     swinging, centripetal : (nu, nu)
         da = dx'' + swinging dx' + centripetal dx.
+    spins : mapping of body name to (3,), rad/s
+        Angular velocities in W; empty if nothing moves.
     """
 
     u: np.ndarray
@@ -47,6 +50,7 @@ class SteadyMotion:
     turning: sparse.csr_matrix
     swinging: sparse.csr_matrix
     centripetal: sparse.csr_matrix
+    spins: Mapping[str, np.ndarray]
 
 
 def saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
@@ -110,6 +114,18 @@ class _RigidMotions:
                               shape=(6 * len(found), 6 * len(self.bodies)))
         return J.T @ J
 
+    def spins(self, q: np.ndarray, u: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the angular velocities (3,) of the bodies in W."""
+        found = {}
+        for k, body in enumerate(self.bodies):
+            iq, iu = self.system.body_slices[body.name]
+            found[body.name] = y[6 * k + 3 : 6 * k + 6]
+            if body.has_frame:
+                R = np.empty((3, 3))
+                euler_to_matrix(q[iq][3:7], R)
+                found[body.name] = R @ u[iu][3:6]
+        return found
+
     def turns(self, y: np.ndarray) -> sparse.csr_matrix:
         """Return the block diagonal matrix (nu, nu) of w x for every vector of the bodies without frame."""
         rows, columns, values = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0)]
@@ -152,7 +168,8 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     motions = _RigidMotions(system, state.q)
     if not np.any(state.u if known else rate):
         still = sparse.csr_matrix((system.nu, system.nu))
-        return SteadyMotion(u=np.zeros(system.nu), a=np.zeros(system.nu), turning=still, swinging=still, centripetal=still)
+        return SteadyMotion(u=np.zeros(system.nu), a=np.zeros(system.nu), turning=still, swinging=still, centripetal=still,
+                            spins={})
     tangent = tangent_at(system, state, work)
     if known:
         u = state.u
@@ -161,7 +178,8 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     y = _fitted(tangent.M, motions, motions.metric(work, FITTED, FITTED), u)
     turns = motions.turns(y)
     ad = adjoint(system, u)
-    return SteadyMotion(u=u, a=turns @ u, turning=ad + turns, swinging=ad + 2.0 * turns, centripetal=turns @ turns)
+    return SteadyMotion(u=u, a=turns @ u, turning=ad + turns, swinging=ad + 2.0 * turns, centripetal=turns @ turns,
+                        spins=motions.spins(state.q, u, y))
 
 
 def _driven(system, tangent, motions: _RigidMotions, metric, rate: np.ndarray) -> np.ndarray:
