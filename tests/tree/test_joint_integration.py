@@ -233,3 +233,14 @@ def test_what_the_implicit_method_refuses():
         fmb.Implicit(rtol=-1)
     with pytest.raises(fmb.ModelError, match=r"both an integrator, Implicit"):
         fmb.simulate(chain(1), 1.0, integrator=fmb.Implicit(), formulation=fmb.Recursive())
+
+
+def test_dependent_equations_do_not_shorten_steps():
+    """Bricard's mechanism, within a step off its constraints, whose dependent equations then contradict each other."""
+    model = MOTIONS["Bricard"][0]()
+    reference = fmb.simulate(model, 1.0, samples=2, integrator=fmb.Explicit(rtol=1e-11, atol=1e-12))
+    for rtol in (1e-8, 1e-10):
+        solution = fmb.simulate(model, 1.0, samples=2, integrator=fmb.Implicit(rtol=rtol))
+        assert solution.statistics["rejected by iteration"] == 0
+        assert solution.statistics["factorisations"] < 2 * solution.statistics["steps"]
+        np.testing.assert_allclose(solution.final.q, reference.final.q, atol=100.0 * rtol)
