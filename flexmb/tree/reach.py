@@ -134,7 +134,8 @@ class _Search:
             share = (0.5 + number * np.sqrt(n + 2.0)) % 1.0
             a, b = low[rate], high[rate]
             if not (np.isfinite(a) and np.isfinite(b)):
-                width = np.pi if self.tree.rate_names[rate].split("_")[0].endswith(("turn", "ball")) else self.length
+                turns = self.tree.rate_names[rate].rsplit(".", 1)[-1].startswith(("turn", "ball"))
+                width = np.pi if turns else self.length
                 a, b = max(a, -width), min(b, width)
             step[rate] = a + share * (b - a)
         return advanced(self.tree, q, step)
