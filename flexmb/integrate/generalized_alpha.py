@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -47,6 +47,8 @@ class GeneralizedAlpha(metaclass=Described):
     rtol: float = 1e-6
     atol: float | None = None
     largest: float | None = None
+    remembers: ClassVar[bool] = True
+    """Algorithmic accelerations carry the rate of the last step: a kink of a load ends what they know."""
 
     def __post_init__(self):
         part = "GeneralizedAlpha"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.integrate.breaks import just_before
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
@@ -48,7 +49,7 @@ class _Run:
         self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300), self._yielding(state))
         self.powers = np.zeros(3)
         self.y, self.yp = self._start(state)
-        self.t = state.t
+        self.t, self.stops = state.t, just_before(system.breakpoints)
         self.latest = state.t, self.y.copy(), self.yp.copy()
         self.counts = {"residuals": 0, "factorisations": 0}
         self._structure()
@@ -141,7 +142,7 @@ class _Run:
         if t <= self.t:
             return ""
         try:
-            result = self.solver.step(t)
+            result = self.solver.step(t, tstop=self._stop(t))
         except _NotFinite:
             return f"the equations of motion are not finite{self._where()}"
         self.counts.update({"residuals": int(result.nfev), "factorisations": int(result.njev)})
@@ -150,6 +151,11 @@ class _Run:
             return f"IDA stopped ({reason}){self._where()}"
         self.t, self.y, self.yp = t, np.array(result.y).ravel(), np.array(result.yp).ravel()
         return ""
+
+    def _stop(self, t: float) -> float | None:
+        """Return the time from `t` on that steps must not pass: the next at which a signal is not smooth."""
+        later = self.stops[self.stops >= t]
+        return float(later[0]) if len(later) else None
 
     def _where(self) -> str:
         """Return time, part and equations at which the latest evaluation was worst."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.errors import CompileError
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.stabilised import kinematics
@@ -117,7 +118,12 @@ def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outc
         failure = run.advance(float(samples[k]))
         if failure:
             break
-        row = run.sample()
+        try:
+            row = run.sample()
+        except (CompileError, ValueError, np.linalg.LinAlgError) as error:
+            why = str(error) if isinstance(error, CompileError) else "the accelerations are not finite"
+            failure = f"{why} at t = {float(samples[k]):.9g} s"
+            break
         lost = np.flatnonzero(~np.isfinite(row[3]))
         if len(lost):
             failure = f"the accelerations are not finite at t = {row[0]:.9g} s near {system.owner(int(lost[0]))}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate import contradiction
+from flexmb.integrate.breaks import just_after, with_breaks
 from flexmb.integrate.continuity import require_continuity
 from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
@@ -21,6 +22,7 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Status
 from flexmb.system import System, assemble
+from flexmb.system.assembly import consistent_start
 
 __all__ = ["Phases", "carried"]
 
@@ -41,6 +43,7 @@ class Phases:
     def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress, before=None):
         self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
         self.statistics: dict[str, Any] = {}
+        self.variables: Any = None
         self.validity = Validity(before)
         self.t = float(times[0])
         self.recording = False
@@ -108,7 +111,7 @@ class Phases:
     def _phase(self, model, system, start, works, goes_on):
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
         work = system.workspace()
-        variables = self.integrator.start(system, start, work, float(self.times[-1]))
+        self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
@@ -117,14 +120,21 @@ class Phases:
         end = max(due.at, self.t) if due is not None else float(self.times[-1])
         times = self.times[(self.times > self.t) & (self.times < end)]
         times = np.concatenate([[self.t], times, [end] if end > self.t else []])
-        marks = times if not watch.events else _refined(times, (self.times[-1] - self.times[0]) / LOOKS)
+        marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
+        if watch.events:
+            marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS)
+        anew = np.append(np.searchsorted(marks, breaks), len(marks))
         first, block, last_row = 0, 1, None
         try:
             while first < len(marks):
-                last = min(len(marks), first + block)
+                last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
-                outcome = self.integrator.run(system, work, variables, marks, first, last)
+                if first in anew:
+                    works = self._begin_anew(system, work, just_after(marks[first]), last_row)
+                outcome = self.integrator.run(system, work, self.variables, marks, first, last)
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
+                if first in anew and len(rows["t"]):
+                    rows["t"][0] = marks[first]  # the integrator began just after it
                 found = None
                 if watch.events and len(rows["t"]):
                     looked = rows if last_row is None else joined_rows([last_row, rows])
@@ -151,9 +161,20 @@ class Phases:
         except KeyboardInterrupt:
             return Status.interrupted(self.t)
         finally:
-            for name, count in self.integrator.statistics(variables).items():
-                self.statistics[name] = self.statistics.get(name, 0) + count
+            self._count()
         return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _begin_anew(self, system, work, t: float, before) -> np.ndarray:
+        """Start the integrator again, where a signal jumps or kinks, from the row before; return the works until then."""
+        self._count()
+        state = consistent_start(system, system.state(t, before["q"][-1], before["u"][-1]), work)
+        self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
+        return before["works"][-1]
+
+    def _count(self) -> None:
+        """Add the numbers of the integrator's run to those of all."""
+        for name, count in self.integrator.statistics(self.variables).items():
+            self.statistics[name] = self.statistics.get(name, 0) + count
 
     def _keep(self, rows, times) -> None:
         """Record the rows whose times are samples (others were only looked at for events)."""

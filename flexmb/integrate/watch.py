@@ -121,6 +121,8 @@ class Watch:
 
         if distance(t0) >= 0.0:
             return before
+        if t1 - t0 <= 2e-12 * max(1.0, abs(t1)):  # at a jump of a load
+            return after
         t = brentq(distance, t0, t1, xtol=1e-12 * max(1.0, abs(t1)), rtol=1e-14)
         while distance(t) < 0.0 and t < t1:
             t = min(t1, t + 1e-12 * max(1.0, abs(t1)))

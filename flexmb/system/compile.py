@@ -10,6 +10,7 @@ from flexmb.constraints import EQUATIONS
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import DAMPED, MARKER, STIFF
+from flexmb.model.breakpoints import breakpoints
 from flexmb.model.described import check_kind
 from flexmb.model.kinds import Table
 from flexmb.model.model import Model
@@ -292,6 +293,7 @@ def compile(model: Model) -> System:
     for body in model.bodies:
         body.stiffen(compiler, markers)
     pattern, tables = sparsity(model, compiler, layout, constraints, markers)
+    signals = [s.program() for s in compiler.signals]
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     program = Program(
         kernel_table([t.kernels["place"] for t in body_tables]),
@@ -299,7 +301,7 @@ def compile(model: Model) -> System:
         kernel_table([t.kernels["energy"] for t in body_tables]),
         kernel_table([t.kernels["evaluate"] for t in constraints.tables]),
         kernel_table([t.kernels["apply"] for t in force_tables]),
-        raw, starts, compiler.bulk_data(), *pack([s.program() for s in compiler.signals]), layout.frames,
+        raw, starts, compiler.bulk_data(), *pack(signals), layout.frames,
         layout.vectors, pattern,
         np.zeros(len(constraints.names)), np.zeros((0, 2), np.int64), np.zeros(0),
         np.array(constraints.levels, np.int64), len(layout.q), evaluation.compiled.address)
@@ -314,4 +316,5 @@ def compile(model: Model) -> System:
         joint_equations=constraints.slices, joints=tuple(constraints.joints), gaps=np.zeros(len(constraints.names)),
         body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
                      for k, b in enumerate(model.bodies)},
-        branch_names=tuple(compiler.branches))
+        branch_names=tuple(compiler.branches),
+        breakpoints=np.unique(np.concatenate([np.empty(0), *(breakpoints(signal) for signal in signals)])))

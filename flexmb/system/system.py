@@ -43,6 +43,8 @@ class System:
         How far equations may stay open at the start because they depend on each other; zero if none does.
     misfits : dict of joint name to (float, float), m and rad
         What they do leave open, because they contradict each other within the digits of a mesh.
+    breakpoints : (nb,), s
+        When signals of forces and drives are not smooth, increasing.
     """
 
     model: Model
@@ -66,6 +68,7 @@ class System:
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    breakpoints: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def __repr__(self):
         return f"System({self.model!r}: {self.nq} coordinates, {self.nu} velocities, {self.ng} equations)"

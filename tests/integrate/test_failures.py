@@ -134,6 +134,10 @@ def test_forces_that_are_not_finite_are_named():
         if integrator in IMPLICIT:
             assert "the accelerations are not finite at t = 0.5 s" in str(caught.value)
         assert caught.value.solution.t[-1] == pytest.approx(0.4)
+    for integrator in (fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive())):
+        with pytest.raises(IntegrationError, match=r"at t = 0\.5 s") as caught:
+            fmb.simulate(model, 1.0, samples=11, integrator=integrator)
+        assert caught.value.solution.t[-1] == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,68 @@
+"""Times at which steps of an integration end because loads or prescribed motions are not smooth there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.jets import sample_signals
+
+__all__ = ["just_after", "just_before", "with_breaks"]
+
+APART = 1e-11
+"""Times that are nearer to each other than this part of the run are one."""
+JUMP = 1e-6
+"""Change of a value, relative to its size, that is a jump."""
+
+
+def just_before(t):
+    """Return times at which signals still have the values on the left of `t`, whatever is rounded."""
+    return t - 1e-12 * np.maximum(np.abs(t), 1e-6)
+
+
+def just_after(t):
+    """Return times at which signals have the values on the right of `t`, whatever is rounded."""
+    return t + 1e-12 * np.maximum(np.abs(t), 1e-6)
+
+
+def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return increasing times with those between at which signals are not smooth, and those at which to begin anew.
+
+    The error of a step across a kink is of low order, and what happens within a step is lost: a pulse between two
+    evaluations would not have been. At a jump every method begins anew, at a kink those that remember what was before
+    (Hairer, Nørsett & Wanner 1993, II.6). The step before ends just before such a time.
+
+    Parameters
+    ----------
+    times : (n,), s
+        Samples, with start and end; all of them stay as they are.
+    remembers : bool
+        Does the method use rates of earlier steps?
+
+    Returns
+    -------
+    marks, anew : (m,), (k,), s
+        The latter are among the marks.
+    """
+    begin, end = times[0], times[-1]
+    near = APART * max(abs(begin), abs(end), end - begin)
+    within = system.breakpoints[(system.breakpoints > begin + near) & (system.breakpoints < end - near)]
+    if not len(within):
+        return times, np.empty(0)
+    within = within[np.concatenate([[True], np.diff(within) > near])]
+    closest = np.clip(np.searchsorted(times, within), 1, len(times) - 1)
+    closest = np.where(within - times[closest - 1] < times[closest] - within, times[closest - 1], times[closest])
+    within = np.where(np.abs(within - closest) <= near, closest, within)
+    anew = within if remembers else np.array([t for t in within if _jumps(system, t)])
+    return np.unique(np.concatenate([times, within, just_before(anew)])), anew
+
+
+def _jumps(system, t: float) -> bool:
+    """Does a signal jump at a time, beyond what its rates on both sides make of the time between?"""
+    left, right = (np.zeros((system.n_signals, 3)) for _ in range(2))
+    program = system.program
+    for at, out in ((just_before(t), left), (just_after(t), right)):
+        sample_signals(at, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
+                       program.signal_table_starts, out)
+    change = np.abs(right - left)[:, 0]
+    size = np.maximum(np.abs(left), np.abs(right))
+    return bool(np.any(change > JUMP * size[:, 0] + 4.0 * (t - just_before(t)) * size[:, 1]))
