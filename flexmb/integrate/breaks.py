@@ -45,7 +45,7 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
     """
     begin, end = times[0], times[-1]
     near = APART * max(abs(begin), abs(end), end - begin)
-    within = system.breakpoints[(system.breakpoints > begin + near) & (system.breakpoints < end - near)]
+    within = system.breakpoints[(system.breakpoints > begin + near) & (system.breakpoints <= end + near)]
     if not len(within):
         return times, np.empty(0)
     within = within[np.concatenate([[True], np.diff(within) > near])]

@@ -61,7 +61,7 @@ def test_a_pulse_between_two_steps_is_not_lost(integrator):
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
-@pytest.mark.parametrize("at", [0.3137, 0.3], ids=["between samples", "at a sample"])
+@pytest.mark.parametrize("at", [0.3137, 0.3, 1.0], ids=["between samples", "at a sample", "at the end"])
 def test_a_sudden_load(integrator, at):
     """x = F (t - at)^2 / 2: no step has the load on one part of it only; samples at the jump have the load after it."""
     solution = fmb.simulate(slide(fmb.step(10.0, at=at)), 1.0, samples=11, integrator=integrator)
