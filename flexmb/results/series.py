@@ -96,7 +96,7 @@ class Series:
 
     @property
     def constraint_error(self) -> np.ndarray:
-        """Largest residual of all constraint equations, (nt,), m or -."""
+        """Largest residual of all constraint equations, their rates and second rates, (nt, 3), m or rad, per s, per s2."""
         return self.observation.constraint_error
 
     def coordinates(self, body: str) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State, call_row_kernel
-from flexmb.system.program import energies
+from flexmb.system.program import constraint_acceleration, constraint_velocity, energies
 from flexmb.system.system import System
 
 __all__ = ["Observation", "observe"]
@@ -30,8 +30,8 @@ class Observation:
         What each force exerts on the body of the marker at which it is measured, in W.
     energy : (nt, 3), J
         Kinetic, strain and potential energy (of gravity and springs).
-    constraint_error : (nt,), m or rad
-        Largest residual of all equations.
+    constraint_error : (nt, 3), m or rad, per s, per s2
+        Largest residual of all equations, of positions, velocities and accelerations.
     """
 
     r: np.ndarray
@@ -65,18 +65,31 @@ def _observe_markers(work, acceleration, k, r, R, motion):
             motion[k, m, 6 + i] = total
 
 
+@inner_kernel
+def _observe_errors(work, u, a, left, error):
+    """Write the largest residuals of the equations, their rates and second rates to `error` (3,)."""
+    for n in range(len(left)):
+        error[0] = max(error[0], abs(work.equations[n].g))
+    constraint_velocity(work, u, left)
+    for n in range(len(left)):
+        error[1] = max(error[1], abs(left[n]))
+    constraint_acceleration(work, a, left)
+    for n in range(len(left)):
+        error[2] = max(error[2], abs(left[n]))
+
+
 @kernel
 def _observe(program, work, t, q, u, a, lam, signals, second, joint_of, single, measured,
              r, R, motion, reaction, force, energy, error):
     """Evaluate every sample; `single` (nf, 3) is (kind, first byte, last byte) of every force's own row."""
+    left = np.empty(len(work.equations))
     for k in range(len(t)):
         state = State(t[k], q[k], u[k], a[k], lam[k], signals)
         energies(program, state, work)
         _observe_markers(work, a[k], k, r, R, motion)
         for i in range(3):
             energy[k, i] = work.energy[i]
-        for n in range(len(work.equations)):
-            error[k] = max(error[k], abs(work.equations[n].g))
+        _observe_errors(work, u[k], a[k], left, error[k])
         for n in range(len(work.legs)):
             leg = work.legs[n]
             joint = joint_of[leg.equation]
@@ -109,7 +122,7 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
     nt, nm = len(t), len(work.markers)
     r, R, motion = np.zeros((nt, nm, 3)), np.zeros((nt, nm, 3, 3)), np.zeros((nt, nm, 12))
     reaction, force = np.zeros((nt, len(model.joints), 6)), np.zeros((nt, len(model.forces), 6))
-    energy, error = np.zeros((nt, 3)), np.zeros(nt)
+    energy, error = np.zeros((nt, 3)), np.zeros((nt, 3))
     second = np.array([system.marker_index[j.resolved_markers(model)[1]] for j in model.joints], np.int64)
     joint_of = np.zeros(system.ng, np.int64)
     for name, span in system.joint_equations.items():

@@ -185,7 +185,7 @@ def solver(runs: Sequence[Run]) -> str:
 
 def _residual(solution) -> float:
     known = [k for k, phase in enumerate(solution.phases) if phase.model is not None]
-    return max((float(np.max(solution.series(k).constraint_error, initial=0.0)) for k in known), default=np.nan)
+    return max((float(np.max(solution.series(k).constraint_error[:, 0], initial=0.0)) for k in known), default=np.nan)
 
 
 def _seconds(solution) -> str:

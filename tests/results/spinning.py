@@ -154,7 +154,7 @@ def observe(system, t, q, u, a, lam, works):
     reaction = np.arange(3 * 6.0).reshape(1, 3, 6) * (1.0 + t[:, None, None])
     return SimpleNamespace(r=r, R=R, v=v, w=w, a=acc, alpha=alpha, reaction=reaction,
                            force=-np.ones((nt, 1, 6)) * t[:, None, None], energy=np.stack([t, 10 * t, 100 * t], 1),
-                           constraint_error=1e-9 * t)
+                           constraint_error=1e-9 * t[:, None] * (1.0, 10.0, 100.0))
 
 
 def split(phase, k, **changes):

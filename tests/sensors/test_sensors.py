@@ -80,7 +80,10 @@ def test_loads_energies_and_errors(solution):
     for kind, factor in (("kinetic", 1), ("strain", 10), ("potential", 100), ("total", 111), ("work_of_loads", 1),
                          ("work_of_drives", 2), ("dissipated", 3)):
         np.testing.assert_allclose(solution[sensors.Energy("E", kind=kind)], factor * t, rtol=MACHINE)
-    np.testing.assert_array_equal(solution[sensors.ConstraintError("g")], 1e-9 * t)
+    for level, factor in (("position", 1.0), ("velocity", 10.0), ("acceleration", 100.0)):
+        np.testing.assert_array_equal(solution[sensors.ConstraintError("g", level=level)], 1e-9 * t * factor)
+    with pytest.raises(ModelError, match=r"level = 'speed'\. One of: position, velocity, acceleration"):
+        sensors.ConstraintError("g", level="speed")
 
 
 def test_deflection(solution):

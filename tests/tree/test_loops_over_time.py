@@ -1,6 +1,7 @@
 """Loops in long runs: every sample satisfies the constraints at the levels of position, velocity and acceleration."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,8 +67,33 @@ def test_bricard_over_ten_seconds():
 
 
 def test_bricard_for_a_second():
+    """With the three levels as sensors: their largest values over the samples are the same."""
     case = json.loads((VALIDATION / "RB04.json").read_text())
-    assert levels(simulated(bricard(case), 1.0, 6)).max() < TOLERANCE
+    solution = simulated(bricard(case), 1.0, 6)
+    assert levels(solution).max() < TOLERANCE
+    names = ("position", "velocity", "acceleration")
+    read = [np.max(solution[fmb.ConstraintError("error", level=level)]) for level in names]
+    series = solution.series(0)
+    fastest = max(1.0, np.abs(series.observation.v).max(), np.abs(series.observation.w).max())
+    scale = np.array([1.0, fastest, max(1.0, np.abs(solution.phases[0].a).max())])
+    assert np.all(np.array(read) <= levels(solution) * scale * (1.0 + 1e-12))
+    assert np.all(np.array(read) >= 0.01 * levels(solution))
+
+
+@pytest.mark.parametrize("level", [0, 1, 2], ids=["position", "velocity", "acceleration"])
+def test_sensors_of_the_levels(level):
+    """A pendulum of 2 m whose state is made wrong on purpose: the errors are those of the hinge."""
+    rod = fmb.RigidBody.rod("rod", length=2.0, mass=1.0, radius=0.01)
+    model = fmb.Model(bodies=[fmb.Ground(), rod], joints=[fmb.Revolute("A", markers=("ground.origin", "rod.start"))])
+    solution = fmb.simulate(model, 0.1, samples=2)
+    phase = solution.phases[0]
+    wrong = tuple(x.copy() for x in (phase.q, phase.u, phase.a))
+    wrong[level][-1, 2] += 3e-4  # across the plane of the rod
+    solution = replace(solution, phases=(replace(phase, q=wrong[0], u=wrong[1], a=wrong[2]),))
+    for k, name in enumerate(("position", "velocity", "acceleration")):
+        found = solution[fmb.ConstraintError("error", level=name)]
+        assert found[0] < 1e-9
+        assert found[1] == pytest.approx(3e-4 if k == level else 0.0, abs=1e-9)
 
 
 @pytest.mark.slow
@@ -100,8 +126,6 @@ def test_flexible_loops_with_a_gear_and_a_rod():
 
 def test_events_sensors_and_files_as_with_every_integrator(tmp_path):
     """A hinge of the mechanism breaks at a given angle; the file holds what memory holds."""
-    from dataclasses import replace
-
     model = four_bars(1)
     angle = fmb.JointCoordinate("crank", joint="g0")
     event = fmb.Event("breaks", sensor="crank", below=1.3, then=fmb.Release("r0"))
