@@ -123,6 +123,25 @@ def _flips(program, v):
 
 
 @inner_kernel
+def _shortened(v, size, before, share):
+    """Shorten a correction that takes back most of the one before, and return by how much.
+
+    A force that changes its sign within a small part of the step's change of velocity, friction about to stick, makes
+    Newton's method jump from one side to the other and back: by halves it comes between. Corrections that do not alternate
+    grow to their full length again.
+    """
+    alternates = 0.0
+    if size > 0.5 * before:
+        for i in range(len(v.u)):
+            alternates += v.right[i] * v.d[i] * v.extent[i] * v.extent[i]
+    share = 0.5 * share if alternates < 0.0 else min(1.0, 2.0 * share)
+    if share < 1.0:
+        for i in range(len(v.right)):
+            v.right[i] *= share
+    return share
+
+
+@inner_kernel
 def _accelerations_settled(v, c, scale, left):
     """Is what is left of the correction, as acceleration, a small part of the accelerations?
 
@@ -185,7 +204,7 @@ def _iterate(program, work, v, c, h):
     work.coefficients[1] = scale * c.gamma / (c.beta * h)
     work.coefficients[2] = scale
     work.coefficients[4] = 0.5 * h
-    size, rate = 0.0, v.times[4]
+    size, rate, share = 0.0, v.times[4], 1.0
     fresh = True
     for iteration in range(c.iterations):
         renewed = fresh
@@ -206,6 +225,8 @@ def _iterate(program, work, v, c, h):
         size = _norm(v, v.right, c.tolerance)
         if not np.isfinite(size) or size > 1e12 or _flips(program, v):
             return STALLED
+        if iteration > 0:
+            share = _shortened(v, size, before, share)
         _correct(program, v, c, h, scale)
         if iteration > 0 and before > 0.0:
             rate = size / before
@@ -219,7 +240,7 @@ def _iterate(program, work, v, c, h):
         # in a singular position rounding shows in the accelerations: a fresh matrix gains nothing there
         rounding = renewed and iteration > 1 and rate > 0.3 and size <= c.newton
         settled = size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
-        if rounding or settled:
+        if (rounding or settled) and share == 1.0:
             for i in range(3):
                 v.powers[i] = work.energy[3 + i]
             v.powers[1] = 0.0  # of the drives: with the corrected multipliers
@@ -244,6 +265,27 @@ def _step_error(v, c, h):
     for i in range(len(v.u)):
         v.d[i] = factor * (v.a1[i] - v.a[i])
     return _norm(v, v.d, c.tolerance)
+
+
+@inner_kernel
+def _largest_growth(v, c, error):
+    """Return by how much the next step may be longer.
+
+    Oscillations that the steps do not resolve change their sign in every step and are damped by rho_inf, but what
+    `_fit_to_step` carries over grows with the step. Where they show, a step grows by less than they decay.
+    """
+    if error <= 1e-6 or c.alpha_f == 0.0:
+        return 2.0
+    product, size, before = 0.0, 0.0, 0.0
+    for i in range(len(v.u)):
+        now, last = (v.a1[i] - v.a[i]) * v.extent[i], (v.a[i] - v.a_last[i]) * v.extent[i]
+        product += now * last
+        size += now * now
+        before += last * last
+    if product > -0.5 * (size * before) ** 0.5:
+        return 2.0
+    rho = c.alpha_f / (1.0 - c.alpha_f)
+    return min(2.0, 0.5 + 0.5 / rho)
 
 
 @inner_kernel
@@ -342,11 +384,12 @@ def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works)
                     return k, failure if failure != 0 else TOO_SMALL
                 continue
             now = samples[k] if left - h <= 1e-12 * left else v.times[0] + h
+            most = _largest_growth(v, c, error)
             _accept(program, work, v, h, powers)
             v.times[0] = now
             if c.adaptive:
-                growth = min(2.0, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
-                if growth < 1.0 or growth > 1.15:
+                growth = min(most, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
+                if growth < 1.0 or growth > 1.15 or growth == most:
                     v.times[1] = h * growth if growth < 1.0 else max(v.times[1], h * growth)
             else:
                 v.times[1] = v.times[3]
