@@ -12,6 +12,8 @@ APART = 1e-11
 """Times that are nearer to each other than this part of the run are one."""
 JUMP = 1e-6
 """Change of a value, relative to its size, that is a jump."""
+NEXT = 1e-3
+"""Distance, relative to the run, at which values tell what size is."""
 
 
 def just_before(t):
@@ -28,8 +30,8 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
     """Return increasing times with those between at which signals are not smooth, and those at which to begin anew.
 
     The error of a step across a kink is of low order, and what happens within a step is lost: a pulse between two
-    evaluations would not have been. At a jump every method begins anew, at a kink those that remember what was before
-    (Hairer, Nørsett & Wanner 1993, II.6). The step before ends just before such a time.
+    evaluations would not have been. Where accelerations jump every method begins anew, where their rates do those that
+    remember what was before (Hairer, Nørsett & Wanner 1993, II.6). The step before ends just before such a time.
 
     Parameters
     ----------
@@ -52,17 +54,22 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
     closest = np.clip(np.searchsorted(times, within), 1, len(times) - 1)
     closest = np.where(within - times[closest - 1] < times[closest] - within, times[closest - 1], times[closest])
     within = np.where(np.abs(within - closest) <= near, closest, within)
-    anew = within if remembers else np.array([t for t in within if _jumps(system, t)])
+    anew = np.array([t for t in within if _jumps(system, t, NEXT * (end - begin), remembers)])
     return np.unique(np.concatenate([times, within, just_before(anew)])), anew
 
 
-def _jumps(system, t: float) -> bool:
-    """Does a signal jump at a time, beyond what its rates on both sides make of the time between?"""
-    left, right = (np.zeros((system.n_signals, 3)) for _ in range(2))
-    program = system.program
-    for at, out in ((just_before(t), left), (just_after(t), right)):
-        sample_signals(at, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
-                       program.signal_table_starts, out)
-    change = np.abs(right - left)[:, 0]
-    size = np.maximum(np.abs(left), np.abs(right))
-    return bool(np.any(change > JUMP * size[:, 0] + 4.0 * (t - just_before(t)) * size[:, 1]))
+def _jumps(system, t: float, nearby: float, rates: bool) -> bool:
+    """Do accelerations (or their rates) jump at a time: loads (or their rates), prescribed motions or their rates?"""
+    left, right, before, after = (_sampled(system, at) for at in (just_before(t), just_after(t), t - nearby, t + nearby))
+    size = np.fmax.reduce(np.abs([left, right, before, after]))  # what grows from zero does not jump
+    between = 4.0 * (t - just_before(t)) * np.column_stack([size[:, 1:], np.zeros(len(size))])  # by the rates
+    jumps = np.abs(right - left) > JUMP * size + between
+    return bool(np.any(jumps[:, : 2 if rates else 1]) or np.any(jumps[system.prescribing]))
+
+
+def _sampled(system, t: float) -> np.ndarray:
+    """Return value, rate and second rate of all signals, (ns, 3)."""
+    program, out = system.program, np.zeros((system.n_signals, 3))
+    sample_signals(t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
+                   program.signal_table_starts, out)
+    return out

@@ -283,7 +283,9 @@ def compile(model: Model) -> System:
         raise CompileError(f"Model '{model.name}'", found="no body that can move", expected="at least one",
                            remedy="Add a RigidBody, PointMass or FloatingBody")
     body_tables, body_rows = _body_rows(model, compiler, layout)
+    others = len(compiler.signals)
     constraints = _Constraints(model, compiler)
+    prescribing = slice(others, len(compiler.signals))
     compiler.equations = constraints.slices
     force_items = [(force.table, tuple(force.record(compiler))) for force in model.forces]
     # last, so that the coordinates of a model begin alike whatever is watched
@@ -317,4 +319,4 @@ def compile(model: Model) -> System:
         body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
                      for k, b in enumerate(model.bodies)},
         branch_names=tuple(compiler.branches),
-        breakpoints=np.unique(np.concatenate([np.empty(0), *(breakpoints(signal) for signal in signals)])))
+        breakpoints=np.unique([t for signal in signals for t in breakpoints(signal)]), prescribing=prescribing)

@@ -45,6 +45,8 @@ class System:
         What they do leave open, because they contradict each other within the digits of a mesh.
     breakpoints : (nb,), s
         When signals of forces and drives are not smooth, increasing.
+    prescribing : slice
+        The signals that drives prescribe.
     """
 
     model: Model
@@ -65,10 +67,11 @@ class System:
     joints: tuple[Any, ...]
     gaps: np.ndarray
     body_slices: dict[str, tuple[slice, slice]]
+    breakpoints: np.ndarray
+    prescribing: slice
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    breakpoints: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def __repr__(self):
         return f"System({self.model!r}: {self.nq} coordinates, {self.nu} velocities, {self.ng} equations)"

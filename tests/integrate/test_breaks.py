@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.breaks import just_before
+from flexmb.integrate.breaks import just_before, with_breaks
 from flexmb.model.breakpoints import RECORD, breakpoints
 from flexmb.system import compile
 
@@ -99,6 +99,37 @@ def test_an_event_at_a_jump(integrator):
     solution = fmb.simulate(slide(fmb.step(10.0, at=0.3137), events=(event,)), 1.0, samples=11, integrator=integrator)
     assert solution.status.kind == "stopped"
     assert solution.t[-1] == pytest.approx(0.3137, abs=1e-9)
+
+
+def test_where_methods_begin_anew():
+    """Jumps of loads, of second rates of drives; rates of loads only for methods that remember; smooth changes for none."""
+    drive = fmb.Drive("d", joint="A", displacement=fmb.expression("where(t < 0.5, t**2, t - 0.25)"))
+    load = fmb.step(1.0, at=0.2) + fmb.step(1.0, at=0.3, rise=0.05) + fmb.table([0.7, 0.8, 0.9], [0, 1, 0], kind="linear")
+    system = compile(slide(load).with_parts(joints=[drive]))
+    times = np.array([0.0, 0.5 + 1e-14, 1.0])
+    marks, anew = with_breaks(system, times, False)
+    np.testing.assert_allclose(anew, [0.2, 0.5], atol=1e-13)
+    np.testing.assert_allclose(marks, [0, 0.2, 0.2, 0.3, 0.35, 0.5, 0.5, 0.7, 0.8, 0.9, 1.0], atol=2e-12)
+    assert times[1] in marks  # a sample stays as it is
+    np.testing.assert_allclose(with_breaks(system, times, True)[1], [0.2, 0.5, 0.7, 0.8, 0.9], atol=1e-13)
+    assert not len(with_breaks(compile(slide(1.0)), times, True)[1])
+
+
+@pytest.mark.parametrize("integrator", [fmb.Implicit(step=0.05), fmb.Implicit(), fmb.Explicit(),
+                                        fmb.IDA(rtol=1e-10, atol=1e-11)], ids=repr)  # fmt: skip
+def test_a_drive_whose_acceleration_jumps(integrator):
+    """A bead of 2 kg that slides on a driven mass and is pulled by 1 N: it moves as if the mass were not there."""
+    drive = fmb.Drive("d", joint="A", displacement=fmb.expression("where(t < 0.53, t**2, 1.06*t - 0.2809)"))
+    mass = fmb.RigidBody("mass", mass=1.0, inertia=(1, 1, 1), markers={"ring": (1, 0, 0)})
+    bead = fmb.RigidBody("bead", mass=2.0, inertia=(1, 1, 1), at=(1, 0, 0))
+    model = fmb.Model(bodies=[fmb.Ground(), mass, bead], gravity=(0, 0, 0),
+                      joints=[fmb.Prismatic("A", markers=("ground.origin", "mass.center")), drive,
+                              fmb.Prismatic("B", markers=("mass.ring", "bead.center"))],
+                      forces=[fmb.PointLoad("F", marker="bead.center", force=(0, 0, 1.0))],
+                      sensors=[fmb.JointCoordinate("x", joint="B"), fmb.Position("p", marker="bead.center")])
+    solution = fmb.simulate(model, 1.0, samples=5, integrator=integrator)
+    np.testing.assert_allclose(solution["p"][:, 2], 0.25 * solution.t**2, atol=1e-8)  # the drive does not push the bead
+    np.testing.assert_allclose(solution["x"], 0.25 * solution.t**2 - drive.displacement.sample(solution.t)[:, 0], atol=1e-8)
 
 
 def test_times_just_before_are_before():
