@@ -8,44 +8,56 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
-from flexmb.forces.on_coordinate import OnCoordinate, checked_limits
+from flexmb.errors import ModelError
+from flexmb.forces.on_coordinate import OnCoordinate, checked_limits, signal_and_table
+from flexmb.math.jets import interpolate
 from flexmb.math.tables import row_kernel
 from flexmb.model.kinds import Table
 from flexmb.model.signal import as_signal
 
 __all__ = ["Actuator"]
 
-ROW = np.dtype([("x", COORDINATE), ("signal", np.int64), ("lower", float), ("upper", float)], align=True)
+ROW = np.dtype([("x", COORDINATE), ("signal", np.int64), ("table", np.int64),  # where it begins in the bulk data, or -1
+                ("lower", float), ("upper", float)], align=True)
 
 
 @row_kernel
 def apply(raw, data, state, work):
-    """F = s(t) within its limits, along the freedom."""
+    """F = s(t), or s(t) f(x), within its limits, along the freedom."""
     rows = raw.view(ROW)
     gradient = np.empty(12)
     for n in range(rows.shape[0]):
         row = rows[n]
-        _, rate = measure(row.x, state, work, gradient)
-        force = min(max(state.signals[row.signal, 0], row.lower), row.upper)
+        x, rate = measure(row.x, state, work, gradient)
+        effort, slope = state.signals[row.signal, 0], 0.0
+        if row.table >= 0:
+            f, f1, _ = interpolate(x, data[row.table :])
+            slope = effort * f1
+            effort *= f
+        force = min(max(effort, row.lower), row.upper)
+        if force != effort:
+            slope = 0.0
         act(row.x, work, gradient, force)
         work.energy[3] += force * rate
         if work.coefficients[3] > 0.0:
-            add_tangent(row.x, work, gradient, force, 0.0, 0.0)
+            add_tangent(row.x, work, gradient, force, -slope, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Actuator(OnCoordinate):
     """Drive a freedom of a joint with a given force or torque, positive in the positive sense of the freedom.
 
-    It acts on the body of the second marker and back on that of the first: a motor with its stator. Where the motion is
-    given, not the force, use `Drive`.
+    The effort may be a table over the freedom itself, times a signal: ``fmb.table([0, 0.1, 0.3], [0, -200, -900],
+    of="strut")`` is a spring with a bent characteristic. Outside the table its first and last values hold. It acts on the
+    body of the second marker and back on that of the first: a motor with its stator. Where the motion is given, not the
+    force, use `Drive`.
 
     Parameters
     ----------
     name : str
     joint : str
         A joint that turns or slides.
-    effort : signal, N or N m
+    effort : signal, table over the joint, or a product of them; N or N m
         Force of a slide, torque of a turn.
     limits : (float, float), N or N m, optional
         Smallest and largest effort that the actuator can give.
@@ -66,9 +78,16 @@ class Actuator(OnCoordinate):
     def __post_init__(self):
         super().__post_init__()
         object.__setattr__(self, "effort", as_signal(self.effort, self.title, "effort"))
+        over = signal_and_table(self.effort)[1]
+        if over is not None and getattr(over, "joint", None) != self.joint:
+            raise ModelError(self.title, found=f"effort = {self.effort!r}",
+                             expected=f"a function of time, or one table over its own joint '{self.joint}'",
+                             remedy="A PointLoad may depend on another joint")
         object.__setattr__(self, "limits", checked_limits(self, "Write limits=(-200.0, 200.0)"))
 
     def record(self, compiler):
         """Return the row."""
-        return (self.coordinate_row(compiler, counts=False), compiler.signal(self.effort),
+        signal, over = signal_and_table(self.effort)
+        table = -1 if over is None else compiler.bulk(over.numbers())
+        return (self.coordinate_row(compiler, counts=over is not None), compiler.signal(signal), table,
                 *(self.limits or (-np.inf, np.inf)))

@@ -26,8 +26,8 @@ class Table(Signal):
     y : (n,)
     of : signal or joint's name, optional
         Argument of the function; time unless given. An airload over flap angle is a table of the angle's signal, or of
-        the joint whose angle it is: such a table can be a component of a `PointLoad` or the amount of a
-        `Pressure`.
+        the joint whose angle it is: such a table can be a component of a `PointLoad`, the amount of a `Pressure` or the
+        effort of an `Actuator`.
     kind : "cubic" or "linear"
         Cubic: the spline with two continuous derivatives and not-a-knot ends (de Boor, A Practical Guide to Splines,
         chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line.
@@ -97,7 +97,7 @@ class Table(Signal):
                 "Signal table",
                 found=f"it is a table over the coordinate of joint '{self.joint}'",
                 expected="a function of time",
-                remedy="PointLoad and Pressure may depend on a joint, alone or times a signal",
+                remedy="PointLoad, Pressure and Actuator may depend on a joint, by a table alone or times a signal",
             )
         argument = Program.of((op.TIME, 0.0)) if self.of is None else self.of.program()
         return argument.then(Program.of((op.TABLE, 0.0), tables=(self.numbers(),)))

@@ -52,7 +52,8 @@ FORCE_FIELDS = {
     },
     "TorsionSpring": {"stiffness": 30.0, "damping": 2.0, "free_angle": 0.4},
     "Motor": {"target": fmb.expression("sin(3*t)"), "stiffness": 40.0, "damping": 3.0, "freedom": "slide"},
-    "Actuator": {"effort": fmb.expression("5*sin(3*t)"), "freedom": "slide", "limits": (-4.0, 90.0)},
+    "Actuator": {"effort": fmb.table([-9, 0, 4, 9], [-3, 1, 7, 2], of="j") * fmb.expression("2 + sin(3*t)"),
+                 "freedom": "slide", "limits": (-40.0, 90.0)},
     "JointFriction": {
         "moving": 0.2,
         "standing": 0.3,

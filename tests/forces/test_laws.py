@@ -66,6 +66,22 @@ def test_actuator_and_its_limits():
     np.testing.assert_allclose(solution["energy"], solution["work"], atol=1e-5)
 
 
+@pytest.mark.parametrize("joint", [fmb.Prismatic, fmb.Revolute])
+def test_actuator_with_a_characteristic(joint):
+    """F = -300 x^3 (a cubic table is exact): m v0^2 / 2 = 75 a^4 gives the amplitude a, and the period of x'' = -c x^3 is
+    7.4163 / (a sqrt(c)) (a complete elliptic integral; Nayfeh & Mook, Nonlinear Oscillations, 1979, ch. 2)."""
+    x = np.linspace(-3.0, 3.0, 7)
+    bent = fmb.Actuator("a", joint="j", effort=fmb.table(x, -300.0 * x**3, of="j") * fmb.step(value=1.0, at=-1.0))
+    speed, inertia = ("velocity", 2.0) if joint is fmb.Prismatic else ("angular_velocity", 0.5)
+    model = block(joint, forces=[bent], sensors=[fmb.Energy("work", kind="work_of_loads")], **{speed: (1.0, 0, 0)})
+    amplitude = (inertia / 150.0) ** 0.25
+    period = 7.416298709205487 / (amplitude * np.sqrt(300.0 / inertia))
+    solution = fmb.simulate(model, period, samples=101, integrator=fmb.GeneralizedAlpha(rtol=1e-8))
+    assert np.abs(solution["x"]).max() == pytest.approx(amplitude, rel=2e-4)
+    assert solution["x"][-1] == pytest.approx(0.0, abs=2e-3 * amplitude)
+    np.testing.assert_allclose(solution["energy"] - solution["energy"][0], solution["work"], atol=1e-4)
+
+
 def test_motor_follows_and_stalls():
     """A mass m on k (s - x) + c (s' - x') follows s = v t without error of speed; at its limit it gains limit/m t."""
     motor = {"joint": "j", "target": fmb.ramp(rate=0.5), "stiffness": 400.0, "damping": 60.0}

@@ -22,6 +22,7 @@ CASES = [
     (lambda: fmb.TorsionSpring("f", joint="j", stiffness=1.0), "permits no turn"),
     (lambda: fmb.TorsionSpring("f", joint="jj", stiffness=1.0), "joint 'jj' does not exist"),
     (lambda: fmb.Actuator("f", joint="j", effort="much"), "effort = 'much'"),
+    (lambda: fmb.Actuator("f", joint="j", effort=fmb.table([0, 1], [0, 1], of="hinge")), "of 'hinge'"),
     (lambda: fmb.Motor("f", joint="j", target="far", stiffness=1.0), "target = 'far'"),
     (lambda: fmb.Motor("f", joint="j", target=1.0, stiffness=1.0, limits=(2.0, 1.0)), "limits"),
     (lambda: fmb.Motor("f", joint="j", target=1.0, stiffness=-1.0), "stiffness"),
