@@ -58,7 +58,7 @@ class Linearization:
         First velocity of its body, and its Jacobian in W: translation, rotation.
     observer : str
         In whose axes z is seen, and the frequencies are those: "each body", its own axes, as long as the coefficients are
-        constant there; else "W", or a body: a round rotor in a casing.
+        constant there; else "W" or a body (a round rotor in a casing), or the precession of a top.
     """
 
     M: np.ndarray
@@ -176,7 +176,7 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     if observer is None:
         warnings.warn(f"Model '{model.name}', linearize: {CHANGE_WITH_TIME}", ValidityWarning, stacklevel=2)
         observer = OWN_AXES
-    seen, T = observer.seen(system, state.q, motion, own)
+    seen, T = observer.seen(system, state, motion, own)
     N, P = bases(seen)
     reduced = [P.T @ X @ N for X in (seen.M, seen.C, seen.K)]
     values, vectors = _eigen(*reduced)

@@ -6,9 +6,10 @@ looks the same at all times if it is round, and the coefficients are constant th
 eq. (observer),
 
     dx' = T dy' + T1 dy,   dx'' = T dy'' + 2 T1 dy' + T2 dy,
-    T = R^T Q,   T1 = R^T (O~ - w~) Q,   T2 = R^T (w~ w~ - 2 w~ O~ + O~ O~) Q
+    T = R^T Q,   T1 = R^T (O~ - w~) Q,   T2 = R^T (w~ w~ - 2 w~ O~ + O~ O~ - w'~) Q
 
-with the angular velocities w of the body and O of the observer in W, R' = w~ R, Q' = O~ Q, both constant.
+with the angular velocities w of the body and O of the observer in W, R' = w~ R, Q' = O~ Q; O is constant. A top that precesses
+is steady for the observer who goes round with it: w' = O x w.
 """
 
 from __future__ import annotations
@@ -59,23 +60,25 @@ class Observer:
     Parameters
     ----------
     name : str
-        "each body" for own axes, "W", or the title of the body with which they turn.
+        "each body" for own axes, "W", the title of the body with which they turn, or of the one with whose precession.
     velocity : (3,), rad/s, in W, or None for own axes
     """
 
     name: str
     velocity: np.ndarray | None
 
-    def seen(self, system, q: np.ndarray, motion: SteadyMotion, of: Coefficients, dt: float = 0.0):
+    def seen(self, system, state, motion: SteadyMotion, of: Coefficients, dt: float = 0.0):
         """Return the coefficients in the axes of the observer, and T (nu, nu); `dt` after they coincided with W."""
         if self.velocity is None and dt == 0.0:
             return of, sparse.identity(system.nu, format="csr")
         blocks: tuple[list, list, list] = ([], [], [])
         for body in (body for body in system.model.bodies if body.n_velocities):
-            iq = system.body_slices[body.name][0]
+            iq, iu = system.body_slices[body.name]
             vectors = 2 if body.has_frame else body.n_velocities // 3
             rest = np.eye(body.n_velocities - 3 * vectors)
-            of_vector = self._of_vector(body.has_frame, q[iq], motion.spins.get(body.name, np.zeros(3)), dt)
+            R, w = _turn(body, state.q[iq]), motion.spins.get(body.name, np.zeros(3))
+            rate = R @ state.a[iu][3:6] if body.has_frame else np.zeros(3)
+            of_vector = self._of_vector(body.has_frame, R, w, rate, dt)
             for family, block, others in zip(blocks, of_vector, (rest, 0.0 * rest, 0.0 * rest), strict=True):
                 family += [block] * vectors + [others]
         T, first, second = (sparse.block_diag(family, format="csr") for family in blocks)
@@ -83,15 +86,12 @@ class Observer:
         K = T.T @ (of.K @ T + of.C @ first + of.M @ second)
         return Coefficients(T.T @ (of.M @ T), C, K, T.T @ of.L, of.G @ T), T
 
-    def _of_vector(self, framed: bool, q: np.ndarray, w: np.ndarray, dt: float) -> tuple[np.ndarray, ...]:
-        """Return T, T1 and T2 (3, 3) of the vectors of a body."""
+    def _of_vector(self, framed: bool, R: np.ndarray, w: np.ndarray, rate: np.ndarray, dt: float) -> tuple[np.ndarray, ...]:
+        """Return T, T1 and T2 (3, 3) of the vectors of a body with the angular velocity w and its rate in W."""
         if self.velocity is None:
             return np.eye(3) if framed else rotation_matrix(w * dt), np.zeros((3, 3)), np.zeros((3, 3))
-        R = np.eye(3)
-        if framed:
-            euler_to_matrix(q[3:7], R)
         W, O, Q = _crossing(w), _crossing(self.velocity), rotation_matrix(self.velocity * dt)
-        return R.T @ Q, R.T @ (O - W) @ Q, R.T @ (W @ W - 2.0 * W @ O + O @ O) @ Q
+        return R.T @ Q, R.T @ (O - W) @ Q, R.T @ (W @ W - 2.0 * W @ O + O @ O - _crossing(rate)) @ Q
 
 
 OWN_AXES = Observer(name="each body", velocity=None)
@@ -101,8 +101,33 @@ def _crossing(w: np.ndarray) -> np.ndarray:
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
+def _turn(body, q: np.ndarray) -> np.ndarray:
+    """Return the axes (3, 3) of a body with a frame, else those of W."""
+    R = np.eye(3)
+    if body.has_frame:
+        euler_to_matrix(q[3:7], R)
+    return R
+
+
+def _precession(system, body, state, w: np.ndarray) -> np.ndarray | None:
+    """Return the angular velocity about the direction of gravity with which w turns, w' = O x w, or None."""
+    gravity = np.asarray(system.model.gravity, float)
+    if not body.has_frame or not np.any(gravity):
+        return None
+    iq, iu = system.body_slices[body.name]
+    rate, axis = _turn(body, state.q[iq]) @ state.a[iu][3:6], gravity / np.linalg.norm(gravity)
+    across = np.cross(axis, w)
+    if across @ across <= 1e-12 * (w @ w):
+        return None
+    found = (rate @ across) / (across @ across) * axis
+    turns = np.linalg.norm(np.cross(found, w) - rate) <= 1e-6 * np.linalg.norm(rate)
+    return found if np.any(rate) and turns else None
+
+
 def constant_observer(system, state, motion: SteadyMotion, own: Coefficients, bases) -> Observer | None:
-    """Return the first observer for whom the coefficients are constant: each body's own axes, W, those of a body.
+    """Return the first observer for whom the coefficients are constant.
+
+    Each body's own axes come first, then W, the axes of a body, and those that go round with its precession.
 
     Parameters
     ----------
@@ -125,34 +150,32 @@ def constant_observer(system, state, motion: SteadyMotion, own: Coefficients, ba
         w = motion.spins.get(body.name)
         if w is not None and all(o.velocity is None or np.linalg.norm(w - o.velocity) > 1e-9 * fastest for o in observers):
             observers.append(Observer(name=body.title, velocity=w))
+        precession = None if w is None else _precession(system, body, state, w)
+        if precession is not None:
+            observers.append(Observer(name=f"the precession of {body.title}", velocity=precession))
     dt = ANGLE / fastest
-    around = [_moved(system, state, motion, sign * dt) for sign in (1.0, -1.0)]
+    around = [_moved(system, state, sign * dt) for sign in (1.0, -1.0)]
     if any(there is None for there in around):
         return None
     for observer in observers:
-        now, _ = observer.seen(system, state.q, motion, own)
-        pair = [observer.seen(system, q, there, of, sign * dt)[0]
-                for (q, there, of), sign in zip(around, (1.0, -1.0), strict=True)]
+        now, _ = observer.seen(system, state, motion, own)
+        pair = [observer.seen(system, later, there, of, sign * dt)[0]
+                for (later, there, of), sign in zip(around, (1.0, -1.0), strict=True)]
         if _constant(now, pair, bases(now), fastest):
             return observer
     return None
 
 
-def _moved(system, state, motion: SteadyMotion, dt: float):
-    """Return configuration, steady motion and coefficients a time dt later, or None if there are none."""
+def _moved(system, state, dt: float):
+    """Return state, steady motion and coefficients a time dt later, or None if there are none."""
     work = system.workspace()
-    turned = state.u.copy()
-    for body in system.model.bodies:
-        if body.n_velocities and not body.has_frame:
-            iu = system.body_slices[body.name][1]
-            turned[iu] = (state.u[iu].reshape(-1, 3) @ rotation_matrix(motion.spins[body.name] * dt).T).ravel()
-    q = np.zeros(system.nq)
-    advance(system.program, state.q, 0.5 * (state.u + turned), dt, q)
-    there = system.state(state.t + dt, q, turned)
+    q, u = np.zeros(system.nq), state.u + dt * state.a
+    advance(system.program, state.q, 0.5 * (state.u + u), dt, q)
+    there = system.state(state.t + dt, q, u)
     if accelerations(system.program, there, work, np.zeros(system.nu + system.ng), 12 if system.redundant else 2) >= 0:
         return None
     motion = steady_motion(system, there, work, known=True)
-    return q, motion, coefficients(system, there, work, motion)
+    return there, motion, coefficients(system, there, work, motion)
 
 
 def _constant(now: Coefficients, around, bases, fastest: float) -> bool:

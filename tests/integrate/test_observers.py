@@ -84,6 +84,32 @@ def test_rotors_in_gear_are_seen_from_rest():
         assert np.min(np.abs(linear.frequencies / tilt - 1.0)) < 1e-5
 
 
+@pytest.mark.parametrize("precession", [3.0, 40.0])
+def test_a_top_nutates_about_its_precession(precession):
+    """J W^2 cos t - J3 w3 W + m g l = 0; the nutation is w^2 = V''(t) / J with the effective potential
+    V = (p - p3 cos t)^2 / (2 J sin^2 t) + m g l cos t (Goldstein, Classical Mechanics, sect. 5.7)."""
+    mass, lever, g, J, J3, tilt = 0.5, 0.03, 9.81, 0.0008, 0.0005, 0.6
+    about = J + mass * lever**2
+    spin = (about * precession**2 * np.cos(tilt) + mass * g * lever) / (J3 * precession)
+    axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    w = spin * axis + precession * (np.array([0.0, 0.0, 1.0]) - np.cos(tilt) * axis)
+    top = fmb.RigidBody("top", mass=mass, inertia=(J, J, J3), center_of_mass=(0, 0, lever), rotation=(0, tilt, 0),
+                        angular_velocity=w, markers={"tip": (0, 0, 0)})
+    model = fmb.Model(gravity=(0, 0, -g), bodies=[fmb.Ground(), top],
+                      joints=[fmb.Spherical("tip", markers=("ground.origin", "top.tip"))])
+    linear = fmb.linearize(model)
+    p, p3 = about * precession * np.sin(tilt) ** 2 + J3 * spin * np.cos(tilt), J3 * spin
+
+    def potential(t):
+        return (p - p3 * np.cos(t)) ** 2 / (2.0 * about * np.sin(t) ** 2) + mass * g * lever * np.cos(t)
+
+    h = 1e-3  # differences of the fourth order
+    second = np.dot([-1.0, 16.0, -30.0, 16.0, -1.0], [potential(tilt + k * h) for k in range(-2, 3)]) / (12.0 * h * h)
+    assert linear.observer == "the precession of Body 'top'"
+    assert linear.frequencies[-1] == pytest.approx(np.sqrt(second / about) / (2.0 * np.pi), rel=1e-6)
+    np.testing.assert_allclose(linear.frequencies[:-1], 0.0, atol=1e-5)
+
+
 def test_coefficients_that_change_with_time_are_told():
     """Neither rotor nor bearing is round: the equations are Mathieu's for every observer."""
     stiffness = (K, 3.0 * K, K, KR, 3.0 * KR, KR)
