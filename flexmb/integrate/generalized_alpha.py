@@ -29,6 +29,9 @@ whole, would allow turns that give it more energy than it has; the steps that fo
 class GeneralizedAlpha(metaclass=Described):
     """Lie-group generalized-alpha method on the index-3 equations.
 
+    Velocities are in body axes: a rotor on its axis is exact at any step, but a body that spins fast while it flies or rolls
+    must be resolved turn by turn; `Explicit` and `IDA` are far more accurate there.
+
     Parameters
     ----------
     rho_inf : float, -
