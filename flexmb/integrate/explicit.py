@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
-from flexmb.integrate.eighth_order import CompiledRun
-from flexmb.integrate.formulations import Augmented
+from flexmb.integrate.eighth_order import AUGMENTED, CompiledRun
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.model.described import Described, is_number
@@ -17,7 +16,6 @@ from flexmb.system.complaints import worst_equations
 
 __all__ = ["Explicit"]
 
-AUGMENTED = Augmented()
 VANISHING, PATIENCE = 1e-9, 30
 """So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration."""
 METHODS = ("DOP853", "RK45", "Radau")
@@ -27,11 +25,10 @@ FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baum
 class _Run:
     """The solver between samples, and the storage of its callback."""
 
-    def __init__(self, settings: Explicit, system, state, work, t_end: float):
+    def __init__(self, settings: Explicit, motion: Motion, state, t_end: float):
         import scipy.integrate
 
-        self.settings, self.system, self.work = settings, system, work
-        self.motion = Motion(settings, system, state, work)
+        self.settings, self.motion, self.system, self.work = settings, motion, motion.system, motion.work
         self.counts = {"steps": 0, "evaluations": 0, "projections": 0}
         self.complaint = ""
         self.solver: Any = None
@@ -148,9 +145,11 @@ class Explicit(metaclass=Described):
 
     def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
         """Return the solver at the start: compiled where method and formulation are."""
-        if self.method != "DOP853" or type(self.formulation) is not Augmented:
-            return _Run(self, system, state, work, t_end)
-        return CompiledRun(self, system, state, work, t_end, lambda now: _Run(self, system, now, work, t_end))
+        motion = Motion(self, system, state, work)
+        compiled = type(self.formulation) is type(AUGMENTED) or getattr(motion.unknowns, "links", None) is not None
+        if self.method != "DOP853" or not compiled:
+            return _Run(self, motion, state, t_end)
+        return CompiledRun(self, motion, state, t_end, lambda now: _Run(self, Motion(self, system, now, work), now, t_end))
 
     def run(self, system, work, variables, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""

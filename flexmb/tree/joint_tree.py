@@ -14,16 +14,17 @@ from flexmb.math.tables import State, Work
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.system import assemble
+from flexmb.system.branches import Followed
 from flexmb.system.program import BODIES, evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
 from flexmb.tree.joint_torques import gather_torques
-from flexmb.tree.link_passes import SCRATCH, link_accelerations
+from flexmb.tree.link_motion import LinkTree, link_accelerations, link_rates, link_tree
 from flexmb.tree.links import link_rows
 from flexmb.tree.motions import FREE, HINGED, describable, joint_labels, motion_rows
 from flexmb.tree.reach import reach
 from flexmb.tree.relative_passes import read_state
-from flexmb.tree.settle import place, settle
+from flexmb.tree.settle import Chart, new_chart, place, settle
 from flexmb.tree.spanning import Spanning, spanning_tree
 
 __all__ = ["JointTree", "RelativeState"]
@@ -100,7 +101,6 @@ class JointTree:
     def _describe(self, system: System, start: State, cut: tuple[str, ...], keep: tuple[str, ...]) -> None:
         self.model = model = system.model
         self.system, self._start = system, start
-        self._gravity = np.array(model.gravity)
         count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
         plain = {j.name: not j.prescribes and not j.couples and describable(j, count[j.name])
                  for j in self.system.joints}
@@ -229,47 +229,62 @@ class JointTree:
         gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)
         return tau
 
-    def accelerations(self, q: Any, v: Any = None, tau: Any = None) -> np.ndarray:
-        """Return the second rates (nv,) of an arm or tree of rigid links under gravity and joint forces: forward dynamics.
+    def accelerations(self, q: Any, v: Any = None, tau: Any = None, t: float = 0.0) -> np.ndarray:
+        """Return the second rates (nv,) of rigid bodies under the forces of the model and of joints: forward dynamics.
 
-        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), ten times faster than
-        `Recursive`, which also takes flexible bodies, other joints, forces and loops, and gives reactions.
+        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), with closed loops; ten times faster than
+        `Recursive`, which also takes flexible bodies, and gives reactions.
 
         Parameters
         ----------
         q, v : (nq,), (nv,)
+            Where loops are closed, coordinates that close them.
         tau : (nv,), N m or N, optional
             Forces on the joints, as in `torques`.
 
         Raises
         ------
         CompileError
-            If the model has more than rigid links on hinges, slides and fixed joints, or a motion has no inertia.
+            If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
         """
         if self.drives:
             raise CompileError(f"Model '{self.model.name}'", found=f"prescribed motions: {', '.join(self.drives)}",
                                expected="joints that forces move", remedy="Leave the drives out, or use fmb.simulate")
         q, v, tau = self._checked(q, v, tau)
-        a = np.zeros(len(v))
-        self.advance_links(q, v, tau, a)
-        return a
-
-    def advance_links(self, q: np.ndarray, v: np.ndarray, tau: np.ndarray, a: np.ndarray) -> None:
-        """Write the second rates `a` (nv,); those of drives are read, and the forces on them written to `tau` (nv,)."""
-        links, rows = self._links
-        failed = link_accelerations(links, self._gravity, rows, q, v, tau, a)
+        links = self._links
+        links.x[:], links.v[:], links.tau[:] = q, v, tau
+        failed = link_accelerations(links, self.work, t)
         if failed >= 0:
-            name = self.tree.order[failed]
-            raise CompileError(f"Body '{name}' (joint '{self.tree.joints[name]}')", found="its articulated inertia is singular",
-                               expected="inertia, its own or carried, in every free motion of its joint",
-                               remedy="Give the body mass and inertia about the free axis")
+            raise self._without_inertia(failed)
+        return links.a.copy()
 
-    @cached_property
-    def _links(self):
+    def linked(self, chart: Chart) -> LinkTree:
+        """Return the rigid links of the model, with its forces and cut joints.
+
+        Raises
+        ------
+        CompileError
+            If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
+        """
         self.work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
         program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
         evaluate(program, self._start, self.work)
-        return link_rows(self, self._start, self.work), np.zeros((len(self.rows) + 1, SCRATCH))
+        links = link_tree(self, chart, *link_rows(self, self._start, self.work), self.work)
+        start = self.start
+        failed = link_rates(links, self.work, start.t, start.q, start.v)
+        if failed >= 0:
+            raise self._without_inertia(failed, links)
+        return links
+
+    @cached_property
+    def _links(self) -> LinkTree:
+        return self.linked(new_chart(self, self._start.q, Followed(self.system, self._start, self.work)))
+
+    def _without_inertia(self, link: int, links: LinkTree | None = None) -> CompileError:
+        name = self.tree.order[(links or self._links).links[link]["body"]]
+        return CompileError(f"Body '{name}' (joint '{self.tree.joints[name]}')", found="its articulated inertia is singular",
+                            expected="inertia, its own or carried, in every free motion of its joint",
+                            remedy="Give the body mass and inertia about the free axis")
 
     def reach(self, marker: str, at: Any, *, start: Any = None, limits: Mapping[str, tuple[float, float]] | None = None,
               orientation: bool = True, tolerance: float = 1e-10) -> np.ndarray:

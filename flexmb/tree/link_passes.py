@@ -1,7 +1,7 @@
-"""The articulated-body algorithm in link axes, for rigid links on hinges and slides (Featherstone 2008, table 7.1).
+"""The articulated-body algorithm in link axes, for rigid links on joints of one, three or six freedoms.
 
-Each link has a frame on its joint whose z-axis is the axis of motion, so the motion is one coordinate axis and the
-inertia a column. Inertias are symmetric: ``[[J, H], [H^T, M]]`` in (angular, linear), stored as 6 + 9 + 6 numbers.
+A motion about or along z is one column of the inertia; a ball or a free frame takes the leading block. Inertias are symmetric:
+``[[J, H], [H^T, M]]`` in (angular, linear), stored as 6 + 9 + 6 numbers. Source: Featherstone 2008, table 7.1.
 """
 
 from __future__ import annotations
@@ -9,109 +9,53 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
-
-__all__ = ["LINK", "SCRATCH", "link_accelerations"]
-
-LINK = np.dtype(
-    [
-        ("parent", np.int64),  # place of the parent, -1: the ground
-        ("slides", np.int64),  # 1: along z, 0: turns about z, -1: fixed
-        ("rate", np.int64),  # place of its coordinate and rate
-        ("driven", np.int64),  # 1: the second rate is given
-        ("sign", float),  # -1.0 where the tree goes through the joint backwards
-        ("R", float, (3, 3)),  # axes at coordinate zero, in axes of the parent's frame
-        ("r", float, 3),  # m, origin at coordinate zero, there
-        ("mass", float),  # kg
-        ("h", float, 3),  # kg m, first moment about the origin, in link axes
-        ("J", float, 6),  # kg m2, xx xy xz yy yz zz about the origin, in link axes
-    ],
-    align=True,
+from flexmb.tree.link_places import (
+    BALL,
+    BIAS,
+    COUPLING,
+    DIVISOR,
+    DRIVE,
+    FIXED,
+    FORCE,
+    FRAME,
+    GAIN,
+    INERTIA,
+    LOAD,
+    MOMENT,
+    RATE,
+    SINGLE,
+    SWING,
+    TURN,
+    WAY,
+    carry,
+    reach_axes,
+    read_axes,
 )
 
-# Places in the scratch row of a link; vectors are (angular, linear) in link axes.
-TURN, WAY, SPEED, SWING, BIAS, FORCE, RATE, DIVISOR, DRIVE = 0, 9, 12, 18, 24, 30, 36, 42, 43
-MOMENT, COUPLING, INERTIA = 44, 50, 59  # J (6,), H (9,), M (6,)
-SCRATCH = 66
-
-
-@inner_kernel
-def _place(link, row, x):
-    """Write the axes R and the origin r of a link in its parent at the coordinate x (with its sign)."""
-    c, s = (np.cos(x), np.sin(x)) if link.slides == 0 else (1.0, 0.0)
-    along = x if link.slides == 1 else 0.0
-    for i in range(3):
-        a, b, z = link.R[i, 0], link.R[i, 1], link.R[i, 2]
-        row[TURN + 3 * i] = a * c + b * s
-        row[TURN + 3 * i + 1] = b * c - a * s
-        row[TURN + 3 * i + 2] = z
-        row[WAY + i] = link.r[i] + along * z
-
-
-@inner_kernel
-def _carry(row, of_parent, at, to):
-    """Write a twist or acceleration of the parent, moved to the link and turned into its axes, from `at` to `to`."""
-    a, b, c = of_parent[at], of_parent[at + 1], of_parent[at + 2]
-    x, y, z = row[WAY], row[WAY + 1], row[WAY + 2]
-    u = of_parent[at + 3] + b * z - c * y
-    v = of_parent[at + 4] + c * x - a * z
-    w = of_parent[at + 5] + a * y - b * x
-    for i in range(3):
-        p, q, r = row[TURN + i], row[TURN + 3 + i], row[TURN + 6 + i]
-        row[to + i] = p * a + q * b + r * c
-        row[to + 3 + i] = p * u + q * v + r * w
-
-
-@inner_kernel
-def _own(link, row, rate):
-    """Write the link's inertia, the velocity terms c of its joint and its gyroscopic force."""
-    a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
-    u, v, w = row[SPEED + 3], row[SPEED + 4], row[SPEED + 5]
-    turn, slide = (rate, 0.0) if link.slides == 0 else (0.0, rate)
-    row[SWING], row[SWING + 1], row[SWING + 2] = b * turn, -a * turn, 0.0
-    row[SWING + 3], row[SWING + 4], row[SWING + 5] = v * turn + b * slide, -u * turn - a * slide, 0.0
-    m, x, y, z = link.mass, link.h[0], link.h[1], link.h[2]
-    J = link.J
-    # momentum l = m v + w x h, spin k = J w + h x v
-    p, q, r = m * u + b * z - c * y, m * v + c * x - a * z, m * w + a * y - b * x
-    d = J[0] * a + J[1] * b + J[2] * c + y * w - z * v
-    e = J[1] * a + J[3] * b + J[4] * c + z * u - x * w
-    f = J[2] * a + J[4] * b + J[5] * c + x * v - y * u
-    row[FORCE] = b * f - c * e + v * r - w * q
-    row[FORCE + 1] = c * d - a * f + w * p - u * r
-    row[FORCE + 2] = a * e - b * d + u * q - v * p
-    row[FORCE + 3], row[FORCE + 4], row[FORCE + 5] = b * r - c * q, c * p - a * r, a * q - b * p
-    for i in range(6):
-        row[MOMENT + i] = J[i]
-        row[INERTIA + i] = 0.0
-    row[INERTIA], row[INERTIA + 3], row[INERTIA + 5] = m, m, m
-    row[COUPLING], row[COUPLING + 4], row[COUPLING + 8] = 0.0, 0.0, 0.0
-    row[COUPLING + 1], row[COUPLING + 2], row[COUPLING + 3] = -z, y, z
-    row[COUPLING + 5], row[COUPLING + 6], row[COUPLING + 7] = -x, -y, x
+__all__ = ["gather", "solve_factor", "spread"]
 
 
 @inner_kernel
 def _column(link, row):
-    """Return the column of the inertia (6,) that belongs to the joint's motion."""
-    if link.slides == 0:
-        return row[MOMENT + 2], row[MOMENT + 4], row[MOMENT + 5], row[COUPLING + 6], row[COUPLING + 7], row[COUPLING + 8]
-    return row[COUPLING + 2], row[COUPLING + 5], row[COUPLING + 8], row[INERTIA + 2], row[INERTIA + 4], row[INERTIA + 5]
+    """Return the column of the inertia (6,) that belongs to the joint's one motion."""
+    t, s = link.turn, link.slide
+    return (t * row[MOMENT + 2] + s * row[COUPLING + 2], t * row[MOMENT + 4] + s * row[COUPLING + 5],
+            t * row[MOMENT + 5] + s * row[COUPLING + 8], t * row[COUPLING + 6] + s * row[INERTIA + 2],
+            t * row[COUPLING + 7] + s * row[INERTIA + 4], t * row[COUPLING + 8] + s * row[INERTIA + 5])
 
 
 @inner_kernel
 def _open(link, row, tau):
-    """Subtract what the joint's motion takes from inertia and force; False if it moves no inertia."""
-    if link.slides == -1 or link.driven == 1:
-        for i in range(6):
-            row[BIAS + i] = 0.0
-        return True
+    """Subtract what the joint's one motion takes from inertia and force; False if it moves no inertia."""
     U = _column(link, row)
-    D, load = (U[2], tau - row[FORCE + 2]) if link.slides == 0 else (U[5], tau - row[FORCE + 5])
+    D = link.turn * U[2] + link.slide * U[5]
     if not D > 1e-300:
         return False
     D = 1.0 / D
     for i in range(6):
         row[BIAS + i] = U[i] * D
-    row[DIVISOR], row[DRIVE] = D, load
+    row[DIVISOR] = D
+    row[DRIVE] = link.sign * tau[link.rate] - link.turn * row[FORCE + 2] - link.slide * row[FORCE + 5]
     k = 0
     for i in range(3):
         for j in range(i, 3):
@@ -124,8 +68,90 @@ def _open(link, row, tau):
 
 
 @inner_kernel
+def _factorise(L, n):
+    """Replace the lower half of L (n, n), flat with rows of n, by its Cholesky factor; False if it is not positive."""
+    for j in range(n):
+        x = L[n * j + j]
+        for k in range(j):
+            x -= L[n * j + k] ** 2
+        if not x > 1e-300:
+            return False
+        x = x**0.5
+        L[n * j + j] = x
+        for i in range(j + 1, n):
+            y = L[n * i + j]
+            for k in range(j):
+                y -= L[n * i + k] * L[n * j + k]
+            L[n * i + j] = y / x
+    return True
+
+
+@kernel
+def solve_factor(L, n, b):
+    """Solve with the Cholesky factor L (n, n), flat; the solution replaces b (n,)."""
+    for i in range(n):
+        x = b[i]
+        for k in range(i):
+            x -= L[n * i + k] * b[k]
+        b[i] = x / L[n * i + i]
+    for i in range(n - 1, -1, -1):
+        x = b[i]
+        for k in range(i + 1, n):
+            x -= L[n * k + i] * b[k]
+        b[i] = x / L[n * i + i]
+
+
+@inner_kernel
+def _open_ball(link, row, block, tau, column):
+    """The same for a ball: P - U J^-1 U^T leaves M - H^T J^-1 H alone."""
+    J, H = row[MOMENT : MOMENT + 6], row[COUPLING : COUPLING + 9]
+    block[0], block[3], block[4], block[6], block[7], block[8] = J[0], J[1], J[3], J[2], J[4], J[5]
+    if not _factorise(block[:9], 3):
+        return False
+    x, y, z = reach_axes(link, row, tau[link.rate], tau[link.rate + 1], tau[link.rate + 2])
+    block[LOAD], block[LOAD + 1], block[LOAD + 2] = x - row[FORCE], y - row[FORCE + 1], z - row[FORCE + 2]
+    for j in range(3):  # K = H^T J^-1, row j
+        column[0], column[1], column[2] = H[j], H[3 + j], H[6 + j]
+        solve_factor(block[:9], 3, column)
+        for i in range(3):
+            block[GAIN + 3 * j + i] = column[i]
+    k = 0
+    for i in range(3):
+        for j in range(i, 3):
+            x = 0.0
+            for m in range(3):
+                x += block[GAIN + 3 * i + m] * H[3 * m + j]
+            row[INERTIA + k] -= x
+            k += 1
+    for i in range(3):
+        row[FORCE + i] += block[LOAD + i]
+        for m in range(3):
+            row[FORCE + 3 + i] += block[GAIN + 3 * i + m] * block[LOAD + m]
+    row[MOMENT : MOMENT + 6] = 0.0
+    row[COUPLING : COUPLING + 9] = 0.0
+    return True
+
+
+@inner_kernel
+def _open_frame(link, row, block, tau):
+    """Factorise the whole inertia of a free body: nothing is passed on."""
+    J, H, M = row[MOMENT : MOMENT + 6], row[COUPLING : COUPLING + 9], row[INERTIA : INERTIA + 6]
+    k = 0
+    for i in range(3):
+        for j in range(i, 3):
+            block[6 * j + i], block[6 * (3 + j) + 3 + i] = J[k], M[k]
+            k += 1
+        for j in range(3):
+            block[6 * (3 + j) + i] = H[3 * i + j]
+    for i in range(3):
+        block[LOAD + i] = tau[link.rate + 3 + i] - row[FORCE + i]
+        block[LOAD + 3 + i] = tau[link.rate + i] - row[FORCE + 3 + i]
+    return _factorise(block[:36], 6)
+
+
+@inner_kernel
 def _force_with_swing(row):
-    """Add P c and the driven part U D load to the force."""
+    """Add P c to the force, and what the joint's one motion gives it."""
     a, b, c = row[SWING], row[SWING + 1], row[SWING + 2]
     u, v, w = row[SWING + 3], row[SWING + 4], row[SWING + 5]
     J, H, M = MOMENT, COUPLING, INERTIA
@@ -199,54 +225,84 @@ def _give(row, of_parent, M, H, J, half):
 
 
 @kernel
-def link_accelerations(links, gravity, rows, q, v, tau, a):
-    """Write the second rates `a` (nv,) at coordinates, rates and joint forces; return -1, or a link without inertia.
+def gather(links, rows, blocks, tau):
+    """Pass inertias and forces on to the parents, joints opened; return -1, or a link whose motion has no inertia.
 
-    Of driven links the second rate is read from `a`, and the force that it needs is written to `tau`.
-
-    rows (n + 1, SCRATCH) : scratch; the last row stands for the ground, which falls upwards with gravity
+    tau (nv,) : forces on the rates
     """
-    n = len(links)
     M, H, J, half = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
-    ground = rows[n]
-    ground[:] = 0.0
-    for i in range(3):
-        ground[RATE + 3 + i] = -gravity[i]
-    for k in range(n):
+    for k in range(len(links) - 1, -1, -1):
         link, row = links[k], rows[k]
-        x, rate = 0.0, 0.0
-        if link.slides >= 0:
-            x, rate = link.sign * q[link.rate], link.sign * v[link.rate]
-        _place(link, row, x)
-        _carry(row, rows[link.parent], SPEED, SPEED)
-        row[SPEED + (5 if link.slides == 1 else 2)] += rate
-        _own(link, row, rate)
-        if link.driven == 1:
-            row[SWING + (5 if link.slides == 1 else 2)] += link.sign * a[link.rate]
         row[DRIVE] = 0.0
-    for k in range(n - 1, -1, -1):
-        link, row = links[k], rows[k]
-        if not _open(link, row, link.sign * tau[link.rate] if link.slides >= 0 else 0.0):
+        if link.kind == FRAME:
+            if not _open_frame(link, row, blocks[link.block], tau):
+                return k
+            continue
+        if link.kind == BALL:
+            if not _open_ball(link, row, blocks[link.block], tau, half):
+                return k
+            row[BIAS : BIAS + 6] = 0.0
+        elif link.kind == FIXED or link.driven == 1:
+            row[BIAS : BIAS + 6] = 0.0
+        elif not _open(link, row, tau):
             return k
         _force_with_swing(row)
         if link.parent >= 0:
             _give(row, rows[link.parent], M, H, J, half)
+    return -1
+
+
+@inner_kernel
+def _several(link, row, block, column, a):
+    """The accelerations of a ball or free frame: P' a = load, of which what is carried here is a part already."""
+    at = link.rate
+    n = 3 if link.kind == BALL else 6
+    for i in range(n):
+        column[i] = block[LOAD + i]
+    solve_factor(block, n, column)
+    if n == 3:
+        for i in range(3):
+            for j in range(3):
+                column[i] -= block[GAIN + 3 * j + i] * row[RATE + 3 + j]
+    for i in range(n):
+        x = column[i]
+        column[i] -= row[RATE + i]
+        row[RATE + i] = x
+    if n == 3:
+        a[at], a[at + 1], a[at + 2] = read_axes(link, row, column[0], column[1], column[2])
+    else:
+        for i in range(3):
+            a[at + i], a[at + 3 + i] = column[3 + i], column[i]
+
+
+@kernel
+def spread(links, rows, blocks, fall, weight, tau, a):
+    """Write the second rates `a` (nv,), from the roots to the leaves; the forces on driven rates to `tau`.
+
+    weight : 1.0 with the velocity terms and the ground's acceleration -fall (3,); 0.0 for the response to loads alone
+    """
+    n = len(links)
+    column = np.empty(6)
+    ground = rows[n]
+    for i in range(3):
+        ground[RATE + i], ground[RATE + 3 + i] = 0.0, -weight * fall[i]
     for k in range(n):
         link, row = links[k], rows[k]
-        _carry(row, rows[link.parent], RATE, RATE)
-        if link.driven == 1:
+        carry(row, rows[link.parent], RATE, RATE)
+        if link.driven == 1 and weight != 0.0:
             U = _column(link, row)
-            x = row[FORCE + (5 if link.slides == 1 else 2)]
+            x = link.turn * row[FORCE + 2] + link.slide * row[FORCE + 5] - row[DRIVE]
             for i in range(6):
                 x += U[i] * row[RATE + i]
             tau[link.rate] = link.sign * x
         for i in range(6):
-            row[RATE + i] += row[SWING + i]
-        if link.slides < 0 or link.driven == 1:
-            continue
-        x = row[DRIVE] * row[DIVISOR]
-        for i in range(6):
-            x -= row[BIAS + i] * row[RATE + i]
-        row[RATE + (5 if link.slides == 1 else 2)] += x
-        a[link.rate] = link.sign * x
-    return -1
+            row[RATE + i] += weight * row[SWING + i]
+        if link.kind == SINGLE and link.driven == 0:
+            x = row[DRIVE] * row[DIVISOR]
+            for i in range(6):
+                x -= row[BIAS + i] * row[RATE + i]
+            row[RATE + 2] += link.turn * x
+            row[RATE + 5] += link.slide * x
+            a[link.rate] = link.sign * x
+        elif link.kind == BALL or link.kind == FRAME:
+            _several(link, row, blocks[link.block], column, a)

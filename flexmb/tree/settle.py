@@ -9,11 +9,12 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.vectors import cross, matvec_t
+from flexmb.model.signal import pack
 from flexmb.system.program import run_kernels
 from flexmb.tree.joint_kinematics import read_twist, relative_pose
 from flexmb.tree.relative_passes import accelerate_bodies, marker_rate, move_bodies, place_bodies
 
-__all__ = ["Chart", "coordinate_rates", "count_turns", "move", "place", "prescribe", "read_change", "settle", "unit_length"]
+__all__ = ["Chart", "coordinate_rates", "count_turns", "move", "new_chart", "place", "prescribe", "read_change", "settle", "unit_length"]
 
 HINGED, FREE = 0, 1
 
@@ -26,6 +27,16 @@ starts, ops, args, tables, table_starts : the signals of the drives, see `sample
 counted (nc, 2) : turns that the model counts, with the numbers of their branches
 clock, branches, pace : see `Followed`; start (nq,): any configuration
 """
+
+
+def new_chart(tree, start: np.ndarray, followed) -> Chart:
+    """Return the chart of a `JointTree`; `start` (nq,) is any configuration, `followed` counts the branches."""
+    drives = tree.drives
+    signals = [d.displacement if d.angle is None else d.angle for d in drives.values()]
+    driven = np.array([(tree.names.index(name), tree.rate_names.index(name)) for name in drives], np.int64).reshape(-1, 2)
+    counted = np.array(tree.counted, np.int64).reshape(-1, 2)
+    return Chart(tree.rows, driven, *pack([s.program() for s in signals]), np.zeros((len(signals), 3)), counted,
+                 followed.clock, followed.branches, followed.pace, start.copy())
 
 
 @kernel

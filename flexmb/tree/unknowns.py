@@ -7,13 +7,13 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.math.jets import sample_signals
 from flexmb.math.tables import State
-from flexmb.model.signal import pack
 from flexmb.system.branches import Followed
 from flexmb.system.program import keep_branches
 from flexmb.tree.joint_tree import JointTree
+from flexmb.tree.link_motion import LinkTree, link_rates
 from flexmb.tree.motions import HINGED
 from flexmb.tree.relative_passes import read_second_rates
-from flexmb.tree.settle import Chart, coordinate_rates, count_turns, move, prescribe, unit_length
+from flexmb.tree.settle import coordinate_rates, count_turns, move, new_chart, prescribe, unit_length
 
 __all__ = ["RelativeUnknowns"]
 
@@ -29,21 +29,19 @@ class RelativeUnknowns:
     tree : JointTree
     closes : bool
         Does the evaluation after a step matter: for cut joints, or to count their turns?
+    links : LinkTree or None
+        The model as rigid links, if it is one.
     """
 
     def __init__(self, system, state: State, work, cut: tuple[str, ...] = ()):
         self.system, self.work = system, work
         self.tree = tree = JointTree.of(system, state, tuple(cut))
         self.nx, self.nv = len(tree.names), len(tree.rate_names)
-        driven = [(tree.names.index(name), tree.rate_names.index(name)) for name in tree.drives]
-        signals = [d.displacement if d.angle is None else d.angle for d in tree.drives.values()]
         self._followed = Followed(system, state, work)
-        self.chart = Chart(tree.rows, np.array(driven, np.int64).reshape(-1, 2), *pack([s.program() for s in signals]),
-                           np.zeros((len(signals), 3)), np.array(tree.counted, np.int64).reshape(-1, 2),
-                           self._followed.clock, self._followed.branches, self._followed.pace, state.q.copy())
+        self.chart = new_chart(tree, state.q, self._followed)
         self.closes = bool(len(tree.tree.tables.cut_equations)) or len(tree.counted) < len(self.chart.branches)
         self.turns, self.balls = _angles(tree.rows)
-        self._links = _is_linked(tree)
+        self.links = _links(tree, self.chart)
         self._scratch = np.zeros(self.nv)
 
     def of(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -87,16 +85,15 @@ class RelativeUnknowns:
     def rates(self, t: float, x: np.ndarray, v: np.ndarray, solve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return x', v' and the powers (3,) of loads and drives; `solve` writes the accelerations of a state.
 
-        Rigid links on hinges and slides under gravity, driven or not, take the passes in link axes.
+        Rigid bodies take the passes in link axes.
         """
         change, a = np.zeros(self.nx), np.zeros(self.nv)
         x, v = x.copy(), v.copy()
         powers = np.zeros(3)
-        if self._links:
-            driven, forces = self.chart.driven, np.zeros(self.nv)
-            self._drive(t, x, v, a)
-            self.tree.advance_links(x, v, forces, a)
-            powers[1] = forces[driven[:, 1]] @ v[driven[:, 1]]
+        if self.links is not None:
+            if link_rates(self.links, self.work, t, x, v) >= 0:
+                raise ValueError("a motion without inertia")
+            x, v, a, powers = (part.copy() for part in (self.links.x, self.links.v, self.links.a, self.links.powers))
         else:
             state = self.state(t, x, v)
             solve(state)
@@ -107,14 +104,12 @@ class RelativeUnknowns:
         return change, a, powers
 
 
-def _is_linked(tree: JointTree) -> bool:
-    """Is the model one of rigid links in axes of their own, whose motions all have inertia?"""
-    zero = np.zeros(len(tree.rate_names))
+def _links(tree: JointTree, chart) -> LinkTree | None:
+    """Return the model as links in axes of their own, if it is one of rigid bodies whose motions all have inertia."""
     try:
-        tree.advance_links(tree.start.q, zero, zero.copy(), zero.copy())
+        return tree.linked(chart)
     except CompileError:
-        return False
-    return bool(len(zero))
+        return None
 
 
 def _angles(rows) -> tuple[np.ndarray, list[int]]:

@@ -1,0 +1,324 @@
+"""The motion of rigid links, compiled: second rates at coordinates and rates, with forces and loops, and the way back onto loops.
+
+Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on markers placed by the links.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.constraints import EQUATIONS
+from flexmb.math.jets import sample_signals
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.rotations import euler_product, exp_euler
+from flexmb.math.tables import State
+from flexmb.system.program import run_kernels
+from flexmb.tree.link_closing import add_multipliers, closing, factorise, solve_multipliers, wrench_at
+from flexmb.tree.link_passes import gather, spread
+from flexmb.tree.link_places import (BALL, BLOCK, DRIVE, FORCE, FRAME, LOAD, RATE, SCRATCH, SINGLE, SPEED, TURN, WAY,
+                                     place_links)
+from flexmb.tree.links import link_marks
+from flexmb.tree.loops import mobilities
+from flexmb.tree.settle import count_turns, prescribe
+
+__all__ = ["LinkTree", "close_links", "link_accelerations", "link_rates", "link_tree", "loops_are_open"]
+
+LinkTree = namedtuple("LinkTree", "links rows blocks poses marks mark_of gravity closing chart program signals lam q "
+                                  "u x v a tau powers")
+"""Rigid links with what acts on them.
+
+links : LINK (nl,); rows (nl + 1, SCRATCH), blocks (nb, BLOCK), poses (nl, 12): scratch; axes and origins in W
+marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): their places, -1: does not move or is not seen
+gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
+program : the kernels of forces and cut joints, with the signals (ns, 3) that they read
+lam (ng,) zero; q (nq,), u (nu,), x (nx,), v, a, tau (nv,) : scratch; powers (3,): of loads, drives and dissipation
+"""
+
+
+def _cut_program(program, equations: np.ndarray):
+    """Return the program with the rows of some equations only: those of the joints in the tree hold by themselves."""
+    kinds = {kind.table.kernels["evaluate"].compiled.address: kind.table.row for kind in EQUATIONS
+             if "compiled" in vars(kind.table.kernels["evaluate"])}
+    first, last = len(program.inertia), len(program.inertia) + len(program.equations)
+    starts, pieces = [0], []
+    for k in range(len(program.starts) - 1):
+        raw = program.raw[program.starts[k] : program.starts[k + 1]]
+        if k < first:
+            raw = raw[:0]
+        elif k < last:
+            rows = raw.view(kinds[int(program.equations[k - first])])
+            raw = rows[np.isin(rows["equation"], equations)].view(np.uint8)
+        pieces.append(raw)
+        starts.append(starts[-1] + len(raw))
+    return program._replace(raw=np.concatenate(pieces), starts=np.array(starts, np.int64))
+
+
+def link_tree(tree, chart, links, frames, work) -> LinkTree:
+    """Return the links of a `JointTree` with all that acts on them; `work` holds the evaluation of `link_rows`."""
+    system = tree.system
+    equations = tree.tree.tables.cut_equations
+    legs = system.tables["legs"]
+    wanted = set(range(len(work.markers))) if system.force_rows.size or len(system.program.forces) else {
+        int(leg["marker"]) for leg in legs if int(leg["equation"]) in set(equations.tolist())}
+    marks = link_marks(tree, frames, work, wanted)
+    mark_of = np.full(len(work.markers), -1, np.int64)
+    mark_of[marks["marker"]] = np.arange(len(marks))
+    mobility = np.zeros(len(equations))
+    mobilities(work, equations, mobility)
+    nx, nv = len(tree.names), len(tree.rate_names)
+    blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
+    return LinkTree(
+        links=links, rows=np.zeros((len(links) + 1, SCRATCH)), blocks=np.zeros((max(1, blocks), BLOCK)),
+        poses=np.zeros((len(links), 12)), marks=marks, mark_of=mark_of, gravity=np.array(tree.model.gravity, float),
+        closing=closing(links, marks, equations, legs, mobility), chart=chart,
+        program=_cut_program(system.program, equations), signals=np.zeros((max(1, system.n_signals), 3)),
+        lam=np.zeros(system.ng), q=np.zeros(system.nq), u=np.zeros(system.nu), x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), tau=np.zeros(nv), powers=np.zeros(3))
+
+
+@inner_kernel
+def _pose_links(tree):
+    """Write where all links are in W."""
+    for k in range(len(tree.links)):
+        link, row, pose = tree.links[k], tree.rows[k], tree.poses[k]
+        if link.parent < 0:
+            pose[:9] = row[TURN : TURN + 9]
+            pose[9:] = row[WAY : WAY + 3]
+            continue
+        of_parent = tree.poses[link.parent]
+        for i in range(3):
+            a, b, c = of_parent[3 * i], of_parent[3 * i + 1], of_parent[3 * i + 2]
+            for j in range(3):
+                pose[3 * i + j] = a * row[TURN + j] + b * row[TURN + 3 + j] + c * row[TURN + 6 + j]
+            pose[9 + i] = of_parent[9 + i] + a * row[WAY] + b * row[WAY + 1] + c * row[WAY + 2]
+
+
+@inner_kernel
+def _place_marks(tree, work):
+    """Write position, axes and velocities of the markers, without wrenches."""
+    for n in range(len(tree.marks)):
+        mark = tree.marks[n]
+        marker, pose, row = work.markers[mark.marker], tree.poses[mark.link], tree.rows[mark.link]
+        x, y, z = mark.s[0], mark.s[1], mark.s[2]
+        a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
+        u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
+        for i in range(3):
+            p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
+            marker.r[i] = pose[9 + i] + p * x + q * y + r * z
+            marker.v[i] = p * u + q * v + r * w
+            marker.w[i] = p * a + q * b + r * c
+            for j in range(3):
+                marker.R[i, j] = p * mark.A[0, j] + q * mark.A[1, j] + r * mark.A[2, j]
+        for i in range(6):
+            marker.wrench[i] = 0.0
+
+
+@inner_kernel
+def _act(tree, work, t):
+    """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
+    program = tree.program
+    work.energy[:] = 0.0
+    work.coefficients[:] = 0.0
+    sample_signals(t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
+                   program.signal_table_starts, tree.signals)
+    count_turns(tree.chart, program, t, tree.x, tree.q)
+    state = State(t, tree.q, tree.u, tree.u, tree.lam, tree.signals)
+    bodies, kinds = len(program.inertia), len(program.equations)
+    run_kernels(program.equations, bodies, program, state, work)
+    if len(program.forces) == 0:
+        return
+    run_kernels(program.forces, bodies + kinds, program, state, work)
+    W = np.empty(6)
+    for n in range(len(tree.marks)):
+        mark = tree.marks[n]
+        wrench = work.markers[mark.marker].wrench
+        W[:] = 0.0
+        wrench_at(tree.poses[mark.link], mark.s, wrench, W)
+        for i in range(6):
+            tree.rows[mark.link, FORCE + i] -= W[i]
+
+
+@inner_kernel
+def _closing_rates(tree, work, second):
+    """Write what is left of the cut equations to closing.x, with the opposite sign: of their rates, or of second rates."""
+    c = tree.closing
+    g = tree.gravity
+    for n in range(len(c.equations)):
+        equation = work.equations[c.equations[n]]
+        s = equation.drift if second else equation.rate
+        for m in range(equation.leg, equation.leg + equation.legs):
+            leg = work.legs[m]
+            place = tree.mark_of[leg.marker]
+            if place < 0:
+                continue
+            if not second:
+                marker = work.markers[leg.marker]
+                for i in range(3):
+                    s += leg.gradient[i] * marker.v[i] + leg.gradient[3 + i] * marker.w[i]
+                continue
+            mark = tree.marks[place]
+            row, pose = tree.rows[mark.link], tree.poses[mark.link]
+            x, y, z = mark.s[0], mark.s[1], mark.s[2]
+            a, b, c_ = row[SPEED], row[SPEED + 1], row[SPEED + 2]
+            # the velocity of the marker, of which the spatial acceleration does not know that it turns
+            u, v, w = (row[SPEED + 3] + b * z - c_ * y, row[SPEED + 4] + c_ * x - a * z, row[SPEED + 5] + a * y - b * x)
+            d, e, f = row[RATE], row[RATE + 1], row[RATE + 2]
+            u, v, w = (row[RATE + 3] + e * z - f * y + b * w - c_ * v, row[RATE + 4] + f * x - d * z + c_ * u - a * w,
+                       row[RATE + 5] + d * y - e * x + a * v - b * u)
+            for i in range(3):
+                p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
+                s += leg.gradient[i] * (p * u + q * v + r * w + g[i]) + leg.gradient[3 + i] * (p * d + q * e + r * f)
+        c.x[n] = -s
+
+
+@inner_kernel
+def _solve(tree, work, weight):
+    """Close the loops with the right side in closing.x: second rates, or changes, in tree.a."""
+    solve_multipliers(tree.closing)
+    add_multipliers(tree)
+    spread(tree.links, tree.rows, tree.blocks, tree.gravity, weight, tree.tau, tree.a)
+
+
+@inner_kernel
+def _drive(tree, t):
+    """Write the motion of the drives at time t to tree.x, tree.v, tree.a."""
+    chart = tree.chart
+    if len(chart.driven) > 0:
+        sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
+        prescribe(chart.driven, chart.sampled, tree.x, tree.v, tree.a)
+
+
+@inner_kernel
+def _placed(tree, work, t):
+    """Place links and markers, let forces act, and pass inertias and forces on; return -1 or a link without inertia."""
+    place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+    if len(tree.marks) > 0 or len(tree.program.forces) > 0:
+        _pose_links(tree)
+        _place_marks(tree, work)
+        _act(tree, work, t)
+    return gather(tree.links, tree.rows, tree.blocks, tree.tau)
+
+
+@kernel
+def link_accelerations(tree, work, t):
+    """Write the second rates tree.a at tree.x, tree.v, with forces tree.tau on the rates and given second rates of drives.
+
+    Returns -1, or the link whose motion has no inertia. Of driven rates the force is written to tree.tau.
+    """
+    failed = _placed(tree, work, t)
+    if failed >= 0:
+        return failed
+    spread(tree.links, tree.rows, tree.blocks, tree.gravity, 1.0, tree.tau, tree.a)
+    if len(tree.closing.equations) > 0:
+        factorise(tree, work)
+        _closing_rates(tree, work, True)
+        _solve(tree, work, 1.0)
+    return -1
+
+
+@kernel
+def link_rates(tree, work, t, x, v):
+    """Write the second rates of x and v at time t to tree.a, and the powers (3,) of loads, drives and dissipation.
+
+    The motion of the drives is that of their signals. Returns -1, or the link whose motion has no inertia.
+    """
+    tree.x[:], tree.v[:] = x, v
+    tree.tau[:] = 0.0
+    _drive(tree, t)
+    failed = link_accelerations(tree, work, t)
+    tree.powers[:] = 0.0
+    if len(tree.marks) > 0 or len(tree.program.forces) > 0:
+        tree.powers[0], tree.powers[2] = work.energy[3], work.energy[5]
+    for n in range(len(tree.chart.driven)):
+        k = tree.chart.driven[n, 1]
+        tree.powers[1] += tree.tau[k] * tree.v[k]
+    c = tree.closing
+    for n in range(len(c.equations)):
+        tree.powers[1] -= c.x[n] * work.equations[c.equations[n]].rate
+    return failed
+
+
+@kernel
+def loops_are_open(tree, work, tolerance, drift):
+    """Have the loops come open in the evaluation before, by more than a tolerance, or their velocities, relative?"""
+    c = tree.closing
+    fastest, open_by, speed = 1.0, 0.0, 0.0
+    for n in range(len(tree.marks)):
+        marker = work.markers[tree.marks[n].marker]
+        for i in range(3):
+            fastest = max(fastest, abs(marker.v[i]), abs(marker.w[i]))
+    _closing_rates(tree, work, False)
+    for n in range(len(c.equations)):
+        open_by, speed = max(open_by, abs(work.equations[c.equations[n]].g)), max(speed, abs(c.x[n]))
+    return open_by > tolerance or speed > drift * fastest
+
+
+@inner_kernel
+def _advance(tree, change):
+    """Write tree.x [+] change (nv,): Euler parameters by the rotation in their own axes."""
+    dp, p = np.empty(4), np.empty(4)
+    for k in range(len(tree.links)):
+        link = tree.links[k]
+        at, iv = link.coordinate, link.rate
+        if link.kind == SINGLE:
+            tree.x[at] += change[iv]
+        elif link.kind == BALL or link.kind == FRAME:
+            if link.kind == FRAME:
+                pose = tree.poses[k]
+                for i in range(3):
+                    tree.x[at + i] += pose[3 * i] * change[iv] + pose[3 * i + 1] * change[iv + 1] + pose[3 * i + 2] * change[iv + 2]
+                at, iv = at + 3, iv + 3
+            exp_euler(change[iv : iv + 3], dp)
+            p[:] = tree.x[at : at + 4]
+            euler_product(p, dp, tree.x[at : at + 4])
+
+
+@kernel
+def close_links(tree, work, t, tolerance, gaps, level):
+    """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
+
+    Dependent equations may stay open by up to `gaps` (ng,); `level` (ng,): 1 for those of velocity. Returns if that worked.
+    """
+    c = tree.closing
+    still = tree.a
+    for turn in range(12):
+        _drive(tree, t)
+        still[:] = 0.0
+        tree.tau[:] = 0.0
+        if _placed(tree, work, t) >= 0:
+            return False
+        factorise(tree, work)
+        largest, closed = 0.0, True
+        for n in range(len(c.equations)):
+            k = c.equations[n]
+            c.x[n] = -work.equations[k].g if level[k] == 0 else 0.0
+            largest = max(largest, abs(c.x[n]) if c.d[n] > 0.0 else 0.0)
+            closed = closed and abs(c.x[n]) <= max(gaps[k], tolerance)
+        if not np.isfinite(largest):
+            return False
+        if largest <= tolerance and turn > 0:
+            break
+        _changes(tree, work)
+        stride = np.max(np.abs(tree.a))
+        _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
+    for _ in range(2):
+        _closing_rates(tree, work, False)
+        _changes(tree, work)
+        tree.v[:] += tree.a
+        place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+        _place_marks(tree, work)
+    return closed
+
+
+@inner_kernel
+def _changes(tree, work):
+    """Write the changes of coordinates or rates tree.a that multipliers for the right side in closing.x give."""
+    tree.a[:] = 0.0
+    for k in range(len(tree.links)):
+        link = tree.links[k]
+        if link.kind == SINGLE:
+            tree.rows[k, DRIVE] = 0.0
+        elif link.kind > 0:
+            tree.blocks[link.block, LOAD : LOAD + link.kind] = 0.0
+    _solve(tree, work, 0.0)
