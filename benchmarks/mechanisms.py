@@ -27,7 +27,6 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import numpy as np  # noqa: E402 (one thread: set before it is loaded)
-from scipy.integrate import solve_ivp  # noqa: E402
 
 import flexmb as fmb  # noqa: E402
 from flexmb.system import assemble  # noqa: E402
@@ -58,16 +57,6 @@ def chain(n: int) -> fmb.Model:
     return fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), *links], joints=joints)
 
 
-def four_bar_places(n: int, t_end: float) -> np.ndarray:
-    """Return the origins of the bodies of `mechanisms.four_bars` (2 n + 1, 3): one freedom, J a = g S sin(a)."""
-    J, S = (n + 1) * (1 / 3 + 0.01**2 / 4) + n, 9.81 * ((n + 1) / 2 + n)
-    motion = solve_ivp(lambda t, y: (y[1], S / J * np.sin(y[0])), (0, t_end), (0.0, 1.0), method="DOP853",
-                       rtol=1e-13, atol=1e-13)
-    a = motion.y[0, -1]
-    cranks = [(k, 0.0, 0.0) for k in range(n + 1)]
-    return np.array([*cranks, *((k + np.sin(a), np.cos(a), 0.0) for k in range(n))])
-
-
 @dataclass
 class Case:
     """A mechanism, how long it moves, the steps of both programs and the tolerances of ours."""
@@ -94,7 +83,7 @@ def cases(quick: bool) -> list[Case]:
             Case("Bricard", mechanisms.bricard(case_data("RB04")), 5.0, fine, tolerances, free={"j5": [1, 1, 1, 1, 0, 0]})]
     for n in (10, 40) if quick else (10, 40, 400):
         made.append(Case(f"four-bars {n}", mechanisms.four_bars(n), 1.5, (60, 250, 1000) if n > 10 else (60, 250, 1000, 4000),
-                         tolerances, four_bar_places(n, 1.5), planar=True, repeats=1 if n > 40 else 3,
+                         tolerances, mechanisms.four_bar_places(n, 1.5), planar=True, repeats=1 if n > 40 else 3,
                          explicit=(1e-3, 1e-5) if n > 10 else ()))  # the next ones step onto the singular position
     for n in (10, 100) if quick else (10, 100, 1000):
         made.append(Case(f"chain {n}", chain(n), 0.5, (100, 400, 1600) if n < 1000 else (400, 1000),

@@ -21,7 +21,7 @@ from flexmb.tree.link_places import (BALL, BLOCK, DRIVE, FORCE, FRAME, LOAD, RAT
                                      place_links)
 from flexmb.tree.links import link_marks
 from flexmb.tree.loops import mobilities
-from flexmb.tree.settle import count_turns, prescribe
+from flexmb.tree.settle import count_turns, prescribe, unit_length
 
 __all__ = ["LinkTree", "close_links", "link_accelerations", "link_rates", "link_tree", "loops_are_open"]
 
@@ -225,6 +225,7 @@ def link_rates(tree, work, t, x, v):
     """
     tree.x[:], tree.v[:] = x, v
     tree.tau[:] = 0.0
+    unit_length(tree.chart.rows, tree.x)
     _drive(tree, t)
     failed = link_accelerations(tree, work, t)
     tree.powers[:] = 0.0

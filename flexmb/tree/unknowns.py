@@ -106,6 +106,8 @@ class RelativeUnknowns:
 
 def _links(tree: JointTree, chart) -> LinkTree | None:
     """Return the model as links in axes of their own, if it is one of rigid bodies whose motions all have inertia."""
+    if not tree.rate_names:
+        return None
     try:
         return tree.linked(chart)
     except CompileError:

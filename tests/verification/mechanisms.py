@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 import flexmb as fmb
 
@@ -25,6 +26,15 @@ def four_bars(n: int) -> fmb.Model:
         joints.append(fmb.Revolute(f"r{k}", markers=(f"b{k}.end", f"c{k + 1}.end")))
     sensors = [fmb.Position("B0", marker="c0.end"), fmb.Energy("energy")]
     return fmb.Model(gravity=(0, -9.81, 0), bodies=[ground, *cranks, *bars], joints=joints, sensors=sensors)
+
+
+def four_bar_places(n: int, t: float) -> np.ndarray:
+    """Return the origins of the bodies of `four_bars` at a time (2 n + 1, 3): one freedom, J a = g S sin(a)."""
+    J, S = (n + 1) * (1 / 3 + 0.01**2 / 4) + n, 9.81 * ((n + 1) / 2 + n)
+    motion = solve_ivp(lambda t, y: (y[1], S / J * np.sin(y[0])), (0, t), (0.0, 1.0), method="DOP853", rtol=1e-13, atol=1e-13)
+    a = motion.y[0, -1]
+    cranks = [(k, 0.0, 0.0) for k in range(n + 1)]
+    return np.array([*cranks, *((k + np.sin(a), np.cos(a), 0.0) for k in range(n))])
 
 
 def andrews(case: dict) -> fmb.Model:
