@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections import namedtuple
 
-from numba import types
-from numba.extending import intrinsic
-
 from flexmb.math.block_lu import BlockPattern
-from flexmb.math.tables import STATE, WORK, call_through
+from flexmb.math.tables import BYTES, COUNT, FLOATS, INTEGERS, STATE, WORK, caller, tuple_type, void
 
 __all__ = ["EVALUATION", "PROGRAM", "Program", "call_evaluation"]
 
@@ -34,24 +31,12 @@ branches : int, first coordinate that tells branches (see Work); they come after
 evaluation : int, address of the machine code of `evaluate`
 """
 
-_FLOATS, _INTEGERS = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
-_TABLE = types.Array(types.int64, 2, "C")
-PROGRAM = types.NamedTuple(
-    (*[_INTEGERS] * 5, types.Array(types.uint8, 1, "C"), _INTEGERS, _FLOATS,
-     _INTEGERS, _INTEGERS, _FLOATS, _FLOATS, _INTEGERS,
-     _TABLE, _TABLE, types.NamedTuple((*[_INTEGERS] * (len(BlockPattern._fields) - 3), *[_FLOATS] * 3), BlockPattern),
-     _FLOATS, _TABLE, _FLOATS, _INTEGERS, types.int64, types.int64),
-    Program,
-)
-EVALUATION = types.void(PROGRAM, STATE, WORK)
+PROGRAM = tuple_type(
+    Program, *[INTEGERS] * 5, BYTES, INTEGERS, FLOATS, INTEGERS, INTEGERS, FLOATS, FLOATS, INTEGERS, (INTEGERS, 2),
+    (INTEGERS, 2), tuple_type(BlockPattern, *[INTEGERS] * (len(BlockPattern._fields) - 3), *[FLOATS] * 3), FLOATS,
+    (INTEGERS, 2), FLOATS, INTEGERS, COUNT, COUNT)
+EVALUATION = void(PROGRAM, STATE, WORK)
 """The signature of the evaluation."""
 
-
-@intrinsic
-def call_evaluation(context, address, program, state, work):
-    """Call the evaluation at `address` (an integer)."""
-
-    def generate(target, builder, signature, values):
-        return call_through(builder, target, EVALUATION, values)
-
-    return types.void(types.int64, *EVALUATION.args), generate
+call_evaluation = caller(EVALUATION)
+"""Call the evaluation at an address."""

@@ -21,8 +21,9 @@ from numba.extending import intrinsic
 
 from flexmb.math.kernel import watch_sources
 
-__all__ = ["DAMPED", "EQUATION", "LEG", "MARKER", "PAIR", "ROW_KERNEL", "STIFF", "PointerKernel", "State", "Work",
-           "call_row_kernel", "call_through", "row_kernel"]
+__all__ = ["BYTES", "COUNT", "DAMPED", "EQUATION", "FLOATS", "INTEGERS", "LEG", "MARKER", "NUMBER", "PAIR", "ROW_KERNEL", "STATE",
+           "STIFF", "WORK", "PointerKernel", "State", "Work", "array_type", "call_row_kernel", "caller", "row_kernel",
+           "tuple_type", "void"]
 
 MARKER = np.dtype(
     [
@@ -113,33 +114,26 @@ loads : (nl,) amount of each load shape
 """
 
 
-def _array(dtype, ndim=1):
-    return types.Array(dtype, ndim, "C")
+FLOATS, INTEGERS, BYTES = np.dtype(float), np.dtype(np.int64), np.dtype(np.uint8)
+NUMBER, COUNT = types.float64, types.int64
+void = types.void
 
 
-_f8, _i8 = types.float64, types.int64
-STATE = types.NamedTuple((_f8, _array(_f8), _array(_f8), _array(_f8), _array(_f8), _array(_f8, 2)), State)
-WORK = types.NamedTuple(
-    (
-        _array(from_dtype(MARKER)),
-        _array(_f8),
-        _array(_f8),
-        _array(from_dtype(EQUATION)),
-        _array(from_dtype(LEG)),
-        _array(from_dtype(PAIR)),
-        _array(_f8),
-        _array(_f8),
-        _array(_i8),
-        _array(_i8),
-        _array(_i8),
-        _array(_f8),
-        _array(_f8),
-        _array(_f8),
-        _array(_f8),
-    ),
-    Work,
-)
-ROW_KERNEL = types.void(_array(types.uint8), _array(_f8), STATE, WORK)
+def array_type(dtype: np.dtype, ndim: int = 1):
+    """Return the type of arrays of numbers or records."""
+    return types.Array(from_dtype(dtype), ndim, "C")
+
+
+def tuple_type(kind, *fields):
+    """Return the type of a named tuple: of arrays, by dtype or (dtype, number of axes), and of what has a type itself."""
+    made = [array_type(*field) if isinstance(field, tuple) else array_type(field) if isinstance(field, np.dtype) else field
+            for field in fields]
+    return types.NamedTuple(tuple(made), kind)
+
+
+STATE = tuple_type(State, NUMBER, *[FLOATS] * 4, (FLOATS, 2))
+WORK = tuple_type(Work, MARKER, FLOATS, FLOATS, EQUATION, LEG, PAIR, FLOATS, FLOATS, *[INTEGERS] * 3, *[FLOATS] * 4)
+ROW_KERNEL = void(array_type(BYTES), array_type(FLOATS), STATE, WORK)
 """The signature of every row kernel."""
 
 
@@ -169,19 +163,21 @@ def row_kernel(function) -> PointerKernel:
     return PointerKernel(function, ROW_KERNEL)
 
 
-def call_through(builder, target, signature, values):
-    """Write the call of the function at the address values[0]; compiled kernels follow the C convention."""
-    prototype = types.FunctionType(signature).ftype
-    function = builder.inttoptr(values[0], target.get_value_type(prototype))
-    builder.call(function, values[1:])
-    return target.get_dummy_value()
+def caller(signature):
+    """Return a function for kernels, ``call(address, ...)``, that calls the function of this signature at an address."""
+
+    @intrinsic
+    def call(context, address, *arguments):
+        def generate(target, builder, _, values):
+            given = [builder.extract_value(values[1], k) for k in range(len(signature.args))]
+            function = builder.inttoptr(values[0], target.get_value_type(types.FunctionType(signature).ftype))
+            builder.call(function, given)
+            return target.get_dummy_value()
+
+        return types.void(types.int64, types.Tuple(signature.args)), generate
+
+    return call
 
 
-@intrinsic
-def call_row_kernel(context, address, raw, data, state, work):
-    """Call the row kernel at `address` (an integer)."""
-
-    def generate(target, builder, signature, values):
-        return call_through(builder, target, ROW_KERNEL, values)
-
-    return types.void(types.int64, *ROW_KERNEL.args), generate
+call_row_kernel = caller(ROW_KERNEL)
+"""Call the row kernel at an address."""
