@@ -9,109 +9,43 @@ its coefficients are taken from there. Between two samples no Python runs.
 
 from __future__ import annotations
 
-from collections import namedtuple
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.integrate import body_steps, joint_steps
+from flexmb.integrate.explicit_steps import NUMBERS, SETTLED, STAGES, Steps, call_accepting, call_rates
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
-from flexmb.integrate.stabilised import kinematics
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.tables import State
 from flexmb.system.branches import branch_rates
-from flexmb.system.program import accelerations, constraint_velocity, keep_branches, project
-from flexmb.tree.link_motion import close_links, link_rates, loops_are_open
-from flexmb.tree.settle import coordinate_rates, unit_length
+from flexmb.tree.link_motion import no_links
 
 __all__ = ["AUGMENTED", "CompiledRun"]
 
 AUGMENTED = Augmented()
 
-STAGES = 12
 GROWTH, DECAY, SAFETY = 10.0, 0.2, 0.9
-SETTLED = 1e-10
-"""Last correction of accelerations or multipliers, relative, above which the factorisation is not trusted."""
 VANISHING, PATIENCE = 1e-9, 30
 """So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration."""
 PASSED, PASSES = 0.8, 6
 """A step that ends in a singular position is shortened by this factor, so many times in a row."""
 SHORT, MANY, UNSETTLED = 1, 2, 3
 
-Steps = namedtuple("Steps", "y y1 K q u a lam right rate signals pace gaps counts times limits sweeps A B C E3 E5")
-"""Storage of the steps.
-
-y, y1 (n,) : coordinates (of bodies with branches), velocities and works, at the start and the end of a step; K (13, n): rates
-of stages
-q, u, a, lam, right, rate, signals : the state of a stage; scratch
-pace (nb,) : rate of the branches over the last step; gaps (ng,): see `project`
-counts (3,) : steps, evaluations, projections; times (4,): t, next step, longest step, length of the run
-limits (4,) : rtol, atol, residual of the positions and, relative, of the velocities at which the state is projected
-sweeps (2,) : of the accelerations in a stage, and at the end of a step, where their convergence is looked at
-"""
-
-
-@kernel
-def _rates(program, work, tree, s, y, t, out, sweeps):
-    """Write the rates of `y` to `out`; return if they are numbers. `tree` has the links, in joint coordinates, or is None."""
+@inner_kernel
+def _rates(program, work, tree, s, t, stage):
+    """Write the rates of s.y1 to s.K[stage]; return if they are numbers."""
     s.counts[1] += 1
-    if tree is None:
-        found = _body_rates(program, work, s, y, t, out, sweeps)
-    else:
-        found = _joint_rates(work, tree, y, t, out)
-    return found and np.all(np.isfinite(out))
-
-
-@inner_kernel
-def _joint_rates(work, tree, y, t, out):
-    """The same for joint coordinates: drives have their rates, whatever y says."""
-    nx, nv = len(tree.x), len(tree.v)
-    found = link_rates(tree, work, t, y[:nx], y[nx : nx + nv]) < 0
-    coordinate_rates(tree.chart.rows, tree.x, tree.v, out)
-    out[nx : nx + nv] = tree.a
-    out[nx + nv :] = tree.powers
-    return found
-
-
-@inner_kernel
-def _body_rates(program, work, s, y, t, out, sweeps):
-    """The same for the coordinates of all bodies."""
-    nq, nu = len(s.q), len(s.u)
-    for i in range(nq):
-        s.q[i] = y[i]
-    for n in range(len(program.frames)):
-        p = s.q[program.frames[n, 0] + 3 : program.frames[n, 0] + 7]
-        length = (p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + p[3] ** 2) ** 0.5
-        for i in range(4):
-            p[i] /= length
-    for i in range(nu):
-        s.u[i] = y[nq + i]
-    failed = accelerations(program, State(t, s.q, s.u, s.a, s.lam, s.signals), work, s.right, sweeps)
-    kinematics(program, 0.0, y, s.u, out)
-    for k in range(len(s.pace)):
-        out[program.branches + k] = s.pace[k]
-    for i in range(nu):
-        out[nq + i] = s.a[i]
-    for i in range(3):
-        out[nq + nu + i] = work.energy[3 + i]
-    out[nq + nu + 1] = 0.0  # of the drives: with the multipliers found last
-    for i in range(len(s.lam)):
-        out[nq + nu + 1] -= s.lam[i] * work.equations[i].rate
-    return failed < 0
+    call_rates(s.calls[0], program, work, tree, s, t, stage)
+    return s.counts[NUMBERS] == 1 and np.all(np.isfinite(s.K[stage]))
 
 
 @kernel
-def _settled(s):
-    """Was the last correction of accelerations and multipliers small?"""
-    largest, change, force, correction = 1.0, 0.0, 1.0, 0.0
-    nu = len(s.u)
-    for i in range(nu):
-        largest, change = max(largest, abs(s.a[i])), max(change, abs(s.right[i]))
-    for i in range(len(s.lam)):
-        force, correction = max(force, abs(s.lam[i])), max(correction, abs(s.right[nu + i]))
-    return change <= SETTLED * largest and correction <= SETTLED * force
+def ask(program, work, tree, s, t, stage):
+    """Write the rates of s.y1 to s.K[stage]; return if they are numbers, and settled."""
+    return _rates(program, work, tree, s, t, stage) and s.counts[SETTLED] == 1
 
 
 @inner_kernel
@@ -144,22 +78,9 @@ def _try(program, work, tree, s, h):
                 for i in range(n):
                     s.y1[i] += x * s.K[k, i]
         at = t + (s.C[stage] * h if stage < STAGES else h)
-        if not _rates(program, work, tree, s, s.y1, at, s.K[stage], s.sweeps[1 if stage == STAGES else 0]):
+        if not _rates(program, work, tree, s, at, stage):
             return np.inf
     return _error(s, h)
-
-
-@inner_kernel
-def _drifted(work, s):
-    """Has the state evaluated last left the constraints, at the level of position or of velocity?"""
-    constraint_velocity(work, s.u, s.rate)
-    fastest, open_by, speed = 1.0, 0.0, 0.0
-    for m in range(len(work.markers)):
-        for i in range(3):
-            fastest = max(fastest, abs(work.markers[m].v[i]), abs(work.markers[m].w[i]))
-    for n in range(len(s.lam)):
-        open_by, speed = max(open_by, abs(work.equations[n].g)), max(speed, abs(s.rate[n]))
-    return open_by > s.limits[2] or speed > s.limits[3] * fastest
 
 
 @inner_kernel
@@ -168,47 +89,8 @@ def _accept(program, work, tree, s, h):
     s.times[0] += h
     s.y[:] = s.y1
     s.K[0] = s.K[STAGES]
-    if tree is None:
-        return _accept_bodies(program, work, s, h)
-    return _accept_joints(program, work, tree, s, h)
-
-
-@inner_kernel
-def _accept_bodies(program, work, s, h):
-    """The same for the coordinates of all bodies."""
-    nq = len(s.q)
-    for k in range(len(s.pace)):
-        s.pace[k] = (work.branches[k] - s.y[program.branches + k]) / h
-        s.K[0, program.branches + k] = s.pace[k]  # the same through all stages: branches have no error
-    keep_branches(program, work, s.y)
-    settled = _settled(s)
-    if len(s.lam) == 0 or not _drifted(work, s):
-        return settled
-    s.counts[2] += 1
-    keep_branches(program, work, s.q)
-    state = State(s.times[0], s.q, s.u, s.a, s.lam, s.signals)
-    project(program, state, work, s.right, s.q, 0.01 * s.limits[2], s.gaps, 10)
-    s.y[:nq] = s.q
-    s.y[nq : nq + len(s.u)] = s.u
-    return _rates(program, work, None, s, s.y, s.times[0], s.K[0], s.sweeps[1]) and _settled(s)
-
-
-@inner_kernel
-def _accept_joints(program, work, tree, s, h):
-    """The same for joint coordinates: only loops can have come open."""
-    chart, nx = tree.chart, len(tree.x)
-    for k in range(len(chart.branches)):
-        chart.pace[k] = (work.branches[k] - chart.branches[k]) / h
-        chart.branches[k] = work.branches[k]
-    chart.clock[0] = s.times[0]
-    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.limits[2], s.limits[3]):
-        return True
-    s.counts[2] += 1
-    if not close_links(tree, work, s.times[0], 0.01 * s.limits[2], s.gaps, program.equation_level):
-        return False
-    s.y[:nx], s.y[nx : nx + len(tree.v)] = tree.x, tree.v
-    unit_length(chart.rows, s.y)
-    return _rates(program, work, tree, s, s.y, s.times[0], s.K[0], 0)
+    call_accepting(s.calls[1], program, work, tree, s, h)
+    return s.counts[NUMBERS] == 1 and s.counts[SETTLED] == 1 and np.all(np.isfinite(s.K[0]))
 
 
 @kernel
@@ -228,7 +110,7 @@ def _run(program, work, tree, s, goal, most):
             s.times[1] = h * (max(DECAY, SAFETY * error**-0.125) if np.isfinite(error) else DECAY)
             rejected = True
             continue
-        if tree is None and not _settled(s) and singular < PASSES:
+        if s.counts[SETTLED] == 0 and singular < PASSES:
             # singular positions are single points: a step that ends elsewhere passes them
             s.times[1] = PASSED * h
             singular += 1
@@ -263,7 +145,10 @@ class CompiledRun:
         from scipy.integrate import DOP853
 
         self.motion, system, work = motion, motion.system, motion.work
-        self.tree = getattr(motion.unknowns, "links", None)
+        links = getattr(motion.unknowns, "links", None)
+        self.tree = no_links(system, state) if links is None else links
+        own = body_steps if links is None else joint_steps
+        calls = [own.rates.compiled.address, own.accepting.compiled.address]
         self.settings, self.system, self.work, self.make_other = settings, system, work, other
         self.other: Any = None
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
@@ -277,16 +162,15 @@ class CompiledRun:
         self.steps = s = Steps(
             y=y, y1=y.copy(), K=np.zeros((STAGES + 1, len(y))), q=state.q.copy(), u=state.u.copy(), a=np.zeros(nu),
             lam=np.zeros(ng), right=np.zeros(nu + ng), rate=np.zeros(ng), signals=state.signals.copy(),
-            pace=branch_rates(system, state, work), gaps=system.gaps, counts=np.zeros(3, np.int64),
+            pace=branch_rates(system, state, work), gaps=system.gaps, counts=np.zeros(5, np.int64),
             times=np.array([state.t, span, settings.largest or span, span]), limits=np.array(limits),
-            sweeps=np.array(sweeps, np.int64), **tables)
-        self.trusted = self._found(s.y, state.t, s.K[0], 1) and _settled(s)
+            sweeps=np.array(sweeps, np.int64), calls=np.array(calls), **tables)
+        self.trusted = self._found(state.t, 0)
         s.times[1] = min(self._first_step(), s.times[2])
 
-    def _found(self, y: np.ndarray, t: float, out: np.ndarray, last: int) -> bool:
-        """Write the rates of y to `out`; return if they are numbers. `last`: 1 at the end of a step."""
-        s = self.steps
-        return bool(_rates(self.system.program, self.work, self.tree, s, y, t, out, int(s.sweeps[last])))
+    def _found(self, t: float, stage: int) -> bool:
+        """Write the rates of steps.y1 to steps.K[stage]; return if they are numbers, and settled."""
+        return bool(ask(self.system.program, self.work, self.tree, self.steps, t, stage))
 
     def _first_step(self) -> float:
         """Return the first step size, by the rates at the start and a little later (Hairer, Nørsett & Wanner, II.4)."""
@@ -299,7 +183,7 @@ class CompiledRun:
         d0, d1 = size(s.y), size(s.K[0])
         h = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
         s.y1[:] = s.y + h * s.K[0]
-        if not self._found(s.y1, s.times[0] + h, s.K[1], 0):
+        if not self._found(s.times[0] + h, 1):
             return h
         d2 = size(s.K[1] - s.K[0]) / h
         most = max(1e-6, 1e-3 * h) if max(d1, d2) <= 1e-15 else (0.01 / max(d1, d2)) ** 0.125
@@ -308,13 +192,13 @@ class CompiledRun:
     @property
     def counts(self) -> dict[str, int]:
         """Numbers of steps, evaluations and projections."""
-        own = dict(zip(("steps", "evaluations", "projections"), map(int, self.steps.counts), strict=True))
+        own = dict(zip(("steps", "evaluations", "projections"), map(int, self.steps.counts[:3]), strict=True))
         return own if self.other is None else {name: n + self.other.counts[name] for name, n in own.items()}
 
     def _reached(self) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the present time and unknowns."""
         s = self.steps
-        if self.tree is None:
+        if not len(self.tree.links):
             self.motion.unknowns.followed.reached(s.times[0], s.y[self.system.program.branches : self.nx])
         return float(s.times[0]), s.y[: self.nx], s.y[self.nx : self.end]
 

@@ -19,7 +19,7 @@ from flexmb.system.program import BODIES, evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
 from flexmb.tree.joint_torques import gather_torques
-from flexmb.tree.link_motion import LinkTree, link_accelerations, link_rates, link_tree
+from flexmb.tree.link_motion import LinkTree, evaluate_links, link_tree
 from flexmb.tree.links import link_rows
 from flexmb.tree.motions import FREE, HINGED, describable, joint_labels, motion_rows
 from flexmb.tree.reach import reach
@@ -253,9 +253,9 @@ class JointTree:
         q, v, tau = self._checked(q, v, tau)
         links = self._links
         links.x[:], links.v[:], links.tau[:] = q, v, tau
-        failed = link_accelerations(links, self.work, t)
-        if failed >= 0:
-            raise self._without_inertia(failed)
+        evaluate_links(links, self.work, t)
+        if links.failed[0] >= 0:
+            raise self._without_inertia(links)
         return links.a.copy()
 
     def linked(self, chart: Chart) -> LinkTree:
@@ -271,17 +271,18 @@ class JointTree:
         evaluate(program, self._start, self.work)
         links = link_tree(self, chart, *link_rows(self, self._start, self.work), self.work)
         start = self.start
-        failed = link_rates(links, self.work, start.t, start.q, start.v)
-        if failed >= 0:
-            raise self._without_inertia(failed, links)
+        links.x[:], links.v[:] = start.q, start.v
+        evaluate_links(links, self.work, start.t)
+        if links.failed[0] >= 0:
+            raise self._without_inertia(links)
         return links
 
     @cached_property
     def _links(self) -> LinkTree:
         return self.linked(new_chart(self, self._start.q, Followed(self.system, self._start, self.work)))
 
-    def _without_inertia(self, link: int, links: LinkTree | None = None) -> CompileError:
-        name = self.tree.order[(links or self._links).links[link]["body"]]
+    def _without_inertia(self, links: LinkTree) -> CompileError:
+        name = self.tree.order[links.links[links.failed[0]]["body"]]
         return CompileError(f"Body '{name}' (joint '{self.tree.joints[name]}')", found="its articulated inertia is singular",
                             expected="inertia, its own or carried, in every free motion of its joint",
                             remedy="Give the body mass and inertia about the free axis")

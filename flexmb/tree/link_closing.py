@@ -15,10 +15,11 @@ from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.tables import FLOATS, INTEGERS, tuple_type
 from flexmb.tree.link_passes import solve_factor
 from flexmb.tree.link_places import BALL, BIAS, DIVISOR, DRIVE, FRAME, GAIN, LOAD, SINGLE, TURN, WAY
 
-__all__ = ["Closing", "add_multipliers", "closing", "factorise", "solve_multipliers", "wrench_at"]
+__all__ = ["CLOSING", "Closing", "add_multipliers", "closing", "factorise", "solve_multipliers", "wrench_at"]
 
 RANK = 1e-7
 """Pivots below this part of the largest entry count as dependence, all relative to free bodies: see `loops.RANK`."""
@@ -35,6 +36,8 @@ first (nc,), row (nc + 1,) : first column of every row of the profile, and where
 A, L : the matrix and its factor, profiles; d (nc,): pivots, zero for dependent equations
 push, give : S^T W on all ways, and times D; wrench (nl, 6): scratch, zero between calls; x (nc,): right side, multipliers
 """
+
+CLOSING = tuple_type(Closing, INTEGERS, FLOATS, *[INTEGERS] * 8, *[FLOATS] * 5, (FLOATS, 2), FLOATS)
 
 
 def closing(links, marks, equations, legs, mobility) -> Closing:

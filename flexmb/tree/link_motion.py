@@ -13,20 +13,22 @@ from flexmb.constraints import EQUATIONS
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_product, exp_euler
-from flexmb.math.tables import State
+from flexmb.math.program import PROGRAM
+from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, PointerKernel, State, array_type, caller, tuple_type, void
 from flexmb.system.program import run_kernels
-from flexmb.tree.link_closing import add_multipliers, closing, factorise, solve_multipliers, wrench_at
+from flexmb.tree.link_closing import CLOSING, add_multipliers, closing, factorise, solve_multipliers, wrench_at
 from flexmb.tree.link_passes import gather, spread
-from flexmb.tree.link_places import (BALL, BLOCK, DRIVE, FORCE, FRAME, LOAD, RATE, SCRATCH, SINGLE, SPEED, TURN, WAY,
+from flexmb.tree.link_places import (BALL, BLOCK, DRIVE, FORCE, FRAME, LINK, LOAD, RATE, SCRATCH, SINGLE, SPEED, TURN, WAY,
                                      place_links)
-from flexmb.tree.links import link_marks
+from flexmb.tree.links import MARK, link_marks
 from flexmb.tree.loops import mobilities
-from flexmb.tree.settle import count_turns, prescribe, unit_length
+from flexmb.tree.motions import MOTION
+from flexmb.tree.settle import CHART, Chart, count_turns, prescribe, unit_length
 
-__all__ = ["LinkTree", "close_links", "link_accelerations", "link_rates", "link_tree", "loops_are_open"]
+__all__ = ["LINK_TREE", "LinkTree", "close_links", "evaluate_links", "link_rates", "link_tree", "loops_are_open", "no_links"]
 
 LinkTree = namedtuple("LinkTree", "links rows blocks poses marks mark_of gravity closing chart program signals lam q "
-                                  "u x v a tau powers")
+                                  "u x v a tau powers failed calls")
 """Rigid links with what acts on them.
 
 links : LINK (nl,); rows (nl + 1, SCRATCH), blocks (nb, BLOCK), poses (nl, 12): scratch; axes and origins in W
@@ -34,7 +36,12 @@ marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): t
 gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
 program : the kernels of forces and cut joints, with the signals (ns, 3) that they read
 lam (ng,) zero; q (nq,), u (nu,), x (nx,), v, a, tau (nv,) : scratch; powers (3,): of loads, drives and dissipation
+failed (1,) : see `evaluate_links`; calls (2,): addresses of the evaluation and of what closes loops
 """
+
+LINK_TREE = tuple_type(
+    LinkTree, LINK, *[(FLOATS, 2)] * 3, MARK, INTEGERS, FLOATS, CLOSING, CHART, PROGRAM, (FLOATS, 2), *[FLOATS] * 8, INTEGERS,
+    INTEGERS)
 
 
 def _cut_program(program, equations: np.ndarray):
@@ -74,7 +81,19 @@ def link_tree(tree, chart, links, frames, work) -> LinkTree:
         poses=np.zeros((len(links), 12)), marks=marks, mark_of=mark_of, gravity=np.array(tree.model.gravity, float),
         closing=closing(links, marks, equations, legs, mobility), chart=chart,
         program=_cut_program(system.program, equations), signals=np.zeros((max(1, system.n_signals), 3)),
-        lam=np.zeros(system.ng), q=np.zeros(system.nq), u=np.zeros(system.nu), x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), tau=np.zeros(nv), powers=np.zeros(3))
+        lam=np.zeros(system.ng), q=np.zeros(system.nq), u=np.zeros(system.nu), x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), tau=np.zeros(nv), powers=np.zeros(3),
+        failed=np.zeros(1, np.int64), calls=np.array([evaluation.compiled.address, closure.compiled.address if len(equations) else 0]))
+
+
+def no_links(system, state) -> LinkTree:
+    """Return no links: what kernels get for which bodies have coordinates of their own."""
+    none, table = np.zeros(0), np.zeros((0, 2), np.int64)
+    whole, pairs = np.zeros(0, np.int64), np.zeros((0, 3))
+    chart = Chart(np.zeros(0, MOTION), table, whole, whole, none, none, whole, pairs, table, *[none] * 4)
+    links = np.zeros(0, LINK)
+    return LinkTree(links=links, rows=pairs, blocks=pairs, poses=pairs, marks=np.zeros(0, MARK), mark_of=whole, gravity=none,
+                    closing=closing(links, [], [], [], []), chart=chart, program=system.program, signals=state.signals, lam=none,
+                    q=none, u=none, x=none, v=none, a=none, tau=none, powers=none, failed=whole, calls=whole)
 
 
 @inner_kernel
@@ -190,54 +209,66 @@ def _drive(tree, t):
 
 
 @inner_kernel
+def _is_seen(tree):
+    """Do forces or cut joints look at the links?"""
+    return len(tree.marks) > 0 or len(tree.program.forces) > 0
+
+
+@inner_kernel
 def _placed(tree, work, t):
     """Place links and markers, let forces act, and pass inertias and forces on; return -1 or a link without inertia."""
     place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
-    if len(tree.marks) > 0 or len(tree.program.forces) > 0:
+    if _is_seen(tree):
         _pose_links(tree)
         _place_marks(tree, work)
         _act(tree, work, t)
     return gather(tree.links, tree.rows, tree.blocks, tree.tau)
 
 
-@kernel
-def link_accelerations(tree, work, t):
-    """Write the second rates tree.a at tree.x, tree.v, with forces tree.tau on the rates and given second rates of drives.
-
-    Returns -1, or the link whose motion has no inertia. Of driven rates the force is written to tree.tau.
-    """
-    failed = _placed(tree, work, t)
-    if failed >= 0:
-        return failed
+def _evaluate(tree, work, t):
+    """Write the second rates tree.a at tree.x, tree.v, with forces tree.tau on the rates: see `evaluate_links`."""
+    unit_length(tree.chart.rows, tree.x)
+    _drive(tree, t)
+    tree.failed[0] = _placed(tree, work, t)
+    if tree.failed[0] >= 0:
+        return
     spread(tree.links, tree.rows, tree.blocks, tree.gravity, 1.0, tree.tau, tree.a)
-    if len(tree.closing.equations) > 0:
+    c = tree.closing
+    if len(c.equations) > 0:
         factorise(tree, work)
         _closing_rates(tree, work, True)
         _solve(tree, work, 1.0)
-    return -1
-
-
-@kernel
-def link_rates(tree, work, t, x, v):
-    """Write the second rates of x and v at time t to tree.a, and the powers (3,) of loads, drives and dissipation.
-
-    The motion of the drives is that of their signals. Returns -1, or the link whose motion has no inertia.
-    """
-    tree.x[:], tree.v[:] = x, v
-    tree.tau[:] = 0.0
-    unit_length(tree.chart.rows, tree.x)
-    _drive(tree, t)
-    failed = link_accelerations(tree, work, t)
     tree.powers[:] = 0.0
-    if len(tree.marks) > 0 or len(tree.program.forces) > 0:
+    if _is_seen(tree):
         tree.powers[0], tree.powers[2] = work.energy[3], work.energy[5]
     for n in range(len(tree.chart.driven)):
         k = tree.chart.driven[n, 1]
         tree.powers[1] += tree.tau[k] * tree.v[k]
-    c = tree.closing
     for n in range(len(c.equations)):
         tree.powers[1] -= c.x[n] * work.equations[c.equations[n]].rate
-    return failed
+
+
+evaluation = PointerKernel(_evaluate, void(LINK_TREE, WORK, NUMBER))
+call_links = caller(evaluation.signature)
+
+
+@kernel
+def evaluate_links(tree, work, t):
+    """Write the second rates tree.a at tree.x, tree.v and time t, with forces tree.tau on the rates.
+
+    Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives are those of their signals, and
+    the forces on them are written to tree.tau. tree.failed is -1, or the link whose motion has no inertia.
+    """
+    call_links(tree.calls[0], tree, work, t)
+
+
+@kernel
+def link_rates(tree, work, t, x, v):
+    """Write the second rates tree.a of x and v without forces of others; return -1, or the link whose motion has no inertia."""
+    tree.x[:], tree.v[:] = x, v
+    tree.tau[:] = 0.0
+    call_links(tree.calls[0], tree, work, t)
+    return tree.failed[0]
 
 
 @kernel
@@ -275,43 +306,6 @@ def _advance(tree, change):
             euler_product(p, dp, tree.x[at : at + 4])
 
 
-@kernel
-def close_links(tree, work, t, tolerance, gaps, level):
-    """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
-
-    Dependent equations may stay open by up to `gaps` (ng,); `level` (ng,): 1 for those of velocity. Returns if that worked.
-    """
-    c = tree.closing
-    still = tree.a
-    for turn in range(12):
-        _drive(tree, t)
-        still[:] = 0.0
-        tree.tau[:] = 0.0
-        if _placed(tree, work, t) >= 0:
-            return False
-        factorise(tree, work)
-        largest, closed = 0.0, True
-        for n in range(len(c.equations)):
-            k = c.equations[n]
-            c.x[n] = -work.equations[k].g if level[k] == 0 else 0.0
-            largest = max(largest, abs(c.x[n]) if c.d[n] > 0.0 else 0.0)
-            closed = closed and abs(c.x[n]) <= max(gaps[k], tolerance)
-        if not np.isfinite(largest):
-            return False
-        if largest <= tolerance and turn > 0:
-            break
-        _changes(tree, work)
-        stride = np.max(np.abs(tree.a))
-        _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
-    for _ in range(2):
-        _closing_rates(tree, work, False)
-        _changes(tree, work)
-        tree.v[:] += tree.a
-        place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
-        _place_marks(tree, work)
-    return closed
-
-
 @inner_kernel
 def _changes(tree, work):
     """Write the changes of coordinates or rates tree.a that multipliers for the right side in closing.x give."""
@@ -323,3 +317,50 @@ def _changes(tree, work):
         elif link.kind > 0:
             tree.blocks[link.block, LOAD : LOAD + link.kind] = 0.0
     _solve(tree, work, 0.0)
+
+
+def _close(tree, work, t, tolerance, gaps, level):
+    """Move tree.x and tree.v onto the closed loops: see `close_links`."""
+    c = tree.closing
+    tree.failed[0] = 1
+    for turn in range(12):
+        _drive(tree, t)
+        tree.a[:] = 0.0
+        tree.tau[:] = 0.0
+        if _placed(tree, work, t) >= 0:
+            return
+        factorise(tree, work)
+        largest, closed = 0.0, True
+        for n in range(len(c.equations)):
+            k = c.equations[n]
+            c.x[n] = -work.equations[k].g if level[k] == 0 else 0.0
+            largest = max(largest, abs(c.x[n]) if c.d[n] > 0.0 else 0.0)
+            closed = closed and abs(c.x[n]) <= max(gaps[k], tolerance)
+        if not np.isfinite(largest):
+            return
+        if largest <= tolerance and turn > 0:
+            break
+        _changes(tree, work)
+        stride = np.max(np.abs(tree.a))
+        _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
+    for _ in range(2):
+        _closing_rates(tree, work, False)
+        _changes(tree, work)
+        tree.v[:] += tree.a
+        place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+        _place_marks(tree, work)
+    tree.failed[0] = -1 if closed else 1
+
+
+closure = PointerKernel(_close, void(LINK_TREE, WORK, NUMBER, NUMBER, array_type(FLOATS), array_type(INTEGERS)))
+call_closure = caller(closure.signature)
+
+
+@kernel
+def close_links(tree, work, t, tolerance, gaps, level):
+    """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
+
+    Dependent equations may stay open by up to `gaps` (ng,); `level` (ng,): 1 for those of velocity. Returns if that worked.
+    """
+    call_closure(tree.calls[1], tree, work, t, tolerance, gaps, level)
+    return tree.failed[0] < 0

@@ -8,15 +8,15 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.tables import FLOATS, INTEGERS, tuple_type
 from flexmb.math.vectors import cross, matvec_t
 from flexmb.model.signal import pack
 from flexmb.system.program import run_kernels
 from flexmb.tree.joint_kinematics import read_twist, relative_pose
+from flexmb.tree.motions import FREE, HINGED, MOTION
 from flexmb.tree.relative_passes import accelerate_bodies, marker_rate, move_bodies, place_bodies
 
-__all__ = ["Chart", "coordinate_rates", "count_turns", "move", "new_chart", "place", "prescribe", "read_change", "settle", "unit_length"]
-
-HINGED, FREE = 0, 1
+__all__ = ["CHART", "Chart", "coordinate_rates", "count_turns", "move", "new_chart", "place", "prescribe", "read_change", "settle", "unit_length"]
 
 Chart = namedtuple("Chart", "rows driven starts ops args tables table_starts sampled counted clock branches pace start")
 """Joint coordinates as unknowns.
@@ -27,6 +27,9 @@ starts, ops, args, tables, table_starts : the signals of the drives, see `sample
 counted (nc, 2) : turns that the model counts, with the numbers of their branches
 clock, branches, pace : see `Followed`; start (nq,): any configuration
 """
+
+CHART = tuple_type(Chart, MOTION, (INTEGERS, 2), INTEGERS, INTEGERS, FLOATS, FLOATS, INTEGERS, (FLOATS, 2), (INTEGERS, 2),
+                   *[FLOATS] * 4)
 
 
 def new_chart(tree, start: np.ndarray, followed) -> Chart:

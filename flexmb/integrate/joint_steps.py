@@ -1,0 +1,45 @@
+"""Explicit steps in the joint coordinates of rigid bodies: rates by the passes in link axes, and the way back onto closed loops."""
+
+from __future__ import annotations
+
+from flexmb.integrate.explicit_steps import ACCEPTING, NUMBERS, PROJECTIONS, RATES, SETTLED, call_rates
+from flexmb.math.tables import PointerKernel
+from flexmb.tree.link_motion import close_links, link_rates, loops_are_open
+from flexmb.tree.settle import coordinate_rates, unit_length
+
+__all__ = ["accepting", "rates"]
+
+
+def _rates(program, work, tree, s, t, stage):
+    """Write the rates of s.y1 to s.K[stage]: drives have their rates, whatever y1 says."""
+    nx, nv = len(tree.x), len(tree.v)
+    out = s.K[stage]
+    failed = link_rates(tree, work, t, s.y1[:nx], s.y1[nx : nx + nv])
+    coordinate_rates(tree.chart.rows, tree.x, tree.v, out)
+    out[nx : nx + nv] = tree.a
+    out[nx + nv :] = tree.powers
+    s.counts[NUMBERS] = 1 if failed < 0 else 0
+    s.counts[SETTLED] = 1
+
+
+def _accept(program, work, tree, s, h):
+    """Close the loops at the end of a step, if they have come open, and follow the turns that are counted."""
+    chart, nx = tree.chart, len(tree.x)
+    for k in range(len(chart.branches)):
+        chart.pace[k] = (work.branches[k] - chart.branches[k]) / h
+        chart.branches[k] = work.branches[k]
+    chart.clock[0] = s.times[0]
+    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.limits[2], s.limits[3]):
+        return
+    s.counts[PROJECTIONS] += 1
+    if not close_links(tree, work, s.times[0], 0.01 * s.limits[2], s.gaps, program.equation_level):
+        s.counts[NUMBERS] = 0
+        return
+    s.y[:nx], s.y[nx : nx + len(tree.v)] = tree.x, tree.v
+    unit_length(chart.rows, s.y)
+    s.y1[:] = s.y
+    call_rates(s.calls[0], program, work, tree, s, s.times[0], 0)
+
+
+rates = PointerKernel(_rates, RATES)
+accepting = PointerKernel(_accept, ACCEPTING)
