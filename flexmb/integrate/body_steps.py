@@ -1,11 +1,19 @@
-"""Explicit steps in the coordinates of all bodies: rates by the compiled factorisation, and the way back onto the constraints."""
+"""Explicit steps in the coordinates of all bodies: rates by the sparse factorisation, and the way back onto constraints."""
 
 from __future__ import annotations
 
-from flexmb.integrate.explicit_steps import ACCEPTING, NUMBERS, PROJECTIONS, RATES, SETTLED, STAGES, call_rates
+from flexmb.integrate.explicit_steps import (
+    ACCEPTING,
+    NUMBERS,
+    PROJECTIONS,
+    RATES,
+    SETTLED,
+    STAGES,
+    call_rates,
+)
 from flexmb.integrate.stabilised import kinematics
 from flexmb.math.kernel import inner_kernel
-from flexmb.math.tables import PointerKernel, State
+from flexmb.math.tables import State, pointer_kernel
 from flexmb.system.program import accelerations, constraint_velocity, keep_branches, project
 
 __all__ = ["accepting", "rates"]
@@ -14,7 +22,8 @@ SMALL = 1e-10
 """Last correction of accelerations or multipliers, relative, above which the factorisation is not trusted."""
 
 
-def _rates(program, work, tree, s, t, stage):
+@pointer_kernel(RATES)
+def rates(program, work, tree, s, t, stage):
     """Write the rates of s.y1 to s.K[stage]."""
     y, out = s.y1, s.K[stage]
     nq, nu = len(s.q), len(s.u)
@@ -66,7 +75,8 @@ def _drifted(work, s):
     return open_by > s.limits[2] or speed > s.limits[3] * fastest
 
 
-def _accept(program, work, tree, s, h):
+@pointer_kernel(ACCEPTING)
+def accepting(program, work, tree, s, h):
     """Put the end of a step back on the constraints, if it has drifted off, and keep its branches."""
     nq = len(s.q)
     for k in range(len(s.pace)):
@@ -83,7 +93,3 @@ def _accept(program, work, tree, s, h):
     s.y[nq : nq + len(s.u)] = s.u
     s.y1[:] = s.y
     call_rates(s.calls[0], program, work, tree, s, s.times[0], 0)
-
-
-rates = PointerKernel(_rates, RATES)
-accepting = PointerKernel(_accept, ACCEPTING)

@@ -21,7 +21,7 @@ from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.system.branches import branch_rates
-from flexmb.tree.link_motion import no_links
+from flexmb.tree.link_tree import no_links
 
 __all__ = ["AUGMENTED", "CompiledRun"]
 
@@ -211,7 +211,8 @@ class CompiledRun:
         """Integrate to `t`; return what went wrong, or an empty text."""
         s, reason = self.steps, 0
         if self.other is None:
-            reason = _run(self.system.program, self.work, self.tree, s, t, self.settings.most_steps) if self.trusted else UNSETTLED
+            most = self.settings.most_steps
+            reason = _run(self.system.program, self.work, self.tree, s, t, most) if self.trusted else UNSETTLED
         if reason == MANY:
             return (f"{self.settings.most_steps} steps between two samples reached only t = {s.times[0]:.9g} s: the "
                     "motion is stiff or very fast")

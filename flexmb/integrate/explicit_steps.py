@@ -6,7 +6,7 @@ from collections import namedtuple
 
 from flexmb.math.program import PROGRAM
 from flexmb.math.tables import COUNT, FLOATS, INTEGERS, NUMBER, WORK, caller, tuple_type, void
-from flexmb.tree.link_motion import LINK_TREE
+from flexmb.tree.link_tree import LINK_TREE
 
 __all__ = ["ACCEPTING", "NUMBERS", "PROJECTIONS", "RATES", "SETTLED", "STAGES", "Steps", "call_accepting", "call_rates"]
 
@@ -28,8 +28,8 @@ calls (2,) : addresses of what writes rates and of what accepts steps
 
 PROJECTIONS, NUMBERS, SETTLED = 2, 3, 4
 
-STEPS = tuple_type(Steps, FLOATS, FLOATS, (FLOATS, 2), *[FLOATS] * 6, (FLOATS, 2), FLOATS, FLOATS, INTEGERS, FLOATS, FLOATS, INTEGERS,
-                   INTEGERS, (FLOATS, 2), *[FLOATS] * 4)
+STEPS = tuple_type(Steps, FLOATS, FLOATS, (FLOATS, 2), *[FLOATS] * 6, (FLOATS, 2), FLOATS, FLOATS, INTEGERS, FLOATS, FLOATS,
+                   INTEGERS, INTEGERS, (FLOATS, 2), *[FLOATS] * 4)
 RATES = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER, COUNT)
 """(.., t, stage): write the rates of y1 at time t to K[stage]; the first and last are those of ends of steps."""
 ACCEPTING = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER)

@@ -1,16 +1,17 @@
-"""Explicit steps in the joint coordinates of rigid bodies: rates by the passes in link axes, and the way back onto closed loops."""
+"""Explicit steps in joint coordinates of rigid bodies: rates by the passes in link axes, and the way back onto loops."""
 
 from __future__ import annotations
 
 from flexmb.integrate.explicit_steps import ACCEPTING, NUMBERS, PROJECTIONS, RATES, SETTLED, call_rates
-from flexmb.math.tables import PointerKernel
+from flexmb.math.tables import pointer_kernel
 from flexmb.tree.link_motion import close_links, link_rates, loops_are_open
 from flexmb.tree.settle import coordinate_rates, unit_length
 
 __all__ = ["accepting", "rates"]
 
 
-def _rates(program, work, tree, s, t, stage):
+@pointer_kernel(RATES)
+def rates(program, work, tree, s, t, stage):
     """Write the rates of s.y1 to s.K[stage]: drives have their rates, whatever y1 says."""
     nx, nv = len(tree.x), len(tree.v)
     out = s.K[stage]
@@ -22,7 +23,8 @@ def _rates(program, work, tree, s, t, stage):
     s.counts[SETTLED] = 1
 
 
-def _accept(program, work, tree, s, h):
+@pointer_kernel(ACCEPTING)
+def accepting(program, work, tree, s, h):
     """Close the loops at the end of a step, if they have come open, and follow the turns that are counted."""
     chart, nx = tree.chart, len(tree.x)
     for k in range(len(chart.branches)):
@@ -39,7 +41,3 @@ def _accept(program, work, tree, s, h):
     unit_length(chart.rows, s.y)
     s.y1[:] = s.y
     call_rates(s.calls[0], program, work, tree, s, s.times[0], 0)
-
-
-rates = PointerKernel(_rates, RATES)
-accepting = PointerKernel(_accept, ACCEPTING)

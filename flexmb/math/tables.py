@@ -21,8 +21,9 @@ from numba.extending import intrinsic
 
 from flexmb.math.kernel import watch_sources
 
-__all__ = ["BYTES", "COUNT", "DAMPED", "EQUATION", "FLOATS", "INTEGERS", "LEG", "MARKER", "NUMBER", "PAIR", "ROW_KERNEL", "STATE",
-           "STIFF", "WORK", "PointerKernel", "State", "Work", "array_type", "call_row_kernel", "caller", "row_kernel",
+__all__ = ["BYTES", "COUNT", "DAMPED", "EQUATION", "FLOATS", "INTEGERS", "LEG", "MARKER", "NUMBER", "PAIR", "ROW_KERNEL",
+           "STATE", "STIFF", "WORK", "PointerKernel", "State", "Work", "array_type", "call_row_kernel", "caller",
+           "pointer_kernel", "row_kernel",
            "tuple_type", "void"]
 
 MARKER = np.dtype(
@@ -161,6 +162,11 @@ class PointerKernel:
 def row_kernel(function) -> PointerKernel:
     """Declare a row kernel ``(raw, data, state, work) -> None``."""
     return PointerKernel(function, ROW_KERNEL)
+
+
+def pointer_kernel(signature):
+    """Declare a kernel of another signature that is called through its address."""
+    return lambda function: PointerKernel(function, signature)
 
 
 def caller(signature):

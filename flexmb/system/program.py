@@ -12,7 +12,7 @@ from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
-from flexmb.math.tables import DAMPED, STIFF, PointerKernel, call_row_kernel
+from flexmb.math.tables import DAMPED, STIFF, call_row_kernel, pointer_kernel
 
 __all__ = ["BODIES", "Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
            "project"]
@@ -126,7 +126,8 @@ def assemble_pairs(work):
                 start += first.nu * (second.nu // second.width)
 
 
-def _evaluate(program, state, work):
+@pointer_kernel(EVALUATION)
+def evaluation(program, state, work):
     """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix: see `evaluate`."""
     tangent = work.coefficients[3] > 0.0
     work.residual[:] = 0.0
@@ -161,9 +162,6 @@ def _evaluate(program, state, work):
         if work.coefficients[3] < BODIES:
             assemble_constraints(program, work)
         assemble_pairs(work)
-
-
-evaluation = PointerKernel(_evaluate, EVALUATION)
 
 
 @kernel

@@ -19,7 +19,8 @@ from flexmb.system.program import BODIES, evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
 from flexmb.tree.joint_torques import gather_torques
-from flexmb.tree.link_motion import LinkTree, evaluate_links, link_tree
+from flexmb.tree.link_motion import evaluate_links, ready
+from flexmb.tree.link_tree import LinkTree, link_tree
 from flexmb.tree.links import link_rows
 from flexmb.tree.motions import FREE, HINGED, describable, joint_labels, motion_rows
 from flexmb.tree.reach import reach
@@ -99,7 +100,7 @@ class JointTree:
         return tree
 
     def _describe(self, system: System, start: State, cut: tuple[str, ...], keep: tuple[str, ...]) -> None:
-        self.model = model = system.model
+        self.model = system.model
         self.system, self._start = system, start
         count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
         plain = {j.name: not j.prescribes and not j.couples and describable(j, count[j.name])
@@ -269,7 +270,7 @@ class JointTree:
         self.work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
         program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
         evaluate(program, self._start, self.work)
-        links = link_tree(self, chart, *link_rows(self, self._start, self.work), self.work)
+        links = ready(link_tree(self, chart, *link_rows(self, self._start, self.work), self.work))
         start = self.start
         links.x[:], links.v[:] = start.q, start.v
         evaluate_links(links, self.work, start.t)

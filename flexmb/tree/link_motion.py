@@ -1,99 +1,49 @@
-"""The motion of rigid links, compiled: second rates at coordinates and rates, with forces and loops, and the way back onto loops.
+"""The motion of rigid links, compiled: second rates with forces and loops, and the way back onto the loops.
 
-Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on markers placed by the links.
+Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on those of the links.
 """
 
 from __future__ import annotations
 
-from collections import namedtuple
-
 import numpy as np
 
-from flexmb.constraints import EQUATIONS
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_product, exp_euler
-from flexmb.math.program import PROGRAM
-from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, PointerKernel, State, array_type, caller, tuple_type, void
+from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, State, array_type, caller, pointer_kernel, void
 from flexmb.system.program import run_kernels
-from flexmb.tree.link_closing import CLOSING, add_multipliers, closing, factorise, solve_multipliers, wrench_at
+from flexmb.tree.link_closing import add_multipliers, factorise, solve_multipliers, wrench_at
 from flexmb.tree.link_passes import gather, spread
-from flexmb.tree.link_places import (BALL, BLOCK, DRIVE, FORCE, FRAME, LINK, LOAD, RATE, SCRATCH, SINGLE, SPEED, TURN, WAY,
-                                     place_links)
-from flexmb.tree.links import MARK, link_marks
-from flexmb.tree.loops import mobilities
-from flexmb.tree.motions import MOTION
-from flexmb.tree.settle import CHART, Chart, count_turns, prescribe, unit_length
+from flexmb.tree.link_places import (
+    BALL,
+    DRIVE,
+    FORCE,
+    FRAME,
+    LOAD,
+    RATE,
+    SINGLE,
+    SPEED,
+    TURN,
+    WAY,
+    place_links,
+)
+from flexmb.tree.link_tree import LINK_TREE, LinkTree
+from flexmb.tree.settle import count_turns, prescribe, unit_length
 
-__all__ = ["LINK_TREE", "LinkTree", "close_links", "evaluate_links", "link_rates", "link_tree", "loops_are_open", "no_links"]
+__all__ = ["close_links", "evaluate_links", "link_rates", "loops_are_open", "ready"]
 
-LinkTree = namedtuple("LinkTree", "links rows blocks poses marks mark_of gravity closing chart program signals lam q "
-                                  "u x v a tau powers failed calls")
-"""Rigid links with what acts on them.
+EVALUATION = void(LINK_TREE, WORK, NUMBER)
+CLOSURE = void(LINK_TREE, WORK, NUMBER, NUMBER, array_type(FLOATS), array_type(INTEGERS))
 
-links : LINK (nl,); rows (nl + 1, SCRATCH), blocks (nb, BLOCK), poses (nl, 12): scratch; axes and origins in W
-marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): their places, -1: does not move or is not seen
-gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
-program : the kernels of forces and cut joints, with the signals (ns, 3) that they read
-lam (ng,) zero; q (nq,), u (nu,), x (nx,), v, a, tau (nv,) : scratch; powers (3,): of loads, drives and dissipation
-failed (1,) : see `evaluate_links`; calls (2,): addresses of the evaluation and of what closes loops
-"""
-
-LINK_TREE = tuple_type(
-    LinkTree, LINK, *[(FLOATS, 2)] * 3, MARK, INTEGERS, FLOATS, CLOSING, CHART, PROGRAM, (FLOATS, 2), *[FLOATS] * 8, INTEGERS,
-    INTEGERS)
+call_links, call_closure = caller(EVALUATION), caller(CLOSURE)
 
 
-def _cut_program(program, equations: np.ndarray):
-    """Return the program with the rows of some equations only: those of the joints in the tree hold by themselves."""
-    kinds = {kind.table.kernels["evaluate"].compiled.address: kind.table.row for kind in EQUATIONS
-             if "compiled" in vars(kind.table.kernels["evaluate"])}
-    first, last = len(program.inertia), len(program.inertia) + len(program.equations)
-    starts, pieces = [0], []
-    for k in range(len(program.starts) - 1):
-        raw = program.raw[program.starts[k] : program.starts[k + 1]]
-        if k < first:
-            raw = raw[:0]
-        elif k < last:
-            rows = raw.view(kinds[int(program.equations[k - first])])
-            raw = rows[np.isin(rows["equation"], equations)].view(np.uint8)
-        pieces.append(raw)
-        starts.append(starts[-1] + len(raw))
-    return program._replace(raw=np.concatenate(pieces), starts=np.array(starts, np.int64))
-
-
-def link_tree(tree, chart, links, frames, work) -> LinkTree:
-    """Return the links of a `JointTree` with all that acts on them; `work` holds the evaluation of `link_rows`."""
-    system = tree.system
-    equations = tree.tree.tables.cut_equations
-    legs = system.tables["legs"]
-    wanted = set(range(len(work.markers))) if system.force_rows.size or len(system.program.forces) else {
-        int(leg["marker"]) for leg in legs if int(leg["equation"]) in set(equations.tolist())}
-    marks = link_marks(tree, frames, work, wanted)
-    mark_of = np.full(len(work.markers), -1, np.int64)
-    mark_of[marks["marker"]] = np.arange(len(marks))
-    mobility = np.zeros(len(equations))
-    mobilities(work, equations, mobility)
-    nx, nv = len(tree.names), len(tree.rate_names)
-    blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
-    return LinkTree(
-        links=links, rows=np.zeros((len(links) + 1, SCRATCH)), blocks=np.zeros((max(1, blocks), BLOCK)),
-        poses=np.zeros((len(links), 12)), marks=marks, mark_of=mark_of, gravity=np.array(tree.model.gravity, float),
-        closing=closing(links, marks, equations, legs, mobility), chart=chart,
-        program=_cut_program(system.program, equations), signals=np.zeros((max(1, system.n_signals), 3)),
-        lam=np.zeros(system.ng), q=np.zeros(system.nq), u=np.zeros(system.nu), x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), tau=np.zeros(nv), powers=np.zeros(3),
-        failed=np.zeros(1, np.int64), calls=np.array([evaluation.compiled.address, closure.compiled.address if len(equations) else 0]))
-
-
-def no_links(system, state) -> LinkTree:
-    """Return no links: what kernels get for which bodies have coordinates of their own."""
-    none, table = np.zeros(0), np.zeros((0, 2), np.int64)
-    whole, pairs = np.zeros(0, np.int64), np.zeros((0, 3))
-    chart = Chart(np.zeros(0, MOTION), table, whole, whole, none, none, whole, pairs, table, *[none] * 4)
-    links = np.zeros(0, LINK)
-    return LinkTree(links=links, rows=pairs, blocks=pairs, poses=pairs, marks=np.zeros(0, MARK), mark_of=whole, gravity=none,
-                    closing=closing(links, [], [], [], []), chart=chart, program=system.program, signals=state.signals, lam=none,
-                    q=none, u=none, x=none, v=none, a=none, tau=none, powers=none, failed=whole, calls=whole)
+def ready(tree: LinkTree) -> LinkTree:
+    """Return the links with the addresses of the kernels that they need, compiled."""
+    tree.calls[0] = evaluation.compiled.address
+    if len(tree.closing.equations):
+        tree.calls[1] = closure.compiled.address
+    return tree
 
 
 @inner_kernel
@@ -225,7 +175,8 @@ def _placed(tree, work, t):
     return gather(tree.links, tree.rows, tree.blocks, tree.tau)
 
 
-def _evaluate(tree, work, t):
+@pointer_kernel(EVALUATION)
+def evaluation(tree, work, t):
     """Write the second rates tree.a at tree.x, tree.v, with forces tree.tau on the rates: see `evaluate_links`."""
     unit_length(tree.chart.rows, tree.x)
     _drive(tree, t)
@@ -248,10 +199,6 @@ def _evaluate(tree, work, t):
         tree.powers[1] -= c.x[n] * work.equations[c.equations[n]].rate
 
 
-evaluation = PointerKernel(_evaluate, void(LINK_TREE, WORK, NUMBER))
-call_links = caller(evaluation.signature)
-
-
 @kernel
 def evaluate_links(tree, work, t):
     """Write the second rates tree.a at tree.x, tree.v and time t, with forces tree.tau on the rates.
@@ -264,7 +211,7 @@ def evaluate_links(tree, work, t):
 
 @kernel
 def link_rates(tree, work, t, x, v):
-    """Write the second rates tree.a of x and v without forces of others; return -1, or the link whose motion has no inertia."""
+    """Write the second rates tree.a of x and v; return -1, or the link whose motion has no inertia."""
     tree.x[:], tree.v[:] = x, v
     tree.tau[:] = 0.0
     call_links(tree.calls[0], tree, work, t)
@@ -299,7 +246,8 @@ def _advance(tree, change):
             if link.kind == FRAME:
                 pose = tree.poses[k]
                 for i in range(3):
-                    tree.x[at + i] += pose[3 * i] * change[iv] + pose[3 * i + 1] * change[iv + 1] + pose[3 * i + 2] * change[iv + 2]
+                    for j in range(3):
+                        tree.x[at + i] += pose[3 * i + j] * change[iv + j]
                 at, iv = at + 3, iv + 3
             exp_euler(change[iv : iv + 3], dp)
             p[:] = tree.x[at : at + 4]
@@ -319,7 +267,8 @@ def _changes(tree, work):
     _solve(tree, work, 0.0)
 
 
-def _close(tree, work, t, tolerance, gaps, level):
+@pointer_kernel(CLOSURE)
+def closure(tree, work, t, tolerance, gaps, level):
     """Move tree.x and tree.v onto the closed loops: see `close_links`."""
     c = tree.closing
     tree.failed[0] = 1
@@ -350,10 +299,6 @@ def _close(tree, work, t, tolerance, gaps, level):
         place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
         _place_marks(tree, work)
     tree.failed[0] = -1 if closed else 1
-
-
-closure = PointerKernel(_close, void(LINK_TREE, WORK, NUMBER, NUMBER, array_type(FLOATS), array_type(INTEGERS)))
-call_closure = caller(closure.signature)
 
 
 @kernel

@@ -12,8 +12,8 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["BALL", "BIAS", "BLOCK", "COUPLING", "DIVISOR", "DRIVE", "FIXED", "FORCE", "FRAME", "GAIN", "INERTIA", "LINK", "LOAD",
-           "MOMENT", "RATE", "SCRATCH", "SINGLE", "SPEED", "SWING", "TURN", "WAY", "carry", "place_links", "reach_axes",
+__all__ = ["BALL", "BIAS", "BLOCK", "COUPLING", "DIVISOR", "DRIVE", "FIXED", "FORCE", "FRAME", "GAIN", "INERTIA", "LINK",
+           "LOAD", "MOMENT", "RATE", "SCRATCH", "SINGLE", "SPEED", "SWING", "TURN", "WAY", "carry", "place_links", "reach_axes",
            "read_axes"]
 
 FIXED, SINGLE, BALL, FRAME = -1, 1, 3, 6
@@ -111,7 +111,8 @@ def read_axes(link, row, x, y, z):
     """Return the rates of a ball of an angular velocity in link axes: the inverse of `reach_axes`."""
     if link.sign > 0.0:
         return x, y, z
-    a, b, c = (-row[TURN] * x - row[TURN + 1] * y - row[TURN + 2] * z, -row[TURN + 3] * x - row[TURN + 4] * y - row[TURN + 5] * z,
+    a, b, c = (-row[TURN] * x - row[TURN + 1] * y - row[TURN + 2] * z,
+               -row[TURN + 3] * x - row[TURN + 4] * y - row[TURN + 5] * z,
                -row[TURN + 6] * x - row[TURN + 7] * y - row[TURN + 8] * z)
     R = link.R
     return (R[0, 0] * a + R[1, 0] * b + R[2, 0] * c, R[0, 1] * a + R[1, 1] * b + R[2, 1] * c,

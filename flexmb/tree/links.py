@@ -53,7 +53,7 @@ class _Chain:
     def __init__(self, row, parent: int, r: np.ndarray, R: np.ndarray):
         """r, R : where the working frame is in the last link so far: at first the parent's marker in the parent's link."""
         self.row, self.parent, self.r, self.R = row, parent, r, R
-        self.links: list[np.void] = []
+        self.links: list[np.ndarray] = []
 
     def add(self, kind: int, place: int = 0, *, turn=0.0, slide=0.0, axis=2) -> None:
         """Add a link at the working frame, which moves along or about its axis; the working frame goes on from there."""
@@ -110,7 +110,7 @@ def link_rows(tree, state, work) -> tuple[np.ndarray, list[tuple[int, np.ndarray
     """
     _check(tree)
     driven = {tree.rate_names.index(name) for name in tree.drives}
-    rows: list[np.void] = []
+    rows: list[np.ndarray] = []
     frames: list[tuple[int, np.ndarray, np.ndarray]] = []
     blocks = 0
     for k, row in enumerate(tree.rows):

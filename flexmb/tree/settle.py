@@ -16,7 +16,8 @@ from flexmb.tree.joint_kinematics import read_twist, relative_pose
 from flexmb.tree.motions import FREE, HINGED, MOTION
 from flexmb.tree.relative_passes import accelerate_bodies, marker_rate, move_bodies, place_bodies
 
-__all__ = ["CHART", "Chart", "coordinate_rates", "count_turns", "move", "new_chart", "place", "prescribe", "read_change", "settle", "unit_length"]
+__all__ = ["CHART", "Chart", "coordinate_rates", "count_turns", "move", "new_chart", "place", "prescribe", "read_change",
+           "settle", "unit_length"]
 
 Chart = namedtuple("Chart", "rows driven starts ops args tables table_starts sampled counted clock branches pace start")
 """Joint coordinates as unknowns.

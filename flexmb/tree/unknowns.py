@@ -10,7 +10,8 @@ from flexmb.math.tables import State
 from flexmb.system.branches import Followed
 from flexmb.system.program import keep_branches
 from flexmb.tree.joint_tree import JointTree
-from flexmb.tree.link_motion import LinkTree, link_rates
+from flexmb.tree.link_motion import link_rates
+from flexmb.tree.link_tree import LinkTree
 from flexmb.tree.motions import HINGED
 from flexmb.tree.relative_passes import read_second_rates
 from flexmb.tree.settle import coordinate_rates, count_turns, move, new_chart, prescribe, unit_length

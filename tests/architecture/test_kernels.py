@@ -6,7 +6,7 @@ import re
 import pytest
 from architecture.sources import FILES, ROOT, name, tree
 
-COMPILED = {"kernel", "inner_kernel", "row_kernel"}
+COMPILED = {"kernel", "inner_kernel", "pointer_kernel", "row_kernel"}
 OUTSIDE = [path for folder in ("tests", "benchmarks", "examples", "docs") for path in sorted((ROOT / folder).rglob("*.py"))]
 
 
@@ -19,7 +19,7 @@ def compiled(path):
     }  # fmt: skip
 
 
-WITH_KERNELS = [path for path in FILES if any(kind != "row_kernel" for kind in compiled(path).values())]
+WITH_KERNELS = [path for path in FILES if any("inner" in kind or kind == "kernel" for kind in compiled(path).values())]
 
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=name)

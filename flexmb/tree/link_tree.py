@@ -1,0 +1,87 @@
+"""`LinkTree`: rigid links with the forces, cut joints and drives that act on them, as tables for the kernels."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.constraints import EQUATIONS
+from flexmb.math.program import PROGRAM
+from flexmb.math.tables import FLOATS, INTEGERS, tuple_type
+from flexmb.tree.link_closing import CLOSING, closing
+from flexmb.tree.link_places import BALL, BLOCK, FRAME, LINK, SCRATCH
+from flexmb.tree.links import MARK, link_marks
+from flexmb.tree.loops import mobilities
+from flexmb.tree.motions import MOTION
+from flexmb.tree.settle import CHART, Chart
+
+__all__ = ["LINK_TREE", "LinkTree", "link_tree", "no_links"]
+
+LinkTree = namedtuple("LinkTree", "links rows blocks poses marks mark_of gravity closing chart program signals lam q "
+                                  "u x v a tau powers failed calls")
+"""Rigid links with what acts on them.
+
+links : LINK (nl,); rows (nl + 1, SCRATCH), blocks (nb, BLOCK), poses (nl, 12): scratch; axes and origins in W
+marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): their places, -1: does not move or is not seen
+gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
+program : the kernels of forces and cut joints, with the signals (ns, 3) that they read
+lam (ng,) zero; q (nq,), u (nu,), x (nx,), v, a, tau (nv,) : scratch; powers (3,): of loads, drives and dissipation
+failed (1,) : see `evaluate_links`; calls (2,): addresses of the evaluation and of what closes loops
+"""
+
+LINK_TREE = tuple_type(
+    LinkTree, LINK, *[(FLOATS, 2)] * 3, MARK, INTEGERS, FLOATS, CLOSING, CHART, PROGRAM, (FLOATS, 2), *[FLOATS] * 8, INTEGERS,
+    INTEGERS)
+
+
+def _cut_program(program, equations: np.ndarray):
+    """Return the program with the rows of some equations only: those of the joints in the tree hold by themselves."""
+    kinds = {kind.table.kernels["evaluate"].compiled.address: kind.table.row for kind in EQUATIONS
+             if "compiled" in vars(kind.table.kernels["evaluate"])}
+    first, last = len(program.inertia), len(program.inertia) + len(program.equations)
+    starts, pieces = [0], []
+    for k in range(len(program.starts) - 1):
+        raw = program.raw[program.starts[k] : program.starts[k + 1]]
+        if k < first:
+            raw = raw[:0]
+        elif k < last:
+            rows = raw.view(kinds[int(program.equations[k - first])])
+            raw = rows[np.isin(rows["equation"], equations)].view(np.uint8)
+        pieces.append(raw)
+        starts.append(starts[-1] + len(raw))
+    return program._replace(raw=np.concatenate(pieces), starts=np.array(starts, np.int64))
+
+
+def link_tree(tree, chart, links, frames, work) -> LinkTree:
+    """Return the links of a `JointTree` with all that acts on them; `work` holds the evaluation of `link_rows`."""
+    system = tree.system
+    equations = tree.tree.tables.cut_equations
+    legs = system.tables["legs"]
+    wanted = set(range(len(work.markers))) if system.force_rows.size or len(system.program.forces) else {
+        int(leg["marker"]) for leg in legs if int(leg["equation"]) in set(equations.tolist())}
+    marks = link_marks(tree, frames, work, wanted)
+    mark_of = np.full(len(work.markers), -1, np.int64)
+    mark_of[marks["marker"]] = np.arange(len(marks))
+    mobility = np.zeros(len(equations))
+    mobilities(work, equations, mobility)
+    nx, nv = len(tree.names), len(tree.rate_names)
+    blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
+    return LinkTree(
+        links=links, rows=np.zeros((len(links) + 1, SCRATCH)), blocks=np.zeros((max(1, blocks), BLOCK)),
+        poses=np.zeros((len(links), 12)), marks=marks, mark_of=mark_of, gravity=np.array(tree.model.gravity, float),
+        closing=closing(links, marks, equations, legs, mobility), chart=chart,
+        program=_cut_program(system.program, equations), signals=np.zeros((max(1, system.n_signals), 3)),
+        lam=np.zeros(system.ng), q=np.zeros(system.nq), u=np.zeros(system.nu), x=np.zeros(nx), v=np.zeros(nv),
+        a=np.zeros(nv), tau=np.zeros(nv), powers=np.zeros(3), failed=np.zeros(1, np.int64), calls=np.zeros(2, np.int64))
+
+
+def no_links(system, state) -> LinkTree:
+    """Return no links: what kernels get for which bodies have coordinates of their own."""
+    none, table = np.zeros(0), np.zeros((0, 2), np.int64)
+    whole, pairs = np.zeros(0, np.int64), np.zeros((0, 3))
+    chart = Chart(np.zeros(0, MOTION), table, whole, whole, none, none, whole, pairs, table, *[none] * 4)
+    links = np.zeros(0, LINK)
+    given = (links, pairs, pairs, pairs, np.zeros(0, MARK), whole, none, closing(links, [], [], [], []), chart, system.program,
+             state.signals, *[none] * 8, whole, whole)
+    return LinkTree(*given)
