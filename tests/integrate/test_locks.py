@@ -57,6 +57,25 @@ def test_what_acts_on_a_locked_joint_goes_on():
     np.testing.assert_allclose(np.linalg.norm(solution["moment"][:, 3:], axis=1), 3.0 * np.abs(solution["turn"]), rtol=1e-9)
 
 
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Explicit()], ids=lambda x: type(x).__name__)
+def test_turns_are_kept_and_events_meet_samples(integrator):
+    """A wheel on a torsion spring, wound 15 rad, held from 0.5 to 0.7 s: a sine before, a cosine after. The sample at 0.7 s
+    is that of the event but for the last digit."""
+    wheel = body(angular_velocity=(0, 0, 30.0))
+    model = fmb.Model(
+        bodies=[fmb.Ground(), wheel], joints=[fmb.Revolute("joint", markers=PINS)],
+        forces=[fmb.TorsionSpring("spring", joint="joint", stiffness=0.025)],
+        sensors=[fmb.JointCoordinate("turn", joint="joint"), fmb.ForceOf("moment", force="spring")],
+        events=[fmb.Event("latch", at=0.5, then=fmb.Lock("joint")), fmb.Event("open", at=0.7, then=fmb.Unlock("joint"))])
+    solution = fmb.simulate(model, 1.0, samples=11, integrator=integrator)
+    w = np.sqrt(0.025 / J[2])
+    held = 30.0 / w * np.sin(0.5 * w)
+    assert solution["turn"][-1] == pytest.approx(held * np.cos(0.3 * w), abs=2e-3)
+    np.testing.assert_allclose(solution["moment"][:, 5], -0.025 * solution["turn"], atol=1e-12)
+    assert np.linspace(0.0, 1.0, 11)[7] > 0.7
+    assert np.all(np.isclose(solution.t, 0.7) <= (solution.t == 0.7))
+
+
 def test_a_latch_holds_a_while():
     """A wheel under a torque of 0.5 N m, J = 0.25 kg m2: locked from 0.5 to 1 s, it starts again from rest at 2 rad/s2."""
     wheel = fmb.RigidBody("body", mass=1.0, inertia=J, markers={"pin": (0, 0, 0), "corner": (1, 0, 0)})
