@@ -172,7 +172,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
             if rate > 1.5 and iteration > 2 and size > newton:
                 return False
         rate = min(rate, 0.99)
-        goal = min(newton, settled * _norm(r, state.a, shift * shift, tolerance))
+        goal = min(newton, settled * _norm(r, state.a, shift * shift, tolerance)) if np.isfinite(settled) else newton
         exhausted = iteration > 1 and (rate > STALLED or iteration == MOST - 1) and size <= newton
         if exhausted or (size * rate / (1.0 - rate) <= goal and (iteration > 0 or size <= 1e-2 * goal)):
             r.W[s] = work.energy[3:6]

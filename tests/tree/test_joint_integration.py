@@ -226,6 +226,19 @@ def test_energy_is_the_work_of_drives_and_loads(integrator):
     assert solution["energy"][-1] - solution["energy"][0] == pytest.approx(loads + drives - dissipated, abs=2e-6)
 
 
+@pytest.mark.parametrize("step", [None, 0.01])
+def test_uniform_motion_without_accelerations(step):
+    """A free body and one on a slide, no loads: nothing to iterate, and places to rounding."""
+    free = fmb.RigidBody("free", mass=1.0, inertia=(1, 2, 3), velocity=(1, 2, 3))
+    held = fmb.RigidBody("held", mass=1.0, inertia=(1, 2, 3), velocity=(0, 0, 2))
+    model = fmb.Model(bodies=[fmb.Ground(), free, held], joints=[fmb.Prismatic("A", markers=("ground.origin", "held.center"))],
+                      gravity=(0, 0, 0), sensors=[fmb.Position(name, marker=f"{name}.center") for name in ("free", "held")])
+    solution = fmb.simulate(model, 1.0, samples=3, integrator=fmb.Implicit(step=step))
+    np.testing.assert_allclose(solution["free"], solution.t[:, None] * (1, 2, 3), atol=100.0 * MACHINE)
+    np.testing.assert_allclose(solution["held"], solution.t[:, None] * (0, 0, 2), atol=100.0 * MACHINE)
+    assert solution.statistics["iterations"] == 5 * solution.statistics["steps"]
+
+
 def test_what_the_implicit_method_refuses():
     with pytest.raises(fmb.ModelError, match=r"formulation = Augmented\(\).*Recursive\(...\).*GeneralizedAlpha and IDA"):
         fmb.Implicit(formulation=fmb.Augmented())
