@@ -10,10 +10,12 @@ import runpy
 import shutil
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerances import SOLVER
 from tree.models import random_consistent
 from tree.test_agreement import AGREED
 
@@ -140,3 +142,18 @@ def with_bodies(tmp_path_factory):
 @pytest.mark.parametrize("path", [path for path in FILES if "rigid" in fmb.load_model(path).parameters], ids=name)
 def test_elastic_model_of_a_file(path, with_bodies, rng):
     assert_agreement(fmb.load_model(with_bodies / path.name, {"rigid": False}), rng)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", FILES, ids=name)
+def test_motions_of_a_file(path):
+    """The first 0.15 s by two implicit methods, in joint coordinates and in those of the bodies: every marker's place.
+
+    Local errors are 1e-10 of the size; what rings adds them up.
+    """
+    model = replace(fmb.load_model(path), events=())
+    places = [fmb.simulate(model, 0.15, samples=3, integrator=integrator).series(0).observation.r
+              for integrator in (fmb.Implicit(rtol=1e-10), fmb.GeneralizedAlpha(rtol=1e-10))]
+    size = np.ptp(places[0][0], axis=0).max()
+    np.testing.assert_allclose(*places, atol=SOLVER * size, rtol=0)
+    assert np.abs(places[0][-1] - places[0][0]).max() > 0.0
