@@ -4,11 +4,10 @@
     python benchmarks/tree.py --pinocchio /path/to/its/python       # pip install pin, in an environment of its own
     python benchmarks/tree.py --exudyn --flexible 160 --plot tree.png
 
-Ours are an evaluation of `simulate(..., formulation=Recursive())`, its steps included, for chains on hinges, on balls, and
-on hinges with springs; and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree).
-Pinocchio's is `aba` from Python; its data need so much memory that it runs to 300 bodies, on balls to 100. Exudyn's is a
-step of its explicit Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table
-is drawn as well.
+Ours are an evaluation of `simulate(..., formulation=Recursive())`, for chains on hinges, on balls, and on hinges with
+springs; and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree). Pinocchio's is `aba`
+from Python; its data need so much memory that it runs to 300 bodies, on balls to 100. Exudyn's is a step of its explicit
+Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table is drawn as well.
 """
 
 from __future__ import annotations
@@ -20,6 +19,13 @@ import time
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402 (one thread: set before it is loaded)
+
+import flexmb as fmb  # noqa: E402
+from flexmb.math.kernel import kernel  # noqa: E402
+from flexmb.system import assemble, compile  # noqa: E402
+from flexmb.tree.link_motion import link_rates  # noqa: E402
 
 PINOCCHIO = """
 import sys, time
@@ -57,8 +63,6 @@ def median_time(call, count: int) -> float:
 
 def chain(n: int, kind: str = "hinges"):
     """Return a chain of n rods on revolute joints ("hinges"), with springs ("springs"), or on ball joints ("balls")."""
-    import flexmb as fmb
-
     rods = [fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.05, at=(k, 0, 0)) for k in range(n)]
     ends = ["ground.origin"] + [f"b{k}.end" for k in range(n)]
     joint = fmb.Spherical if kind == "balls" else fmb.Revolute
@@ -69,9 +73,6 @@ def chain(n: int, kind: str = "hinges"):
 
 def flexible_tree(n: int, ribs: int = 16):
     """Return n reduced beams as ribs on a hub, in the manner of the wrap-rib antenna of Banerjee 1993."""
-    import numpy as np
-
-    import flexmb as fmb
     from flexmb import fem, reduction
 
     points = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
@@ -93,30 +94,25 @@ def flexible_tree(n: int, ribs: int = 16):
 
 def ours(model, formulation, count: int) -> float:
     """Return the CPU time of one acceleration, s."""
-    from flexmb.system import compile
-
     system = compile(model)
     state, work = system.state(), system.workspace()
     return median_time(lambda: formulation.accelerate(system, state, work), count)
 
 
-def integrated(model, evaluations: int) -> float:
-    """Return the CPU time of an evaluation in an explicit run in joint coordinates, steps included, s."""
-    import flexmb as fmb
-    from flexmb.system import assemble
+@kernel
+def repeat(links, work, t, x, v, count):
+    """Find the second rates of joint coordinates so many times, as the compiled steps do."""
+    for _ in range(count):
+        link_rates(links, work, t, x, v)
 
+
+def integrated(model, count: int) -> float:
+    """Return the CPU time of an evaluation of an explicit run in joint coordinates, s."""
     system, start = assemble(model)
-    run = fmb.Explicit(formulation=fmb.Recursive()).start(system, start, system.workspace(), 1.0)
-    spent, before, t = [], run.counts["evaluations"], 0.0
-    while run.counts["evaluations"] < evaluations or len(spent) < 3:
-        t += 0.05
-        clock = time.process_time()
-        message = run.advance(t)
-        seconds, count = time.process_time() - clock, run.counts["evaluations"]
-        assert not message, message
-        spent.append(seconds / (count - before))
-        before = count
-    return sorted(spent)[len(spent) // 2]
+    work = system.workspace()
+    unknowns = fmb.Recursive().unknowns(system, start, work)
+    x, v, _ = unknowns.of(start)
+    return median_time(lambda: repeat(unknowns.links, work, 0.0, x, v, count), 5) / count
 
 
 def plot(path: str, rows: list[tuple]) -> None:
@@ -141,8 +137,6 @@ def plot(path: str, rows: list[tuple]) -> None:
 
 def dense(system, state, work):
     """Solve the augmented equations with dense coupling."""
-    import numpy as np
-
     from flexmb.integrate.matrices import equations_at
 
     e = equations_at(system, state, work)
@@ -154,7 +148,6 @@ def exudyn_step(n: int) -> float:
     """Return the CPU time of one explicit step of a kinematic tree of n links, s."""
     import exudyn as exu
     import exudyn.itemInterface as items
-    import numpy as np
 
     container = exu.SystemContainer()
     system = container.AddSystem()
@@ -190,8 +183,6 @@ def main() -> None:
     parser.add_argument("--plot", help="picture file")
     parser.add_argument("--flexible", type=int, help="number of flexible segments")
     options = parser.parse_args()
-    import flexmb as fmb
-
     peers: dict[int, list[float]] = {}
     if options.pinocchio:
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
@@ -218,8 +209,6 @@ def main() -> None:
     if options.plot:
         plot(options.plot, rows)
     if options.flexible:
-        from flexmb.system import compile
-
         model = flexible_tree(options.flexible)
         system = compile(model)
         state, work = system.state(), system.workspace()

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from functools import cached_property
+from inspect import Parameter, Signature
 
 import numpy as np
 from numba import from_dtype, types
@@ -172,17 +173,18 @@ def pointer_kernel(signature):
 def caller(signature):
     """Return a function for kernels, ``call(address, ...)``, that calls the function of this signature at an address."""
 
-    @intrinsic
     def call(context, address, *arguments):
         def generate(target, builder, _, values):
-            given = [builder.extract_value(values[1], k) for k in range(len(signature.args))]
-            function = builder.inttoptr(values[0], target.get_value_type(types.FunctionType(signature).ftype))
-            builder.call(function, given)
+            prototype = types.FunctionType(signature).ftype
+            builder.call(builder.inttoptr(values[0], target.get_value_type(prototype)), values[1:])
             return target.get_dummy_value()
 
-        return types.void(types.int64, types.Tuple(signature.args)), generate
+        return types.void(types.int64, *signature.args), generate
 
-    return call
+    # named one by one: a variable number of arguments would be packed into a tuple, and every array in it counted
+    names = ["context", "address", *(f"argument_{k}" for k in range(len(signature.args)))]
+    call.__signature__ = Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names])
+    return intrinsic(call)
 
 
 call_row_kernel = caller(ROW_KERNEL)

@@ -155,37 +155,37 @@ def _pass_on(row, W, of_parent):
 
 
 @inner_kernel
-def _responses(tree, work):
+def _responses(tree, c, work):
     """Write what unit multipliers leave at the joints on their ways."""
-    c, links = tree.closing, tree.links
+    links, rows, blocks, poses, marks, mark_of = tree.links, tree.rows, tree.blocks, tree.poses, tree.marks, tree.mark_of
     for n in range(len(c.equations)):
         equation = work.equations[c.equations[n]]
         for m in range(equation.leg, equation.leg + equation.legs):
             leg = work.legs[m]
-            place = tree.mark_of[leg.marker]
+            place = mark_of[leg.marker]
             if place >= 0:
-                mark = tree.marks[place]
-                wrench_at(tree.poses[mark.link], mark.s, leg.gradient, c.wrench[mark.link])
+                mark = marks[place]
+                wrench_at(poses[mark.link], mark.s, leg.gradient, c.wrench[mark.link])
         for e in range(c.start[n], c.start[n + 1]):
             k = c.link[e]
             link, W = links[k], c.wrench[k]
             size = max(link.kind, 0)
             span = slice(c.at[e], c.at[e] + size)
             if size > 0:
-                _leave(link, tree.rows[k], tree.blocks[link.block], W, c.push[span], c.give[span])
+                _leave(link, rows[k], blocks[link.block], W, c.push[span], c.give[span])
             if link.parent >= 0:
-                _pass_on(tree.rows[k], W, c.wrench[link.parent])
+                _pass_on(rows[k], W, c.wrench[link.parent])
             W[:] = 0.0
 
 
 @kernel
-def factorise(tree, work):
+def factorise(tree, c, work):
     """Write the mobility matrix of the cut equations and factorise it, L d L^T, in its profile."""
-    c = tree.closing
-    _responses(tree, work)
+    links = tree.links
+    _responses(tree, c, work)
     c.A[:] = 0.0
-    for k in range(len(tree.links)):
-        size = tree.links[k].kind
+    for k in range(len(links)):
+        size = links[k].kind
         for i in range(c.start_meet[k], c.start_meet[k + 1]):
             n, p = c.equation[i], c.meet[i]
             at = c.row[n] - c.first[n]
@@ -235,15 +235,15 @@ def solve_multipliers(c):
 
 
 @kernel
-def add_multipliers(tree):
-    """Add the multipliers in `closing.x` to the loads of the joints, after those were passed on."""
-    c = tree.closing
-    for k in range(len(tree.links)):
-        link, row = tree.links[k], tree.rows[k]
+def add_multipliers(tree, c):
+    """Add the multipliers c.x to the loads of the joints, after those were passed on."""
+    links, rows, blocks = tree.links, tree.rows, tree.blocks
+    for k in range(len(links)):
+        link, row = links[k], rows[k]
         for i in range(c.start_meet[k], c.start_meet[k + 1]):
             lam, p = c.x[c.equation[i]], c.meet[i]
             if link.kind == SINGLE:
                 row[DRIVE] += lam * c.push[p]
             else:
                 for m in range(link.kind):
-                    tree.blocks[link.block, LOAD + m] += lam * c.push[p + m]
+                    blocks[link.block, LOAD + m] += lam * c.push[p + m]

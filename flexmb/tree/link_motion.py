@@ -49,13 +49,14 @@ def ready(tree: LinkTree) -> LinkTree:
 @inner_kernel
 def _pose_links(tree):
     """Write where all links are in W."""
-    for k in range(len(tree.links)):
-        link, row, pose = tree.links[k], tree.rows[k], tree.poses[k]
+    links, rows, poses = tree.links, tree.rows, tree.poses
+    for k in range(len(links)):
+        link, row, pose = links[k], rows[k], poses[k]
         if link.parent < 0:
             pose[:9] = row[TURN : TURN + 9]
             pose[9:] = row[WAY : WAY + 3]
             continue
-        of_parent = tree.poses[link.parent]
+        of_parent = poses[link.parent]
         for i in range(3):
             a, b, c = of_parent[3 * i], of_parent[3 * i + 1], of_parent[3 * i + 2]
             for j in range(3):
@@ -66,9 +67,10 @@ def _pose_links(tree):
 @inner_kernel
 def _place_marks(tree, work):
     """Write position, axes and velocities of the markers, without wrenches."""
-    for n in range(len(tree.marks)):
-        mark = tree.marks[n]
-        marker, pose, row = work.markers[mark.marker], tree.poses[mark.link], tree.rows[mark.link]
+    marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
+    for n in range(len(marks)):
+        mark = marks[n]
+        marker, pose, row = markers[mark.marker], poses[mark.link], rows[mark.link]
         x, y, z = mark.s[0], mark.s[1], mark.s[2]
         a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
         u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
@@ -84,14 +86,13 @@ def _place_marks(tree, work):
 
 
 @inner_kernel
-def _act(tree, work, t):
+def _act(tree, chart, program, work, t):
     """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
-    program = tree.program
     work.energy[:] = 0.0
     work.coefficients[:] = 0.0
     sample_signals(t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
                    program.signal_table_starts, tree.signals)
-    count_turns(tree.chart, program, t, tree.x, tree.q)
+    count_turns(chart, program, t, tree.x, tree.q)
     state = State(t, tree.q, tree.u, tree.u, tree.lam, tree.signals)
     bodies, kinds = len(program.inertia), len(program.equations)
     run_kernels(program.equations, bodies, program, state, work)
@@ -99,26 +100,26 @@ def _act(tree, work, t):
         return
     run_kernels(program.forces, bodies + kinds, program, state, work)
     W = np.empty(6)
-    for n in range(len(tree.marks)):
-        mark = tree.marks[n]
-        wrench = work.markers[mark.marker].wrench
+    marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
+    for n in range(len(marks)):
+        mark = marks[n]
+        wrench = markers[mark.marker].wrench
         W[:] = 0.0
-        wrench_at(tree.poses[mark.link], mark.s, wrench, W)
+        wrench_at(poses[mark.link], mark.s, wrench, W)
         for i in range(6):
-            tree.rows[mark.link, FORCE + i] -= W[i]
+            rows[mark.link, FORCE + i] -= W[i]
 
 
 @inner_kernel
-def _closing_rates(tree, work, second):
+def _closing_rates(tree, closing, work, second):
     """Write what is left of the cut equations to closing.x, with the opposite sign: of their rates, or of second rates."""
-    c = tree.closing
-    g = tree.gravity
-    for n in range(len(c.equations)):
-        equation = work.equations[c.equations[n]]
+    g, marks, mark_of, rows, poses = tree.gravity, tree.marks, tree.mark_of, tree.rows, tree.poses
+    for n in range(len(closing.equations)):
+        equation = work.equations[closing.equations[n]]
         s = equation.drift if second else equation.rate
         for m in range(equation.leg, equation.leg + equation.legs):
             leg = work.legs[m]
-            place = tree.mark_of[leg.marker]
+            place = mark_of[leg.marker]
             if place < 0:
                 continue
             if not second:
@@ -126,74 +127,68 @@ def _closing_rates(tree, work, second):
                 for i in range(3):
                     s += leg.gradient[i] * marker.v[i] + leg.gradient[3 + i] * marker.w[i]
                 continue
-            mark = tree.marks[place]
-            row, pose = tree.rows[mark.link], tree.poses[mark.link]
+            mark = marks[place]
+            row, pose = rows[mark.link], poses[mark.link]
             x, y, z = mark.s[0], mark.s[1], mark.s[2]
-            a, b, c_ = row[SPEED], row[SPEED + 1], row[SPEED + 2]
+            a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
             # the velocity of the marker, of which the spatial acceleration does not know that it turns
-            u, v, w = (row[SPEED + 3] + b * z - c_ * y, row[SPEED + 4] + c_ * x - a * z, row[SPEED + 5] + a * y - b * x)
+            u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
             d, e, f = row[RATE], row[RATE + 1], row[RATE + 2]
-            u, v, w = (row[RATE + 3] + e * z - f * y + b * w - c_ * v, row[RATE + 4] + f * x - d * z + c_ * u - a * w,
+            u, v, w = (row[RATE + 3] + e * z - f * y + b * w - c * v, row[RATE + 4] + f * x - d * z + c * u - a * w,
                        row[RATE + 5] + d * y - e * x + a * v - b * u)
             for i in range(3):
                 p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
                 s += leg.gradient[i] * (p * u + q * v + r * w + g[i]) + leg.gradient[3 + i] * (p * d + q * e + r * f)
-        c.x[n] = -s
+        closing.x[n] = -s
 
 
 @inner_kernel
-def _solve(tree, work, weight):
+def _solve(tree, closing, weight):
     """Close the loops with the right side in closing.x: second rates, or changes, in tree.a."""
-    solve_multipliers(tree.closing)
-    add_multipliers(tree)
+    solve_multipliers(closing)
+    add_multipliers(tree, closing)
     spread(tree.links, tree.rows, tree.blocks, tree.gravity, weight, tree.tau, tree.a)
 
 
 @inner_kernel
-def _drive(tree, t):
+def _drive(tree, chart, t):
     """Write the motion of the drives at time t to tree.x, tree.v, tree.a."""
-    chart = tree.chart
     if len(chart.driven) > 0:
         sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
         prescribe(chart.driven, chart.sampled, tree.x, tree.v, tree.a)
 
 
 @inner_kernel
-def _is_seen(tree):
-    """Do forces or cut joints look at the links?"""
-    return len(tree.marks) > 0 or len(tree.program.forces) > 0
-
-
-@inner_kernel
-def _placed(tree, work, t):
+def _placed(tree, chart, program, work, t):
     """Place links and markers, let forces act, and pass inertias and forces on; return -1 or a link without inertia."""
     place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
-    if _is_seen(tree):
+    if len(tree.marks) > 0 or len(program.forces) > 0:
         _pose_links(tree)
         _place_marks(tree, work)
-        _act(tree, work, t)
+        _act(tree, chart, program, work, t)
     return gather(tree.links, tree.rows, tree.blocks, tree.tau)
 
 
 @pointer_kernel(EVALUATION)
 def evaluation(tree, work, t):
     """Write the second rates tree.a at tree.x, tree.v, with forces tree.tau on the rates: see `evaluate_links`."""
-    unit_length(tree.chart.rows, tree.x)
-    _drive(tree, t)
-    tree.failed[0] = _placed(tree, work, t)
+    # taken out once: each takes a count of references for every array in it
+    c, chart, program = tree.closing, tree.chart, tree.program
+    unit_length(chart.rows, tree.x)
+    _drive(tree, chart, t)
+    tree.failed[0] = _placed(tree, chart, program, work, t)
     if tree.failed[0] >= 0:
         return
     spread(tree.links, tree.rows, tree.blocks, tree.gravity, 1.0, tree.tau, tree.a)
-    c = tree.closing
     if len(c.equations) > 0:
-        factorise(tree, work)
-        _closing_rates(tree, work, True)
-        _solve(tree, work, 1.0)
+        factorise(tree, c, work)
+        _closing_rates(tree, c, work, True)
+        _solve(tree, c, 1.0)
     tree.powers[:] = 0.0
-    if _is_seen(tree):
+    if len(tree.marks) > 0 or len(program.forces) > 0:
         tree.powers[0], tree.powers[2] = work.energy[3], work.energy[5]
-    for n in range(len(tree.chart.driven)):
-        k = tree.chart.driven[n, 1]
+    for n in range(len(chart.driven)):
+        k = chart.driven[n, 1]
         tree.powers[1] += tree.tau[k] * tree.v[k]
     for n in range(len(c.equations)):
         tree.powers[1] -= c.x[n] * work.equations[c.equations[n]].rate
@@ -227,7 +222,7 @@ def loops_are_open(tree, work, tolerance, drift):
         marker = work.markers[tree.marks[n].marker]
         for i in range(3):
             fastest = max(fastest, abs(marker.v[i]), abs(marker.w[i]))
-    _closing_rates(tree, work, False)
+    _closing_rates(tree, c, work, False)
     for n in range(len(c.equations)):
         open_by, speed = max(open_by, abs(work.equations[c.equations[n]].g)), max(speed, abs(c.x[n]))
     return open_by > tolerance or speed > drift * fastest
@@ -255,7 +250,7 @@ def _advance(tree, change):
 
 
 @inner_kernel
-def _changes(tree, work):
+def _changes(tree, closing):
     """Write the changes of coordinates or rates tree.a that multipliers for the right side in closing.x give."""
     tree.a[:] = 0.0
     for k in range(len(tree.links)):
@@ -264,21 +259,21 @@ def _changes(tree, work):
             tree.rows[k, DRIVE] = 0.0
         elif link.kind > 0:
             tree.blocks[link.block, LOAD : LOAD + link.kind] = 0.0
-    _solve(tree, work, 0.0)
+    _solve(tree, closing, 0.0)
 
 
 @pointer_kernel(CLOSURE)
 def closure(tree, work, t, tolerance, gaps, level):
     """Move tree.x and tree.v onto the closed loops: see `close_links`."""
-    c = tree.closing
+    c, chart, program = tree.closing, tree.chart, tree.program
     tree.failed[0] = 1
     for turn in range(12):
-        _drive(tree, t)
+        _drive(tree, chart, t)
         tree.a[:] = 0.0
         tree.tau[:] = 0.0
-        if _placed(tree, work, t) >= 0:
+        if _placed(tree, chart, program, work, t) >= 0:
             return
-        factorise(tree, work)
+        factorise(tree, c, work)
         largest, closed = 0.0, True
         for n in range(len(c.equations)):
             k = c.equations[n]
@@ -289,12 +284,12 @@ def closure(tree, work, t, tolerance, gaps, level):
             return
         if largest <= tolerance and turn > 0:
             break
-        _changes(tree, work)
+        _changes(tree, c)
         stride = np.max(np.abs(tree.a))
         _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
     for _ in range(2):
-        _closing_rates(tree, work, False)
-        _changes(tree, work)
+        _closing_rates(tree, c, work, False)
+        _changes(tree, c)
         tree.v[:] += tree.a
         place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
         _place_marks(tree, work)
