@@ -9,10 +9,10 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
-from flexmb.integrate.given_state import given_state
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.model import Model
 from flexmb.system import assemble, observe
+from flexmb.system.given_state import given_state
 from flexmb.system.system import System
 
 __all__ = ["Accelerations", "accelerations"]

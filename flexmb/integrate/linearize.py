@@ -23,11 +23,11 @@ from scipy.sparse import csr_matrix
 
 from flexmb.errors import ModelError, ValidityWarning, did_you_mean
 from flexmb.integrate.formulations import RANK
-from flexmb.integrate.given_state import given_state
 from flexmb.integrate.observer import OWN_AXES, coefficients, constant_observer
 from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
 from flexmb.system import assemble
+from flexmb.system.given_state import given_state
 from flexmb.system.mobility import DEPENDENT, mass_metric
 
 __all__ = ["Linearization", "linearize"]

@@ -9,7 +9,6 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.extent import extents, model_size
-from flexmb.integrate.given_state import given_state
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.load_path import ArcLength, LoadSteps, follow
 from flexmb.integrate.matrices import tangent_at
@@ -18,6 +17,7 @@ from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import assemble
+from flexmb.system.given_state import given_state
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate, keep_branches
 

@@ -15,6 +15,7 @@ from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.system import assemble
 from flexmb.system.branches import Followed
+from flexmb.system.given_state import given_state
 from flexmb.system.program import BODIES, evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
@@ -147,8 +148,13 @@ class JointTree:
 
         Turns are counted on where the model counts them (in drives, couplers, torsion springs); elsewhere they lie in
         (-pi, pi].
+
+        Raises
+        ------
+        ModelError
+            If the state is that of another model.
         """
-        return self.read(self.system.state(state.t, state.q, state.u, getattr(state, "a", None)), self.work)
+        return self.read(given_state(state, self.system, "JointTree"), self.work)
 
     def read(self, own: State, work: Work) -> RelativeState:
         """Return the relative coordinates of a state of the tree's system; the workspace is written."""
@@ -331,6 +337,10 @@ class JointTree:
                 raise ModelError("JointTree", found=f"{name} has the shape {x.shape}",
                                  expected=f"({len(labels)},): {', '.join(labels)}",
                                  remedy="Give one number for each coordinate")
+            bad = np.flatnonzero(~np.isfinite(x))
+            if len(bad):
+                raise ModelError("JointTree", found=f"{name} has {x[bad[0]]} for '{labels[bad[0]]}'", expected="finite numbers",
+                                 remedy="Look at where these numbers come from")
             out.append(x)
         return out
 

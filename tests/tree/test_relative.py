@@ -189,3 +189,14 @@ def test_a_vector_of_another_length_is_refused():
 def test_an_unknown_coordinate_is_named():
     with pytest.raises(fmb.ModelError, match=r"no coordinate 'j1.trun'.*Did you mean 'j1.turn'"):
         fmb.JointTree(chain(2)).index("j1.trun")
+
+
+def test_a_coordinate_that_is_no_number_is_named():
+    with pytest.raises(fmb.ModelError, match=r"q has nan for 'j1.turn'\. Expected: finite numbers"):
+        fmb.JointTree(chain(2)).pose("b1.end", [0.0, np.nan])
+
+
+def test_a_state_of_another_model_is_refused():
+    other = fmb.simulate(chain(3), 0.01, samples=2).final
+    with pytest.raises(fmb.ModelError, match=r"JointTree: a state with 21 coordinates.*those of model 'model'"):
+        fmb.JointTree(chain(2)).relative(other)
