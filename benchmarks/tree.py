@@ -131,7 +131,7 @@ def plot(path: str, rows: list[tuple]) -> None:
             axes.loglog(*zip(*points, strict=True), marker=mark, label=name)
     axes.set(xlabel="bodies", ylabel="time per acceleration and body [us]")
     axes.grid(True, which="both", alpha=0.3)
-    axes.legend()
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
     figure.savefig(path, dpi=120, bbox_inches="tight")
 
 
