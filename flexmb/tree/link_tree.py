@@ -58,8 +58,8 @@ def link_tree(tree, chart, links, frames, work) -> LinkTree:
     system = tree.system
     equations = tree.tree.tables.cut_equations
     legs = system.tables["legs"]
-    wanted = set(range(len(work.markers))) if system.force_rows.size or len(system.program.forces) else {
-        int(leg["marker"]) for leg in legs if int(leg["equation"]) in set(equations.tolist())}
+    everything = len(system.program.forces) > 0  # forces do not say which markers they see
+    wanted = range(len(work.markers)) if everything else np.unique(legs["marker"][np.isin(legs["equation"], equations)])
     marks = link_marks(tree, frames, work, wanted)
     mark_of = np.full(len(work.markers), -1, np.int64)
     mark_of[marks["marker"]] = np.arange(len(marks))

@@ -22,6 +22,8 @@ MARK = np.dtype(
 )
 """A marker on a link."""
 
+UPPER = np.triu_indices(3)
+
 
 def _check(tree) -> None:
     """Raise CompileError for what the algorithm in link axes does not know."""
@@ -148,7 +150,7 @@ def _give_inertia(link, row, away, R_b, axes, work) -> None:
     h = T @ np.array([block[5, 1], block[3, 2], block[4, 0]])
     J = T @ block[3:, 3:] @ T.T - _cross(s) @ _cross(h) - _cross(h) @ _cross(s) - mass * _cross(s) @ _cross(s)
     link["mass"], link["h"] = mass, h + mass * s
-    link["J"] = J[np.triu_indices(3)]
+    link["J"] = J[UPPER]
 
 
 def link_marks(tree, frames, work, wanted) -> np.ndarray:
