@@ -117,7 +117,7 @@ def _hinge(row, joint, a, b) -> None:
         else:
             row["turn_b"], back = place, Coordinate.of(freedom).value(_Posed(a, b), 0, 1)
         place += 1
-    row["coordinates"], row["rates"] = (4, 3) if row["ball"] >= 0 else (place, place)
+    row["coordinates"], row["rates"] = (place + 3, place + 2) if row["ball"] >= 0 else (place, place)
     row["d"], row["C"] = d, _about_z(-angle) @ R @ _about_z(-back)
 
 

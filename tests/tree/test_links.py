@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contracts.random_models import FORCES, PAIRS, connected
-from tree.models import four_bars, random_consistent
+from tree.models import chain, four_bars, random_consistent
 from tree.test_agreement import AGREED, KINDS
 from verification import mechanisms
 
@@ -101,6 +101,11 @@ def closed(rng) -> fmb.Model:
 def test_on_joints_of_several_freedoms_in_both_directions(loops, rng):
     for _ in range(3):
         assert_same_rates(closed(rng) if loops else deep(rng), rng, spread=0.02)
+
+
+def test_on_balls_in_tubes_one_behind_the_other(rng):
+    """Each has a slide and a ball, so the coordinates of the next begin after five."""
+    assert_same_rates(chain(3, fmb.InLine), rng)
 
 
 @pytest.mark.parametrize("make", [lambda rng: four_bars(3), closed], ids=["planar", "spatial"])

@@ -52,7 +52,12 @@ def test_round_trip_over_every_joint(kind, pair, rng):
     assert not tree.tree.cut
 
 
-@pytest.mark.parametrize("model", [branched, flexible_chain, chain])
+def tubes(n: int) -> fmb.Model:
+    """Return rods on balls that slide, each in the end of the one before."""
+    return chain(n, fmb.InLine)
+
+
+@pytest.mark.parametrize("model", [branched, flexible_chain, chain, tubes])
 def test_round_trip_over_trees(model, rng):
     tree, state, back = assert_round_trip(model() if model is branched else model(3), rng)
     np.testing.assert_allclose(back.q[-1], state.q[-1], atol=ROUND)  # a branch, where there is one
