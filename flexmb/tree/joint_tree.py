@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError, did_you_mean
+from flexmb.math.jets import sample_signals
 from flexmb.math.tables import State, Work
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
+from flexmb.model.signal import pack
 from flexmb.system import assemble
 from flexmb.system.branches import Followed
 from flexmb.system.given_state import given_state
@@ -131,6 +133,13 @@ class JointTree:
             v += modes
         return tuple(q), tuple(v)
 
+    @cached_property
+    def _driven_turns(self):
+        """Places of the turns that drives prescribe, and their signals in the form of `sample_signals`."""
+        turns = {name: drive.angle for name, drive in self.drives.items() if drive.angle is not None}
+        return ([self.names.index(name) for name in turns], *pack([s.program() for s in turns.values()]),
+                np.zeros((len(turns), 3)))
+
     @property
     def start(self) -> RelativeState:
         """The assembled start."""
@@ -162,9 +171,10 @@ class JointTree:
         q, v, a = np.zeros(len(self.names)), np.zeros(len(self.rate_names)), np.zeros(len(self.rate_names))
         read_state(self.rows, own, work, q, v, a)
         near = {at: own.q[self.system.program.branches + branch] for at, branch in self.counted}
-        for name, drive in self.drives.items():
-            if drive.angle is not None:
-                near[self.names.index(name)] = drive.angle.sample(own.t)[..., 0].item()
+        if self.drives:
+            places, *signals, values = self._driven_turns
+            sample_signals(own.t, *signals, values)
+            near.update(zip(places, values[:, 0], strict=True))
         for at, angle in near.items():
             q[at] += 2.0 * np.pi * np.round((angle - q[at]) / (2.0 * np.pi))
         return RelativeState(q, v, a, own.t)
