@@ -14,7 +14,7 @@ from flexmb.integrate.explicit_steps import (
 from flexmb.integrate.stabilised import kinematics
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import State, pointer_kernel
-from flexmb.system.program import accelerations, constraint_velocity, keep_branches, project
+from flexmb.system.program import accelerations, constraint_velocity, keep_branches, project, unit_frames
 
 __all__ = ["accepting", "rates"]
 
@@ -29,11 +29,7 @@ def rates(program, work, tree, s, t, stage):
     nq, nu = len(s.q), len(s.u)
     last = stage == 0 or stage == STAGES
     s.q[:] = y[:nq]
-    for n in range(len(program.frames)):
-        p = s.q[program.frames[n, 0] + 3 : program.frames[n, 0] + 7]
-        length = (p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + p[3] ** 2) ** 0.5
-        for i in range(4):
-            p[i] /= length
+    unit_frames(program, s.q)
     s.u[:] = y[nq : nq + nu]
     state = State(t, s.q, s.u, s.a, s.lam, s.signals)
     failed = accelerations(program, state, work, s.right, s.sweeps[1 if last else 0])

@@ -14,7 +14,7 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
-from flexmb.system.program import advance, constraint_velocity, evaluate, run_kernels
+from flexmb.system.program import advance, constraint_velocity, evaluate, run_kernels, unit_frames
 
 __all__ = ["FAR", "Stabilised", "jacobian", "kinematics", "residual"]
 
@@ -82,11 +82,7 @@ def _unpack(program, s, y, yp):
     """Copy the state out of `y`; Euler parameters are normalised there, so nothing depends on their length."""
     nq, nu, ng = len(s.q), len(s.u), len(s.lam)
     s.q[:] = y[:nq]
-    for n in range(len(program.frames)):
-        p = s.q[program.frames[n, 0] + 3 : program.frames[n, 0] + 7]
-        length = (p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + p[3] ** 2) ** 0.5
-        for i in range(4):
-            p[i] /= length
+    unit_frames(program, s.q)
     s.u[:] = y[nq : nq + nu]
     s.a[:] = yp[nq : nq + nu]
     s.lam[:] = y[nq + nu : nq + nu + ng]

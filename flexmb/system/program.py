@@ -15,7 +15,7 @@ from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import DAMPED, STIFF, call_row_kernel, pointer_kernel
 
 __all__ = ["BODIES", "Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
-           "project"]
+           "project", "unit_frames"]
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
@@ -192,6 +192,16 @@ def advance(program, q, d, scale, out):
             out[iq + i] = q[iq + i] + scale * d[iu + i]
     for i in range(program.branches, len(q)):
         out[i] = q[i]
+
+
+@kernel
+def unit_frames(program, q):
+    """Scale the Euler parameters of all frames to unit length."""
+    for n in range(len(program.frames)):
+        p = q[program.frames[n, 0] + 3 : program.frames[n, 0] + 7]
+        length = (p[0] ** 2 + p[1] ** 2 + p[2] ** 2 + p[3] ** 2) ** 0.5
+        for i in range(4):
+            p[i] /= length
 
 
 @kernel
