@@ -70,8 +70,13 @@ def _elastic(K, D, shapes, eta, rate, u, first_load, work, residual):
 
 
 @inner_kernel
-def _add_step_term(M, u, half, B):
-    """Add h/2 M ad(u): the variation at the end of a step against the increment over it (theory: integrators)."""
+def _add_step_term(M, u, weights, B):
+    """Add h/2 M ad(u): the variation at the end of a step against the increment over it (theory: integrators).
+
+    Where steps translate in world axes, cd takes the place of h/2 in what translations have of it, see `RigidBody`.
+    """
+    cd, half = weights[1], abs(weights[4])
+    turning, shifted = (-cd, cd) if weights[4] < 0.0 else (half, half)
     v = u[0:3]
     w = u[3:6]
     e = np.zeros(3)
@@ -84,8 +89,8 @@ def _add_step_term(M, u, half, B):
         cross(v, e, b)
         for k in range(M.shape[0]):
             for c in range(3):
-                B[k, i] += half * M[k, c] * a[c]
-                B[k, 3 + i] += half * (M[k, c] * b[c] + M[k, 3 + c] * a[c])
+                B[k, i] += turning * M[k, c] * a[c]
+                B[k, 3 + i] += shifted * M[k, c] * b[c] + half * M[k, 3 + c] * a[c]
 
 
 @row_kernel
@@ -132,7 +137,7 @@ def inertia(raw, data, state, work):
                 B[i, j] = weights[0] * M[i, j]
         if weights[1] != 0.0:
             add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, swing, P, weights[1], B)
-            _add_step_term(M, u, weights[4], B)
+            _add_step_term(M, u, weights, B)
         if weights[2] != 0.0:
             add_inertia_stiffness(terms, W, u, A, swing, weights[2], B)
             for i in range(size):

@@ -58,10 +58,12 @@ def place(raw, data, state, work):
 def _add_tangent(row, v, w, weights, B):
     """Add mass and gyroscopic damping to the body block, and h/2 M ad(u).
 
-    The last term: the variation at the end of a step is not the increment over it (theory: integrators).
+    The last term: the variation at the end of a step is not the increment over it (theory: integrators). Where steps
+    translate in world axes, cd takes the place of h/2 in what translations have of it: acceleration R^T v_W' - w x v.
     """
     m, c, J = row.mass, row.c, row.inertia
-    cm, cd, half = weights[0], weights[1], weights[4]
+    cm, cd, half = weights[0], weights[1], abs(weights[4])
+    turning, shifted = (-cd, cd) if weights[4] < 0.0 else (half, half)
     Jw = np.empty(3)
     t = np.empty(3)
     for i in range(3):
@@ -73,14 +75,14 @@ def _add_tangent(row, v, w, weights, B):
     if cd == 0.0:
         return
     matvec(J, w, Jw)
-    add_skew(B, 0, 0, (cd + half) * m, w)
-    add_product_skew(B, 3, 0, (cd + half) * m, c, w)
-    add_skew(B, 0, 3, (half - cd) * m, v)
+    add_skew(B, 0, 0, (cd + turning) * m, w)
+    add_product_skew(B, 3, 0, (cd + turning) * m, c, w)
+    add_skew(B, 0, 3, (shifted - cd) * m, v)
     cross(w, c, t)
     add_skew(B, 0, 3, -cd * m, t)
     add_product_skew(B, 0, 3, -cd * m, w, c)
     add_product_skew(B, 0, 3, -half * m, c, w)
-    add_product_skew(B, 3, 3, (half - cd) * m, c, v)
+    add_product_skew(B, 3, 3, (shifted - cd) * m, c, v)
     add_skew(B, 3, 3, -cd, Jw)
     for j in range(3):
         # columns of w~ J and of J w~

@@ -11,6 +11,7 @@ from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.model.described import Described, is_number
 from flexmb.system.branches import branch_rates
@@ -29,8 +30,8 @@ whole, would allow turns that give it more energy than it has; the steps that fo
 class GeneralizedAlpha(metaclass=Described):
     """Lie-group generalized-alpha method on the index-3 equations.
 
-    Velocities are in body axes: a rotor on its axis is exact at any step, but a body that spins fast while it flies or rolls
-    must be resolved turn by turn; `Explicit` and `IDA` are far more accurate there.
+    Bodies that joints hold to the ground are integrated in their own axes, in which a rotor is exact at any step; all others,
+    which fly or roll, translate in world axes, whatever their spin.
 
     Parameters
     ----------
@@ -97,31 +98,36 @@ class GeneralizedAlpha(metaclass=Described):
             extent[turns] = np.maximum(extent[turns], self.rtol * size / TURN)
         span = max(t_end - state.t, 1e-300)
         largest = self.largest or span / 20.0
-        first = self.step or min(largest, self._first_step(system, state, work, extent, reach))
+        world = frames_in_world_axes(system)
+        first = self.step or min(largest, self._first_step(system, state, work, extent, reach, world))
+        u, a = state.u.copy(), state.a.copy()
+        to_world_axes(world, state.q, u, a)
         variables = Variables(
-            q=state.q.copy(), u=state.u.copy(), a=state.a.copy(), lam=state.lam.copy(), alg=state.a.copy(),
+            q=state.q.copy(), u=u, a=a, lam=state.lam.copy(), alg=a.copy(),
             q1=np.zeros(nq), u1=np.zeros(nu), a1=np.zeros(nu), lam1=np.zeros(ng), alg1=np.zeros(nu),
-            dx=np.zeros(nu), d=np.zeros(nu), right=np.zeros(nu + ng), a_last=state.a.copy(), lam_last=state.lam.copy(),
+            dx=np.zeros(nu), d=np.zeros(nu), right=np.zeros(nu + ng), a_last=a.copy(), lam_last=state.lam.copy(),
             hidden=np.zeros(ng), change=np.zeros(nu),
             extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3),
             powers_last=np.zeros(3), signals=state.signals.copy(),
             counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]),
-            pace=branch_rates(system, state, work))
+            pace=branch_rates(system, state, work), world=world, body_u=state.u.copy(), body_a=state.a.copy())
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         variables.powers[:] = work.energy[3:6]
         self._fit_start(system, state, work, variables, first)
         return variables
 
-    def _first_step(self, system, state, work, extent, reach) -> float:
+    def _first_step(self, system, state, work, extent, reach, world) -> float:
         """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
         scale = self.rtol ** (1.0 / 3.0)
-        a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
-        u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
+        u, a = state.u.copy(), state.a.copy()
+        to_world_axes(world, state.q, u, a)
+        a = np.max(np.abs(a) * extent / reach, initial=0.0)
+        u = np.max(np.abs(u) * extent / reach, initial=0.0)
         h = 0.1 * scale / max(np.sqrt(a), u, 1e-3)
         # from rest to a gentle start neither says anything yet; rates over the step found last tell when it is too long
         for _ in range(8):
-            rate = np.max(np.abs(self._acceleration_rate(system, state, work, h)) * extent / reach, initial=0.0)
+            rate = np.max(np.abs(self._acceleration_rate(system, state, work, h, world)) * extent / reach, initial=0.0)
             allowed = 0.5 * scale / max(rate, 1e-9) ** (1.0 / 3.0)
             if h <= allowed:
                 break
@@ -137,17 +143,19 @@ class GeneralizedAlpha(metaclass=Described):
         """
         c = self.controls()
         v.times[2] = h
-        v.a_last[:] = state.a
-        rate, later = (self._acceleration_rate(system, state, work, probe) for probe in (1e-3 * h, h))
+        rate, later = (self._acceleration_rate(system, state, work, probe, v.world) for probe in (1e-3 * h, h))
         difference = np.max(np.abs(later - rate) * v.extent, initial=0.0)
         # rates that differ over a step belong to frequencies which the step cannot resolve: those are better damped
         if not difference <= 0.5 * np.max(np.abs(rate) * v.extent, initial=0.0):
             return
         v.alg[:] += (c.alpha_m - c.alpha_f) * h * rate
         constant = c.beta + 0.5 * (c.alpha_m - c.alpha_f) - 1.0 / 6.0
-        v.change[:] = self._constrained_part(system, state, work, -constant * h * h * rate)
+        rest, scratch, body_rate = np.zeros((3, system.nu))
+        to_body_axes(v.world, state.q, rest, rate, scratch, body_rate)
+        v.change[:] = self._constrained_part(system, state, work, -constant * h * h * body_rate)
+        constraint_velocity(work, state.u + v.change, v.hidden)
+        turn(v.world, state.q, v.change)
         v.u[:] += v.change
-        constraint_velocity(work, v.u, v.hidden)
 
     @staticmethod
     def _constrained_part(system, state, work, velocity: np.ndarray) -> np.ndarray:
@@ -164,15 +172,21 @@ class GeneralizedAlpha(metaclass=Described):
         return right[: system.nu]
 
     @staticmethod
-    def _acceleration_rate(system, state, work, probe: float) -> np.ndarray:
-        """Return the change of the acceleration over a time `probe` of uniformly accelerated motion, per second."""
+    def _acceleration_rate(system, state, work, probe: float, world) -> np.ndarray:
+        """Return the change of the acceleration over a time `probe` of uniformly accelerated motion, per second.
+
+        That of the frames `world` is the acceleration in W.
+        """
         q = np.zeros(system.nq)
         advance(system.program, state.q, state.u + 0.5 * probe * state.a, probe, q)
         later = system.state(state.t + probe, q, state.u + probe * state.a)
         right = np.zeros(system.nu + system.ng)
         if accelerations(system.program, later, work, right, 12 if system.redundant else 2) >= 0:
             return np.full(system.nu, np.inf)
-        return (later.a - state.a) / probe
+        now, then = state.a.copy(), later.a.copy()
+        to_world_axes(world, state.q, state.u.copy(), now)
+        to_world_axes(world, later.q, later.u.copy(), then)
+        return (then - now) / probe
 
     def run(self, system, work, variables: Variables, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""

@@ -12,6 +12,7 @@ from collections import namedtuple
 
 import numpy as np
 
+from flexmb.integrate.world_translation import move, to_body_axes, to_increment, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
@@ -22,7 +23,7 @@ __all__ = ["Controls", "Variables", "run_steps"]
 Variables = namedtuple(
     "Variables",
     "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last hidden change extent reach works powers "
-    "powers_last signals counts times pace",
+    "powers_last signals counts times pace world body_u body_a",
 )
 """State and scratch of the integration.
 
@@ -35,6 +36,7 @@ reach (nu,) : displacement, m, to which tolerances are relative
 works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates; powers_last: a step before
 counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
 pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the next
+world (n, 2) : frames whose u, a, alg, dx have translations in world axes; body_u, body_a (nu,): u1, a1 with all in body axes
 times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh matrix
 """
 
@@ -52,8 +54,10 @@ STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 def _move(program, v, h):
     """Write the configuration at the end of the step; a joint may turn any number of times in a step."""
     advance(program, v.q, v.dx, 1.0, v.q1)
+    move(v.world, v.q, v.dx, v.q1)
     for k in range(len(v.pace)):
         v.q1[program.branches + k] += h * v.pace[k]
+    to_body_axes(v.world, v.q1, v.u1, v.a1, v.body_u, v.body_a)
 
 
 @inner_kernel
@@ -73,18 +77,10 @@ def _predict(program, v, c, h):
 
 @inner_kernel
 def _correct(program, v, c, h, scale):
-    """Add the Newton correction `right` (variation at the end of the step, and c times the multipliers)."""
+    """Add the Newton correction `right` (of the increment over the step, and c times the multipliers)."""
     nu = len(v.u)
     for i in range(nu):
         v.d[i] = v.right[i]
-    for n in range(len(program.frames)):
-        # increment over the step from the variation at its end: inverse tangent of the exponential, second order
-        k = program.frames[n, 1]
-        for i in range(3):
-            j, m = k + (i + 1) % 3, k + (i + 2) % 3
-            v.d[k + i] += 0.5 * (v.dx[j + 3] * v.right[m] - v.dx[m + 3] * v.right[j]
-                                 + v.dx[j] * v.right[m + 3] - v.dx[m] * v.right[j + 3])
-            v.d[k + 3 + i] += 0.5 * (v.dx[j + 3] * v.right[m + 3] - v.dx[m + 3] * v.right[j + 3])
     for i in range(nu):
         v.dx[i] += v.d[i]
         v.a1[i] += v.d[i] / scale
@@ -170,6 +166,7 @@ def _change_of_velocities(program, work, v, share):
         lu_solve(work.S, program.pattern, v.right)
         for i in range(len(v.u)):
             v.change[i] = v.right[i]
+        turn(v.world, v.q, v.change)
 
 
 @inner_kernel
@@ -203,13 +200,13 @@ def _iterate(program, work, v, c, h):
     work.coefficients[0] = 1.0
     work.coefficients[1] = scale * c.gamma / (c.beta * h)
     work.coefficients[2] = scale
-    work.coefficients[4] = 0.5 * h
+    work.coefficients[4] = -0.5 * h if len(v.world) > 0 else 0.5 * h
     size, rate, share = 0.0, v.times[4], 1.0
     fresh = True
     for iteration in range(c.iterations):
         renewed = fresh
         work.coefficients[3] = 1.0 if fresh else 0.0
-        evaluate(program, State(v.times[0] + h, v.q1, v.u1, v.a1, v.lam1, v.signals), work)
+        evaluate(program, State(v.times[0] + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals), work)
         v.counts[1] += 1
         if fresh:
             v.counts[2] += 1
@@ -221,6 +218,7 @@ def _iterate(program, work, v, c, h):
             # a velocity-level equation per displacement: u1 varies gamma / (beta h) times as much as the increment
             v.right[nu + i] = -work.equations[i].g * (c.beta * h / c.gamma if program.equation_level[i] == 1 else 1.0)
         lu_solve(work.S, program.pattern, v.right)
+        to_increment(program.frames, v.world, v.q1, v.dx, v.right)
         before = size
         size = _norm(v, v.right, c.tolerance)
         if not np.isfinite(size) or size > 1e12 or _flips(program, v):
@@ -315,7 +313,7 @@ def _accept(program, work, v, h, powers):
     for i in range(len(v.lam)):
         v.lam_last[i] = v.lam[i]
         v.lam[i] = v.lam1[i]
-    constraint_velocity(work, v.u, v.hidden)
+    constraint_velocity(work, v.body_u, v.hidden)
     keep_branches(program, work, v.q)
     _add_works(v, h, powers)
     for n in range(len(program.vectors)):
@@ -339,14 +337,14 @@ def _write_sample(program, work, v, c, u, a, lam):
     """
     _change_of_velocities(program, work, v, -1.0)
     for i in range(len(u)):
-        u[i] = v.u[i] + v.change[i]
-    a[:] = v.a
+        v.d[i] = v.u[i] + v.change[i]
+    to_body_axes(v.world, v.q, v.d, v.a, u, a)
     lam[:] = v.lam
     if c.sweeps > 0:
         state = State(v.times[0], v.q, u, a, lam, v.signals)
         singular = accelerations(program, state, work, v.right, c.sweeps) >= 0
         if singular or not np.all(np.isfinite(a)) or not np.all(np.isfinite(lam)):
-            a[:] = v.a
+            to_body_axes(v.world, v.q, v.d, v.a, u, a)
             lam[:] = v.lam
 
 

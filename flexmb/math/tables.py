@@ -110,7 +110,7 @@ branches (nb,) : which of several solutions a kernel has taken: the angle of a j
     on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has
     no history; whoever accepts a state writes them there (`keep_branches`)
 coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted, 2.0 if only without the constraints;
-    half the step size (s)
+    half the step size (s), negative if the step translates frames in world axes
 energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
 loads : (nl,) amount of each load shape
 """
