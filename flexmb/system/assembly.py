@@ -155,8 +155,10 @@ def _require_motion(system: System, residual: np.ndarray, motion: np.ndarray, de
 
 
 def _size(system: System) -> float:
+    """Return the diagonal of the box around all markers as described, m (1 m for a point)."""
     r = system.tables["markers"]["r"]
-    return float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 1.0
+    size = float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 0.0
+    return size if size > 0.0 else 1.0
 
 
 def _regularised(system: System, state: State, work) -> System:

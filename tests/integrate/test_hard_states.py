@@ -229,3 +229,14 @@ def test_numbers_that_are_none_from_a_load(integrator):
         fmb.simulate(model, 0.5, samples=51, integrator=integrator)
     four_parts(caught.value)
     assert 0.05 < caught.value.solution.t[-1] < 0.1 + 1e-9
+
+
+def test_dependent_equations_of_joints_in_one_point():
+    """A shaft in two bearings with all markers in one point: the model has no size, and tolerances are those of 1 m."""
+    shaft = fmb.RigidBody("shaft", mass=1.0, inertia=(0.1, 0.1, 0.1))
+    bearings = [fmb.Revolute(name, markers=("ground.origin", "shaft.center")) for name in ("A", "B")]
+    motor = fmb.Drive("motor", joint="A", angle=fmb.expression("20*t"))
+    model = fmb.Model(bodies=[fmb.Ground(), shaft], joints=[*bearings, motor], gravity=(1.0, 2.0, 3.0),
+                      sensors=[fmb.JointCoordinate("turn", joint="B")])
+    solution = fmb.simulate(model, 1.0, samples=3, integrator=fmb.Explicit())
+    np.testing.assert_allclose(np.ravel(solution["turn"]), [0.0, 10.0, 20.0], atol=1e-8)
