@@ -94,8 +94,8 @@ class _Posed:
         return self.poses[marker]
 
 
-def _hinge(row, joint, a, b) -> None:
-    """Fill in what the joint lets move, with its markers (r, R) as assembled."""
+def _hinge(row, joint, a, b, turns: float) -> None:
+    """Fill in what the joint lets move, with its markers (r, R) as assembled, after so many rad of a screw, about."""
     for name in ("turn", "turn_b", "ball"):
         row[name] = -1
     row["slide"] = -1
@@ -111,6 +111,8 @@ def _hinge(row, joint, a, b) -> None:
         elif isinstance(freedom, Helix):
             row["turn"], row["advance"] = place, freedom.pitch / (2.0 * np.pi)
             angle = Coordinate("turn", "x").value(_Posed(a, b), 0, 1)
+            # a run that goes on after full turns has advanced by them
+            angle += 2.0 * np.pi * np.round((turns - angle) / (2.0 * np.pi))
             d[2] -= row["advance"] * angle
         elif isinstance(freedom, Turn):
             row["turn"], angle = place, Coordinate.of(freedom).value(_Posed(a, b), 0, 1)
@@ -128,6 +130,14 @@ def _in_body(marker, q, at: int) -> tuple[np.ndarray, np.ndarray]:
     R = np.empty((3, 3))
     euler_to_matrix(q[at + 3 : at + 7], R)
     return R.T @ (marker["r"] - q[at : at + 3]), R.T @ marker["R"]
+
+
+def _counted(system, markers: tuple[str, str], q) -> float:
+    """Return the turn between two markers as the system counts it at the position q, 0.0 if it does not."""
+    branch = f"turn on x: {', '.join(markers)}"
+    if branch not in system.branch_names:
+        return 0.0
+    return float(q[system.program.branches + system.branch_names.index(branch)])
 
 
 def motion_rows(system, tree, markers, q) -> np.ndarray:
@@ -149,7 +159,8 @@ def motion_rows(system, tree, markers, q) -> np.ndarray:
             joint = system.joints[system.joint_index[tree.joints[name]]]
             a, b = (system.marker_index[m] for m in joint.resolved_markers(model))
             row["forward"] = int(b == tables.outer[k])
-            _hinge(row, joint, *((markers[m]["r"].copy(), markers[m]["R"].copy()) for m in (a, b)))
+            first, second = ((markers[m]["r"].copy(), markers[m]["R"].copy()) for m in (a, b))
+            _hinge(row, joint, first, second, _counted(system, joint.resolved_markers(model), q))
             rigid = (body.n_vector == 0, row["parent_q"] < 0 or rows[tables.parent[k]]["modes"] == 0)
             for end, (marker, at) in enumerate(((row["own"], row["q"]), (row["other"], row["parent_q"]))):
                 row["fixed"][end] = rigid[end]

@@ -126,6 +126,24 @@ def swing(start):
     return model, lambda t: 2.0 * np.arcsin(np.sqrt(k) * ellipj(ellipk(k) + w * t, k)[0]) - np.pi / 2
 
 
+@pytest.mark.parametrize("cut", ["screw", "slide"])
+def test_a_screw_goes_on_after_full_turns(cut):
+    """A nut that a spindle has moved by three turns, and the spindle's motor then by three more: pitch times turns."""
+    along = fmb.Pose((0, 0, 0), (0, np.pi / 2, 0))
+    bodies = [fmb.RigidBody(name, mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"m": along}) for name in ("spindle", "nut")]
+    hinge = fmb.Revolute("hinge", markers=("ground.m", "spindle.m"))
+    screw = fmb.Screw("screw", markers=("spindle.m", "nut.m"), pitch=0.05)
+    slide = fmb.Prismatic("slide", markers=("ground.m", "nut.m"))
+    motor = fmb.Drive("motor", joint="hinge", angle=fmb.expression("-20*t"))
+    model = fmb.Model(bodies=[fmb.Ground(markers={"m": along}), *bodies], joints=[hinge, screw, slide, motor],
+                      sensors=[fmb.Position("place", marker="nut.m"), fmb.JointCoordinate("turn", joint="screw")])
+    explicit = fmb.Explicit(formulation=fmb.Recursive(cut=(cut,)))
+    first = fmb.simulate(model, 1.0, samples=3, integrator=explicit)
+    solution = fmb.resume(first, 2.0, samples=[0.0, 2.0], integrator=explicit)
+    np.testing.assert_allclose(np.ravel(solution["turn"])[-1], 40.0, atol=MACHINE)
+    np.testing.assert_allclose(solution["place"][-1], [0.05 * 40.0 / (2.0 * np.pi), 0.0, 0.0], atol=1e-10)
+
+
 def test_pendulum_with_high_amplitude():
     """Two periods of a pendulum that swings by 120 degrees, by elliptic functions."""
     model, angle = swing(np.radians(120.0))
