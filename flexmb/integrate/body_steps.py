@@ -77,7 +77,10 @@ def accepting(program, work, tree, s, h):
     nq = len(s.q)
     for k in range(len(s.pace)):
         s.pace[k] = (work.branches[k] - s.y[program.branches + k]) / h
-        s.K[0, program.branches + k] = s.pace[k]  # the same through all stages: branches have no error
+    s.y[:] = s.y1
+    s.K[0] = s.K[STAGES]
+    for k in range(len(s.pace)):  # the same through all stages: branches have no error
+        s.K[0, program.branches + k] = s.pace[k]
     keep_branches(program, work, s.y)
     if len(s.lam) == 0 or not _drifted(work, s):
         return

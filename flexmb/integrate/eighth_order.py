@@ -87,8 +87,6 @@ def _try(program, work, tree, s, h):
 def _accept(program, work, tree, s, h):
     """Make the end of a step the start of the next, on the constraints; return if its rates are numbers and settled."""
     s.times[0] += h
-    s.y[:] = s.y1
-    s.K[0] = s.K[STAGES]
     call_accepting(s.calls[1], program, work, tree, s, h)
     return s.counts[NUMBERS] == 1 and s.counts[SETTLED] == 1 and np.all(np.isfinite(s.K[0]))
 

@@ -33,7 +33,7 @@ STEPS = tuple_type(Steps, FLOATS, FLOATS, (FLOATS, 2), *[FLOATS] * 6, (FLOATS, 2
 RATES = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER, COUNT)
 """(.., t, stage): write the rates of y1 at time t to K[stage]; the first and last are those of ends of steps."""
 ACCEPTING = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER)
-"""(.., h): put the end of a step of size h, which is y with its rates in K[0], back on the constraints."""
+"""(.., h): make y1 and K[-1], the end of a step of size h, the start y and K[0] of the next, on the constraints."""
 
 call_rates = caller(RATES)
 call_accepting = caller(ACCEPTING)

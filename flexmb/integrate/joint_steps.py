@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from flexmb.integrate.explicit_steps import ACCEPTING, NUMBERS, PROJECTIONS, RATES, SETTLED, call_rates
+from flexmb.integrate.explicit_steps import (
+    ACCEPTING,
+    NUMBERS,
+    PROJECTIONS,
+    RATES,
+    SETTLED,
+    STAGES,
+    call_rates,
+)
 from flexmb.math.tables import pointer_kernel
 from flexmb.tree.link_motion import close_links, link_rates, loops_are_open
 from flexmb.tree.settle import coordinate_rates, unit_length
@@ -27,6 +35,8 @@ def rates(program, work, tree, s, t, stage):
 def accepting(program, work, tree, s, h):
     """Close the loops at the end of a step, if they have come open, and follow the turns that are counted."""
     chart, nx = tree.chart, len(tree.x)
+    s.y[:] = s.y1
+    s.K[0] = s.K[STAGES]
     for k in range(len(chart.branches)):
         chart.pace[k] = (work.branches[k] - chart.branches[k]) / h
         chart.branches[k] = work.branches[k]

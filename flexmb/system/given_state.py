@@ -11,17 +11,18 @@ from flexmb.errors import ModelError
 __all__ = ["given_state"]
 
 
-def given_state(given: Any, system, asker: str):
+def given_state(given: Any, system, asker: str, *, reactions: bool = True):
     """Return the State of an Instant, or of the last sample of a Solution; ModelError unless it fits the system.
 
-    It may come from the same model with other sensors: those have only branches, which stand last in q.
+    It may come from the same model with other sensors: those have only branches, which stand last in q. Without its
+    `reactions`, also from one with other joints between the same bodies.
     """
     given = getattr(given, "final", given)
     if not all(hasattr(given, name) for name in ("t", "q", "u")):
         raise ModelError(asker, found=f"a state of the class {type(given).__name__}",
                          expected="a Solution or an Instant of one",
                          remedy="Give the result of statics or simulate, or its .final")
-    a, lam = getattr(given, "a", None), getattr(given, "lam", None)
+    a, lam = getattr(given, "a", None), getattr(given, "lam", None) if reactions else None
     sizes = [np.size(given.q), np.size(given.u), system.ng if lam is None else np.size(lam)]
     if sizes[0] < system.program.branches or sizes[1:] != [system.nu, system.ng]:
         raise ModelError(

@@ -163,7 +163,7 @@ class JointTree:
         ModelError
             If the state is that of another model.
         """
-        return self.read(given_state(state, self.system, "JointTree"), self.work)
+        return self.read(given_state(state, self.system, "JointTree", reactions=False), self.work)
 
     def read(self, own: State, work: Work) -> RelativeState:
         """Return the relative coordinates of a state of the tree's system; the workspace is written."""
