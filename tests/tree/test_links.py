@@ -136,3 +136,10 @@ def test_many_four_bars_pass_the_line_of_all_bars(tolerance):
     solution = fmb.simulate(mechanisms.four_bars(40), 1.5, samples=[0.0, 1.5],
                             integrator=fmb.Explicit(rtol=tolerance, atol=0.1 * tolerance, formulation=fmb.Recursive()))
     np.testing.assert_allclose(solution["B0"][-1], mechanisms.four_bar_places(40, 1.5)[41], atol=20.0 * tolerance)
+
+
+def test_forward_and_inverse_dynamics_are_inverse(rng):
+    """Forces on the rates of every joint, balls and free bodies among them, come back from the motion that they give."""
+    tree = fmb.JointTree(deep(rng))
+    q, v, tau = tree.start.q, *rng.normal(size=(2, len(tree.rate_names)))
+    np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-10)
