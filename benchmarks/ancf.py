@@ -1,10 +1,10 @@
 """A falling, very flexible pendulum of 20, 100 and 500 cable elements (case AN05), beside Exudyn's ANCFCable.
 
-Both programs use the same elements (engineering strain, no damping) and the generalized-alpha method with the same spectral
-radius. Error is the distance of the tip at the end from that of a run with a sixteenth of the smallest step, on the same
-elements; time is CPU time of the integration alone, the median of three runs after one that compiles kernels. The peer runs
-with its default tolerances of Newton's method and with a looser one (1e-6 instead of 1e-8) that costs it no accuracy; both
-with its sparse solver and its modified Newton iteration, which are its fastest. Run with
+Both programs use the same elements (engineering strain, no damping) and the generalized-alpha method with the same
+spectral radius. Error is the distance of the tip at the end from that of a run with a sixteenth of the smallest step,
+on the same elements; time is CPU time of the integration alone, the median of three runs after one that compiles
+kernels. The peer runs with its default tolerances of Newton's method and with a looser one (1e-6 instead of 1e-8) that
+costs it no accuracy; both with its sparse solver and its modified Newton iteration, which are its fastest. Run with
 ``python benchmarks/ancf.py [--plot out.png] [elements ...]``.
 """
 
@@ -30,11 +30,18 @@ class Ours:
     """The pendulum in this package, assembled once."""
 
     def __init__(self, elements: int):
-        rope = fmb.AncfCable("rope", points=((0, 0, 0), (LENGTH, 0, 0)), elements=elements,
-                             section=fem.Section.values(AREA, INERTIA, INERTIA, 2 * INERTIA),
-                             material=fmb.Material(young=YOUNG, poisson=0.3, density=DENSITY))
-        model = fmb.Model(bodies=(fmb.Ground(), rope), gravity=(0, -9.81, 0),
-                          joints=(fmb.Spherical("pin", markers=("ground.origin", "rope.start")),))
+        rope = fmb.AncfCable(
+            "rope",
+            points=((0, 0, 0), (LENGTH, 0, 0)),
+            elements=elements,
+            section=fem.Section.values(AREA, INERTIA, INERTIA, 2 * INERTIA),
+            material=fmb.Material(young=YOUNG, poisson=0.3, density=DENSITY),
+        )
+        model = fmb.Model(
+            bodies=(fmb.Ground(), rope),
+            gravity=(0, -9.81, 0),
+            joints=(fmb.Spherical("pin", markers=("ground.origin", "rope.start")),),
+        )
         began = time.process_time()
         self.system, self.start = assemble(model)
         self.preparation = time.process_time() - began
@@ -63,11 +70,21 @@ class Peer:
         warnings.simplefilter("ignore", DeprecationWarning)
         self.exu, self.container = exu, exu.SystemContainer()
         self.system = self.container.AddSystem()
-        template = Cable(physicsMassPerLength=DENSITY * AREA, physicsBendingStiffness=YOUNG * INERTIA,
-                         physicsAxialStiffness=YOUNG * AREA)
+        template = Cable(
+            physicsMassPerLength=DENSITY * AREA,
+            physicsBendingStiffness=YOUNG * INERTIA,
+            physicsAxialStiffness=YOUNG * AREA,
+        )
         self.nodes = GenerateStraightLineANCFCable(
-            self.system, [0, 0, 0], [LENGTH, 0, 0], elements, template, massProportionalLoad=[0, -9.81, 0],
-            fixedConstraintsNode0=[1, 1, 1, 0, 0, 0], fixedConstraintsNode1=[0] * 6)[0]
+            self.system,
+            [0, 0, 0],
+            [LENGTH, 0, 0],
+            elements,
+            template,
+            massProportionalLoad=[0, -9.81, 0],
+            fixedConstraintsNode0=[1, 1, 1, 0, 0, 0],
+            fixedConstraintsNode1=[0] * 6,
+        )[0]
         self.system.Assemble()
         self.initial = self.system.systemData.GetSystemState(exu.ConfigurationType.Initial)
 
@@ -114,8 +131,11 @@ def compare(elements: int) -> dict:
             return
         seconds, tip, counts = result
         curves.setdefault(name, []).append((float(np.linalg.norm(tip - reference)), seconds))
-        print(f"  {name:22s} {label:>8}: {curves[name][-1][0]:.2e} m {1e3 * seconds:8.1f} ms  "
-              f"{counts['iterations']} iterations, {counts['factorisations']} matrices", flush=True)
+        print(
+            f"  {name:22s} {label:>8}: {curves[name][-1][0]:.2e} m {1e3 * seconds:8.1f} ms  "
+            f"{counts['iterations']} iterations, {counts['factorisations']} matrices",
+            flush=True,
+        )
 
     print(f"{elements} elements, prepared in {1e3 * ours.preparation:.0f} ms")
     for steps in STEPS:
@@ -133,8 +153,13 @@ def compare(elements: int) -> dict:
     for error in ERRORS:
         mine = np.nanmin([seconds_at(curves[name], error) for name in curves if name.startswith("ours")])
         times = [seconds_at(curves[name], error) / mine for name in curves if name.startswith("Exudyn")]
-        print(f"  {error:.0e} m: {1e3 * mine:.1f} ms, times faster than " + ", ".join(
-            f"{name} {ratio:.1f}" for name, ratio in zip([n for n in curves if n.startswith("Exudyn")], times)), flush=True)
+        print(
+            f"  {error:.0e} m: {1e3 * mine:.1f} ms, times faster than "
+            + ", ".join(
+                f"{name} {ratio:.1f}" for name, ratio in zip([n for n in curves if n.startswith("Exudyn")], times)
+            ),
+            flush=True,
+        )
     return curves
 
 

@@ -1,7 +1,7 @@
 """A model of rigid bodies, built in Exudyn from its description here: the peer of `benchmarks/mechanisms.py`.
 
-Mechanisms in the plane x-y are built of the peer's planar bodies and joints (three coordinates per body, two equations per
-hinge, none redundant), all others of its spatial bodies. What is not needed by the benchmarks is refused.
+Mechanisms in the plane x-y are built of the peer's planar bodies and joints (three coordinates per body, two equations
+per hinge, none redundant), all others of its spatial bodies. What is not needed by the benchmarks is refused.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Peer:
     planar : bool
         Build it of planar bodies.
     free : dict of joint name to (6,)
-        Which of x, y, z and the rotations about them are forbidden, in the axes of the first marker, for joints of which
-        an equation depends on others.
+        Which of x, y, z and the rotations about them are forbidden, in the axes of the first marker, for joints of
+        which an equation depends on others.
     node : str
         Kind of spatial nodes: "RotationEulerParameters", "RotationRotationVector" (on the Lie group).
     """
@@ -39,7 +39,13 @@ class Peer:
         import exudyn as exu
         import exudyn.itemInterface as items
 
-        self.exu, self.items, self.model, self.planar, self.node = exu, items, model, planar, getattr(exu.NodeType, node)
+        self.exu, self.items, self.model, self.planar, self.node = (
+            exu,
+            items,
+            model,
+            planar,
+            getattr(exu.NodeType, node),
+        )
         self.container = exu.SystemContainer()
         self.system = self.container.AddSystem()
         self.ground = self.system.AddObject(items.ObjectGround())
@@ -60,10 +66,16 @@ class Peer:
         self.origins.append((R, c))
         if self.planar:
             angle = float(np.arctan2(R[1, 0], R[0, 0]))
-            node = self.system.AddNode(items.NodeRigidBody2D(
-                referenceCoordinates=[*center[:2], angle], initialVelocities=[*velocity[:2], omega[2]]))
-            number = self.system.AddObject(items.ObjectRigidBody2D(
-                nodeNumber=node, physicsMass=body.mass, physicsInertia=float(np.asarray(body.inertia)[2, 2])))
+            node = self.system.AddNode(
+                items.NodeRigidBody2D(
+                    referenceCoordinates=[*center[:2], angle], initialVelocities=[*velocity[:2], omega[2]]
+                )
+            )
+            number = self.system.AddObject(
+                items.ObjectRigidBody2D(
+                    nodeNumber=node, physicsMass=body.mass, physicsInertia=float(np.asarray(body.inertia)[2, 2])
+                )
+            )
             marker = self.system.AddMarker(items.MarkerBodyMass(bodyNumber=number))
             self.system.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=list(self.model.gravity)))
         else:
@@ -71,9 +83,15 @@ class Peer:
 
             inertia = RigidBodyInertia(mass=body.mass, inertiaTensor=np.asarray(body.inertia, float))
             made = self.system.CreateRigidBody(
-                inertia=inertia, nodeType=self.node, referencePosition=list(center), referenceRotationMatrix=R,
-                initialVelocity=list(velocity), initialAngularVelocity=list(omega), gravity=list(self.model.gravity),
-                returnDict=True)
+                inertia=inertia,
+                nodeType=self.node,
+                referencePosition=list(center),
+                referenceRotationMatrix=R,
+                initialVelocity=list(velocity),
+                initialAngularVelocity=list(omega),
+                gravity=list(self.model.gravity),
+                returnDict=True,
+            )
             node, number = made["nodeNumber"], made["bodyNumber"]
         self.nodes.append(node)
         self.bodies[body.name] = number
@@ -96,17 +114,27 @@ class Peer:
         elif isinstance(joint, fmb.Spherical):
             self.system.AddObject(items.ObjectJointSpherical(markerNumbers=markers))
         else:
-            self.system.AddObject(items.ObjectJointGeneric(
-                markerNumbers=markers, constrainedAxes=axes or [1, 1, 1, 1, 1, 0],
-                rotationMarker0=places[0][2], rotationMarker1=places[1][2]))
+            self.system.AddObject(
+                items.ObjectJointGeneric(
+                    markerNumbers=markers,
+                    constrainedAxes=axes or [1, 1, 1, 1, 1, 0],
+                    rotationMarker0=places[0][2],
+                    rotationMarker1=places[1][2],
+                )
+            )
 
     def _force(self, force) -> None:
         items = self.items
         if isinstance(force, fmb.SpringDamper):
-            markers = [self.system.AddMarker(items.MarkerBodyPosition(bodyNumber=number, localPosition=list(at)))
-                       for number, at, _ in map(self._place, force.markers)]
-            self.system.AddObject(items.ObjectConnectorSpringDamper(
-                markerNumbers=markers, stiffness=force.stiffness, referenceLength=force.length))
+            markers = [
+                self.system.AddMarker(items.MarkerBodyPosition(bodyNumber=number, localPosition=list(at)))
+                for number, at, _ in map(self._place, force.markers)
+            ]
+            self.system.AddObject(
+                items.ObjectConnectorSpringDamper(
+                    markerNumbers=markers, stiffness=force.stiffness, referenceLength=force.length
+                )
+            )
         else:
             number, at, _ = self._place(force.marker)
             marker = self.system.AddMarker(items.MarkerBodyRigid(bodyNumber=number, localPosition=list(at)))
@@ -119,7 +147,9 @@ class Peer:
         for node, (R0, c) in zip(self.nodes, self.origins, strict=True):
             center = np.array(self.system.GetNodeOutput(node, kinds.Position))
             if self.planar:
-                angle = float(np.ravel(self.system.GetNodeOutput(node, kinds.Coordinates))[2]) + np.arctan2(R0[1, 0], R0[0, 0])
+                angle = float(np.ravel(self.system.GetNodeOutput(node, kinds.Coordinates))[2]) + np.arctan2(
+                    R0[1, 0], R0[0, 0]
+                )
                 R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
             else:
                 R = np.array(self.system.GetNodeOutput(node, kinds.RotationMatrix)).reshape(3, 3)
@@ -127,7 +157,9 @@ class Peer:
         return np.array(out)
 
     def run(self, t_end: float, steps: int, modified: bool, dense: bool) -> float:
-        """Integrate by generalized-alpha with fixed steps and return the CPU seconds of the solver (nan if it fails)."""
+        """Integrate by generalized-alpha with fixed steps and return the CPU seconds of the solver (nan if
+        it fails).
+        """
         import time
 
         exu = self.exu

@@ -50,8 +50,9 @@ def beam(grid: str):
 @cache
 def reduced(grid: str, modes: int):
     """Return the reduced beam with `modes` shapes: fixed-interface modes and 6 of the two interfaces."""
-    return reduction.reduce(beam(grid), {"start": "start", "end": "end"}, modes - 6, geometric_stiffness=True,
-                            stress=False, compare=0)
+    return reduction.reduce(
+        beam(grid), {"start": "start", "end": "end"}, modes - 6, geometric_stiffness=True, stress=False, compare=0
+    )
 
 
 def run_flexmb(case: str, data, stiffening: bool, steps: int = STEPS):
@@ -59,22 +60,29 @@ def run_flexmb(case: str, data, stiffening: bool, steps: int = STEPS):
     body = fmb.FloatingBody("beam", data=data, geometric_stiffness=stiffening, at=(CRANK * (case == "crank"), 0, 0))
     tip = fmb.Position("tip", marker="beam.end")
     if case == "pendulum":
-        model = fmb.Model(bodies=[fmb.Ground(), body], gravity=(0, -9.81, 0), sensors=[tip],
-                          joints=[fmb.Revolute("hinge", markers=("ground.origin", "beam.start"))])
+        model = fmb.Model(
+            bodies=[fmb.Ground(), body],
+            gravity=(0, -9.81, 0),
+            sensors=[tip],
+            joints=[fmb.Revolute("hinge", markers=("ground.origin", "beam.start"))],
+        )
     else:
         crank = fmb.RigidBody("crank", mass=CRANK_MASS, inertia=CRANK_INERTIA, markers={"pin": (CRANK, 0, 0)})
         slider = fmb.RigidBody("slider", mass=SLIDER_MASS, inertia=(0.01, 0.01, 0.01), at=(CRANK + LENGTH, 0, 0))
         along = fmb.Pose.axes(z=(1, 0, 0))
         model = fmb.Model(
             bodies=[fmb.Ground(markers={"guide": along}), crank, body, slider.replaced(markers={"guide": along})],
-            joints=[fmb.Revolute("O", markers=("ground.origin", "crank.center")),
-                    fmb.Revolute("A", markers=("crank.pin", "beam.start")),
-                    fmb.Spherical("B", markers=("beam.end", "slider.center")),
-                    fmb.Prismatic("C", markers=("ground.guide", "slider.guide"))],
-            forces=[fmb.PointLoad("torque", marker="crank.center", moment=(0, 0, TORQUE))], sensors=[tip])
+            joints=[
+                fmb.Revolute("O", markers=("ground.origin", "crank.center")),
+                fmb.Revolute("A", markers=("crank.pin", "beam.start")),
+                fmb.Spherical("B", markers=("beam.end", "slider.center")),
+                fmb.Prismatic("C", markers=("ground.guide", "slider.guide")),
+            ],
+            forces=[fmb.PointLoad("torque", marker="crank.center", moment=(0, 0, TORQUE))],
+            sensors=[tip],
+        )
     begin = time.process_time()
-    solution = fmb.simulate(model, steps * STEP, samples=2,
-                            integrator=fmb.GeneralizedAlpha(rho_inf=RADIUS, step=STEP))
+    solution = fmb.simulate(model, steps * STEP, samples=2, integrator=fmb.GeneralizedAlpha(rho_inf=RADIUS, step=STEP))
     return time.process_time() - begin, solution["tip"][-1]
 
 
@@ -91,13 +99,20 @@ def exudyn_system(case: str, grid: str, data):
     interface.modeBasis = {"matrix": data.shapes.reshape(-1, data.n_modes), "type": "HCBmodes"}
     system = exu.SystemContainer().AddSystem()
     body = ObjectFFRFreducedOrderInterface(interface).AddObjectFFRFreducedOrder(
-        system, positionRef=[CRANK * (case == "crank"), 0, 0],
-        gravity=[0, -9.81, 0] if case == "pendulum" else [0, 0, 0])["oFFRFreducedOrder"]
+        system,
+        positionRef=[CRANK * (case == "crank"), 0, 0],
+        gravity=[0, -9.81, 0] if case == "pendulum" else [0, 0, 0],
+    )["oFFRFreducedOrder"]
     markers = []
     for name in ("start", "end"):
         nodes = fe.node_sets[name]
-        markers.append(system.AddMarker(items.MarkerSuperElementRigid(
-            bodyNumber=body, meshNodeNumbers=list(nodes), weightingFactors=[1.0 / len(nodes)] * len(nodes))))
+        markers.append(
+            system.AddMarker(
+                items.MarkerSuperElementRigid(
+                    bodyNumber=body, meshNodeNumbers=list(nodes), weightingFactors=[1.0 / len(nodes)] * len(nodes)
+                )
+            )
+        )
     ground = system.AddObject(items.ObjectGround())
     origin = system.AddMarker(items.MarkerBodyRigid(bodyNumber=ground))
 
@@ -107,13 +122,18 @@ def exudyn_system(case: str, grid: str, data):
     if case == "pendulum":
         joint(origin, markers[0], [1, 1, 1, 1, 1, 0])
     else:
+
         def rigid(mass, inertia, at):
             number = system.CreateRigidBody(
                 inertia=exu.rigidBodyUtilities.RigidBodyInertia(mass=mass, inertiaTensor=np.diag(inertia)),
-                referencePosition=at)
+                referencePosition=at,
+            )
             return lambda place: system.AddMarker(items.MarkerBodyRigid(bodyNumber=number, localPosition=place))
 
-        crank, slider = rigid(CRANK_MASS, CRANK_INERTIA, [0, 0, 0]), rigid(SLIDER_MASS, (0.01,) * 3, [CRANK + LENGTH, 0, 0])
+        crank, slider = (
+            rigid(CRANK_MASS, CRANK_INERTIA, [0, 0, 0]),
+            rigid(SLIDER_MASS, (0.01,) * 3, [CRANK + LENGTH, 0, 0]),
+        )
         center, sliding = crank([0, 0, 0]), slider([0, 0, 0])
         joint(origin, center, [1, 1, 1, 1, 1, 0])
         joint(crank([CRANK, 0, 0]), markers[0], [1, 1, 1, 1, 1, 0])
@@ -139,13 +159,17 @@ def run_exudyn(case: str, grid: str, data, solver: str, steps: int = STEPS):
     begin = time.process_time()
     solved = exu.MainSolverImplicitSecondOrder().SolveSystem(system, settings)
     seconds = time.process_time() - begin
-    return seconds, np.array(system.GetMarkerOutput(tip, exu.OutputVariableType.Position)) if solved else np.full(3, np.nan)
+    return seconds, np.array(system.GetMarkerOutput(tip, exu.OutputVariableType.Position)) if solved else np.full(
+        3, np.nan
+    )
 
 
 def peer_solver(case: str, grid: str, data) -> str | None:
     """Return the linear solver with which the peer is fastest; None if it is not installed."""
     try:
-        seconds = {name: run_exudyn(case, grid, data, name, SHORT)[0] for name in ("EigenDense", "EXUdense", "EigenSparse")}
+        seconds = {
+            name: run_exudyn(case, grid, data, name, SHORT)[0] for name in ("EigenDense", "EXUdense", "EigenSparse")
+        }
     except ImportError:
         return None
     return min(seconds, key=lambda name: seconds[name])

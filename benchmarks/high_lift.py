@@ -1,7 +1,7 @@
 """One second of extension of the trailing edge, rigid and with elastic flaps and tracks; goal: elastic within 30 s.
 
-Processor time of the second of two runs, after one that compiles kernels; it contains the search for the equilibrium at the
-start. There is no peer: the accuracy is that of the model files, rtol 1e-6 rigid and 1e-5 elastic. Run with
+Processor time of the second of two runs, after one that compiles kernels; it contains the search for the equilibrium at
+the start. There is no peer: the accuracy is that of the model files, rtol 1e-6 rigid and 1e-5 elastic. Run with
 ``python examples/highlift/make_bodies.py`` once, then ``python benchmarks/high_lift.py``.
 """
 
@@ -30,6 +30,11 @@ if __name__ == "__main__":
         seconds, solution = run(rigid)
         report = fmb.check(solution.model)
         steps, iterations = (solution.statistics[name] for name in ("steps", "iterations"))
-        print(f"{'rigid' if rigid else 'elastic'}: {seconds:.2f} s of processor time, {steps} steps, {iterations} iterations")
-        print(f"  {len(solution.model.bodies)} bodies, mobility {report.mobility}, loop closure "
-              f"{solution['loop closure'].max():.1e}")  # fmt: skip
+        print(
+            f"{'rigid' if rigid else 'elastic'}: {seconds:.2f} s of processor time, {steps} steps, "
+            f"{iterations} iterations"
+        )
+        print(
+            f"  {len(solution.model.bodies)} bodies, mobility {report.mobility}, loop closure "
+            f"{solution['loop closure'].max():.1e}"
+        )

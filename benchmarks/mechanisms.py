@@ -5,11 +5,12 @@
     python benchmarks/mechanisms.py --cases chain         # those whose name contains a word
     python benchmarks/mechanisms.py --json out.json --plot out.png
 
-Cases: the Andrews mechanism, Bricard's mechanism, N four-bar linkages in a row, and a chain of N links on ball joints that
-falls from a helix. The error is the largest distance of a body from its place in the reference at the end: the closed
-equation of one freedom for the four-bars, else DOP853 at tolerances of 1e-11. The time is CPU time of the integration on one
-thread, the median of some runs, without preparation of the model and without compilation. The peer gets planar bodies for
-planar mechanisms, joints without redundant equations, and the fastest of its linear solvers, Newton variants and nodes.
+Cases: the Andrews mechanism, Bricard's mechanism, N four-bar linkages in a row, and a chain of N links on ball joints
+that falls from a helix. The error is the largest distance of a body from its place in the reference at the end: the
+closed equation of one freedom for the four-bars, else DOP853 at tolerances of 1e-11. The time is CPU time of the
+integration on one thread, the median of some runs, without preparation of the model and without compilation. The peer
+gets planar bodies for planar mechanisms, joints without redundant equations, and the fastest of its linear solvers,
+Newton variants and nodes.
 """
 
 from __future__ import annotations
@@ -50,8 +51,17 @@ def chain(n: int) -> fmb.Model:
     y = np.cross([0.0, 0.0, 1.0], x)
     y /= np.linalg.norm(y, axis=1)[:, None]
     R, ends = np.stack([x, y, np.cross(x, y)], axis=2), 0.1 * np.cumsum(x, axis=0)
-    links = [fmb.RigidBody(f"l{i}", mass=0.1, inertia=(5e-6, 8.6e-5, 8.6e-5), at=ends[i] - 0.05 * x[i], rotation=R[i],
-                           markers={"start": (-0.05, 0, 0), "end": (0.05, 0, 0)}) for i in range(n)]
+    links = [
+        fmb.RigidBody(
+            f"l{i}",
+            mass=0.1,
+            inertia=(5e-6, 8.6e-5, 8.6e-5),
+            at=ends[i] - 0.05 * x[i],
+            rotation=R[i],
+            markers={"start": (-0.05, 0, 0), "end": (0.05, 0, 0)},
+        )
+        for i in range(n)
+    ]
     names = ["ground.origin"] + [f"l{i}.end" for i in range(n)]
     joints = [fmb.Spherical(f"j{i}", markers=(names[i], f"l{i}.start")) for i in range(n)]
     return fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), *links], joints=joints)
@@ -82,15 +92,36 @@ def cases(quick: bool) -> list[Case]:
     """Return the cases."""
     tolerances = (1e-3, 1e-5, 1e-7, 1e-9)
     fine = (250, 1000, 4000)
-    made = [Case("Andrews", mechanisms.andrews(case_data("RB03")), 0.03, (500, 2000, 8000), tolerances, planar=True),
-            Case("Bricard", mechanisms.bricard(case_data("RB04")), 5.0, fine, tolerances, free={"j5": [1, 1, 1, 1, 0, 0]})]
+    made = [
+        Case("Andrews", mechanisms.andrews(case_data("RB03")), 0.03, (500, 2000, 8000), tolerances, planar=True),
+        Case("Bricard", mechanisms.bricard(case_data("RB04")), 5.0, fine, tolerances, free={"j5": [1, 1, 1, 1, 0, 0]}),
+    ]
     for n in (10, 40) if quick else (10, 40, 400):
-        made.append(Case(f"four-bars {n}", mechanisms.four_bars(n), 1.5, (60, 250, 1000) if n > 10 else (60, 250, 1000, 4000),
-                         tolerances, mechanisms.four_bar_places(n, 1.5), planar=True, repeats=1 if n > 40 else 3,
-                         explicit=(1e-3, 1e-5) if n > 10 else (), ida=n < 400))  # tighter ones step onto the singular position
+        made.append(
+            Case(
+                f"four-bars {n}",
+                mechanisms.four_bars(n),
+                1.5,
+                (60, 250, 1000) if n > 10 else (60, 250, 1000, 4000),
+                tolerances,
+                mechanisms.four_bar_places(n, 1.5),
+                planar=True,
+                repeats=1 if n > 40 else 3,
+                explicit=(1e-3, 1e-5) if n > 10 else (),
+                ida=n < 400,
+            )
+        )  # tighter ones step onto the singular position
     for n in (10, 100) if quick else (10, 100, 1000):
-        made.append(Case(f"chain {n}", chain(n), 0.5, (100, 400, 1600) if n < 1000 else (400, 1000),
-                         (1e-3, 1e-5, 1e-7), repeats=3 if n < 1000 else 1))
+        made.append(
+            Case(
+                f"chain {n}",
+                chain(n),
+                0.5,
+                (100, 400, 1600) if n < 1000 else (400, 1000),
+                (1e-3, 1e-5, 1e-7),
+                repeats=3 if n < 1000 else 1,
+            )
+        )
     return made
 
 
@@ -121,12 +152,15 @@ class Ours:
 def our_curves(case: Case, ours: Ours, reference: np.ndarray) -> dict[str, list[dict]]:
     """Return the points of every integrator."""
     alpha = "generalized-alpha"
-    settings = {f"{alpha}, fixed": [fmb.GeneralizedAlpha(step=case.t_end / n) for n in case.steps],
-                f"{alpha}, adaptive": [fmb.GeneralizedAlpha(rtol=tol) for tol in case.tolerances],
-                "IDA": [fmb.IDA(rtol=tol, atol=0.1 * tol) for tol in case.tolerances if case.ida],
-                "DOP853": [fmb.Explicit(rtol=tol, atol=0.1 * tol) for tol in case.explicit or case.tolerances],
-                "DOP853, joint coordinates": [fmb.Explicit(rtol=tol, atol=0.1 * tol, formulation=fmb.Recursive())
-                                              for tol in case.joints]}
+    settings = {
+        f"{alpha}, fixed": [fmb.GeneralizedAlpha(step=case.t_end / n) for n in case.steps],
+        f"{alpha}, adaptive": [fmb.GeneralizedAlpha(rtol=tol) for tol in case.tolerances],
+        "IDA": [fmb.IDA(rtol=tol, atol=0.1 * tol) for tol in case.tolerances if case.ida],
+        "DOP853": [fmb.Explicit(rtol=tol, atol=0.1 * tol) for tol in case.explicit or case.tolerances],
+        "DOP853, joint coordinates": [
+            fmb.Explicit(rtol=tol, atol=0.1 * tol, formulation=fmb.Recursive()) for tol in case.joints
+        ],
+    }
     curves: dict[str, list[dict]] = {}
     for name, integrators in settings.items():
         points = curves[name] = []
@@ -145,11 +179,16 @@ def peer_curve(case: Case, reference: np.ndarray) -> list[dict]:
     kinds = ["RotationEulerParameters"] if case.planar else ["RotationEulerParameters", "RotationRotationVector"]
     peers = {node: Peer(case.model, case.planar, case.free, node) for node in kinds}
     size = len(case.model.bodies)  # dense matrices, and new ones in every iteration, only pay in small models
-    options = [(node, modified, dense) for node in kinds for modified in ((True, False) if size < 500 else (True,))
-               for dense in ((False,) if size > 60 else (False, True))]
+    options = [
+        (node, modified, dense)
+        for node in kinds
+        for modified in ((True, False) if size < 500 else (True,))
+        for dense in ((False,) if size > 60 else (False, True))
+    ]
     share = 0.1 if size > 500 else 1.0
-    probe = {option: peers[option[0]].run(share * case.t_end, int(share * case.steps[0]), *option[1:])
-             for option in options}
+    probe = {
+        option: peers[option[0]].run(share * case.t_end, int(share * case.steps[0]), *option[1:]) for option in options
+    }
     working = {option: seconds for option, seconds in probe.items() if np.isfinite(seconds)}
     if not working:
         return []
@@ -159,13 +198,23 @@ def peer_curve(case: Case, reference: np.ndarray) -> list[dict]:
         spent = [peers[node].run(case.t_end, steps, modified, dense) for _ in range(case.repeats)]
         if np.isfinite(spent[0]):
             error = float(np.abs(peers[node].positions() - reference).max())
-            points.append({"error": error, "seconds": float(np.median(spent)), "steps": steps, "node": node,
-                           "modified Newton": modified, "dense": dense})
+            points.append(
+                {
+                    "error": error,
+                    "seconds": float(np.median(spent)),
+                    "steps": steps,
+                    "node": node,
+                    "modified Newton": modified,
+                    "dense": dense,
+                }
+            )
     return points
 
 
 def seconds_at(points: list[dict], error: float) -> float:
-    """Return the least time for an error: that of a point that is better, or interpolated; infinite if none reaches it."""
+    """Return the least time for an error: that of a point that is better, or interpolated;
+    infinite if none reaches it.
+    """
     pairs = sorted((p["error"], p["seconds"]) for p in points if p["error"] > 0.0)
     if not pairs or pairs[0][0] > error:
         return float("inf")
@@ -194,7 +243,8 @@ def ratios(curves: dict[str, list[dict]], peer: list[dict]) -> dict[str, float]:
         inside = wanted >= min(errors)
         if np.isfinite(mine) and 1e-3 * min(errors) <= wanted <= max(errors):
             found[f"{'' if inside else '~'}1e{exponent}"] = (
-                seconds_at(peer, wanted) if inside else of_order_two(peer, wanted)) / mine
+                seconds_at(peer, wanted) if inside else of_order_two(peer, wanted)
+            ) / mine
     return found
 
 
@@ -211,8 +261,14 @@ def compare(case: Case, with_peer: bool) -> dict:
     bodies = len(case.model.bodies) - 1
     fixed = curves["generalized-alpha, fixed"][-1]  # the finest steps converge in every case
     per = 1e6 * fixed["seconds"] / fixed["iterations"] / bodies
-    result = {"case": case.name, "bodies": bodies, "us per body and iteration": per, "ours": curves, "peer": peer,
-              "ratio": ratios(curves, peer)}
+    result = {
+        "case": case.name,
+        "bodies": bodies,
+        "us per body and iteration": per,
+        "ours": curves,
+        "peer": peer,
+        "ratio": ratios(curves, peer),
+    }
     report(result)
     return result
 
@@ -223,8 +279,10 @@ def report(result: dict) -> None:
     for name, points in [*result["ours"].items(), ("Exudyn", result["peer"])]:
         row = "  ".join(f"{p['error']:.1e} m {1e3 * p['seconds']:.1f} ms" for p in points)
         print(f"  {name:28s} {row}")
-    print("  faster than the peer at equal error: " + ", ".join(f"{k} m: {v:.1f}" for k, v in result["ratio"].items()),
-          flush=True)
+    print(
+        "  faster than the peer at equal error: " + ", ".join(f"{k} m: {v:.1f}" for k, v in result["ratio"].items()),
+        flush=True,
+    )
 
 
 def seconds_and_errors(points: list[dict]) -> tuple[list[float], list[float]]:
@@ -256,7 +314,9 @@ def plot(results: list[dict], path: Path) -> None:
         axis.set_ylabel("error, m")
     for axis in axes.flat[len(results) :]:
         axis.set_axis_off()
-    shown = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    shown = {
+        label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
+    }
     figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=5, fontsize=9)
     figure.savefig(path, dpi=110)
 

@@ -53,9 +53,7 @@ def model(n):
         "patch": (z > 1 - 1e-9) & (np.abs(x - 1) < 0.26) & (np.abs(y - 0.5) < 0.26),
     }
     named = {name: np.flatnonzero(mask) for name, mask in sets.items()}
-    return fem.solid(
-        fem.Mesh(points=points, cells=(("tetra10", cells),), node_sets=named), MATERIALS["steel"]
-    )
+    return fem.solid(fem.Mesh(points=points, cells=(("tetra10", cells),), node_sets=named), MATERIALS["steel"])
 
 
 class Stages:
@@ -67,9 +65,7 @@ class Stages:
     def __call__(self, stage, fraction=0.0):
         now = time.process_time()
         if self._stage is not None:
-            self.rows.append(
-                (self._stage, now - self._since, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)
-            )
+            self.rows.append((self._stage, now - self._since, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6))
         self._stage, self._since = stage, now
 
 

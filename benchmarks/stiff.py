@@ -2,10 +2,11 @@
 
     python benchmarks/stiff.py
 
-Two steel beams of 1 m that fall on hinges (modes up to 3 kHz, little damping, 0.2 s); four rods of 1 m, the first on a free
-hinge, the others on hinges with 1e5 N m/rad and 200 N m s/rad (overdamped, 1 s); a rod on a hinge with a bead held to it
-by damped springs of 1e6 and 1e5 N/m (1 s). The error is that of the end's place against `Implicit(rtol=1e-11)`; IDA with
-rtol=1e-10 comes to the same place within the number printed with the name. CPU time of one thread, kernels compiled.
+Two steel beams of 1 m that fall on hinges (modes up to 3 kHz, little damping, 0.2 s); four rods of 1 m, the first on a
+free hinge, the others on hinges with 1e5 N m/rad and 200 N m s/rad (overdamped, 1 s); a rod on a hinge with a bead held
+to it by damped springs of 1e6 and 1e5 N/m (1 s). The error is that of the end's place against `Implicit(rtol=1e-11)`;
+IDA with rtol=1e-10 comes to the same place within the number printed with the name. CPU time of one thread, kernels
+compiled.
 """
 
 from __future__ import annotations
@@ -50,10 +51,16 @@ def bead():
 
     rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.02)
     free = fmb.RigidBody.sphere("bead", radius=0.05, density=1000.0, at=(1.0, 0, 0))
-    forces = [fmb.SpringDamper("out", markers=("ground.origin", "bead.center"), stiffness=1e6, damping=20.0, length=1.0),
-              fmb.SpringDamper("along", markers=("rod.center", "bead.center"), stiffness=1e5, damping=20.0, length=0.5)]
+    forces = [
+        fmb.SpringDamper("out", markers=("ground.origin", "bead.center"), stiffness=1e6, damping=20.0, length=1.0),
+        fmb.SpringDamper("along", markers=("rod.center", "bead.center"), stiffness=1e5, damping=20.0, length=0.5),
+    ]
     joints = [fmb.Revolute("A", markers=("ground.origin", "rod.start"))]
-    return fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), rod, free], joints=joints, forces=forces), 1.0, "bead.center"
+    return (
+        fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), rod, free], joints=joints, forces=forces),
+        1.0,
+        "bead.center",
+    )
 
 
 def place(model, t_end: float, marker: str, integrator):

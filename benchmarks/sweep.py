@@ -1,8 +1,8 @@
 """A sweep of 100 variants of the flap station: one process beside two, start of the processes included.
 
 Wall time says how much faster two processes are, if nobody else uses the cores; to see through other load, the second
-line of each run says which share of the processes' time was spent on variants, and the CPU seconds they took in all: two
-processes are twice as fast if both shares are near 1 and the CPU seconds are equal. Run with
+line of each run says which share of the processes' time was spent on variants, and the CPU seconds they took in all:
+two processes are twice as fast if both shares are near 1 and the CPU seconds are equal. Run with
 ``python benchmarks/sweep.py [variants]``.
 """
 
@@ -41,7 +41,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         fe = fem.solid(fem.read_mesh(source / "lever_arm.msh"), fmb.MATERIALS["titanium"])
         bores = {"root": reduction.Averaging("bore_root"), "tip": reduction.Averaging("bore_tip")}
-        lever = reduction.reduce(fe, interfaces=bores, modes=12, geometric_stiffness=True).save(Path(scratch) / "lever.h5")
+        lever = reduction.reduce(fe, interfaces=bores, modes=12, geometric_stiffness=True).save(
+            Path(scratch) / "lever.h5"
+        )
         measured(source / "flap_station.toml", 2, lever, 1)  # kernels
         one, two = (measured(source / "flap_station.toml", variants, lever, jobs) for jobs in (1, 2))
         print(f"two processes are {one / two:.2f} times as fast as one: {50 * one / two:.0f} % of linear")

@@ -5,9 +5,10 @@
     python benchmarks/tree.py --exudyn --flexible 160 --plot tree.png
 
 Ours are an evaluation of `simulate(..., formulation=Recursive())`, for chains on hinges, on balls, and on hinges with
-springs; and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree). Pinocchio's is `aba`
-from Python; its data need so much memory that it runs to 300 bodies, on balls to 100. Exudyn's is a step of its explicit
-Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table is drawn as well.
+springs; and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree). Pinocchio's is
+`aba` from Python; its data need so much memory that it runs to 300 bodies, on balls to 100. Exudyn's is a step of its
+explicit Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table is
+drawn as well.
 """
 
 from __future__ import annotations
@@ -79,8 +80,12 @@ def flexible_tree(n: int, ribs: int = 16):
     fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.03), material=fmb.MATERIALS["aluminium"])
     data = reduction.reduce(fe, interfaces={"root": [0], "tip": [10]}, modes=3, geometric_stiffness=True)
     angles = 2 * np.pi * np.arange(ribs) / ribs
-    hub = fmb.RigidBody("hub", mass=100.0, inertia=(50, 50, 100),
-                        markers={f"m{k}": fmb.Pose((0, 0, 0), (0, 0, a)) for k, a in enumerate(angles)})
+    hub = fmb.RigidBody(
+        "hub",
+        mass=100.0,
+        inertia=(50, 50, 100),
+        markers={f"m{k}": fmb.Pose((0, 0, 0), (0, 0, a)) for k, a in enumerate(angles)},
+    )
     bodies, joints = [fmb.Ground(), hub], []
     for k, a in enumerate(angles):
         end = f"hub.m{k}"
@@ -123,8 +128,15 @@ def plot(path: str, rows: list[tuple]) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(6.4, 4.0))
-    names = ("Recursive.accelerate: with reactions", "Recursive as integrated: hinges", "as integrated: balls",
-             "as integrated: hinges with springs", "Pinocchio aba: hinges", "Pinocchio aba: balls", "Exudyn: kinematic tree")
+    names = (
+        "Recursive.accelerate: with reactions",
+        "Recursive as integrated: hinges",
+        "as integrated: balls",
+        "as integrated: hinges with springs",
+        "Pinocchio aba: hinges",
+        "Pinocchio aba: balls",
+        "Exudyn: kinematic tree",
+    )
     for k, (name, mark) in enumerate(zip(names, "os*Dv<^", strict=True), 1):
         points = [(row[0], row[k]) for row in rows if row[k] is not None]
         if points:
@@ -151,8 +163,14 @@ def exudyn_step(n: int) -> float:
 
     container = exu.SystemContainer()
     system = container.AddSystem()
-    node = system.AddNode(items.NodeGenericODE2(referenceCoordinates=[0.1] * n, initialCoordinates=[0.0] * n,
-                                                initialCoordinates_t=[0.2] * n, numberOfODE2Coordinates=n))
+    node = system.AddNode(
+        items.NodeGenericODE2(
+            referenceCoordinates=[0.1] * n,
+            initialCoordinates=[0.0] * n,
+            initialCoordinates_t=[0.2] * n,
+            numberOfODE2Coordinates=n,
+        )
+    )
     offsets, inertias = exu.Vector3DList(), exu.Matrix3DList()
     turns, coms = exu.Matrix3DList(), exu.Vector3DList()
     for k in range(n):
@@ -160,10 +178,19 @@ def exudyn_step(n: int) -> float:
         inertias.Append(np.diag([1e-3, 1 / 12, 1 / 12]))
         turns.Append(np.eye(3))
         coms.Append([0.5, 0, 0])
-    system.AddObject(items.ObjectKinematicTree(
-        nodeNumber=node, jointTypes=[exu.JointType.RevoluteZ] * n, linkParents=list(range(-1, n - 1)),
-        jointTransformations=turns, jointOffsets=offsets, linkInertiasCOM=inertias, linkCOMs=coms,
-        linkMasses=[1.0] * n, gravity=[0, -9.81, 0]))
+    system.AddObject(
+        items.ObjectKinematicTree(
+            nodeNumber=node,
+            jointTypes=[exu.JointType.RevoluteZ] * n,
+            linkParents=list(range(-1, n - 1)),
+            jointTransformations=turns,
+            jointOffsets=offsets,
+            linkInertiasCOM=inertias,
+            linkCOMs=coms,
+            linkMasses=[1.0] * n,
+            gravity=[0, -9.81, 0],
+        )
+    )
     system.Assemble()
     steps, settings = 4, exu.SimulationSettings()
     settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = steps, 1e-6 * steps
@@ -186,20 +213,28 @@ def main() -> None:
     peers: dict[int, list[float]] = {}
     if options.pinocchio:
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-        text = subprocess.run([options.pinocchio, "-c", PINOCCHIO, *(str(n) for n in options.bodies if n <= 300)],
-                              check=True, text=True, capture_output=True, env=environment).stdout
+        text = subprocess.run(
+            [options.pinocchio, "-c", PINOCCHIO, *(str(n) for n in options.bodies if n <= 300)],
+            check=True,
+            text=True,
+            capture_output=True,
+            env=environment,
+        ).stdout
         for n, micro in (line.split() for line in text.splitlines()):
             peers.setdefault(int(n), []).append(float(micro))
     rows = []
     for n in options.bodies:
         mine = ours(chain(n), fmb.Recursive(), max(7, 20000 // n)) / n * 1e6
-        hinges, balls, springs = (integrated(chain(n, kind), max(100, 20000 // n)) / n * 1e6
-                                  for kind in ("hinges", "balls", "springs"))
+        hinges, balls, springs = (
+            integrated(chain(n, kind), max(100, 20000 // n)) / n * 1e6 for kind in ("hinges", "balls", "springs")
+        )
         other = exudyn_step(n) / n * 1e6 if options.exudyn and n <= 100 else None
         aba = [*peers.get(n, []), None, None][:2]
         rows.append((n, mine, hinges, balls, springs, *aba, other))
-        line = (f"{n:6d} bodies, us per body: hinges {hinges:.3f}, balls {balls:.3f}, hinges with springs {springs:.3f}, "
-                f"with reactions {mine:.3f}")
+        line = (
+            f"{n:6d} bodies, us per body: hinges {hinges:.3f}, balls {balls:.3f}, hinges with springs {springs:.3f}, "
+            f"with reactions {mine:.3f}"
+        )
         for kind, time_of_ours, time_of_peer in zip(("hinges", "balls"), (hinges, balls), aba, strict=True):
             if time_of_peer:
                 line += f"; Pinocchio {kind} {time_of_peer:.3f}, ratio {time_of_ours / time_of_peer:.2f}"
@@ -215,9 +250,11 @@ def main() -> None:
         recursive = ours(model, fmb.Recursive(), 15)
         sparse = ours(model, fmb.Augmented(), 15)
         full = median_time(lambda: dense(system, state, work), 1)
-        print(f"{options.flexible} flexible segments: recursive {recursive * 1e3:.2f} ms, augmented sparse "
-              f"{sparse * 1e3:.2f} ms ({sparse / recursive:.1f} x), augmented dense {full * 1e3:.0f} ms "
-              f"({full / recursive:.0f} x)")
+        print(
+            f"{options.flexible} flexible segments: recursive {recursive * 1e3:.2f} ms, augmented sparse "
+            f"{sparse * 1e3:.2f} ms ({sparse / recursive:.1f} x), augmented dense {full * 1e3:.0f} ms "
+            f"({full / recursive:.0f} x)"
+        )
 
 
 if __name__ == "__main__":

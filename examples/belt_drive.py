@@ -8,10 +8,11 @@ Problem: the right pulley drives at 60 rad/s, the left one carries a torque of 1
         '-----------------'
      10 N m   --> tight, T1   60 rad/s
 
-Formula: (T1 - T2) r = torque, with the centre line at r = R + 5 mm; the belt creeps over the driver as its tension falls
-and over the driven pulley as it rises, so w2 / w1 = v2 / v1 = (1 + T2 / EA) / (1 + T1 / EA) as long as it sticks somewhere
-(Euler; Leamy & Wasfy 2002). Friction that is regularised, and a surface that gives way, add what eq. (belt-creep) says.
-Expected: T1 = 247 N, T2 = 151 N; a creep of 1.20 % if the belt could stick to rigid pulleys, 1.28 % with eq. (belt-creep).
+Formula: (T1 - T2) r = torque, with the centre line at r = R + 5 mm; the belt creeps over the driver as its tension
+falls and over the driven pulley as it rises, so w2 / w1 = v2 / v1 = (1 + T2 / EA) / (1 + T1 / EA) as long as it sticks
+somewhere (Euler; Leamy & Wasfy 2002). Friction that is regularised, and a surface that gives way, add what eq.
+(belt-creep) says. Expected: T1 = 247 N, T2 = 151 N; a creep of 1.20 % if the belt could stick to rigid pulleys, 1.28 %
+with eq. (belt-creep).
 """
 
 import numpy as np
@@ -38,23 +39,53 @@ def outline(n=12):
 def drive(elements):
     """Return the model; the driver starts in 0.1 s, the torque grows in the next 0.1 s."""
     area, inertia = 8e-4, 1.3e-10
-    belt = fmb.AncfCable("belt", points=outline(), closed=True, elements=elements, straight=True, initial_strain=STRAIN,
-                         section=fem.Section.values(area, inertia, inertia, 2 * inertia), axial_damping=1.0,
-                         material=fmb.Material(young=EA / area, poisson=0.3, density=LINE_MASS / area),
-                         stretches={"all": (0.0, 1.0)})
+    belt = fmb.AncfCable(
+        "belt",
+        points=outline(),
+        closed=True,
+        elements=elements,
+        straight=True,
+        initial_strain=STRAIN,
+        section=fem.Section.values(area, inertia, inertia, 2 * inertia),
+        axial_damping=1.0,
+        material=fmb.Material(young=EA / area, poisson=0.3, density=LINE_MASS / area),
+        stretches={"all": (0.0, 1.0)},
+    )
     axes = {"driver": 0.5 * DISTANCE, "driven": -0.5 * DISTANCE}
-    pulleys = [fmb.RigidBody.cylinder(name, radius=RADIUS, length=0.08, density=800.0, at=(x, 0, 0))
-               for name, x in axes.items()]
+    pulleys = [
+        fmb.RigidBody.cylinder(name, radius=RADIUS, length=0.08, density=800.0, at=(x, 0, 0))
+        for name, x in axes.items()
+    ]
     return fmb.Model(
-        bodies=[fmb.Ground(markers={name: (x, 0, 0) for name, x in axes.items()}), belt, *pulleys], gravity=(0, 0, 0),
-        joints=[*(fmb.Revolute(name, markers=(f"ground.{name}", f"{name}.center")) for name in axes),
-                fmb.Drive("motor", joint="driver", angle=fmb.ramp(rate=SPEED, rise=0.1))],
-        forces=[*(fmb.LineContact(f"grip of {name}", stretch="belt.all", marker=f"{name}.center", radius=RADIUS, offset=HALF,
-                                  stiffness=STIFFNESS, friction=FRICTION, transition=TRANSITION) for name in axes),
-                fmb.PointLoad("torque", marker="driven.center", moment=(0, 0, fmb.step(-TORQUE, at=0.1, rise=0.1)))],
-        sensors=[*(fmb.JointCoordinate(name, joint=name) for name in axes), fmb.Energy("lost", kind="dissipated"),
-                 *(fmb.ForceOf(f"belt on {name}", force=f"grip of {name}") for name in axes),
-                 fmb.SectionForces("tension", body="belt", at=0.0)])  # fmt: skip
+        bodies=[fmb.Ground(markers={name: (x, 0, 0) for name, x in axes.items()}), belt, *pulleys],
+        gravity=(0, 0, 0),
+        joints=[
+            *(fmb.Revolute(name, markers=(f"ground.{name}", f"{name}.center")) for name in axes),
+            fmb.Drive("motor", joint="driver", angle=fmb.ramp(rate=SPEED, rise=0.1)),
+        ],
+        forces=[
+            *(
+                fmb.LineContact(
+                    f"grip of {name}",
+                    stretch="belt.all",
+                    marker=f"{name}.center",
+                    radius=RADIUS,
+                    offset=HALF,
+                    stiffness=STIFFNESS,
+                    friction=FRICTION,
+                    transition=TRANSITION,
+                )
+                for name in axes
+            ),
+            fmb.PointLoad("torque", marker="driven.center", moment=(0, 0, fmb.step(-TORQUE, at=0.1, rise=0.1))),
+        ],
+        sensors=[
+            *(fmb.JointCoordinate(name, joint=name) for name in axes),
+            fmb.Energy("lost", kind="dissipated"),
+            *(fmb.ForceOf(f"belt on {name}", force=f"grip of {name}") for name in axes),
+            fmb.SectionForces("tension", body="belt", at=0.0),
+        ],
+    )
 
 
 def run(elements, t_end=0.7):

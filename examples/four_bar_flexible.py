@@ -39,11 +39,15 @@ def linkage(data, rigid=False):
     return fmb.Model(
         gravity=(0, -9.81, 0),
         bodies=[fmb.Ground(markers={"A": tuple(A), "D": tuple(D)}), bar("crank", A, B), rod, bar("rocker", D, C)],
-        joints=[fmb.Revolute("A", markers=("ground.A", "crank.a")), fmb.Revolute("B", markers=("crank.b", "coupler.a")),
-                fmb.Spherical("C", markers=("coupler.b", "rocker.b")),
-                fmb.Cylindrical("D", markers=("ground.D", "rocker.a")),
-                fmb.Drive("motor", joint="A", angle=fmb.ramp(rate=30.0, rise=0.2))],
-        sensors=[fmb.Reaction("C force", joint="C"), fmb.Deflection("bow", marker="coupler.mid")])  # fmt: skip
+        joints=[
+            fmb.Revolute("A", markers=("ground.A", "crank.a")),
+            fmb.Revolute("B", markers=("crank.b", "coupler.a")),
+            fmb.Spherical("C", markers=("coupler.b", "rocker.b")),
+            fmb.Cylindrical("D", markers=("ground.D", "rocker.a")),
+            fmb.Drive("motor", joint="A", angle=fmb.ramp(rate=30.0, rise=0.2)),
+        ],
+        sensors=[fmb.Reaction("C force", joint="C"), fmb.Deflection("bow", marker="coupler.mid")],
+    )
 
 
 def main():

@@ -4,9 +4,9 @@
       |\\   .                .                 E travels 1.156 m; the law of cosines in the triangle A-D-E gives the
     l | D ---------- b                        angles of the lever at both ends of the travel
 
-Airload and weight set the force R(s) that the carriage needs along the rail. A strut at the angle a to it carries R / cos a:
-it should lie along the rail at landing, where R is greatest. Free are l and the height h by which A is moved, up to
-0.15 m; b gives lever and strut the data set's angle at landing. The drive torque R ds/dphi must not exceed 25 kN m.
+Airload and weight set the force R(s) that the carriage needs along the rail. A strut at the angle a to it carries R /
+cos a: it should lie along the rail at landing, where R is greatest. Free are l and the height h by which A is moved, up
+to 0.15 m; b gives lever and strut the data set's angle at landing. The drive torque R ds/dphi must not exceed 25 kN m.
 Expected number: 49.15 kN of the data set fall to 47.72 kN.
 """
 

@@ -34,8 +34,11 @@ def frequencies(data, speed):
     """Return the frequencies, Hz, and the flap share of each mode about the rotation with `speed`, rad/s."""
     model = fmb.Model(
         bodies=[fmb.Ground(), fmb.FloatingBody("blade", data=data)],
-        joints=[fmb.Revolute("hub", markers=("ground.origin", "blade.root")),
-                fmb.Drive("spin", joint="hub", angle=fmb.expression("speed * t", speed=float(speed)))])  # fmt: skip
+        joints=[
+            fmb.Revolute("hub", markers=("ground.origin", "blade.root")),
+            fmb.Drive("spin", joint="hub", angle=fmb.expression("speed * t", speed=float(speed))),
+        ],
+    )
     modes = fmb.linearize(model, fmb.statics(model))
     tip = data.shapes[-1] @ modes.modes[6:]
     return modes.frequencies, np.abs(tip[2]) / np.linalg.norm(tip, axis=0)

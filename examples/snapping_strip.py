@@ -30,15 +30,23 @@ def model(load):
     x = np.linspace(0.0, LENGTH, 25)
     z = np.sin(np.pi * x / LENGTH) + 1e-4 * np.sin(2.0 * np.pi * x / LENGTH)
     arch = np.stack([x, 0.0 * x, RISE * z], axis=1)
-    strip = fmb.AncfBeam("strip", points=arch, elements=10, section=fem.Section.rectangle(WIDTH, THICKNESS),
-                         material=fmb.MATERIALS["steel"], damping=2e-4,
-                         markers={"left": (0.0, HINGE), "right": (1.0, HINGE), "crown": 0.5})
+    strip = fmb.AncfBeam(
+        "strip",
+        points=arch,
+        elements=10,
+        section=fem.Section.rectangle(WIDTH, THICKNESS),
+        material=fmb.MATERIALS["steel"],
+        damping=2e-4,
+        markers={"left": (0.0, HINGE), "right": (1.0, HINGE), "crown": 0.5},
+    )
     ground = fmb.Ground(markers={"left": fmb.Pose((0, 0, 0), HINGE), "right": fmb.Pose((LENGTH, 0, 0), HINGE)})
     return fmb.Model(
-        bodies=[ground, strip], gravity=(0, 0, 0),
+        bodies=[ground, strip],
+        gravity=(0, 0, 0),
         joints=[fmb.Revolute(side, markers=(f"ground.{side}", f"strip.{side}")) for side in ("left", "right")],
         forces=[fmb.PointLoad("P", marker="strip.crown", force=(0, 0, fmb.expression(load)))],
-        sensors=[fmb.Position("crown", marker="strip.crown")])
+        sensors=[fmb.Position("crown", marker="strip.crown")],
+    )
 
 
 def path():

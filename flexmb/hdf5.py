@@ -64,9 +64,7 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
 
 
 @contextmanager
-def writing(
-    path: str | Path, *, schema: str | None = None, version: int | None = None
-) -> Iterator[h5py.File]:
+def writing(path: str | Path, *, schema: str | None = None, version: int | None = None) -> Iterator[h5py.File]:
     """Write a file beside its final place and move it there when it is complete.
 
     An exception inside the ``with`` block, or a killed process, leaves the old file as it was. Without `schema`
@@ -82,9 +80,7 @@ def writing(
         with h5py.File(temporary, "w", libver=_LIBVER) as file:
             _stamp(file, schema, version)
             yield file
-        os.chmod(
-            temporary, 0o666 & ~_umask()
-        )  # mkstemp makes private files, a result file is as open as any other
+        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes private files, a result file is as open as any other
         os.replace(temporary, path)
     finally:
         Path(temporary).unlink(missing_ok=True)
@@ -161,9 +157,7 @@ def _check_signature(path: Path, part: str, schema: str) -> None:
     if not path.is_file():
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}"))[:5] if path.parent.is_dir() else []
         there = f"The folder has: {', '.join(near)}" if near else "Check the path"
-        raise DataFileError(
-            part, found="the file does not exist", expected=f"a file of kind '{schema}'", remedy=there
-        )
+        raise DataFileError(part, found="the file does not exist", expected=f"a file of kind '{schema}'", remedy=there)
     with path.open("rb") as stream:
         head = stream.read(len(_SIGNATURE))
     if head != _SIGNATURE:

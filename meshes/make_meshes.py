@@ -63,8 +63,13 @@ def surfaces_where(body, inside):
 def is_bore(x, radius):
     def inside(box):
         extent = box[3:] - box[:3]
-        return abs((box[0] + box[3]) / 2 - x) < 1e-4 and abs(extent[0] - 2 * radius) < 1e-4 \
-            and abs(extent[2] - 2 * radius) < 1e-4 and extent[1] > 1e-3
+        return (
+            abs((box[0] + box[3]) / 2 - x) < 1e-4
+            and abs(extent[0] - 2 * radius) < 1e-4
+            and abs(extent[2] - 2 * radius) < 1e-4
+            and extent[1] > 1e-3
+        )
+
     return inside
 
 
@@ -94,12 +99,18 @@ def lever():
         low, high = (hub, high) if TITANIUM * volume < LEVER_MASS else (low, hub)
     body, volume = volume_of_lever(hub)
     print(f"lever: root hub radius {hub:.5f} m, {TITANIUM * volume:.4f} kg")
-    finish("lever", body, 0.0195, {
-        "bore_root": surfaces_where(body, is_bore(0.0, 0.045)),
-        "bore_tip": surfaces_where(body, is_bore(0.60, 0.025)),
-        "upper_skin": surfaces_where(body, lambda b: b[2] > 0.01 and b[3] - b[0] > 0.3),
-        "lower_skin": surfaces_where(body, lambda b: b[5] < -0.01 and b[3] - b[0] > 0.3),
-    }, (0.30, 0.0, 0.0))
+    finish(
+        "lever",
+        body,
+        0.0195,
+        {
+            "bore_root": surfaces_where(body, is_bore(0.0, 0.045)),
+            "bore_tip": surfaces_where(body, is_bore(0.60, 0.025)),
+            "upper_skin": surfaces_where(body, lambda b: b[2] > 0.01 and b[3] - b[0] > 0.3),
+            "lower_skin": surfaces_where(body, lambda b: b[5] < -0.01 and b[3] - b[0] > 0.3),
+        },
+        (0.30, 0.0, 0.0),
+    )
     save("lever_arm")
 
 
@@ -115,11 +126,17 @@ def conrod():
         across = is_bore(x, radius)
         return lambda box: across(box[[0, 2, 1, 3, 5, 4]])
 
-    finish("conrod", body, 0.0085, {
-        "bore_a": surfaces_where(body, bore(0.0, 0.018)),
-        "bore_b": surfaces_where(body, bore(0.32, 0.012)),
-        "upper_skin": surfaces_where(body, lambda b: b[2] > 0.0079 and b[5] < 0.0081),
-    }, (0.16, 0.0, 0.0))
+    finish(
+        "conrod",
+        body,
+        0.0085,
+        {
+            "bore_a": surfaces_where(body, bore(0.0, 0.018)),
+            "bore_b": surfaces_where(body, bore(0.32, 0.012)),
+            "upper_skin": surfaces_where(body, lambda b: b[2] > 0.0079 and b[5] < 0.0081),
+        },
+        (0.16, 0.0, 0.0),
+    )
     save("conrod")
 
 
@@ -131,7 +148,7 @@ def bracket(order):
     cuts = {(0, 0): (2, 2), (1, 0): (9, 2), (0, 1): (2, 8)}  # L of three rectangles: elements along x and z
     occ = gmsh.model.occ
     rectangles = []
-    for (i, k) in cuts:
+    for i, k in cuts:
         tag = occ.addRectangle(xs[i], zs[k], 0.0, xs[i + 1] - xs[i], zs[k + 1] - zs[k])
         rectangles.append((2, tag))
     occ.fragment(rectangles, [])
@@ -187,8 +204,9 @@ def write_nastran(mesh, path):
     text = io.StringIO()
     # Ten digits: meshio's field of 16 characters has no room for the eleventh of a negative number.
     points = np.array([[float(f"{x:.9e}") if abs(x) > 1e-9 else 0.0 for x in row] for row in mesh.points])
-    meshio.nastran.write(text, meshio.Mesh(points, cells, cell_data={
-        "nastran:ref": [np.ones(len(c), int) for _, c in cells]}))
+    meshio.nastran.write(
+        text, meshio.Mesh(points, cells, cell_data={"nastran:ref": [np.ones(len(c), int) for _, c in cells]})
+    )
     volume = next(name for name, rows in mesh.cell_sets.items() if len(mesh.node_sets[name]) == len(mesh.points))
     lines = [f'$HMNAME PROP       1"{volume}"']
     for number, (name, nodes) in enumerate(sorted(mesh.node_sets.items()), 1):
@@ -216,8 +234,11 @@ def write_abaqus(mesh, path):
         if name != volume:
             lines += [f"*NSET, NSET={name}", *wrapped("", [str(n + 1) for n in nodes], ", ", continued=",")]
     family = block.element.family
-    owner = {frozenset(row[list(corners)]): (e, f) for e, row in enumerate(block.connectivity, 1)
-             for f, corners in enumerate(abaqus_cards.FACES[family], 1)}
+    owner = {
+        frozenset(row[list(corners)]): (e, f)
+        for e, row in enumerate(block.connectivity, 1)
+        for f, corners in enumerate(abaqus_cards.FACES[family], 1)
+    }
     size = {"tetra": 3, "hexahedron": 4}[family]
     for name in sorted(mesh.facet_sets):
         by_face: dict[int, list[int]] = {}

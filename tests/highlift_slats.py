@@ -1,8 +1,8 @@
 """Slats of the high-lift example: their data, runs that several tests look at, and the equilibrium of a track by hand.
 
-A track carries three unknown forces in its plane: those of its two pairs of rollers, which act through the centre of the rack,
-and that of the teeth. The slat loads the rack at its ball, on the fixed track also with the moment of the pendular strut. So
-three equations of equilibrium give all of them.
+A track carries three unknown forces in its plane: those of its two pairs of rollers, which act through the centre of
+the rack, and that of the teeth. The slat loads the rack at its ball, on the fixed track also with the moment of the
+pendular strut. So three equations of equilibrium give all of them.
 """
 
 from functools import cache
@@ -14,9 +14,7 @@ from highlift_runs import DATA, FOLDER, run
 import flexmb as fmb
 
 SLATS = DATA["slats"]
-PAIRS = [
-    (pair, np.radians(angle)) for pair, angle in zip(("front", "rear"), SLATS["rollers"]["pair_angles_deg"])
-]
+PAIRS = [(pair, np.radians(angle)) for pair, angle in zip(("front", "rear"), SLATS["rollers"]["pair_angles_deg"])]
 SIDES = ("left", "right")
 CENTRE = np.array(SLATS["rack"]["centre"])
 PATH = (SLATS["rack"]["roller_path_radius_outer"] + SLATS["rack"]["roller_path_radius_inner"]) / 2
@@ -57,7 +55,9 @@ def moment(r, f):
 
 
 def by_hand(number, deflection, k):
-    """Return front pair, rear pair and pinion torque of the fixed and of a free track, from the k-th row of the airload."""
+    """Return front pair, rear pair and pinion torque of the fixed and of a free track,
+    from the k-th row of the airload.
+    """
     chord, span = SLATS["chord"][number - 1], SLATS["span"][number - 1]
     cn, cc, xcp = (SLATS["airloads"][name][k] for name in ("CN", "CC", "XCP"))
     aft, up = (

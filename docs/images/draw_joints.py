@@ -23,9 +23,7 @@ from flexmb.math.rotations import rotation_matrix
 
 FOLDER = Path(__file__).parent / "joints"
 GREY, BLUE, RED = (0.62, 0.64, 0.66), (0.30, 0.52, 0.80), (0.84, 0.18, 0.16)
-ACROSS = np.array(
-    [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-)  # z of the marker along x of the drawing
+ACROSS = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # z of the marker along x of the drawing
 UPRIGHT = np.eye(3)
 VIEW = rotation_matrix((-1.15, 0, 0)) @ rotation_matrix((0, 0, -0.65))
 E = 0.16

@@ -74,8 +74,13 @@ def soft_crank(path: Path) -> None:
     import flexmb as fmb
 
     warnings.simplefilter("ignore", fmb.ValidityWarning)
-    rods = {"1 floating body": floating(1), "3 bodies": floating(3), "6 bodies": floating(6),
-            "ANCF beam, 12": ancf(fmb.AncfBeam, 12), "ANCF cable, 12": ancf(fmb.AncfCable, 12)}
+    rods = {
+        "1 floating body": floating(1),
+        "3 bodies": floating(3),
+        "6 bodies": floating(6),
+        "ANCF beam, 12": ancf(fmb.AncfBeam, 12),
+        "ANCF cable, 12": ancf(fmb.AncfCable, 12),
+    }
     softness, shown = (1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0), 15.0
     figure, (over_time, over_bow) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
     peaks, errors = [], {name: [] for name in rods}
@@ -91,10 +96,16 @@ def soft_crank(path: Path) -> None:
             over_time.plot(1e3 * TIMES, reference / ROD, "k--", linewidth=1.2, label="ANCF cable, 40")
     for name, values in errors.items():
         over_bow.loglog(peaks, values, ".-", label=name)
-    over_time.set(xlabel="time, ms", ylabel="deflection of the rod / length", title="rod 15 times as soft as steel",
-                  ylim=(-0.4, 0.4))
+    over_time.set(
+        xlabel="time, ms",
+        ylabel="deflection of the rod / length",
+        title="rod 15 times as soft as steel",
+        ylim=(-0.4, 0.4),
+    )
     over_bow.axvline(0.1, color="0.6", linewidth=0.8)
-    over_bow.set(xlabel="largest deflection / length", ylabel="error / largest deflection", title="error over the deflection")
+    over_bow.set(
+        xlabel="largest deflection / length", ylabel="error / largest deflection", title="error over the deflection"
+    )
     for axis in (over_time, over_bow):
         axis.grid(True, alpha=0.3)
         axis.legend(fontsize=7)
@@ -110,8 +121,14 @@ def snapping_strip(path: Path) -> None:
     push, height = strip["PUSH"] * equilibria.factor, 1e3 * equilibria["crown"][:, 2]
     figure, (over_height, shapes) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
     over_height.plot(height, push, label="equilibria (arc length)")
-    over_height.plot(1e3 * motion["crown"][:, 2], strip["RATE"] * motion.t, "--", linewidth=0.9, color="C2",
-                     label=f"motion, {strip['RATE']} N/s")
+    over_height.plot(
+        1e3 * motion["crown"][:, 2],
+        strip["RATE"] * motion.t,
+        "--",
+        linewidth=0.9,
+        color="C2",
+        label=f"motion, {strip['RATE']} N/s",
+    )
     for value, label in ((1.555, "shallow arch theory"), (-0.787, None)):
         over_height.axhline(value, color="0.5", linewidth=0.8, linestyle=":", label=label)
     body = equilibria.model.body("strip")
@@ -135,24 +152,37 @@ def swept_sections(path: Path) -> None:
     from flexmb import fem, view
 
     loads = {"i": 2e5, "box": 2e5, "tube": 1.5e5, "strip": 8e3}
-    sections = {"i": fem.Section.i(0.1, 0.15, 0.01, 0.01), "box": fem.Section.box(0.1, 0.15, 0.01),
-                "tube": (fem.Section.tube(0.15, 0.02), fem.Section.tube(0.06, 0.01)),
-                "strip": fem.Section.rectangle(0.15, 0.03)}
+    sections = {
+        "i": fem.Section.i(0.1, 0.15, 0.01, 0.01),
+        "box": fem.Section.box(0.1, 0.15, 0.01),
+        "tube": (fem.Section.tube(0.15, 0.02), fem.Section.tube(0.06, 0.01)),
+        "strip": fem.Section.rectangle(0.15, 0.03),
+    }
     steel = fmb.MATERIALS["steel"]
     ends = [(0.0, 0.4 * k, 0.0) for k in range(len(loads) + 1)]
-    bodies = [fmb.AncfBeam(name, points=(end, (2.0, *end[1:])), elements=6, section=section, material=steel)
-              for (name, section), end in zip(sections.items(), ends)]
+    bodies = [
+        fmb.AncfBeam(name, points=(end, (2.0, *end[1:])), elements=6, section=section, material=steel)
+        for (name, section), end in zip(sections.items(), ends)
+    ]
     x = np.linspace(0.0, 2.0, 9)
     arc = np.stack([x, 0.0 * x + ends[-1][1], -0.25 * x * (2.0 - x)], axis=1)
-    rope = fmb.AncfCable("rope", points=arc, elements=10, section=fem.Section.solid_circle(0.05), material=steel,
-                         straight=True)
+    rope = fmb.AncfCable(
+        "rope", points=arc, elements=10, section=fem.Section.solid_circle(0.05), material=steel, straight=True
+    )
     ground = fmb.Ground(markers={str(k): end for k, end in enumerate([*ends, (2.0, ends[-1][1], 0.0)])})
-    joints = [fmb.Fixed(f"clamp {body.name}", markers=(f"ground.{k}", f"{body.name}.start"))
-              for k, body in enumerate(bodies)]
-    joints += [fmb.Spherical(f"rope {end}", markers=(f"ground.{k}", f"rope.{end}")) for k, end in ((4, "start"), (5, "end"))]
+    joints = [
+        fmb.Fixed(f"clamp {body.name}", markers=(f"ground.{k}", f"{body.name}.start")) for k, body in enumerate(bodies)
+    ]
+    joints += [
+        fmb.Spherical(f"rope {end}", markers=(f"ground.{k}", f"rope.{end}")) for k, end in ((4, "start"), (5, "end"))
+    ]
     forces = [fmb.PointLoad(name, marker=f"{name}.end", force=(0, 0, -load)) for name, load in loads.items()]
-    view.render(fmb.statics(fmb.Model(bodies=[ground, *bodies, rope], joints=joints, forces=forces)), path,
-                size=(1200, 560), camera=(1.0, -0.9, 0.8))
+    view.render(
+        fmb.statics(fmb.Model(bodies=[ground, *bodies, rope], joints=joints, forces=forces)),
+        path,
+        size=(1200, 560),
+        camera=(1.0, -0.9, 0.8),
+    )
 
 
 def belt_drive(path: Path) -> None:
@@ -192,31 +222,65 @@ def plates(path: Path) -> None:
     turn, radius = np.linspace(0.0, 2.0 * np.pi, 31), np.linspace(6.0, 10.0, 5)
     flat = np.stack([np.outer(np.cos(turn), radius), np.outer(np.sin(turn), radius)], axis=-1)
     soft = fmb.Material(young=21e6, poisson=0.0, density=1.0)
-    ring = fmb.AncfPlate("ring", points=np.pad(flat, ((0, 0), (0, 0), (0, 1))), thickness=0.03, material=soft,
-                         markers={"end": (1.0, "mean")})
-    strip = fmb.AncfPlate.rectangle("strip", edges=(16.0, 4.0), corner=(0.0, 14.0, 0.0), elements=(20, 3),
-                                    thickness=0.03, material=soft, markers={"end": (1.0, "mean")})
+    ring = fmb.AncfPlate(
+        "ring",
+        points=np.pad(flat, ((0, 0), (0, 0), (0, 1))),
+        thickness=0.03,
+        material=soft,
+        markers={"end": (1.0, "mean")},
+    )
+    strip = fmb.AncfPlate.rectangle(
+        "strip",
+        edges=(16.0, 4.0),
+        corner=(0.0, 14.0, 0.0),
+        elements=(20, 3),
+        thickness=0.03,
+        material=soft,
+        markers={"end": (1.0, "mean")},
+    )
     x = np.linspace(-4.0, 4.0, 9)
-    shell = fmb.AncfPlate("shell", points=[[(-18.0 + a, b, 4.0 - 0.1 * a * a - 0.1 * b * b) for b in x] for a in x],
-                          thickness=0.03, material=soft, shear=True)
+    shell = fmb.AncfPlate(
+        "shell",
+        points=[[(-18.0 + a, b, 4.0 - 0.1 * a * a - 0.1 * b * b) for b in x] for a in x],
+        thickness=0.03,
+        material=soft,
+        shear=True,
+    )
     bodies, joints, ground = [], [], {}
-    for plate, edges, joint in ((ring, ("s0",), fmb.Fixed), (strip, ("s0",), fmb.Fixed),
-                                (shell, ("s0", "s1"), fmb.Spherical)):
+    for plate, edges, joint in (
+        (ring, ("s0",), fmb.Fixed),
+        (strip, ("s0",), fmb.Fixed),
+        (shell, ("s0", "s1"), fmb.Spherical),
+    ):
         for edge in edges:
             plate, own, held = plate.held(f"{plate.name} {edge}", edge, joint)
             ground, joints = {**ground, **own}, [*joints, *held]
         bodies.append(plate)
     moment = 21e6 * 0.03**3 / 12.0 * 4.0 * 1.5 * np.pi / 16.0
-    forces = [fmb.PointLoad("P", marker="ring.end", force=(0, 0, 3.2)),
-              fmb.PointLoad("M", marker="strip.end", moment=(0, -moment, 0)),
-              fmb.Pressure("p", load="shell.pressure", amount=-12.0)]
-    view.render(fmb.statics(fmb.Model(bodies=[fmb.Ground(markers=ground), *bodies], joints=joints, forces=forces,
-                                      gravity=(0, 0, 0))), path, size=(1200, 560), camera=(0.3, -1.0, 0.7))
+    forces = [
+        fmb.PointLoad("P", marker="ring.end", force=(0, 0, 3.2)),
+        fmb.PointLoad("M", marker="strip.end", moment=(0, -moment, 0)),
+        fmb.Pressure("p", load="shell.pressure", amount=-12.0),
+    ]
+    view.render(
+        fmb.statics(
+            fmb.Model(bodies=[fmb.Ground(markers=ground), *bodies], joints=joints, forces=forces, gravity=(0, 0, 0))
+        ),
+        path,
+        size=(1200, 560),
+        camera=(0.3, -1.0, 0.7),
+    )
 
 
-DIAGRAMS = {"belt_drive": belt_drive, "plates": plates, "rod_modes": rod_modes,
-            "snapping_strip": snapping_strip, "soft_crank": soft_crank,
-            "swept_sections": swept_sections, "which_body": which_body}
+DIAGRAMS = {
+    "belt_drive": belt_drive,
+    "plates": plates,
+    "rod_modes": rod_modes,
+    "snapping_strip": snapping_strip,
+    "soft_crank": soft_crank,
+    "swept_sections": swept_sections,
+    "which_body": which_body,
+}
 
 
 def main() -> None:

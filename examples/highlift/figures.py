@@ -57,8 +57,14 @@ def main(picture: str = "high_lift.png") -> None:
     figure, axes = plt.subplots(2, 3, figsize=(11.0, 6.0), layout="constrained")
     axes = axes.ravel()
     strut = "interconnection strut"
-    titles = ("flap angle over lever angle [deg]", f"{strut} [mm]", "drive struts [kN]",
-              "drive struts / track 1 before", f"{strut} [mm]", f"{strut} / track 1 before")  # fmt: skip
+    titles = (
+        "flap angle over lever angle [deg]",
+        f"{strut} [mm]",
+        "drive struts [kN]",
+        "drive struts / track 1 before",
+        f"{strut} [mm]",
+        f"{strut} / track 1 before",
+    )
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
         draw(axes, run("operation", rigid), run("strut_2_breaks", rigid), style, label)
     dress(axes, [f"{title}, cf. Fig. {number}" for number, title in enumerate(titles, 16)])

@@ -1,6 +1,8 @@
-"""Curves of the leading edge laid out like Figs. 22 and 23 of Zierath, Woernle & Heyden: droop nose, rigid and elastic, slat.
+"""Curves of the leading edge laid out like Figs. 22 and 23 of Zierath, Woernle & Heyden: droop nose, rigid and elastic,
+slat.
 
-Run it with: python examples/highlift/leading_edge_figures.py [picture]   (after make_bodies.py; half a minute for four runs)
+Run it with: python examples/highlift/leading_edge_figures.py [picture]   (after make_bodies.py; half a minute for four
+runs)
 """
 
 import sys
@@ -45,8 +47,11 @@ def main(picture: str = "leading_edge.png") -> None:
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
         draw(axes, rigid, style, label)
     draw_slat(axes)
-    titles = ("angle / full angle over progress, cf. Fig. 22", "departure from proportion [deg]",
-              "drive struts / track 2 before, cf. Fig. 23")  # fmt: skip
+    titles = (
+        "angle / full angle over progress, cf. Fig. 22",
+        "departure from proportion [deg]",
+        "drive struts / track 2 before, cf. Fig. 23",
+    )
     dress(axes, titles)
     axes[2].set_xlim(0.5, 1.0)
     figure.savefig(picture, dpi=70)

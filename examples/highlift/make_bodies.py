@@ -1,4 +1,5 @@
-"""Elastic bodies of the high-lift example: flaps, tracks, droop nose, hinge arms, slats, reduced to the files that models name.
+"""Elastic bodies of the high-lift example: flaps, tracks, droop nose, hinge arms, slats, reduced to the files that
+models name.
 
     shear centre line 0.33 c: beam nodes, one per rib         nose, area centre 0.42 c and trailing edge hang on
        o------o------o------o------o------o   span            rigid arms; track fittings are interfaces
@@ -22,12 +23,24 @@ PATH = 1.156  # m, of the carriage of track 2
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
 RIB = 2.0  # kg, each rib of the droop nose is a rigid body of its own; assumed, part of the nose's mass
 NOSE_EA = 1e8  # N; assumed, that of the flap scaled by the bending stiffness
-SLAT = {"EA": 5e7, "shear_centre_chord_fraction": 0.40, "cg_chord_fraction": 0.45, "shear_centre_zeta": 0.0}  # N; assumed
+SLAT = {
+    "EA": 5e7,
+    "shear_centre_chord_fraction": 0.40,
+    "cg_chord_fraction": 0.45,
+    "shear_centre_zeta": 0.0,
+}  # N; assumed
 SKIN = {"young": 55e9, "poisson": 0.3}  # carries E I and G J of the data set, whatever its moduli are
 
 
-def flap_model(data: dict, start: float, end: float, ribs: dict[str, float], loads: list[float], name: str,
-               fitting: float = FITTING):  # fmt: skip
+def flap_model(
+    data: dict,
+    start: float,
+    end: float,
+    ribs: dict[str, float],
+    loads: list[float],
+    name: str,
+    fitting: float = FITTING,
+):
     """Return the FE model of a flap from span `start` to `end`; named nodes at fittings and at nose points."""
     places = np.unique(np.round([start, *loads, *ribs.values(), end], 9))
     chord = np.interp(places, [start, end], data["chord"])
@@ -39,12 +52,16 @@ def flap_model(data: dict, start: float, end: float, ribs: dict[str, float], loa
     sections = [
         # the section's y-axis points forward
         fem.Section.values(
-            area, data["EI_flapwise"] / SKIN["young"], data["EI_chordwise"] / SKIN["young"], data["GJ"] / modulus,
+            area,
+            data["EI_flapwise"] / SKIN["young"],
+            data["EI_chordwise"] / SKIN["young"],
+            data["GJ"] / modulus,
             polar=data["rotary_inertia_per_length"] / skin.density,
-            area_center=(-(centre - shear) * c, 0.0), mass_center=(-(centre - shear) * c, 0.0),
+            area_center=(-(centre - shear) * c, 0.0),
+            mass_center=(-(centre - shear) * c, 0.0),
         )
         for c in chord
-    ]  # fmt: skip
+    ]
     nodes = np.column_stack([shear * chord, places, np.full(len(places), data["shear_centre_zeta"])])
     sets = {rib: [int(np.argmin(np.abs(places - y)))] for rib, y in ribs.items()}
     fe = fem.frame(nodes, section=sections, material=skin, node_sets=sets, rotary_inertia=False, name=name)
@@ -59,7 +76,9 @@ def flap_model(data: dict, start: float, end: float, ribs: dict[str, float], loa
 
 
 def reduced_flap(data, start, end, ribs, loads, factors, name):
-    """Reduce a flap; load shapes: force normal and along the chord and moment at the nose points, per q and coefficient."""
+    """Reduce a flap; load shapes: force normal and along the chord and moment at the nose points,
+    per q and coefficient.
+    """
     fe = flap_model(data, start, end, ribs, loads, name)
     noses = {f"nose_{k}": fe.node_sets[f"nose_{k}"] for k in range(1, len(loads) + 1)}
     strip = (end - start) / len(loads)
@@ -73,14 +92,25 @@ def reduced_flap(data, start, end, ribs, loads, factors, name):
     }
     interfaces = {rib: [int(fe.node_sets[rib][0])] for rib in ribs}
     stations = {name: [int(n[0])] for name, n in noses.items()}
-    return reduction.reduce(fe, interfaces, modes=12, stations=stations, loads=shapes, residual_vectors=tuple(shapes),
-                            geometric_stiffness=True)  # fmt: skip
+    return reduction.reduce(
+        fe,
+        interfaces,
+        modes=12,
+        stations=stations,
+        loads=shapes,
+        residual_vectors=tuple(shapes),
+        geometric_stiffness=True,
+    )
 
 
 def inboard_flap(data: dict) -> fmb.ModalNeutralData:
     """Return the inboard flap, axes of the wing, nose line of the retracted flap at x = z = 0."""
     flap, wing = data["trailing_edge"]["inboard_flap"], data["trailing_edge"]
-    ribs = {"root": wing["track_1"]["y"], "tip": wing["track_2"]["y"], "rib": wing["interconnection_strut"]["y_inboard"]}
+    ribs = {
+        "root": wing["track_1"]["y"],
+        "tip": wing["track_2"]["y"],
+        "rib": wing["interconnection_strut"]["y_inboard"],
+    }
     return reduced_flap(flap, *flap["y_range"], ribs, flap["nose_points_y"], np.ones(7), "inboard_flap")
 
 
@@ -109,7 +139,9 @@ def track_model(data: dict, front, actuator, foot, scale: float, size: float, na
     places = np.unique(np.round([low, -0.4 * scale, high, *along.values()], 9))
     sets = {key: [int(np.argmin(np.abs(places - s)))] for key, s in along.items()}
     nodes = np.column_stack([places, np.zeros(len(places)), np.full(len(places), scale * beam["axis_offset_n"])])
-    section = fem.Section.box(size * beam["section"]["width"], size * beam["section"]["height"], beam["section"]["wall"])
+    section = fem.Section.box(
+        size * beam["section"]["width"], size * beam["section"]["height"], beam["section"]["wall"]
+    )
     solid = fmb.Material(young=material["E"], poisson=material["nu"], density=material["rho"])
     fe = fem.frame(nodes, section=section, material=solid, node_sets=sets, name=name)
     for key, holder in (("A", "actuator"), ("P", "foot")):
@@ -127,9 +159,12 @@ def track_beam(*arguments) -> fmb.ModalNeutralData:
     interfaces = {key: [int(fe.node_sets[key][0])] for key in ("front", "rear", "actuator", "foot")}
     stations = {key: [int(fe.node_sets[key][0])] for key in ("A", "P")}
     stations["rail"] = [int(nodes[0]) for key, nodes in fe.node_sets.items() if key.startswith("rail")]
-    loads = {f"carriage {k}": reduction.NodalForces({int(fe.node_sets[f"carriage {k}"][0]): (0, 0, 1)}) for k in (0, 3, 6)}
-    return reduction.reduce(fe, interfaces, modes=6, stations=stations, loads=loads, residual_vectors=tuple(loads),
-                            geometric_stiffness=True)  # fmt: skip
+    loads = {
+        f"carriage {k}": reduction.NodalForces({int(fe.node_sets[f"carriage {k}"][0]): (0, 0, 1)}) for k in (0, 3, 6)
+    }
+    return reduction.reduce(
+        fe, interfaces, modes=6, stations=stations, loads=loads, residual_vectors=tuple(loads), geometric_stiffness=True
+    )
 
 
 def track_arguments(data: dict) -> dict[str, tuple]:
@@ -148,7 +183,9 @@ def track_arguments(data: dict) -> dict[str, tuple]:
 
 
 def droop_nose_model(data: dict):
-    """Return the FE model of the droop nose in frame L; named nodes at the hinge arms, at the side strut and at nose points."""
+    """Return the FE model of the droop nose in frame L; named nodes at the hinge arms,
+    at the side strut and at nose points.
+    """
     nose, length = data["droop_nose"], data["droop_nose"]["span"]
     arms = {f"n{k}": y for k, y in enumerate(nose["hinge_arm_Y"], 1)} | {"side": nose["side_strut_H"][1]}
     loads = length * (np.arange(6) + 0.5) / 6
@@ -159,15 +196,20 @@ def droop_nose_model(data: dict):
     skin = fmb.Material(**SKIN, density=(nose["mass"] - len(arms) * RIB) / length / area)
     centre = (-offset * nose["chord"], 0.0)  # the section's y-axis points forward
     section = fem.Section.values(
-        area, nose["EI_flapwise"] / SKIN["young"], nose["EI_chordwise"] / SKIN["young"],
+        area,
+        nose["EI_flapwise"] / SKIN["young"],
+        nose["EI_chordwise"] / SKIN["young"],
         nose["GJ"] * 2.0 * (1.0 + SKIN["poisson"]) / SKIN["young"],
-        polar=area * (0.25 * nose["chord"]) ** 2, area_center=centre, mass_center=centre,
-    )  # fmt: skip
+        polar=area * (0.25 * nose["chord"]) ** 2,
+        area_center=centre,
+        mass_center=centre,
+    )
     tip = np.array([-nose["chord"], 0.0, 0.15])
     nodes = tip + nose["shear_centre_chord_fraction"] * aft + np.outer(places, [0.0, 1.0, 0.0])
     sets = {name: [int(np.argmin(np.abs(places - y)))] for name, y in arms.items()}
-    fe = fem.frame(nodes, section=section, material=skin, orientation=-aft, node_sets=sets, rotary_inertia=False,
-                   name="droop_nose")  # fmt: skip
+    fe = fem.frame(
+        nodes, section=section, material=skin, orientation=-aft, node_sets=sets, rotary_inertia=False, name="droop_nose"
+    )
     for k, y in enumerate(loads, 1):
         fe = fem.with_node(fe, tip + (0.0, y, 0.0), name=f"nose_{k}")
         fe = fem.with_rigid_link(fe, int(np.argmin(np.abs(places - y))), f"nose_{k}")
@@ -195,19 +237,27 @@ def droop_nose(data: dict) -> fmb.ModalNeutralData:
 def hinge_arm(data: dict) -> fmb.ModalNeutralData:
     """Return a hinge arm of the droop nose: a beam from A to B, at its root the lug E, on it the lug C.
 
-    The drive strut presses on E with 100 kN: it needs a lug on the bearing at A itself. On the open section, which is soft in
-    torsion, it would turn sideways. What the beam lacks in mass the lugs have.
+    The drive strut presses on E with 100 kN: it needs a lug on the bearing at A itself. On the open section, which is
+    soft in torsion, it would turn sideways. What the beam lacks in mass the lugs have.
     """
     arm, nose = data["droop_nose"]["hinge_arm"], data["droop_nose"]
     material = data["materials"][arm["material"]]
-    solid = fmb.Material(young=material["E"], poisson=material["E"] / material["G"] / 2.0 - 1.0, density=material["rho"])
+    solid = fmb.Material(
+        young=material["E"], poisson=material["E"] / material["G"] / 2.0 - 1.0, density=material["rho"]
+    )
     lugs = {name: np.array([nose[name][0], 0.0, nose[name][1]]) for name in "ABCE"}
     length = float(np.linalg.norm(lugs["B"]))
     places = np.array([0.0, lugs["C"] @ lugs["B"] / length, 0.5 * length, length])
     section = fem.Section.values(arm["A_section"], arm["I_bending"], arm["I_lateral"], arm["J"])
     sets = {"A": [0], "foot of C": [1], "B": [3]}
-    fe = fem.frame(np.outer(places / length, lugs["B"]), section=section, material=solid, orientation=(0, 1, 0),
-                   node_sets=sets, name="hinge_arm")  # fmt: skip
+    fe = fem.frame(
+        np.outer(places / length, lugs["B"]),
+        section=section,
+        material=solid,
+        orientation=(0, 1, 0),
+        node_sets=sets,
+        name="hinge_arm",
+    )
     for name, holder in (("E", 0), ("C", 1)):
         fe = fem.with_rigid_link(fem.with_node(fe, lugs[name], name=name), holder, name)
     for name in lugs:
@@ -217,12 +267,16 @@ def hinge_arm(data: dict) -> fmb.ModalNeutralData:
 
 
 def slat(data: dict, number: int) -> fmb.ModalNeutralData:
-    """Return slat `number` in its own axes; ball, top and strut_k are the joints at its k-th track, four strips of airload."""
+    """Return slat `number` in its own axes; ball, top and strut_k are the joints at its k-th track,
+    four strips of airload.
+    """
     slats, rack, k = data["slats"], data["slats"]["rack"], number - 1
     span, chord, mass = (slats[key][k] for key in ("span", "chord", "mass"))
     ribs = {f"track_{n}": fraction * span for n, fraction in enumerate(slats["track_span_fraction"][k], 1)}
     inertia = mass / span * (0.25 * chord) ** 2  # radius of gyration as of the flaps
-    values = slats | SLAT | {"chord": [chord, chord], "mass_per_length": mass / span, "rotary_inertia_per_length": inertia}
+    values = (
+        slats | SLAT | {"chord": [chord, chord], "mass_per_length": mass / span, "rotary_inertia_per_length": inertia}
+    )
     loads = [(2 * n - 1) * span / 8 for n in range(1, 5)]
     fe = flap_model(values, 0.0, span, ribs, loads, f"slat_{number}", fitting=0.0)
     path = (rack["roller_path_radius_outer"] + rack["roller_path_radius_inner"]) / 2

@@ -1,4 +1,5 @@
-"""Curves of the slats: rollers and pinions of slat 1 in operation, and after the loss of a roller, rigid beside elastic.
+"""Curves of the slats: rollers and pinions of slat 1 in operation, and after the loss of a roller, rigid beside
+elastic.
 
 Run it with: python examples/highlift/slat_figures.py [picture]   (after make_bodies.py; a minute for four runs)
 """
@@ -25,7 +26,9 @@ def draw(axes, rigid: bool, style: str, label: str) -> None:
             force = contact(sound, f"{track}_{pair} outer") + contact(sound, f"{track}_{pair} inner")
             axes[0].plot(sound.t, force, style, color=colour, label=f"{what}{label}" if pair == "front" else None)
         axes[1].plot(sound.t, sound[f"s1_{track}_tooth force"][:, 5], style, color=colour, label=f"{what}{label}")
-        axes[2].plot(broken.t, contact(broken, f"{track}_front outer"), style, color=colour, label=f"{what}, roller{label}")
+        axes[2].plot(
+            broken.t, contact(broken, f"{track}_front outer"), style, color=colour, label=f"{what}, roller{label}"
+        )
     edge = broken["s1_t2_front outer edge force"][:, 2] / 1e3
     axes[2].plot(broken.t, edge, style, color="tab:red", label=f"free, edge of the opening{label}")
 

@@ -81,14 +81,21 @@ class AncfBeam(AncfLine):
     damping: float = 0.0
     rotary_inertia: Any = None
 
-    table: ClassVar[Table] = Table("AncfBeam", kernels.ROW, {
-        "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
+    table: ClassVar[Table] = Table(
+        "AncfBeam", kernels.ROW, {"place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy}
+    )
     node_size: ClassVar[int] = 9
     intervals: ClassVar[int] = 2
     needs: ClassVar[tuple[str, ...]] = ("area", "inertia_y", "inertia_z", "torsion", "shear_y", "shear_z")
     force_titles: ClassVar[tuple[str, ...]] = ("N [N]", "Qy [N]", "Qz [N]", "Mx [N m]", "My [N m]", "Mz [N m]")
-    strain_titles: ClassVar[tuple[str, ...]] = ("strain [-]", "shear y [-]", "shear z [-]", "twist [1/m]",
-                                                "curvature y [1/m]", "curvature z [1/m]")
+    strain_titles: ClassVar[tuple[str, ...]] = (
+        "strain [-]",
+        "shear y [-]",
+        "shear z [-]",
+        "twist [1/m]",
+        "curvature y [1/m]",
+        "curvature z [1/m]",
+    )
 
     def __post_init__(self):
         super().__post_init__()
@@ -96,19 +103,28 @@ class AncfBeam(AncfLine):
         self._check_centres()
         inertia = finite_array((1.0, 1.0) if self.rotary_inertia is None else self.rotary_inertia)
         if inertia.shape != (2,) or inertia.min() <= 0.0:
-            raise ModelError(self.title, found=f"rotary_inertia = {self.rotary_inertia!r}",
-                             expected="two positive numbers, kg m, about the section's axes y and z",
-                             remedy="Leave rotary_inertia out for density times moments of inertia")
+            raise ModelError(
+                self.title,
+                found=f"rotary_inertia = {self.rotary_inertia!r}",
+                expected="two positive numbers, kg m, about the section's axes y and z",
+                remedy="Leave rotary_inertia out for density times moments of inertia",
+            )
         object.__setattr__(self, "_directors", self._initial_directors())
 
     def _check_centres(self) -> None:
         for section in self.sections:
-            off = {name: value for name in ("area_center", "shear_center", "mass_center")
-                   if np.any(value := np.asarray(getattr(section, name, (0.0, 0.0))))}
+            off = {
+                name: value
+                for name in ("area_center", "shear_center", "mass_center")
+                if np.any(value := np.asarray(getattr(section, name, (0.0, 0.0))))
+            }
             if off or getattr(section, "product_yz", 0.0) != 0.0:
-                raise ModelError(self.title, found=f"a section with centres off the line, {off}, or a product of inertia",
-                                 expected="area, shear and mass centre on the line, and principal axes",
-                                 remedy="Move the line to the centre, and turn the section with orientation=")
+                raise ModelError(
+                    self.title,
+                    found=f"a section with centres off the line, {off}, or a product of inertia",
+                    expected="area, shear and mass centre on the line, and principal axes",
+                    remedy="Move the line to the centre, and turn the section with orientation=",
+                )
 
     def _initial_directors(self) -> np.ndarray:
         """Return the axes y and z of the section at the nodes, in W, (n, 2, 3)."""
@@ -119,9 +135,12 @@ class AncfBeam(AncfLine):
             given = finite_array(self.orientation)
             across = np.cross(R.T @ t[0], given) if given.shape == (3,) else np.zeros(3)
             if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(given):
-                raise ModelError(self.title, found=f"orientation = {self.orientation!r}",
-                                 expected="a direction (3,) across the line at its start",
-                                 remedy="Give the direction of the section's y-axis")
+                raise ModelError(
+                    self.title,
+                    found=f"orientation = {self.orientation!r}",
+                    expected="a direction (3,) across the line at its start",
+                    remedy="Give the direction of the section's y-axis",
+                )
             y = R @ np.cross(across, R.T @ t[0])
             y /= np.linalg.norm(y)
         rows = [y]
@@ -220,8 +239,10 @@ class AncfBeam(AncfLine):
             K, (rest, stretch) = self.stiffness(gauss), self._rest(gauss)
             mean = L * K.mean(axis=0)
             wall = np.array([mean[0], mean[0], 0.5 * (mean[1] + mean[2])])
-            strains = [np.concatenate([0.5 * L * K[g] / stretch[g], rest[g], self.damping * 0.5 * L * K[g] / stretch[g]])
-                       for g in range(2)]
+            strains = [
+                np.concatenate([0.5 * L * K[g] / stretch[g], rest[g], self.damping * 0.5 * L * K[g] / stretch[g]])
+                for g in range(2)
+            ]
             rows.append(np.concatenate([[L], *(m.ravel() for m in mass), moments, wall, *strains]))
         return np.array(rows)
 
@@ -244,8 +265,13 @@ class AncfBeam(AncfLine):
             N = _quadratic(x)[0, :, 0] if len(nodes) == 3 else np.array([1.0, 0.0, 0.0])
             fixed = self.section_axes(q, fraction)[1][0].T @ pose.matrix
             geometry.append(np.concatenate([[nodes[0], len(nodes)], N, fixed.ravel()]))
-        return (self.elements, place.bulk(self.element_data()), place.bulk(np.array(geometry)),
-                compiler.couplings(self.name), compiler.gravity)
+        return (
+            self.elements,
+            place.bulk(self.element_data()),
+            place.bulk(np.array(geometry)),
+            compiler.couplings(self.name),
+            compiler.gravity,
+        )
 
     def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return N, Q_y, Q_z (N), M_x, M_y, M_z (N m), in the axes of the section, at fractions (n,), (n, 6).

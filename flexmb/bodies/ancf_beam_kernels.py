@@ -195,5 +195,6 @@ def energy(raw, data, state, work):
                 for k in range(3):
                     for v in range(3):
                         for i in range(3):
-                            work.energy[0] += (0.5 * data[start + 1 + 9 * v + 3 * m + k] * u[9 * m + 3 * v + i]
-                                               * u[9 * k + 3 * v + i])
+                            work.energy[0] += (
+                                0.5 * data[start + 1 + 9 * v + 3 * m + k] * u[9 * m + 3 * v + i] * u[9 * k + 3 * v + i]
+                            )

@@ -47,8 +47,8 @@ class AncfCable(AncfLine):
     elements : int
         All of equal length.
     section : fem.Section, or several
-        Its `area` (m2) and moment of inertia (m4); both moments must be equal. Several at equal distances from the start
-        to the end make a taper.
+        Its `area` (m2) and moment of inertia (m4); both moments must be equal. Several at equal distances from the
+        start to the end make a taper.
     material : Material
     at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
         Where these axes are at the start, in W.
@@ -91,8 +91,9 @@ class AncfCable(AncfLine):
     axial_damping: float = 0.0
     bending_damping: float = 0.0
 
-    table: ClassVar[Table] = Table("AncfCable", kernels.ROW, {
-        "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
+    table: ClassVar[Table] = Table(
+        "AncfCable", kernels.ROW, {"place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy}
+    )
     node_size: ClassVar[int] = 6
     needs: ClassVar[tuple[str, ...]] = ("area", "inertia_y", "inertia_z")
     force_titles: ClassVar[tuple[str, ...]] = ("N [N]", "Q [N]", "M [N m]")
@@ -103,10 +104,12 @@ class AncfCable(AncfLine):
         self.require_positive("axial_damping", "bending_damping", zero=True)
         for section in self.sections:
             if abs(section.inertia_y - section.inertia_z) > 1e-6 * section.inertia_y:
-                raise ModelError(self.title,
-                                 found=f"moments of inertia {section.inertia_y:.6g} and {section.inertia_z:.6g} m4",
-                                 expected="the same bending stiffness in all directions: a cable has no sides",
-                                 remedy="Use AncfBeam, or for motion in a plane fem.Section.values(A, I, I, J)")
+                raise ModelError(
+                    self.title,
+                    found=f"moments of inertia {section.inertia_y:.6g} and {section.inertia_z:.6g} m4",
+                    expected="the same bending stiffness in all directions: a cable has no sides",
+                    remedy="Use AncfBeam, or for motion in a plane fem.Section.values(A, I, I, J)",
+                )
 
     def marker_poses(self) -> dict[str, Pose]:
         """Return the markers as drawn: positions from the first node, axes in W."""
@@ -143,8 +146,8 @@ class AncfCable(AncfLine):
     def section_axes(self, q: np.ndarray, fractions) -> tuple[np.ndarray, np.ndarray]:
         """Return position (n, 3), m, and axes (n, 3, 3) in W at increasing fractions (n,): x along the line.
 
-        A cable does not say how its sections are turned: y and z go along the line without twist, from the body's y-axis,
-        or with the least uniform twist that closes a belt.
+        A cable does not say how its sections are turned: y and z go along the line without twist, from the body's
+        y-axis, or with the least uniform twist that closes a belt.
         """
         r, rho, _ = self.line(q, fractions)
         t = _unit(rho)
@@ -186,24 +189,35 @@ class AncfCable(AncfLine):
         for e, (a, b) in enumerate(self.couplings()):
             z = np.concatenate([nodes[a], nodes[b]])
             d = np.array([(z[2] - z[0]) / L, z[1], z[3]])
-            area7, area5, inertia3 = (self.constants((e + 0.5 * (1.0 + x)) / self.elements, name)[0]
-                                      for x, name in ((x7, "area"), (x5, "area"), (x3, "inertia_y")))
+            area7, area5, inertia3 = (
+                self.constants((e + 0.5 * (1.0 + x)) / self.elements, name)[0]
+                for x, name in ((x7, "area"), (x5, "area"), (x3, "inertia_y"))
+            )
             N = hermite(0.5 * (1.0 + x7), L)
-            weight = 0.5 * w7 * L * self.material.density * area7 * np.linalg.norm(np.einsum("sn,si->ni", N[1], z), axis=1)
+            weight = (
+                0.5 * w7 * L * self.material.density * area7 * np.linalg.norm(np.einsum("sn,si->ni", N[1], z), axis=1)
+            )
             mass, moments = np.einsum("n,sn,tn->st", weight, N[0], N[0]), N[0] @ weight
             for at, lumped in self.masses_of(e):
                 shape = hermite(at, L)[0, :, 0]
                 mass, moments = mass + lumped * np.outer(shape, shape), moments + lumped * shape
             stretch = np.linalg.norm(AXIAL @ d, axis=1)
-            axial = np.stack([0.5 * w5 * L * E * area5 / stretch, stretch * (1.0 - self.initial_strain),
-                              0.5 * w5 * L * self.axial_damping / stretch], axis=1)
+            axial = np.stack(
+                [
+                    0.5 * w5 * L * E * area5 / stretch,
+                    stretch * (1.0 - self.initial_strain),
+                    0.5 * w5 * L * self.axial_damping / stretch,
+                ],
+                axis=1,
+            )
             rho, sigma = BENDING[:, :3] @ d, BENDING[:, 3:] @ d / L
             square = np.sum(rho**2, axis=1)
             stretch = np.sqrt(square)
             bent = np.linalg.norm(np.cross(rho, sigma), axis=1) / square * (0.0 if self.straight else 1.0)
             bent[bent < 1e-9 / L] = 0.0
-            bending = np.stack([0.5 * w3 * L * E * inertia3 / stretch, bent,
-                                0.5 * w3 * L * self.bending_damping / stretch], axis=1)
+            bending = np.stack(
+                [0.5 * w3 * L * E * inertia3 / stretch, bent, 0.5 * w3 * L * self.bending_damping / stretch], axis=1
+            )
             rows.append(np.concatenate([[L], mass.ravel(), moments, axial.ravel(), bending.ravel()]))
         return np.array(rows)
 
@@ -226,14 +240,21 @@ class AncfCable(AncfLine):
             t /= np.linalg.norm(t)
             d = self._reference(t, pose.matrix, rotation, compiler.gravity)
             geometry.append(np.concatenate([[a, b], N.ravel(), d, (tangent_axes(t, d).T @ pose.matrix).ravel()]))
-        return (self.elements, len(self.curve.r), place.bulk(self.element_data()), place.bulk(np.array(geometry)),
-                compiler.couplings(self.name), compiler.gravity)
+        return (
+            self.elements,
+            len(self.curve.r),
+            place.bulk(self.element_data()),
+            place.bulk(np.array(geometry)),
+            compiler.couplings(self.name),
+            compiler.gravity,
+        )
 
     def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
-        """Return axial force N, shear force Q (N) and bending moment M (N m) at fractions (n,), (n, 3); without damping.
+        """Return axial force N, shear force Q (N) and bending moment M (N m) at fractions (n,), (n, 3); without
+        damping.
 
-        The force in an element is the derivative of its energy by the distance of its nodes, eq. (cable-force): what its
-        neighbours balance. N and Q are its parts along and across the tangent at the middle; between and beyond
+        The force in an element is the derivative of its energy by the distance of its nodes, eq. (cable-force): what
+        its neighbours balance. N and Q are its parts along and across the tangent at the middle; between and beyond
         middles they are straight lines.
         """
         middle = _unit(self.line(q, (np.arange(self.elements) + 0.5) / self.elements)[1])

@@ -94,9 +94,18 @@ def _squared_curvature(a, b, d, k0):
     root = (w + SMOOTH * k0 * k0) ** 0.5
     rest = k0 * (1.0 + SMOOTH) ** 0.5
     first, second = 1.0 - rest / root, 0.5 * rest / root**3
-    return ((root - rest) ** 2, first * w_a, first * w_b, first * w_d,
-            first * aa + second * w_a * w_a, first * ab + second * w_a * w_b, first * bb + second * w_b * w_b,
-            first * ad + second * w_a * w_d, second * w_b * w_d, second * w_d * w_d)
+    return (
+        (root - rest) ** 2,
+        first * w_a,
+        first * w_b,
+        first * w_d,
+        first * aa + second * w_a * w_a,
+        first * ab + second * w_a * w_b,
+        first * bb + second * w_b * w_b,
+        first * ad + second * w_a * w_d,
+        second * w_b * w_d,
+        second * w_d * w_d,
+    )
 
 
 @inner_kernel
@@ -107,10 +116,16 @@ def _bending_points(element, z, ck, W, U, V):
         k = 0.5 * element[36 + 3 * g]
         c0, c1, c2 = BENDING[g, 0], BENDING[g, 1], BENDING[g, 2]
         s0, s1, s2 = BENDING[g, 3] * inverse, BENDING[g, 4] * inverse, BENDING[g, 5] * inverse
-        rho = (c0 * z[0, 0] + c1 * z[1, 0] + c2 * z[2, 0], c0 * z[0, 1] + c1 * z[1, 1] + c2 * z[2, 1],
-               c0 * z[0, 2] + c1 * z[1, 2] + c2 * z[2, 2])
-        sigma = (s0 * z[0, 0] + s1 * z[1, 0] + s2 * z[2, 0], s0 * z[0, 1] + s1 * z[1, 1] + s2 * z[2, 1],
-                 s0 * z[0, 2] + s1 * z[1, 2] + s2 * z[2, 2])
+        rho = (
+            c0 * z[0, 0] + c1 * z[1, 0] + c2 * z[2, 0],
+            c0 * z[0, 1] + c1 * z[1, 1] + c2 * z[2, 1],
+            c0 * z[0, 2] + c1 * z[1, 2] + c2 * z[2, 2],
+        )
+        sigma = (
+            s0 * z[0, 0] + s1 * z[1, 0] + s2 * z[2, 0],
+            s0 * z[0, 1] + s1 * z[1, 1] + s2 * z[2, 1],
+            s0 * z[0, 2] + s1 * z[1, 2] + s2 * z[2, 2],
+        )
         a = rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2]
         b = rho[0] * sigma[0] + rho[1] * sigma[1] + rho[2] * sigma[2]
         d = sigma[0] * sigma[0] + sigma[1] * sigma[1] + sigma[2] * sigma[2]
@@ -225,7 +240,9 @@ def _stiffness(W, U, V, ck, K):
 
 @inner_kernel
 def _add_axial_damping(element, z, rate, ck, cd, f, K):
-    """Add the forces of the damping c |rho|' along rho to f, ck and cd times their derivatives to K; return the power."""
+    """Add the forces of the damping c |rho|' along rho to f, ck and cd times their derivatives to K;
+    return the power.
+    """
     power = 0.0
     p = np.empty(9)
     rho = np.empty(3)
@@ -280,7 +297,9 @@ def _add_bending_damping(element, z, rate, ck, cd, f, K):
             for n in range(3):
                 c2, s2 = BENDING[g, n], BENDING[g, 3 + n] / L
                 for k in range(9):
-                    K[3 * m + k // 3, 3 * n + k % 3] += c1 * (c2 * H[0, k] + s2 * H[1, k]) + s1 * (c2 * H[2, k] + s2 * H[3, k])
+                    K[3 * m + k // 3, 3 * n + k % 3] += c1 * (c2 * H[0, k] + s2 * H[1, k]) + s1 * (
+                        c2 * H[2, k] + s2 * H[3, k]
+                    )
     return power
 
 

@@ -34,8 +34,12 @@ reference (3), axes in the tangent frame (9)."""
 def _interpolate(x, first, data, at, a, b, out):
     """Write the sum of the four coefficients times the vectors of the nodes a and b, from x[first:], to `out`."""
     for i in range(3):
-        out[i] = (data[at] * x[first + 6 * a + i] + data[at + 1] * x[first + 6 * a + 3 + i]
-                  + data[at + 2] * x[first + 6 * b + i] + data[at + 3] * x[first + 6 * b + 3 + i])
+        out[i] = (
+            data[at] * x[first + 6 * a + i]
+            + data[at + 1] * x[first + 6 * a + 3 + i]
+            + data[at + 2] * x[first + 6 * b + i]
+            + data[at + 3] * x[first + 6 * b + 3 + i]
+        )
 
 
 @row_kernel
@@ -224,5 +228,9 @@ def energy(raw, data, state, work):
                     work.energy[2] -= data[start + 17 + s] * row.gravity[i] * state.q[row.iq + target + i]
                     for t in range(4):
                         source = (a if t < 2 else b) + 3 * (t % 2)
-                        work.energy[0] += (0.5 * data[start + 1 + 4 * s + t] * state.u[row.iu + target + i]
-                                           * state.u[row.iu + source + i])
+                        work.energy[0] += (
+                            0.5
+                            * data[start + 1 + 4 * s + t]
+                            * state.u[row.iu + target + i]
+                            * state.u[row.iu + source + i]
+                        )

@@ -32,13 +32,21 @@ def checked_points(points, title: str) -> np.ndarray:
     """Return the points (n, 3) of a curve; ModelError if there are less than two, or two neighbours coincide."""
     p = finite_array(points)
     if p.ndim != 2 or p.shape[1] != 3 or len(p) < 2:
-        raise ModelError(title, found=f"points of the shape {p.shape}", expected="two or more points (n, 3), m, in W",
-                         remedy="Write points=((0, 0, 0), (1, 0, 0))")
+        raise ModelError(
+            title,
+            found=f"points of the shape {p.shape}",
+            expected="two or more points (n, 3), m, in W",
+            remedy="Write points=((0, 0, 0), (1, 0, 0))",
+        )
     step = np.linalg.norm(np.diff(p, axis=0), axis=1)
     if step.min() <= 1e-9 * max(step.max(), np.abs(p).max() * 1e-3):
         k = int(np.argmin(step))
-        raise ModelError(title, found=f"zero length between points {k} and {k + 1} at {p[k].tolist()} m",
-                         expected="a distance between neighbouring points", remedy="Remove one of the two points")
+        raise ModelError(
+            title,
+            found=f"zero length between points {k} and {k + 1} at {p[k].tolist()} m",
+            expected="a distance between neighbouring points",
+            remedy="Remove one of the two points",
+        )
     return p
 
 
@@ -67,8 +75,12 @@ def curve_through(points, elements: int, title: str, *, tangents=None, closed: b
     elif tangents is not None:
         t = finite_array(tangents)
         if t.shape != (2, 3) or np.linalg.norm(t, axis=1).min() == 0.0:
-            raise ModelError(title, found=f"tangents = {tangents!r}", expected="two directions (2, 3)",
-                             remedy="Write tangents=((1, 0, 0), (0, 1, 0))")
+            raise ModelError(
+                title,
+                found=f"tangents = {tangents!r}",
+                expected="two directions (2, 3)",
+                remedy="Write tangents=((1, 0, 0), (0, 1, 0))",
+            )
         t = t / np.linalg.norm(t, axis=1)[:, None]
         ends = ((1, t[0]), (1, t[1]))
     else:
@@ -107,9 +119,12 @@ def _refuse_folds(t, closed, title) -> None:
     if len(cosines) and cosines.min() < FOLD:
         k = int(np.argmin(cosines))
         angle = np.degrees(np.arccos(np.clip(cosines[k], -1.0, 1.0)))
-        raise ModelError(title, found=f"the curve turns by {angle:.0f} degrees within element {k}",
-                         expected="less than 90 degrees in an element",
-                         remedy="Use more elements, or smoother points; a sharp corner is a joint between two bodies")
+        raise ModelError(
+            title,
+            found=f"the curve turns by {angle:.0f} degrees within element {k}",
+            expected="less than 90 degrees in an element",
+            remedy="Use more elements, or smoother points; a sharp corner is a joint between two bodies",
+        )
 
 
 def minimal_rotation(a, b) -> np.ndarray:

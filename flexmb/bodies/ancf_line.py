@@ -60,13 +60,18 @@ class AncfLine(Body):
         object.__setattr__(self, "_sections", checked_sections(self.section, self.needs, self.title))
         object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
         if not isinstance(self.material, Material):
-            raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
-                             remedy="Write material=fmb.MATERIALS['steel']")
+            raise ModelError(
+                self.title,
+                found=f"material = {self.material!r}",
+                expected="a Material",
+                remedy="Write material=fmb.MATERIALS['steel']",
+            )
         check_frame(self)
         check_initial_strain(self)
         self._check_elements()
-        curve = curve_through(self.points, self.elements * self.intervals, self.title, tangents=self.tangents,
-                              closed=self.closed)
+        curve = curve_through(
+            self.points, self.elements * self.intervals, self.title, tangents=self.tangents, closed=self.closed
+        )
         R = np.asarray(self.rotation)
         object.__setattr__(self, "_curve", Curve(np.array(self.at) + curve.r @ R.T, curve.t @ R.T, curve.length))
         object.__setattr__(self, "points", np.asarray(self.points, float))
@@ -79,17 +84,25 @@ class AncfLine(Body):
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1
         if not isinstance(self.elements, int | np.integer) or self.elements < least:
-            raise ModelError(self.title, found=f"elements = {self.elements!r}",
-                             expected=f"a whole number >= {least}" + (" for a closed line" if self.closed else ""),
-                             remedy="Write elements=16")
+            raise ModelError(
+                self.title,
+                found=f"elements = {self.elements!r}",
+                expected=f"a whole number >= {least}" + (" for a closed line" if self.closed else ""),
+                remedy="Write elements=16",
+            )
 
     def _place(self, name: str, value) -> tuple[float, np.ndarray | None]:
         fraction, rotation = value if isinstance(value, tuple | list) and len(value) == 2 else (value, None)
         if not is_number(fraction) or not 0.0 <= fraction <= 1.0:
-            raise ModelError(self.title, found=f"marker {name} at {fraction!r}",
-                             expected="a fraction of the length, 0 to 1, or (fraction, rotation)",
-                             remedy=f"Write markers={{'{name}': 0.5}}")
-        return float(fraction), None if rotation is None else rotation3(rotation, self.title, f"rotation of marker {name}")
+            raise ModelError(
+                self.title,
+                found=f"marker {name} at {fraction!r}",
+                expected="a fraction of the length, 0 to 1, or (fraction, rotation)",
+                remedy=f"Write markers={{'{name}': 0.5}}",
+            )
+        return float(fraction), None if rotation is None else rotation3(
+            rotation, self.title, f"rotation of marker {name}"
+        )
 
     @property
     def curve(self) -> Curve:
@@ -197,11 +210,15 @@ class AncfLine(Body):
         return np.concatenate([r[:, None], np.cross(w, gradients)], axis=1)
 
     def shares_of_size(self, q: np.ndarray) -> np.ndarray:
-        """Return what is left of the elements (elements,) of their length or volume as drawn, q (nq,); < 0: inverted."""
+        """Return what is left of the elements (elements,) of their length or volume as drawn, q (nq,);
+        < 0: inverted.
+        """
         raise TypeError(f"{type(self).__name__} does not say how its elements collapse")
 
     def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
-        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out, and which; or None."""
+        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out,
+        and which; or None.
+        """
         for k, row in enumerate(q):
             share = self.shares_of_size(row)
             if not share.min() > COLLAPSED:

@@ -77,16 +77,16 @@ class AncfPlate(Body):
         Masses fixed to the surface, without inertia of their own against turning.
     markers : mapping of name to (s, t) or ((s, t), rotation)
         Places on the surface by two fractions of the grid. Axes: x along s, z normal; `rotation` turns them further.
-        With "mean" for one fraction, ``(1.0, "mean")``, the marker is the mean of a line: a force on it is spread evenly
-        along that line. ``corner_00``, ``corner_10``, ``corner_11``, ``corner_01`` always exist.
+        With "mean" for one fraction, ``(1.0, "mean")``, the marker is the mean of a line: a force on it is spread
+        evenly along that line. ``corner_00``, ``corner_10``, ``corner_11``, ``corner_01`` always exist.
 
     Notes
     -----
-    `Pressure` takes the loads "body.pressure" (along the normal, it turns with the surface) and "body.load_x", "load_y",
-    "load_z" (force per area as drawn, along the axes of W).
+    `Pressure` takes the loads "body.pressure" (along the normal, it turns with the surface) and "body.load_x",
+    "load_y", "load_z" (force per area as drawn, along the axes of W).
 
-    Source: Dufva & Shabana 2005, Dmitrochenko & Pogorelov 2003 (thin); Yamashita, Valkeapaeae, Jayakumar & Sugiyama 2015
-    with the shear of Dvorkin & Bathe 1984 (shear-deformable).
+    Source: Dufva & Shabana 2005, Dmitrochenko & Pogorelov 2003 (thin); Yamashita, Valkeapaeae, Jayakumar & Sugiyama
+    2015 with the shear of Dvorkin & Bathe 1984 (shear-deformable).
 
     Examples
     --------
@@ -115,8 +115,9 @@ class AncfPlate(Body):
     angular_velocity: Any = (0.0, 0.0, 0.0)
     markers: Mapping[str, Any] = field(default_factory=dict)
 
-    table: ClassVar[Table] = Table("AncfPlate", kernels.ROW, {
-        "place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy})
+    table: ClassVar[Table] = Table(
+        "AncfPlate", kernels.ROW, {"place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy}
+    )
     has_frame: ClassVar[bool] = False
     load_names: ClassVar[tuple[str, ...]] = LOADS
 
@@ -125,22 +126,33 @@ class AncfPlate(Body):
         self.require_positive("damping", zero=True)
         self.require_positive("shear_factor")
         if not isinstance(self.material, Material):
-            raise ModelError(self.title, found=f"material = {self.material!r}", expected="a Material",
-                             remedy="Write material=fmb.MATERIALS['steel']")
+            raise ModelError(
+                self.title,
+                found=f"material = {self.material!r}",
+                expected="a Material",
+                remedy="Write material=fmb.MATERIALS['steel']",
+            )
         check_frame(self)
         check_initial_strain(self)
         points = checked_points(self.points, self.title)
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "elements", checked_elements(self.elements, points, self.title))
         object.__setattr__(self, "_thickness", checked_thickness(self.thickness, self.title))
-        object.__setattr__(self, "_surface", surface_through(
-            np.array(self.at) + points @ np.asarray(self.rotation).T, self.elements, self.title))
+        object.__setattr__(
+            self,
+            "_surface",
+            surface_through(np.array(self.at) + points @ np.asarray(self.rotation).T, self.elements, self.title),
+        )
         object.__setattr__(self, "markers", dict(self.markers or {}))
-        object.__setattr__(self, "_places", {
-            name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()})
+        object.__setattr__(
+            self,
+            "_places",
+            {name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()},
+        )
         object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
         heads, element_points = (shell_elements if self.shear else thin_elements)(
-            self.surface, self._nodal_vectors(), self)
+            self.surface, self._nodal_vectors(), self
+        )
         add_masses(self, heads)
         object.__setattr__(self, "_data", (heads, element_points))
         object.__setattr__(self, "_drawn", {name: functional(self, place) for name, place in self.places.items()})
@@ -148,14 +160,17 @@ class AncfPlate(Body):
 
     @classmethod
     def rectangle(cls, name: str, *, edges, thickness, material, corner=(0.0, 0.0, 0.0), **fields) -> AncfPlate:
-        """Return a flat rectangle in the x-y plane of the body's axes, with edges (2,), m, along x and y from a corner."""
+        """Return a flat rectangle in the x-y plane of the body's axes, with edges (2,), m,
+        along x and y from a corner.
+        """
         (a, b), at = edges, np.asarray(corner, float)
         points = at + np.array([[(0.0, 0.0, 0.0), (0.0, b, 0.0)], [(a, 0.0, 0.0), (a, b, 0.0)]])
         return cls(name, points=points, thickness=thickness, material=material, **fields)
 
     @classmethod
-    def cylinder(cls, name: str, *, radius: float, angle: float, length: float, elements, thickness, material,
-                 **fields) -> AncfPlate:
+    def cylinder(
+        cls, name: str, *, radius: float, angle: float, length: float, elements, thickness, material, **fields
+    ) -> AncfPlate:
         """Return a part of a cylinder about the body's z-axis: s runs by `angle`, rad, from the x-axis, t along z."""
         turn = np.linspace(0.0, angle, elements[0] + 1)
         ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)], axis=1)
@@ -236,8 +251,8 @@ class AncfPlate(Body):
 
     def marker_blocks(self) -> dict[str, tuple[int, int]]:
         """Return the first node and the number of nodes between which those lie that move each marker."""
-        return {name: (int(min(nodes)), int(max(nodes) - min(nodes) + 1))
-                for name, (nodes, _) in self._drawn.items()}  # type: ignore[attr-defined]
+        # type: ignore[attr-defined]
+        return {name: (int(min(nodes)), int(max(nodes) - min(nodes) + 1)) for name, (nodes, _) in self._drawn.items()}
 
     def element_at(self, s: float, t: float) -> tuple[int, float, float]:
         """Return the element and the place in it, x and y in -1..1, of two fractions."""
@@ -266,14 +281,19 @@ class AncfPlate(Body):
         Examples
         --------
         >>> from flexmb import MATERIALS, Fixed
-        >>> plate = AncfPlate.rectangle("wing", edges=(2, 1), elements=(8, 4), thickness=0.01, material=MATERIALS["steel"])
+        >>> plate = AncfPlate.rectangle("wing", edges=(2, 1), elements=(8, 4), thickness=0.01,
+        material=MATERIALS["steel"])
         >>> plate, supports, clamps = plate.held("root", "s0", Fixed)
         >>> len(supports), clamps[4].markers
         (5, ('ground.root_4', 'wing.root_4'))
         """
         if edge not in ("s0", "s1", "t0", "t1"):
-            raise ModelError(self.title, found=f"edge {edge!r}", expected="One of: s0, s1, t0, t1",
-                             remedy="s0 is the edge where the fraction s is 0")
+            raise ModelError(
+                self.title,
+                found=f"edge {edge!r}",
+                expected="One of: s0, s1, t0, t1",
+                remedy="s0 is the edge where the fraction s is 0",
+            )
         along_t, end = edge[0] == "s", float(edge[1])
         n, axes = self.elements[1 if along_t else 0], Pose((0.0, 0.0, 0.0), rotation).matrix
         markers, supports, joints = dict(self.markers), {}, []
@@ -327,17 +347,28 @@ class AncfPlate(Body):
             _, a, b = self._drawn_at(nodes, weights)
             fixed = director_rows(a, b) @ pose.matrix
             each = [np.concatenate([[node - min(nodes)], w.ravel()]) for node, w in zip(nodes, weights, strict=True)]
-            parts.append(np.concatenate([[min(nodes), len(nodes)], fixed.ravel(), *each,
-                                         row_starts(nodes, pairs, size)]))
+            parts.append(
+                np.concatenate([[min(nodes), len(nodes)], fixed.ravel(), *each, row_starts(nodes, pairs, size)])
+            )
         begins = len(parts) + np.concatenate([[0], np.cumsum([len(p) for p in parts])])[:-1]
         first_load, *_ = (compiler.load(self.name, load) for load in LOADS)
-        return (self.vectors, len(elements), elements.shape[1], place.bulk(elements),
-                place.bulk(np.concatenate([begins, *parts])), compiler.couplings(self.name), first_load,
-                self.material.poisson, self.damping, compiler.gravity)
-
+        return (
+            self.vectors,
+            len(elements),
+            elements.shape[1],
+            place.bulk(elements),
+            place.bulk(np.concatenate([begins, *parts])),
+            compiler.couplings(self.name),
+            first_load,
+            self.material.poisson,
+            self.damping,
+            compiler.gravity,
+        )
 
     def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
-        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out, and which; or None."""
+        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out,
+        and which; or None.
+        """
         points = self._data[1]  # type: ignore[attr-defined]
         for k, row in enumerate(q):
             share = least_areas(points, self._of_elements(row))
@@ -353,7 +384,9 @@ class AncfPlate(Body):
         return np.asarray(q, float).reshape(-1, self.vectors, 3)[cells].reshape(len(cells), -1, 3)
 
     def surface_points(self, q: np.ndarray, nodes, weights) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and unit normals (n, 3) of places with nodes (n, k) and weights (n, k, v, 3), see `functional`."""
+        """Return positions and unit normals (n, 3) of places with nodes (n, k) and weights (n, k, v, 3),
+        see `functional`.
+        """
         r, a, b = np.einsum("nkvf,nkvi->fni", weights, np.asarray(q, float).reshape(-1, self.vectors, 3)[nodes])
         normal = a if self.shear else np.cross(a, b)
         return r, normal / np.linalg.norm(normal, axis=1)[:, None]
@@ -392,5 +425,3 @@ def marker_axes(a, b, shear: bool) -> np.ndarray:
     """Return marker axes (3, 3): x along s, z normal; a, b are r_s, r_t of thin plates, d, r_s of others."""
     e1, e2, e3 = director_rows(a, b)
     return np.stack([e2, -e1, e3] if shear else [e3, e2, -e1], axis=1)
-
-

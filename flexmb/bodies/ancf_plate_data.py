@@ -139,8 +139,18 @@ def shell_elements(surface: Surface, vectors, plate) -> tuple[np.ndarray, np.nda
         kappa = np.einsum("eai,ebi->eab", D @ q, D @ d) * (not plate.flat)
         bent = np.stack([kappa[:, 0, 0], kappa[:, 1, 1], kappa[:, 0, 1] + kappa[:, 1, 0]], axis=1)
         on_r = _spread(N[:, 0], False)
-        points.append(_rows(w * E * h / (1.0 - nu**2), w * E * h**3 / 12.0 / (1.0 - nu**2), w, rest, bent,
-                            _spread(D, False), _spread(D, True), on_r))
+        points.append(
+            _rows(
+                w * E * h / (1.0 - nu**2),
+                w * E * h**3 / 12.0 / (1.0 - nu**2),
+                w,
+                rest,
+                bent,
+                _spread(D, False),
+                _spread(D, True),
+                on_r,
+            )
+        )
         both = np.einsum("es,et->est", N[:, 0], N[:, 0])
         mass[:, 0::2, 0::2] += (density * h * w)[:, None, None] * both
         mass[:, 1::2, 1::2] += (density * h**3 / 12.0 * w)[:, None, None] * both

@@ -32,8 +32,14 @@ THICKNESS = np.array([[k, 2 * k + 1.0, 2 * k + 1.0, 0.5] for k in range(4)])
 """E_33 + 1/2 at the nodes, of r, d of four nodes."""
 EDGES = ((0, 1), (3, 2), (0, 3), (1, 2))
 """Edges with the nodes at their ends: two along s, two along t."""
-SHEAR = np.array([[k, 2.0 * p, 2 * q + 1.0, 0.25 if p == b else -0.25]
-                  for k, (a, b) in enumerate(EDGES) for p in (b, a) for q in (a, b)])
+SHEAR = np.array(
+    [
+        [k, 2.0 * p, 2 * q + 1.0, 0.25 if p == b else -0.25]
+        for k, (a, b) in enumerate(EDGES)
+        for p in (b, a)
+        for q in (a, b)
+    ]
+)
 """Transverse shear in the middle of the edges, half the edge times the mean director, of r, d of four nodes."""
 
 
@@ -103,8 +109,24 @@ def _shell(data, start, nu, tau, q, u, ck, cd, f, K):
         energy += e
         power += p
         at += SHELL
-    e, p = _add_point(IN_PLANE, data, at + 1, at + 2, np.full((1, 1), data[at]), tau, q, u, ck, cd, x[:2], rate[:2],
-                      out[:2], np.empty((6, 6)), f, K)
+    e, p = _add_point(
+        IN_PLANE,
+        data,
+        at + 1,
+        at + 2,
+        np.full((1, 1), data[at]),
+        tau,
+        q,
+        u,
+        ck,
+        cd,
+        x[:2],
+        rate[:2],
+        out[:2],
+        np.empty((6, 6)),
+        f,
+        K,
+    )
     energy += e
     power += p
     at += 18

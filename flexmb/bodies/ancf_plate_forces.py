@@ -31,8 +31,19 @@ def with_director_strains(points, q) -> np.ndarray:
     """Return the same of elements with director (ne, 8): `points` (ne, 234), `q` (ne, 8, 3), and the shear 1, 2."""
     own = points[:, : 4 * SHELL].reshape(len(points), 4, SHELL)
     x = np.einsum("egkv,evi->egki", own[:, :, 8:40].reshape(len(points), 4, 4, 8), q)
-    s = np.stack([0.5 * _dot(x, x, 0, 0), 0.5 * _dot(x, x, 1, 1), _dot(x, x, 0, 2), _dot(x, x, 1, 3),
-                  _dot(x, x, 0, 3) + _dot(x, x, 1, 2)], axis=-1) - own[:, :, 3:8]
+    s = (
+        np.stack(
+            [
+                0.5 * _dot(x, x, 0, 0),
+                0.5 * _dot(x, x, 1, 1),
+                _dot(x, x, 0, 2),
+                _dot(x, x, 1, 3),
+                _dot(x, x, 0, 3) + _dot(x, x, 1, 2),
+            ],
+            axis=-1,
+        )
+        - own[:, :, 3:8]
+    )
     s = s.mean(axis=1)
     middle = points[:, 4 * SHELL + 2 : 4 * SHELL + 18].reshape(len(points), 2, 8)
     r = np.einsum("ekv,evi->eki", middle, q)

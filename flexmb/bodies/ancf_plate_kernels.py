@@ -135,8 +135,9 @@ def _spread(row, data, at, H, work):
                         for j in range(3):
                             for s in range(2):
                                 for t in range(2):
-                                    work.S[target + j] += (data[left + s] * data[right + t]
-                                                           * H[3 * (1 - s) + i, 3 * (1 - t) + j])
+                                    work.S[target + j] += (
+                                        data[left + s] * data[right + t] * H[3 * (1 - s) + i, 3 * (1 - t) + j]
+                                    )
 
 
 @inner_kernel

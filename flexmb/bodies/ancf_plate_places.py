@@ -1,4 +1,6 @@
-"""Places of markers on plates: position and two directions as sums of nodal vectors, at a point or as mean of a line."""
+"""Places of markers on plates: position and two directions as sums of nodal vectors,
+at a point or as mean of a line.
+"""
 
 from __future__ import annotations
 
@@ -29,11 +31,15 @@ def place_of(value, name: str, title: str) -> Place:
     parts = value if isinstance(value, tuple | list) and len(value) == 2 else (None, None)
     where, rotation = (parts[0], parts[1]) if isinstance(parts[0], tuple | list) else (parts, None)
     good = len(where) == 2 and all(
-        z == MEAN if isinstance(z, str) else isinstance(z, int | float | np.number) and 0.0 <= z <= 1.0 for z in where)
+        z == MEAN if isinstance(z, str) else isinstance(z, int | float | np.number) and 0.0 <= z <= 1.0 for z in where
+    )
     if not good or list(where).count(MEAN) > 1:
-        raise ModelError(title, found=f"marker {name} at {value!r}",
-                         expected="two fractions (s, t), 0 to 1, one of which may be \"mean\", or ((s, t), rotation)",
-                         remedy=f"Write markers={{'{name}': (1.0, 0.5)}}")
+        raise ModelError(
+            title,
+            found=f"marker {name} at {value!r}",
+            expected='two fractions (s, t), 0 to 1, one of which may be "mean", or ((s, t), rotation)',
+            remedy=f"Write markers={{'{name}': (1.0, 0.5)}}",
+        )
     s, t = where
     return Place(s, t, None if rotation is None else rotation3(rotation, title, f"rotation of marker {name}"))
 
@@ -69,8 +75,10 @@ def functional(plate, place: Place) -> tuple[np.ndarray, np.ndarray]:
         along = 0 if place.s == MEAN else 1
         n, (x, w) = plate.elements[along], np.polynomial.legendre.leggauss(3)
         at = ((np.arange(n)[:, None] + 0.5 * (1.0 + x)) / n).ravel()
-        samples = [(z, float(place.t), p) if along == 0 else (float(place.s), z, p)
-                   for z, p in zip(at, np.tile(w, n), strict=True)]
+        samples = [
+            (z, float(place.t), p) if along == 0 else (float(place.s), z, p)
+            for z, p in zip(at, np.tile(w, n), strict=True)
+        ]
     total: dict[int, np.ndarray] = {}
     length = 0.0
     for s, t, weight in samples:
@@ -88,6 +96,7 @@ def functional(plate, place: Place) -> tuple[np.ndarray, np.ndarray]:
 
 def row_starts(nodes, pairs, size: int) -> np.ndarray:
     """Return where each node's rows begin in the columns of each other one, (k k,): see `_row_start` of the kernels."""
+
     def start(a: int, b: int) -> int:
         if a == b:
             return -1 - a
@@ -102,10 +111,18 @@ def checked_masses(given: Any, title: str) -> tuple[tuple[tuple[float, float], f
     for pair in entries_of(given):
         good = isinstance(pair, tuple | list) and len(pair) == 2 and np.shape(pair[0]) == (2,)
         flat = (*pair[0], pair[1]) if good else ()
-        if (not good or not all(is_number(z) for z in flat) or flat[2] <= 0.0
-                or not 0.0 <= min(flat[:2]) <= max(flat[:2]) <= 1.0):
-            raise ModelError(title, found=f"lumped mass {pair!r}", expected="((s, t), mass > 0 in kg), s and t from 0 to 1",
-                             remedy="Write lumped_masses=[((0.5, 0.5), 2.0)]")
+        if (
+            not good
+            or not all(is_number(z) for z in flat)
+            or flat[2] <= 0.0
+            or not 0.0 <= min(flat[:2]) <= max(flat[:2]) <= 1.0
+        ):
+            raise ModelError(
+                title,
+                found=f"lumped mass {pair!r}",
+                expected="((s, t), mass > 0 in kg), s and t from 0 to 1",
+                remedy="Write lumped_masses=[((0.5, 0.5), 2.0)]",
+            )
         s, t, mass = flat
         masses.append(((float(s), float(t)), float(mass)))
     return tuple(masses)

@@ -54,19 +54,29 @@ def checked_points(given: Any, title: str) -> np.ndarray:
     """Return a grid of points (p, q, 3); ModelError for anything else."""
     points = finite_array(given)
     if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) < 2:
-        raise ModelError(title, found=f"points of shape {np.shape(points)}",
-                         expected="a grid (p, q, 3) of finite numbers, m, at least 2 x 2",
-                         remedy="Write points=[[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0)]]")
+        raise ModelError(
+            title,
+            found=f"points of shape {np.shape(points)}",
+            expected="a grid (p, q, 3) of finite numbers, m, at least 2 x 2",
+            remedy="Write points=[[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0)]]",
+        )
     return points
 
 
 def checked_elements(given: Any, points: np.ndarray, title: str) -> tuple[int, int]:
     """Return the numbers of elements along s and t, by default one between neighbouring points."""
     pair = (points.shape[0] - 1, points.shape[1] - 1) if given is None else given
-    if (not isinstance(pair, tuple | list) or len(pair) != 2
-            or not all(isinstance(n, int | np.integer) and n >= 1 for n in pair)):
-        raise ModelError(title, found=f"elements = {given!r}", expected="two whole numbers >= 1, along s and t",
-                         remedy="Write elements=(16, 4)")
+    if (
+        not isinstance(pair, tuple | list)
+        or len(pair) != 2
+        or not all(isinstance(n, int | np.integer) and n >= 1 for n in pair)
+    ):
+        raise ModelError(
+            title,
+            found=f"elements = {given!r}",
+            expected="two whole numbers >= 1, along s and t",
+            remedy="Write elements=(16, 4)",
+        )
     return int(pair[0]), int(pair[1])
 
 
@@ -74,8 +84,12 @@ def checked_thickness(given: Any, title: str) -> np.ndarray:
     """Return the thickness as a grid of at least 2 x 2 values, m; ModelError if one is not positive."""
     h = finite_array(given)
     if h.ndim not in (0, 2) or h.size == 0 or h.min() <= 0.0:
-        raise ModelError(title, found=f"thickness = {given!r}", expected="a number > 0, m, or a grid (a, b) of them",
-                         remedy="Write thickness=0.002, or [[0.002, 0.002], [0.001, 0.001]] for a taper along s")
+        raise ModelError(
+            title,
+            found=f"thickness = {given!r}",
+            expected="a number > 0, m, or a grid (a, b) of them",
+            remedy="Write thickness=0.002, or [[0.002, 0.002], [0.001, 0.001]] for a taper along s",
+        )
     h = np.atleast_2d(h)
     return np.pad(h, [(0, int(n == 1)) for n in h.shape], mode="edge")
 
@@ -99,9 +113,12 @@ def _lengths(points, s, t):
 def _unit(vectors, title, along):
     size = np.linalg.norm(vectors, axis=-1, keepdims=True)
     if size.min() <= 1e-9 * size.max():
-        raise ModelError(title, found=f"the surface has no tangent along {along} in some node",
-                         expected="points of a grid whose neighbours are apart",
-                         remedy="Take out repeated points; where lines meet in a point leave a small hole")
+        raise ModelError(
+            title,
+            found=f"the surface has no tangent along {along} in some node",
+            expected="points of a grid whose neighbours are apart",
+            remedy="Take out repeated points; where lines meet in a point leave a small hole",
+        )
     return vectors / size
 
 
@@ -145,19 +162,28 @@ def _refuse_bad(r, cells, nt, title) -> None:
     area = np.linalg.norm(mean, axis=1)
     longest = np.linalg.norm(sides, axis=2).max(axis=1)
     for e in np.flatnonzero(area <= 1e-9 * longest**2)[:1]:
-        raise ModelError(title, found=f"element ({e // nt}, {e % nt}) without area, {area[e]:.3g} m2",
-                         expected="four corners that span a surface",
-                         remedy="Take out repeated points, or points on one line")
+        raise ModelError(
+            title,
+            found=f"element ({e // nt}, {e % nt}) without area, {area[e]:.3g} m2",
+            expected="four corners that span a surface",
+            remedy="Take out repeated points, or points on one line",
+        )
     facing = np.einsum("eki,ei->ek", normals, mean) / area[:, None]
     size = np.linalg.norm(normals, axis=2)
     for e in np.flatnonzero(facing.min(axis=1) <= 1e-9 * area)[:1]:
         k = int(np.argmin(facing[e]))
-        raise ModelError(title, found=f"element ({e // nt}, {e % nt}) is folded at its corner "
-                         f"{np.array2string(x[e, k], precision=4)} m", expected="corners with angles below 180 degrees",
-                         remedy="Put the points of the grid in order: neighbours beside each other")
+        raise ModelError(
+            title,
+            found=f"element ({e // nt}, {e % nt}) is folded at its corner {np.array2string(x[e, k], precision=4)} m",
+            expected="corners with angles below 180 degrees",
+            remedy="Put the points of the grid in order: neighbours beside each other",
+        )
     cosine = facing / np.maximum(size, 1e-300)
     for e in np.flatnonzero(cosine.min(axis=1) < WARPED)[:1]:
         angle = np.degrees(np.arccos(np.clip(cosine[e].min(), -1.0, 1.0)))
-        raise ModelError(title, found=f"element ({e // nt}, {e % nt}) is warped: a corner faces {angle:.0f} degrees "
-                         "away from the middle", expected="less than 60 degrees",
-                         remedy="Use more elements where the surface is twisted")
+        raise ModelError(
+            title,
+            found=f"element ({e // nt}, {e % nt}) is warped: a corner faces {angle:.0f} degrees away from the middle",
+            expected="less than 60 degrees",
+            remedy="Use more elements where the surface is twisted",
+        )

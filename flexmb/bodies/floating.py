@@ -147,8 +147,17 @@ def inertia(raw, data, state, work):
                     B[i, 3 + j] -= weights[2] * (M[i, a] * fall[b] - M[i, b] * fall[a])
             for k in range(row.n_markers):
                 r, _, translation, rotation = geometry(data, row.geometry, k, m)
-                add_marker_stiffness(B, weights[2], R, state.q[row.iq : row.iq + 7 + m], m, r, translation, rotation,
-                                     work.markers[row.marker + k].wrench)
+                add_marker_stiffness(
+                    B,
+                    weights[2],
+                    R,
+                    state.q[row.iq : row.iq + 7 + m],
+                    m,
+                    r,
+                    translation,
+                    rotation,
+                    work.markers[row.marker + k].wrench,
+                )
         for i in range(m):
             for j in range(m):
                 B[6 + i, 6 + j] += weights[2] * K[i, j] + weights[1] * D[i, j]
@@ -237,8 +246,12 @@ class FloatingBody(Body):
     def __post_init__(self):
         super().__post_init__()
         if not isinstance(self.data, ModalNeutralData):
-            raise ModelError(self.title, found=f"data = {type(self.data).__name__}", expected="ModalNeutralData",
-                             remedy="Make it with flexmb.reduction.reduce, or load it with ModalNeutralData.load")
+            raise ModelError(
+                self.title,
+                found=f"data = {type(self.data).__name__}",
+                expected="ModalNeutralData",
+                remedy="Make it with flexmb.reduction.reduce, or load it with ModalNeutralData.load",
+            )
         check_frame(self)
         self._check_markers()
         modes = 0 if self.rigid else self.modes
@@ -248,14 +261,21 @@ class FloatingBody(Body):
         damping = np.asarray(self.damping, float)
         fits = m == 0 or damping.shape in ((), (self.data.n_modes,), (m,), (m, m))
         if not fits or (damping.ndim < 2 and np.any(damping < 0.0)):
-            raise ModelError(self.title, found=f"damping with the shape {damping.shape}",
-                             expected=f"a fraction >= 0, ({m},) fractions, or a matrix ({m}, {m})",
-                             remedy="Write damping=0.01 for 1 % of critical damping")
+            raise ModelError(
+                self.title,
+                found=f"damping with the shape {damping.shape}",
+                expected=f"a fraction >= 0, ({m},) fractions, or a matrix ({m}, {m})",
+                remedy="Write damping=0.01 for 1 % of critical damping",
+            )
         groups = self.stiffening_groups
         unknown = [name for name in groups if name not in STIFFENING]
         if unknown:
-            raise ModelError(self.title, found=f"geometric_stiffness names {unknown}", expected=f"some of {STIFFENING}",
-                             remedy="Use True for all of them")
+            raise ModelError(
+                self.title,
+                found=f"geometric_stiffness names {unknown}",
+                expected=f"some of {STIFFENING}",
+                remedy="Use True for all of them",
+            )
 
     @classmethod
     def similar(cls, name: str, *, data: ModalNeutralData, scale: float, **fields) -> FloatingBody:
@@ -265,24 +285,48 @@ class FloatingBody(Body):
         stresses. So a part can be made longer, with all its other measures, without a new reduction.
         """
         if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.0 < scale < np.inf:
-            raise ModelError(f"Body '{name}'", found=f"scale = {scale!r}", expected="a positive number",
-                             remedy="scale=1.05 makes all lengths 5 % longer")
+            raise ModelError(
+                f"Body '{name}'",
+                found=f"scale = {scale!r}",
+                expected="a positive number",
+                remedy="scale=1.05 makes all lengths 5 % longer",
+            )
         if scale != 1.0:
             data = data.rescaled(length=scale, mass=scale**3, time=scale)
         return cls(name, data=data, **fields)
 
     @classmethod
-    def split(cls, name: str, parts: Sequence[ModalNeutralData], *, at=(0.0, 0.0, 0.0), rotation: Any = None,
-              velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), damping: Any = 0.0,
-              geometric_stiffness: Any = True, rigid: bool = False) -> tuple[FloatingBody, ...]:  # fmt: skip
+    def split(
+        cls,
+        name: str,
+        parts: Sequence[ModalNeutralData],
+        *,
+        at=(0.0, 0.0, 0.0),
+        rotation: Any = None,
+        velocity=(0.0, 0.0, 0.0),
+        angular_velocity=(0.0, 0.0, 0.0),
+        damping: Any = 0.0,
+        geometric_stiffness: Any = True,
+        rigid: bool = False,
+    ) -> tuple[FloatingBody, ...]:
         """Return the bodies "name_1", "name_2" ... of the parts of a body (`flexmb.reduction.split`).
 
         Place and motion are those of the whole; `flexmb.Fixed.at_cuts` joins them.
         """
         return tuple(
-            cls(f"{name}_{k}", data=data, at=at, rotation=rotation, velocity=velocity, damping=damping,
-                angular_velocity=angular_velocity, geometric_stiffness=geometric_stiffness, rigid=rigid)
-            for k, data in enumerate(parts, 1))  # fmt: skip
+            cls(
+                f"{name}_{k}",
+                data=data,
+                at=at,
+                rotation=rotation,
+                velocity=velocity,
+                damping=damping,
+                angular_velocity=angular_velocity,
+                geometric_stiffness=geometric_stiffness,
+                rigid=rigid,
+            )
+            for k, data in enumerate(parts, 1)
+        )
 
     def _check_markers(self) -> None:
         """Store the given marker axes as poses at the places of the data."""
@@ -290,14 +334,20 @@ class FloatingBody(Body):
         poses = {}
         for name, value in (self.markers or {}).items():
             if name not in places:
-                raise ModelError(self.title, found=f"markers turns '{name}', which the data does not have",
-                                 expected=f"Interfaces and stations: {', '.join(places)}",
-                                 remedy=did_you_mean(name, places) or "Add it to the reduction as interface or station")
+                raise ModelError(
+                    self.title,
+                    found=f"markers turns '{name}', which the data does not have",
+                    expected=f"Interfaces and stations: {', '.join(places)}",
+                    remedy=did_you_mean(name, places) or "Add it to the reduction as interface or station",
+                )
             pose, at = as_pose(value, self.title, f"marker {name}"), vector3(places[name], self.title, name)
             if any(pose.at) and not np.allclose(pose.at, at, rtol=1e-6, atol=1e-9):
-                raise ModelError(self.title, found=f"marker {name} at {pose.at} m",
-                                 expected=f"its place in the data, {at} m",
-                                 remedy="Give axes only, or add a station to the reduction at that place")
+                raise ModelError(
+                    self.title,
+                    found=f"marker {name} at {pose.at} m",
+                    expected=f"its place in the data, {at} m",
+                    remedy="Give axes only, or add a station to the reduction at that place",
+                )
             poses[name] = Pose(at, pose.matrix)
         object.__setattr__(self, "markers", poses or None)
 
@@ -335,8 +385,10 @@ class FloatingBody(Body):
     def marker_poses(self) -> dict[str, Pose]:
         """Return the interfaces and stations of the data, undeformed."""
         data, turned = self.reduced, self.markers or {}
-        return {name: turned.get(name, Pose(tuple(at)))
-                for name, at in zip(data.marker_names, data.marker_positions, strict=True)}
+        return {
+            name: turned.get(name, Pose(tuple(at)))
+            for name, at in zip(data.marker_names, data.marker_positions, strict=True)
+        }
 
     def initial_state(self):
         """Return (r, p, eta = 0) and the twist in body axes with eta' = 0."""
@@ -347,14 +399,24 @@ class FloatingBody(Body):
     def record(self, compiler, place):
         """Return the row: invariants, markers and stiffness as bulk data."""
         data = self.reduced
-        mass, markers, elastic, stiffening = pack(data, self.damping_matrix(), self.stiffening_groups,
-                                                  list(self.marker_poses().values()))
+        mass, markers, elastic, stiffening = pack(
+            data, self.damping_matrix(), self.stiffening_groups, list(self.marker_poses().values())
+        )
         first_load = 0
         for k, name in enumerate(data.load_names):
             index = compiler.load(self.name, name)
             first_load = index if k == 0 else first_load
-        return (data.n_modes, data.n_interfaces, len(data.load_names), first_load, stiffening, place.bulk(mass),
-                place.bulk(markers), place.bulk(elastic), compiler.gravity)
+        return (
+            data.n_modes,
+            data.n_interfaces,
+            len(data.load_names),
+            first_load,
+            stiffening,
+            place.bulk(mass),
+            place.bulk(markers),
+            place.bulk(elastic),
+            compiler.gravity,
+        )
 
     def stiffen(self, compiler, markers):
         """Reserve room for the derivatives of the stiffening by the interfaces' wrenches."""

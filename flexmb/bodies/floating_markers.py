@@ -90,7 +90,8 @@ def place_flexible_marker(marker, J, q, u, m, s, axes, translation, rotation):
             t[k] = T[k, 0] * rotation[0, j] + T[k, 1] * rotation[1, j] + T[k, 2] * rotation[2, j]
         for i in range(3):
             J[start + i * nu + 6 + j] = (
-                R[i, 0] * translation[0, j] + R[i, 1] * translation[1, j] + R[i, 2] * translation[2, j])
+                R[i, 0] * translation[0, j] + R[i, 1] * translation[1, j] + R[i, 2] * translation[2, j]
+            )
             J[start + (3 + i) * nu + 6 + j] = R[i, 0] * t[0] + R[i, 1] * t[1] + R[i, 2] * t[2]
 
 

@@ -54,8 +54,12 @@ def pack(data, damping: np.ndarray, groups: tuple[str, ...], poses) -> tuple[np.
     n_stiffening = 0
     g = data.geometric
     if g is not None and groups and m:
-        parts = {"inertia": g.inertia, "interface": g.interface.reshape(-1, m, m), "loads": g.loads,
-                 "preload": g.preload[None]}
+        parts = {
+            "inertia": g.inertia,
+            "interface": g.interface.reshape(-1, m, m),
+            "loads": g.loads,
+            "preload": g.preload[None],
+        }
         matrices = np.concatenate([part if name in groups else np.zeros_like(part) for name, part in parts.items()])
         n_stiffening = len(matrices)
         # row j of all matrices side by side: the product of all with eta is one sum of long rows

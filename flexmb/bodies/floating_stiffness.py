@@ -91,5 +91,8 @@ def add_stiffening_tangent(G, s, g, u, R, interfaces, fall, weights, B, markers,
                 for i in range(3):
                     start = marker.iH + (3 * half + i) * nu + 6
                     for j in range(m):
-                        H[start + j] = (R[i, 0] * g[at + 3 * half, j] + R[i, 1] * g[at + 3 * half + 1, j]
-                                        + R[i, 2] * g[at + 3 * half + 2, j])
+                        H[start + j] = (
+                            R[i, 0] * g[at + 3 * half, j]
+                            + R[i, 1] * g[at + 3 * half + 1, j]
+                            + R[i, 2] * g[at + 3 * half + 2, j]
+                        )

@@ -45,8 +45,18 @@ def _scales(rows, state, work, first, out):
         matvec_t(R, row.gravity, fall)
         for i in range(3):
             A[i] -= fall[i]
-        load_scales(state.u[row.iu : row.iu + 6], A, R, work.markers, row.marker, row.interfaces, row.loads,
-                    row.first_load, work.loads, out[first[n] : first[n] + row.stiffening])
+        load_scales(
+            state.u[row.iu : row.iu + 6],
+            A,
+            R,
+            work.markers,
+            row.marker,
+            row.interfaces,
+            row.loads,
+            row.first_load,
+            work.loads,
+            out[first[n] : first[n] + row.stiffening],
+        )
 
 
 class _Limits:
@@ -72,8 +82,12 @@ class _Limits:
             w, vectors = np.linalg.eigh(data.stiffness)
             self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
-        self.causes = (12 * ["acceleration"] + [name for name in interfaces for _ in range(6)]
-                       + [f"load '{name}'" for name in data.load_names] + ["preload"])
+        self.causes = (
+            12 * ["acceleration"]
+            + [name for name in interfaces for _ in range(6)]
+            + [f"load '{name}'" for name in data.load_names]
+            + ["preload"]
+        )
 
     def deformation(self, eta):
         """Return the displacement relative to the size, (nt, watched nodes), from eta (nt, m)."""

@@ -22,8 +22,12 @@ def check_frame(body) -> None:
 def check_initial_strain(body) -> None:
     """Raise ModelError unless `initial_strain` of a description leaves lengths positive."""
     if not is_number(body.initial_strain) or not -1.0 < body.initial_strain < 1.0:
-        raise ModelError(body.title, found=f"initial_strain = {body.initial_strain!r}",
-                         expected="a number between -1 and 1", remedy="Write initial_strain=1e-3 for 0.1 % stretch")
+        raise ModelError(
+            body.title,
+            found=f"initial_strain = {body.initial_strain!r}",
+            expected="a number between -1 and 1",
+            remedy="Write initial_strain=1e-3 for 0.1 % stretch",
+        )
 
 
 def frame_state(body) -> tuple[np.ndarray, np.ndarray]:

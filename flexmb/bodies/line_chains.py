@@ -53,14 +53,22 @@ def line_chains(points: np.ndarray, lines: np.ndarray, corner: float, title: str
 
 
 def single_chain(points: np.ndarray, lines: np.ndarray, title: str) -> tuple[np.ndarray, bool]:
-    """Return the points (n, 3) of a mesh that is one line, in order, and whether it is a ring; ModelError for branches."""
+    """Return the points (n, 3) of a mesh that is one line, in order, and whether it is a ring;
+    ModelError for branches.
+    """
     chains = line_chains(points, lines, np.pi, title)
     if len(chains) != 1:
         ends = [node for chain in chains for node in (chain[0], chain[-1])]
         branch = next((node for node in ends if ends.count(node) > 2), None)
-        where = f", which branch at node {branch} ({np.round(points[branch], 6).tolist()} m)" if branch is not None else ""
-        raise ModelError(title, found=f"{len(chains)} lines{where}", expected="one line without branches",
-                         remedy="Name one group of lines, or make several bodies with flexmb.line_network")
+        where = (
+            f", which branch at node {branch} ({np.round(points[branch], 6).tolist()} m)" if branch is not None else ""
+        )
+        raise ModelError(
+            title,
+            found=f"{len(chains)} lines{where}",
+            expected="one line without branches",
+            remedy="Name one group of lines, or make several bodies with flexmb.line_network",
+        )
     chain = chains[0]
     ring = chain[0] == chain[-1]
     return points[chain[:-1] if ring else chain], ring
@@ -68,18 +76,30 @@ def single_chain(points: np.ndarray, lines: np.ndarray, title: str) -> tuple[np.
 
 def _refuse(points, lines, title) -> None:
     if not len(lines):
-        raise ModelError(title, found="a mesh without line cells", expected="lines between nodes",
-                         remedy="Mesh the curves (one-dimensional elements), or give points")
+        raise ModelError(
+            title,
+            found="a mesh without line cells",
+            expected="lines between nodes",
+            remedy="Mesh the curves (one-dimensional elements), or give points",
+        )
     length = np.linalg.norm(points[lines[:, 1]] - points[lines[:, 0]], axis=1)
     if not length.min() > 1e-9 * length.max():
         k = int(np.argmin(length))
-        raise ModelError(title, found=f"line {k} between the nodes {lines[k].tolist()} has the length {length[k]:.3g} m",
-                         expected="lines with a length", remedy="Merge or remove the nodes that coincide")
+        raise ModelError(
+            title,
+            found=f"line {k} between the nodes {lines[k].tolist()} has the length {length[k]:.3g} m",
+            expected="lines with a length",
+            remedy="Merge or remove the nodes that coincide",
+        )
     _, first, counts = np.unique(np.sort(lines, axis=1), axis=0, return_index=True, return_counts=True)
     if counts.max() > 1:
         k = int(first[np.argmax(counts)])
-        raise ModelError(title, found=f"the nodes {lines[k].tolist()} are joined by {counts.max()} lines",
-                         expected="one line between two nodes", remedy="Remove the double ones")
+        raise ModelError(
+            title,
+            found=f"the nodes {lines[k].tolist()} are joined by {counts.max()} lines",
+            expected="one line between two nodes",
+            remedy="Remove the double ones",
+        )
 
 
 def _direction(points, line, node: int) -> np.ndarray:

@@ -19,9 +19,12 @@ def checked_sections(given: Any, needs: tuple[str, ...], title: str) -> tuple[An
     for section in sections or (None,):
         missing = [name for name in needs if not getattr(section, name, 0.0) > 0.0]
         if missing:
-            raise ModelError(title, found=f"section = {section!r} without {', '.join(missing)}",
-                             expected="a section with area (m2) and moments of inertia (m4) > 0",
-                             remedy="Write section=fem.Section.solid_circle(0.01)")
+            raise ModelError(
+                title,
+                found=f"section = {section!r} without {', '.join(missing)}",
+                expected="a section with area (m2) and moments of inertia (m4) > 0",
+                remedy="Write section=fem.Section.solid_circle(0.01)",
+            )
     return sections
 
 
@@ -45,8 +48,17 @@ def checked_masses(given: Any, title: str) -> tuple[tuple[float, float], ...]:
     """Return pairs (fraction of the length, mass in kg); ModelError for anything else."""
     masses = entries_of(given)
     for pair in masses:
-        if (not isinstance(pair, list | tuple) or len(pair) != 2 or not all(is_number(x) for x in pair)
-                or not 0.0 <= pair[0] <= 1.0 or pair[1] <= 0.0):
-            raise ModelError(title, found=f"lumped mass {pair!r}", expected="(fraction of the length, mass > 0 in kg)",
-                             remedy="Write lumped_masses=[(0.5, 2.0)]")
+        if (
+            not isinstance(pair, list | tuple)
+            or len(pair) != 2
+            or not all(is_number(x) for x in pair)
+            or not 0.0 <= pair[0] <= 1.0
+            or pair[1] <= 0.0
+        ):
+            raise ModelError(
+                title,
+                found=f"lumped mass {pair!r}",
+                expected="(fraction of the length, mass > 0 in kg)",
+                remedy="Write lumped_masses=[(0.5, 2.0)]",
+            )
     return tuple((float(at), float(mass)) for at, mass in masses)

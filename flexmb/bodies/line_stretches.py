@@ -33,10 +33,18 @@ def checked_stretches(given, elements: int, length: float, title: str) -> dict[s
 
 
 def _stretch(name, ends, elements, length, title) -> Stretch:
-    if (not isinstance(ends, list | tuple) or len(ends) != 2 or not all(is_number(x) for x in ends)
-            or not 0.0 <= ends[0] < ends[1] <= 1.0):
-        raise ModelError(title, found=f"stretch {name} = {ends!r}", expected="two fractions of the length, 0 <= from < to <= 1",
-                         remedy=f"Write stretches={{'{name}': (0.0, 1.0)}}")
+    if (
+        not isinstance(ends, list | tuple)
+        or len(ends) != 2
+        or not all(is_number(x) for x in ends)
+        or not 0.0 <= ends[0] < ends[1] <= 1.0
+    ):
+        raise ModelError(
+            title,
+            found=f"stretch {name} = {ends!r}",
+            expected="two fractions of the length, 0 <= from < to <= 1",
+            remedy=f"Write stretches={{'{name}': (0.0, 1.0)}}",
+        )
     inner = np.arange(np.ceil(ends[0] * elements + 1e-9), np.floor(ends[1] * elements - 1e-9) + 1.0) / elements
     borders = np.concatenate([[ends[0]], inner, [ends[1]]])
     half = 0.5 * np.diff(borders)
@@ -47,5 +55,8 @@ def _stretch(name, ends, elements, length, title) -> Stretch:
 
 def places_of(stretches: Mapping[str, Stretch]) -> dict[str, tuple[float, None]]:
     """Return the places of all their markers on the line."""
-    return {marker: (float(at), None) for stretch in stretches.values()
-            for marker, at in zip(stretch.markers, stretch.fractions, strict=True)}
+    return {
+        marker: (float(at), None)
+        for stretch in stretches.values()
+        for marker, at in zip(stretch.markers, stretch.fractions, strict=True)
+    }

@@ -23,8 +23,12 @@ def grid_of_mesh(mesh: Any, group: str | None, title: str) -> np.ndarray:
         Other cells, an unknown group, or quadrilaterals that are not a full grid of rows and columns.
     """
     if group is not None and group not in mesh.cell_sets:
-        raise ModelError(title, found=f"mesh '{mesh.name}' has no group '{group}'",
-                         expected=f"One of: {', '.join(mesh.cell_sets) or 'none'}", remedy="Correct the group's name")
+        raise ModelError(
+            title,
+            found=f"mesh '{mesh.name}' has no group '{group}'",
+            expected=f"One of: {', '.join(mesh.cell_sets) or 'none'}",
+            remedy="Correct the group's name",
+        )
     kinds = []
     quads = np.empty((0, 4), int)
     for k, (kind, cells) in enumerate(mesh.cells):
@@ -34,8 +38,12 @@ def grid_of_mesh(mesh: Any, group: str | None, title: str) -> np.ndarray:
             quads = chosen if kind == "quad" else quads
     others = [kind for kind in kinds if kind not in ("quad", "line", "vertex")]
     if others or not len(quads):
-        raise ModelError(title, found=f"a mesh of {', '.join(kinds) or 'no cells'}", expected="quadrilaterals of four nodes",
-                         remedy="Mesh a transfinite surface with recombined elements, or name the group of the shell")
+        raise ModelError(
+            title,
+            found=f"a mesh of {', '.join(kinds) or 'no cells'}",
+            expected="quadrilaterals of four nodes",
+            remedy="Mesh a transfinite surface with recombined elements, or name the group of the shell",
+        )
     return mesh.points[_rows(quads, title)]
 
 
@@ -61,9 +69,12 @@ def _rows(quads: np.ndarray, title: str) -> np.ndarray:
             if start is not None:
                 first = _turned(quads[start], upper[0], upper[1])
     if len(used) < len(quads) or len({len(row) for row in rows}) != 1 or len(np.unique(rows)) != np.size(rows):
-        raise ModelError(title, found=f"{len(quads)} quadrilaterals, of which {len(used)} lie in rows",
-                         expected="an open grid of rows and columns: four corners, four cells at every node inside",
-                         remedy="Mesh a transfinite surface; a tube or a ring is cut along a line, other shapes are parted")
+        raise ModelError(
+            title,
+            found=f"{len(quads)} quadrilaterals, of which {len(used)} lie in rows",
+            expected="an open grid of rows and columns: four corners, four cells at every node inside",
+            remedy="Mesh a transfinite surface; a tube or a ring is cut along a line, other shapes are parted",
+        )
     return np.array(rows).T
 
 

@@ -237,16 +237,26 @@ class RigidBody(Body):
         except (TypeError, ValueError):
             J = np.empty(0)
         J = np.diag(J) if J.shape == (3,) else J
-        if J.shape != (3, 3) or has_flag(self.inertia) or not np.all(np.isfinite(J)) or not np.allclose(J, J.T, rtol=1e-9):
-            raise ModelError(self.title, found=f"inertia = {self.inertia!r}",
-                             expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre "
-                             "of mass",
-                             remedy="Write inertia=(Jx, Jy, Jz)")
+        if (
+            J.shape != (3, 3)
+            or has_flag(self.inertia)
+            or not np.all(np.isfinite(J))
+            or not np.allclose(J, J.T, rtol=1e-9)
+        ):
+            raise ModelError(
+                self.title,
+                found=f"inertia = {self.inertia!r}",
+                expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre of mass",
+                remedy="Write inertia=(Jx, Jy, Jz)",
+            )
         principal = np.linalg.eigvalsh(J)
         if principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-6) + 1e-300:
-            raise ModelError(self.title, found=f"principal moments of inertia {principal} kg m2",
-                             expected="non-negative values, none larger than the sum of the other two",
-                             remedy="Check signs of the products of inertia (J_xy = -int x y dm) and units (kg m2)")
+            raise ModelError(
+                self.title,
+                found=f"principal moments of inertia {principal} kg m2",
+                expected="non-negative values, none larger than the sum of the other two",
+                remedy="Check signs of the products of inertia (J_xy = -int x y dm) and units (kg m2)",
+            )
         object.__setattr__(self, "inertia", J)
         poses = {name: as_pose(pose, self.title, f"marker {name}") for name, pose in (self.markers or {}).items()}
         object.__setattr__(self, "markers", poses)
@@ -279,8 +289,14 @@ class RigidBody(Body):
         axial = 0.5 * mass * (0.01 * length if radius is None else radius) ** 2
         lateral = mass * (length**2 / 12.0 + (0.0 if radius is None else radius) ** 2 / 4.0)
         markers = {"start": (0.0, 0.0, 0.0), "end": (length, 0.0, 0.0), **fields.pop("markers", {})}
-        return cls(name, mass=mass, inertia=(axial, lateral, lateral), center_of_mass=(0.5 * length, 0.0, 0.0),
-                   markers=markers, **fields)
+        return cls(
+            name,
+            mass=mass,
+            inertia=(axial, lateral, lateral),
+            center_of_mass=(0.5 * length, 0.0, 0.0),
+            markers=markers,
+            **fields,
+        )
 
     @classmethod
     @named_arguments
@@ -314,5 +330,9 @@ def _require_positive(name: str, **values: Any) -> None:
     """Raise ModelError if one of the sizes of a shaped body is no positive number."""
     for field_name, value in values.items():
         if not is_number(value) or value <= 0.0:
-            raise ModelError(f"Body '{name}'", found=f"{field_name} = {value!r}", expected="a number > 0 in SI units",
-                             remedy=f"Give {field_name} a value in m, kg or kg/m3")
+            raise ModelError(
+                f"Body '{name}'",
+                found=f"{field_name} = {value!r}",
+                expected="a number > 0 in SI units",
+                remedy=f"Give {field_name} a value in m, kg or kg/m3",
+            )

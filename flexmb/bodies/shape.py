@@ -58,8 +58,11 @@ class Tube(Shape):
         for name in ("start", "end"):
             object.__setattr__(self, name, vector3(getattr(self, name), "Shape Tube", name))
         if self.start == self.end or not self.radius > 0.0:
-            self._fail(f"from {self.start} to {self.end} m with the radius {self.radius!r} m",
-                       "two different ends and a positive radius", "Correct the ends or the radius")
+            self._fail(
+                f"from {self.start} to {self.end} m with the radius {self.radius!r} m",
+                "two different ends and a positive radius",
+                "Correct the ends or the radius",
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +86,11 @@ class Extrusion(Shape):
     def __post_init__(self):
         outline, depth = np.asarray(self.outline, float), np.asarray(self.depth, float)
         if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 3 or not np.all(np.isfinite(outline)):
-            self._fail(f"an outline of the shape {outline.shape}", "three or more corners (n, 2), m",
-                       "Write outline = [(0, 0), (1, 0), (1, 0.2)]")
+            self._fail(
+                f"an outline of the shape {outline.shape}",
+                "three or more corners (n, 2), m",
+                "Write outline = [(0, 0), (1, 0), (1, 0.2)]",
+            )
         if depth.shape != (2,) or not np.all(np.isfinite(depth)) or depth[0] == depth[1]:
             self._fail(f"depth = {self.depth!r}", "two different numbers, m", "Write depth = (-0.1, 0.1)")
         if self.axis not in ("x", "y", "z"):
@@ -101,11 +107,19 @@ def checked_shapes(body) -> tuple[Shape, ...]:
     """Return the field `shape` of a body as a tuple; ModelError if something else is in it, or a marker is unknown."""
     given = () if body.shape is None else (body.shape,) if isinstance(body.shape, Shape) else body.shape
     if not isinstance(given, Iterable) or not all(isinstance(shape, Shape) for shape in given):
-        raise ModelError(body.title, found=f"shape = {body.shape!r}", expected=f"one or more of {', '.join(VALUES)}",
-                         remedy="Write shape=fmb.Box(size=(0.4, 0.1, 0.1)), or leave shape out")
+        raise ModelError(
+            body.title,
+            found=f"shape = {body.shape!r}",
+            expected=f"one or more of {', '.join(VALUES)}",
+            remedy="Write shape=fmb.Box(size=(0.4, 0.1, 0.1)), or leave shape out",
+        )
     markers = body.marker_poses()
     for shape in given:
         if shape.on and shape.on not in markers:
-            raise ModelError(body.title, found=f"a shape on the marker '{shape.on}'",
-                             expected=f"The body has: {', '.join(markers)}", remedy="Correct the marker of the shape")
+            raise ModelError(
+                body.title,
+                found=f"a shape on the marker '{shape.on}'",
+                expected=f"The body has: {', '.join(markers)}",
+                remedy="Correct the marker of the shape",
+            )
     return tuple(given)

@@ -33,9 +33,7 @@ CAMERA = (0.2, -1.0, 0.27)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--out", default="demo", metavar="FOLDER", help="where everything is written; default: demo"
-    )
+    parser.add_argument("--out", default="demo", metavar="FOLDER", help="where everything is written; default: demo")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -159,9 +157,7 @@ def _table(solution: fmb.Solution) -> list[str]:
         "lever stress [MPa]": solution["lever stress"] / 1e6,
     }
     chosen = np.unique(np.linspace(0, len(solution.t) - 1, ROWS).round().astype(int))
-    return aligned(
-        [tuple(columns), *(tuple(f"{values[k]:.3f}" for values in columns.values()) for k in chosen)]
-    )
+    return aligned([tuple(columns), *(tuple(f"{values[k]:.3f}" for values in columns.values()) for k in chosen)])
 
 
 def _draw(solution: fmb.Solution, path: Path) -> None:

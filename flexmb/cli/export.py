@@ -35,7 +35,9 @@ def execute(arguments: argparse.Namespace) -> int:
     for ending, asked in ((".pvd", arguments.vtk or nothing), (".vtkhdf", arguments.vtkhdf)):
         if asked:
             file = target / f"{name}{ending}"
-            print(f"Open in ParaView: {fmb.write_vtk(solution, file, every=arguments.every, surface=arguments.surface)}")
+            print(
+                f"Open in ParaView: {fmb.write_vtk(solution, file, every=arguments.every, surface=arguments.surface)}"
+            )
             script = fmb.view.paraview_script(solution, file)
             print(f"  ready-made, with colours, camera and time: paraview --script={script}")
     if arguments.csv:

@@ -12,7 +12,9 @@ __all__ = ["add_picture_arguments", "direction", "picture_settings"]
 
 def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
     """Add ``--camera``, ``--size`` and ``--scale``."""
-    parser.add_argument("--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by extent and motion")
+    parser.add_argument(
+        "--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by extent and motion"
+    )
     parser.add_argument("--size", default="1600x900", metavar="WIDTHxHEIGHT", help="pixels; default: 1600x900")
     parser.add_argument("--scale", type=float, default=1.0, help="factor on elastic displacements")
 

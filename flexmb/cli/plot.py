@@ -30,9 +30,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     solution = open_run(arguments.run)
     names = arguments.sensor
-    title = (
-        "".join(c if c.isalnum() or c in "-_" else "_" for c in names[0]) if len(names) == 1 else "sensors"
-    )
+    title = "".join(c if c.isalnum() or c in "-_" else "_" for c in names[0]) if len(names) == 1 else "sensors"
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{title}.png"
     print(f"Plot: {view.plot(solution, names or None, target)}")
     return 0

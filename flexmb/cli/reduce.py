@@ -59,9 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=SURFACE",
         help="load shape: unit pressure on a named surface",
     )
-    parser.add_argument(
-        "--modes", default="12", help='number of fixed-interface modes, or "up to 200 Hz within 1 %%"'
-    )
+    parser.add_argument("--modes", default="12", help='number of fixed-interface modes, or "up to 200 Hz within 1 %%"')
     parser.add_argument(
         "--scale",
         type=float,

@@ -17,9 +17,7 @@ SUMMARY = "draw a run folder: picture (png) or animation (gif, mp4)"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
-    parser.add_argument(
-        "-o", "--out", metavar="FILE", help=".png, .jpg, .gif or .mp4; default: <run>/<name>.png"
-    )
+    parser.add_argument("-o", "--out", metavar="FILE", help=".png, .jpg, .gif or .mp4; default: <run>/<name>.png")
     parser.add_argument(
         "--time",
         type=float,

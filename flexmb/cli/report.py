@@ -25,7 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", metavar="FILE", help=".html; default: <run>/report.html, of several comparison.html"
     )
     parser.add_argument("--no-pictures", action="store_true", help="leave out the still pictures")
-    parser.add_argument("--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by extent and motion")
+    parser.add_argument(
+        "--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by extent and motion"
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:

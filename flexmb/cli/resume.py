@@ -33,9 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with Log(folder / LOG, goes_on=True) as log:
         log.line(shlex.join(["flexmb", *sys.argv[1:]]))
         solution = computed(
-            lambda progress: fmb.resume(
-                folder / SOLUTION, **settings, **files, progress=progress
-            ),
+            lambda progress: fmb.resume(folder / SOLUTION, **settings, **files, progress=progress),
             lambda: open_run(folder),
             log,
         )

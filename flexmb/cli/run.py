@@ -30,12 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model_arguments(parser)
     parser.add_argument("--out", metavar="FOLDER", help="run folder; default: runs/<name of the model file>")
     parser.add_argument("--overwrite", action="store_true", help="replace the run that the folder holds")
-    parser.add_argument(
-        "--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]"
-    )
-    parser.add_argument(
-        "--samples", type=int, metavar="N", help="number of samples; default: that of [simulation]"
-    )
+    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]")
+    parser.add_argument("--samples", type=int, metavar="N", help="number of samples; default: that of [simulation]")
     parser.add_argument("--vtk", action="store_true", help="write ParaView files too")
 
 
@@ -145,6 +141,5 @@ def aligned(rows: list[tuple[str, ...]]) -> list[str]:
     """Return rows of cells as lines of columns, the first to the left, the others to the right."""
     widths = [max(len(cell) for cell in column) for column in zip(*rows)]
     return [
-        "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, widths)))
-        for row in rows
+        "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, widths))) for row in rows
     ]

@@ -55,11 +55,7 @@ def open_run(folder: str | Path) -> fmb.Solution:
     """Return the solution of a run folder with its model, also of a run that was cut off."""
     folder = Path(folder)
     if not (folder / SOLUTION).is_file():
-        runs = (
-            sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}"))
-            if folder.parent.is_dir()
-            else []
-        )
+        runs = sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}")) if folder.parent.is_dir() else []
         raise DataFileError(
             f"Run folder '{folder}'",
             found=f"there is no {SOLUTION}" if folder.is_dir() else "it does not exist",
@@ -78,9 +74,7 @@ class Log:
     def __init__(self, path: Path, *, goes_on: bool = False):
         self._file = path.open("a" if goes_on else "w", encoding="utf-8")
         self._start = time.monotonic()
-        self.line(
-            f"{time.strftime('%Y-%m-%d %H:%M:%S')}, Python {platform.python_version()}, {platform.platform()}"
-        )
+        self.line(f"{time.strftime('%Y-%m-%d %H:%M:%S')}, Python {platform.python_version()}, {platform.platform()}")
 
     def __enter__(self) -> Log:
         return self

@@ -41,9 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="start:stop:count, or values separated by commas; several --over make a grid",
     )
     plan.add_argument("--list", metavar="FILE", help="CSV file: names, then one line per variant")
-    plan.add_argument(
-        "--latin", type=int, metavar="N", help="Latin hypercube of N variants; --over NAME=low:high"
-    )
+    plan.add_argument("--latin", type=int, metavar="N", help="Latin hypercube of N variants; --over NAME=low:high")
     plan.add_argument("--seed", type=int, default=0, help="of the Latin hypercube; default: 0")
     parser.add_argument(
         "--output",
@@ -57,12 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--retry", action="store_true", help="compute rows that failed once more")
     parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one per core")
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="end variants that take longer")
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine"
-    )
-    parser.add_argument(
-        "--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]"
-    )
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine")
+    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]")
     parser.add_argument("--samples", type=int, metavar="N", help="default: that of [simulation]")
 
 
@@ -95,9 +89,7 @@ def execute(arguments: argparse.Namespace) -> int:
             )
         except KeyboardInterrupt:
             if (folder / TABLE).is_file():
-                print(
-                    f"The rows so far are in {folder}; the same command goes on from there", file=sys.stderr
-                )
+                print(f"The rows so far are in {folder}; the same command goes on from there", file=sys.stderr)
             raise
     print(results)
     print(f"Table: {folder / TABLE}")

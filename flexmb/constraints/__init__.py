@@ -14,10 +14,42 @@ from flexmb.constraints.perpendicular import Perpendicular
 from flexmb.constraints.rolling_contact import NoSlip, Touching
 from flexmb.model.kinds import Equation
 
-__all__ = ["EQUATIONS", "Angle", "Ball", "Bend", "Coincident", "Coordinate", "Coupled", "Distance", "Helix", "InPlane",
-           "Meshing", "NoSlip", "NoTwist", "OnCurve", "OnTrace", "Perpendicular", "RollAbout", "Slide", "Touching", "Turn",
-           "TurnOfSecond", "joint_coordinate"]
+__all__ = [
+    "EQUATIONS",
+    "Angle",
+    "Ball",
+    "Bend",
+    "Coincident",
+    "Coordinate",
+    "Coupled",
+    "Distance",
+    "Helix",
+    "InPlane",
+    "Meshing",
+    "NoSlip",
+    "NoTwist",
+    "OnCurve",
+    "OnTrace",
+    "Perpendicular",
+    "RollAbout",
+    "Slide",
+    "Touching",
+    "Turn",
+    "TurnOfSecond",
+    "joint_coordinate",
+]
 
 EQUATIONS: tuple[type[Equation], ...] = (
-    Coincident, InPlane, Perpendicular, Distance, NoTwist, Angle, Coupled, OnCurve, Touching, NoSlip, Meshing)
+    Coincident,
+    InPlane,
+    Perpendicular,
+    Distance,
+    NoTwist,
+    Angle,
+    Coupled,
+    OnCurve,
+    Touching,
+    NoSlip,
+    Meshing,
+)
 """All primitive equations, in the order in which tables are evaluated."""

@@ -21,8 +21,18 @@ from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, norm
 from flexmb.model.kinds import Table
 
-__all__ = ["COORDINATE", "FOLLOWED", "FREEDOMS", "Coordinate", "act", "add_curvature", "add_tangent",
-           "joint_coordinate", "measure", "second_rate"]
+__all__ = [
+    "COORDINATE",
+    "FOLLOWED",
+    "FREEDOMS",
+    "Coordinate",
+    "act",
+    "add_curvature",
+    "add_tangent",
+    "joint_coordinate",
+    "measure",
+    "second_rate",
+]
 
 COORDINATE = np.dtype(
     [
@@ -38,8 +48,13 @@ COORDINATE = np.dtype(
 )
 """How a kernel measures a coordinate."""
 
-FREEDOMS: dict[str, Any] = {"turn": Turn("z"), "turn_b": TurnOfSecond("z"), "slide": Slide("z"),
-                            "slide_x": Slide("x"), "slide_y": Slide("y")}
+FREEDOMS: dict[str, Any] = {
+    "turn": Turn("z"),
+    "turn_b": TurnOfSecond("z"),
+    "slide": Slide("z"),
+    "slide_x": Slide("x"),
+    "slide_y": Slide("y"),
+}
 """Names of the freedoms of joints that have a coordinate."""
 
 
@@ -247,7 +262,8 @@ class Coordinate:
     def record(self, compiler, a: int, b: int, counts: bool = True, writes: int = DAMPED) -> tuple:
         """Return the row of the coordinate; with `counts`, turns are followed through full turns.
 
-        `writes` says whether the kernel adds stiffness (STIFF) or also damping (DAMPED) to the pair of markers; 0: neither.
+        `writes` says whether the kernel adds stiffness (STIFF) or also damping (DAMPED) to the pair of markers; 0:
+        neither.
         """
         branch = -1
         if counts and self.kind == "turn":
@@ -273,15 +289,21 @@ def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | 
     kind : "turn" or "slide", optional
         What the freedom must be.
     """
-    known = {name: match for name, wanted in FREEDOMS.items() for match in joint.coordinates
-             if type(match) is type(wanted) and match.axis == wanted.axis and (kind is None or name.startswith(kind))}
+    known = {
+        name: match
+        for name, wanted in FREEDOMS.items()
+        for match in joint.coordinates
+        if type(match) is type(wanted) and match.axis == wanted.axis and (kind is None or name.startswith(kind))
+    }
     if freedom is None and known:
         return Coordinate.of(next(iter(known.values())))
     if freedom not in known:
         what = f"{type(joint).__name__} permits no {freedom or kind or 'turn or slide'}"
         permitted = ", ".join(str(f) for f in joint.permits) or "nothing"
-        raise ModelError(asker, found=f"joint '{joint.name}' ({what})",
-                         expected=f"one of: {', '.join(known)}" if known else f"a {kind or 'turn or slide'}",
-                         remedy=did_you_mean(str(freedom), known)
-                         or f"Name another joint; this one permits {permitted}")
+        raise ModelError(
+            asker,
+            found=f"joint '{joint.name}' ({what})",
+            expected=f"one of: {', '.join(known)}" if known else f"a {kind or 'turn or slide'}",
+            remedy=did_you_mean(str(freedom), known) or f"Name another joint; this one permits {permitted}",
+        )
     return Coordinate.of(known[freedom])

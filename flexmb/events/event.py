@@ -66,18 +66,27 @@ class Event(Part):
         given = [name for name in ("above", "below", "at") if getattr(self, name) is not None]
         right = given == ["at"] if self.sensor is None else given in (["above"], ["below"])
         if not right or not np.isfinite(getattr(self, given[0])):
-            raise ModelError(self.title, found=f"sensor = {self.sensor!r} with {', '.join(given) or 'no threshold'}",
-                             expected="at= (a time), or sensor= with one of above= and below=",
-                             remedy="Write at=0.65, or sensor='force', above=1e4")
+            raise ModelError(
+                self.title,
+                found=f"sensor = {self.sensor!r} with {', '.join(given) or 'no threshold'}",
+                expected="at= (a time), or sensor= with one of above= and below=",
+                remedy="Write at=0.65, or sensor='force', above=1e4",
+            )
         if self.repeats and self.sensor is None:
-            raise ModelError(self.title, found=f"repeats = True with at = {self.at} s",
-                             expected="a sensor: a time passes only once",
-                             remedy="Leave repeats out, or write one event per time")
+            raise ModelError(
+                self.title,
+                found=f"repeats = True with at = {self.at} s",
+                expected="a sensor: a time passes only once",
+                remedy="Leave repeats out, or write one event per time",
+            )
         actions = self.then if isinstance(self.then, tuple | list) else (self.then,)
         if not actions or not all(isinstance(a, Action) for a in actions):
-            raise ModelError(self.title, found=f"then = {self.then!r}",
-                             expected="Release, Lock, Unlock, Stop, Change or Impact",
-                             remedy="Write then=flexmb.Release('strut')")
+            raise ModelError(
+                self.title,
+                found=f"then = {self.then!r}",
+                expected="Release, Lock, Unlock, Stop, Change or Impact",
+                remedy="Write then=flexmb.Release('strut')",
+            )
         object.__setattr__(self, "then", tuple(actions))
 
     def check(self, model) -> None:
@@ -85,14 +94,20 @@ class Event(Part):
         if self.sensor is not None:
             sensors = {s.name: s for s in model.sensors}
             if self.sensor not in sensors:
-                raise ModelError(self.title, found=f"sensor '{self.sensor}' does not exist",
-                                 expected=f"The model has: {listed(self.sensor, sorted(sensors))}",
-                                 remedy=did_you_mean(self.sensor, sensors) or "Add the sensor to the model")
+                raise ModelError(
+                    self.title,
+                    found=f"sensor '{self.sensor}' does not exist",
+                    expected=f"The model has: {listed(self.sensor, sorted(sensors))}",
+                    remedy=did_you_mean(self.sensor, sensors) or "Add the sensor to the model",
+                )
             columns = len(sensors[self.sensor].columns(model))
             if columns > 1 and (self.column is None or not 0 <= self.column < columns):
-                raise ModelError(self.title, found=f"column = {self.column!r} of sensor '{self.sensor}'",
-                                 expected=f"0 to {columns - 1}: {', '.join(sensors[self.sensor].columns(model))}",
-                                 remedy="Say which column is watched")
+                raise ModelError(
+                    self.title,
+                    found=f"column = {self.column!r} of sensor '{self.sensor}'",
+                    expected=f"0 to {columns - 1}: {', '.join(sensors[self.sensor].columns(model))}",
+                    remedy="Say which column is watched",
+                )
         for action in self.then:
             action.check(model, self.title)
 

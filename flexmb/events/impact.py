@@ -47,16 +47,28 @@ class Impact(Action):
     def check(self, model, asker: str) -> None:
         """Raise ModelError if a marker does not exist, or the values are out of range."""
         if len(self.markers) != 2 or not all(isinstance(m, str) for m in self.markers):
-            raise ModelError(asker, found=f"Impact with markers = {self.markers!r}", expected="two names 'body.marker'",
-                             remedy="Write Impact(('ground.floor', 'ball.center'), restitution=0.8, along='z')")
+            raise ModelError(
+                asker,
+                found=f"Impact with markers = {self.markers!r}",
+                expected="two names 'body.marker'",
+                remedy="Write Impact(('ground.floor', 'ball.center'), restitution=0.8, along='z')",
+            )
         for name in self.markers:
             model.marker(name, asker)
         if not (isinstance(self.restitution, int | float) and 0.0 <= self.restitution <= 1.0):
-            raise ModelError(asker, found=f"restitution = {self.restitution!r}", expected="a number from 0 to 1",
-                             remedy="0.8 is that of a ball which rises to 64 % of its height")
+            raise ModelError(
+                asker,
+                found=f"restitution = {self.restitution!r}",
+                expected="a number from 0 to 1",
+                remedy="0.8 is that of a ball which rises to 64 % of its height",
+            )
         if self.along not in ("x", "y", "z", None):
-            raise ModelError(asker, found=f"along = {self.along!r}", expected="'x', 'y', 'z' or nothing",
-                             remedy="Name the axis of the first marker that is normal to the contact")
+            raise ModelError(
+                asker,
+                found=f"along = {self.along!r}",
+                expected="'x', 'y', 'z' or nothing",
+                remedy="Name the axis of the first marker that is normal to the contact",
+            )
 
     def apply(self, model, series):
         """Return the model as it is; the velocities are the integrator's business."""

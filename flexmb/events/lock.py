@@ -16,8 +16,14 @@ from flexmb.sensors import JointCoordinate
 
 __all__ = ["Lock", "Unlock"]
 
-WORDS = {Turn("z"): "turn", Turn("z", to="z"): "turn", TurnOfSecond("z"): "turn_b", Slide("z"): "slide",
-         Slide("x"): "slide_x", Slide("y"): "slide_y"}
+WORDS = {
+    Turn("z"): "turn",
+    Turn("z", to="z"): "turn",
+    TurnOfSecond("z"): "turn_b",
+    Slide("z"): "slide",
+    Slide("x"): "slide_x",
+    Slide("y"): "slide_y",
+}
 """Freedoms that a drive holds, as drives name them."""
 
 
@@ -50,23 +56,33 @@ class Lock(Action):
         if joint.prescribes or joint.couples:
             others = [joint.joint] if joint.prescribes else joint.joints
             remedy = " or ".join(f"Lock('{other}')" for other in others)
-            raise ModelError(asker, found=f"Lock of '{joint.name}', which is a {type(joint).__name__}",
-                             expected="a joint that holds two bodies together",
-                             remedy=f"{remedy} holds the joint that it acts on")
+            raise ModelError(
+                asker,
+                found=f"Lock of '{joint.name}', which is a {type(joint).__name__}",
+                expected="a joint that holds two bodies together",
+                remedy=f"{remedy} holds the joint that it acts on",
+            )
         if _drivable(joint):
             return
         if self._side(model, joint) is None:
-            raise ModelError(asker, found=f"joint '{joint.name}' ({type(joint).__name__}) joins two flexible bodies",
-                             expected="a joint that only turns and slides, or one on a rigid body or the ground",
-                             remedy="Lock another joint")
+            raise ModelError(
+                asker,
+                found=f"joint '{joint.name}' ({type(joint).__name__}) joins two flexible bodies",
+                expected="a joint that only turns and slides, or one on a rigid body or the ground",
+                remedy="Lock another joint",
+            )
         fixed = Fixed(joint.name, markers=joint.resolved_markers(model))
         try:
             free = self._undriven(model)
             replace(free, events=(), joints=tuple(fixed if j.name == joint.name else j for j in free.joints))
         except ModelError as error:
-            raise ModelError(asker, found=f"Lock makes '{joint.name}' ({type(joint).__name__}) a fixed joint, but "
-                             f"{error.part} needs a freedom of it", expected="forces and sensors that a fixed joint may have",
-                             remedy="Let them refer to markers instead, such as Distance or SpringDamper") from error
+            raise ModelError(
+                asker,
+                found=f"Lock makes '{joint.name}' ({type(joint).__name__}) a fixed joint, but "
+                f"{error.part} needs a freedom of it",
+                expected="forces and sensors that a fixed joint may have",
+                remedy="Let them refer to markers instead, such as Distance or SpringDamper",
+            ) from error
 
     def _undriven(self, model):
         """Return the model without the drives of the joint, and without what depends on them."""
@@ -78,7 +94,8 @@ class Lock(Action):
     def _side(model, joint) -> int | None:
         for side, name in enumerate(joint.resolved_markers(model)):
             if hasattr(model.body(name.partition(".")[0]), "markers") and isinstance(
-                    model.body(name.partition(".")[0]).markers, dict):
+                model.body(name.partition(".")[0]).markers, dict
+            ):
                 return side
         return None
 
@@ -128,9 +145,12 @@ class Unlock(Action):
         """Raise ModelError if the joint does not exist, or is none that a lock leaves in the model."""
         joint = model.joint(self.joint, asker)
         if not _drivable(joint):
-            raise ModelError(asker, found=f"Unlock of '{joint.name}', which is a {type(joint).__name__}",
-                             expected="a joint with turns and slides only; others are replaced when they are locked",
-                             remedy="Lock a Revolute, Prismatic, Cylindrical, Planar, Universal or Screw joint")
+            raise ModelError(
+                asker,
+                found=f"Unlock of '{joint.name}', which is a {type(joint).__name__}",
+                expected="a joint with turns and slides only; others are replaced when they are locked",
+                remedy="Lock a Revolute, Prismatic, Cylindrical, Planar, Universal or Screw joint",
+            )
 
     def apply(self, model, series):
         """Return the model without what holds the joint; what depends on that goes with it."""

@@ -21,8 +21,12 @@ def without_dependents(model, name: str):
     """Return the model without a part, and without what refers to it: drives, couplers, friction, sensors, events."""
     gone = {name}
     while True:
-        more = {p.name for family in (model.joints, model.forces, model.sensors, model.events) for p in family
-                if p.name not in gone and _refers(p, gone)}
+        more = {
+            p.name
+            for family in (model.joints, model.forces, model.sensors, model.events)
+            for p in family
+            if p.name not in gone and _refers(p, gone)
+        }
         if not more:
             break
         gone |= more
@@ -46,9 +50,12 @@ class Release(Action):
         """Raise ModelError if there is no such joint or force."""
         known = [p.name for p in (*model.joints, *model.forces)]
         if self.part not in known:
-            raise ModelError(asker, found=f"there is no joint or force '{self.part}' to release",
-                             expected=f"One of: {listed(self.part, known)}",
-                             remedy=did_you_mean(self.part, known) or "Correct the name")
+            raise ModelError(
+                asker,
+                found=f"there is no joint or force '{self.part}' to release",
+                expected=f"One of: {listed(self.part, known)}",
+                remedy=did_you_mean(self.part, known) or "Correct the name",
+            )
 
     def apply(self, model, series):
         """Return the model without the part."""

@@ -35,8 +35,21 @@ FACES = {
 }
 """Corner nodes of the faces S1, S2, ... (Abaqus Analysis User's Guide, element library)."""
 
-CONNECTORS = frozenset(("MPC", "EQUATION", "TIE", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "RIGID BODY",
-                        "SHELL TO SOLID COUPLING", "EMBEDDED ELEMENT", "FASTENER", "NONSTRUCTURAL MASS"))
+CONNECTORS = frozenset(
+    (
+        "MPC",
+        "EQUATION",
+        "TIE",
+        "COUPLING",
+        "KINEMATIC COUPLING",
+        "DISTRIBUTING COUPLING",
+        "RIGID BODY",
+        "SHELL TO SOLID COUPLING",
+        "EMBEDDED ELEMENT",
+        "FASTENER",
+        "NONSTRUCTURAL MASS",
+    )
+)
 """Keywords that join or load parts with mass and are not part of a mesh."""
 
 GENERATORS = frozenset(("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"))
@@ -81,8 +94,12 @@ def sections(path: Path):
         if "INPUT" in options and keyword in ("INCLUDE", "NODE", "ELEMENT"):
             other = path.parent / options["INPUT"]
             if not other.is_file():
-                raise MeshError(f"Mesh file '{path}'", found=f"*{keyword}, INPUT={options['INPUT']}: no such file",
-                                expected="an existing file beside this one", remedy="Put it there, or write one flat file")
+                raise MeshError(
+                    f"Mesh file '{path}'",
+                    found=f"*{keyword}, INPUT={options['INPUT']}: no such file",
+                    expected="an existing file beside this one",
+                    remedy="Put it there, or write one flat file",
+                )
             if keyword == "INCLUDE":
                 yield from sections(other)
                 keyword = ""
@@ -119,13 +136,20 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             _surface(cards, options.get("NAME", "surface"), data)
     if len(nodes) == 1:
-        raise MeshError(f"Mesh file '{path}'", found="no *NODE keyword", expected="an Abaqus input file with a mesh",
-                        remedy="Write the mesh again")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found="no *NODE keyword",
+            expected="an Abaqus input file with a mesh",
+            remedy="Write the mesh again",
+        )
     if len(set(cards.node_ids)) < len(cards.node_ids):
         twice = len(cards.node_ids) - len(set(cards.node_ids))
-        raise MeshError(f"Mesh file '{path}'", found=f"{twice} node numbers twice",
-                        expected="one flat mesh with unique numbers",
-                        remedy="Export without parts and instances (Abaqus/CAE: model attribute of the input file)")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"{twice} node numbers twice",
+            expected="one flat mesh with unique numbers",
+            remedy="Export without parts and instances (Abaqus/CAE: model attribute of the input file)",
+        )
     cards.mesh_text = "\n".join([*nodes, *elements, ""])
     return cards
 
@@ -134,15 +158,21 @@ def _check_system(path: Path, keyword: str, options: dict[str, str], data: list[
     """Raise MeshError where the coordinates in the file are not those of the model."""
     moved = keyword == "INSTANCE" and any(float(word) != 0.0 for word in ",".join(data).split(",") if word.strip())
     if keyword in GENERATORS:
-        raise MeshError(f"Mesh file '{path}'", found=f"*{keyword}, which makes nodes or elements",
-                        expected="every node and element in a line of its own",
-                        remedy="Write the mesh out: Abaqus/CAE does, or a mesh from its output")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"*{keyword}, which makes nodes or elements",
+            expected="every node and element in a line of its own",
+            remedy="Write the mesh out: Abaqus/CAE does, or a mesh from its output",
+        )
     turned = keyword == "SYSTEM" and data
     curved = keyword == "NODE" and options.get("SYSTEM", "R").upper() != "R"
     if moved or turned or curved:
-        raise MeshError(f"Mesh file '{path}'", found=f"*{keyword} moves or turns the coordinates of its nodes",
-                        expected="Cartesian coordinates as they are", remedy="Export a flat input file, without parts "
-                        "and instances and in the global system")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"*{keyword} moves or turns the coordinates of its nodes",
+            expected="Cartesian coordinates as they are",
+            remedy="Export a flat input file, without parts and instances and in the global system",
+        )
 
 
 def add(sets: dict[str, np.ndarray], name: str | None, numbers: np.ndarray) -> None:
@@ -156,16 +186,34 @@ def _elements(path: Path, options: dict[str, str], data: list[str], text: list[s
     given = options.get("TYPE", "").upper()
     plain = next((name(match) for pattern, name in PLAIN if (match := pattern.match(given))), None)
     if plain is None:
-        raise MeshError(f"Mesh file '{path}'", found=f"{len(data)} lines of elements of the type '{given}'",
-                        expected="C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 and their variants, shells, beams",
-                        remedy="Delete these elements from the file, or mesh with another type")
-    size = {"C3D4": 4, "C3D6": 6, "C3D8": 8, "C3D10": 10, "C3D15": 15, "C3D20": 20, "S3": 3, "S4": 4, "STRI65": 6,
-            "S8R": 8, "B31": 2, "B32": 3}[plain]
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"{len(data)} lines of elements of the type '{given}'",
+            expected="C3D4, C3D6, C3D8, C3D10, C3D15, C3D20 and their variants, shells, beams",
+            remedy="Delete these elements from the file, or mesh with another type",
+        )
+    size = {
+        "C3D4": 4,
+        "C3D6": 6,
+        "C3D8": 8,
+        "C3D10": 10,
+        "C3D15": 15,
+        "C3D20": 20,
+        "S3": 3,
+        "S4": 4,
+        "STRI65": 6,
+        "S8R": 8,
+        "B31": 2,
+        "B32": 3,
+    }[plain]
     flat = np.array([int(word) for line in data for word in line.split(",") if word.strip()], np.int64)
     if len(flat) % (size + 1):
-        raise MeshError(f"Mesh file '{path}'", found=f"{len(flat)} numbers in a block of {given} elements",
-                        expected=f"a multiple of {size + 1}: the number of each element and its {size} nodes",
-                        remedy="Write the mesh again")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"{len(flat)} numbers in a block of {given} elements",
+            expected=f"a multiple of {size + 1}: the number of each element and its {size} nodes",
+            remedy="Write the mesh again",
+        )
     table = flat.reshape(-1, size + 1)
     text.append(f"*ELEMENT, TYPE={plain}")
     # Abaqus counts the middle node of a line second, meshio last.
@@ -188,8 +236,12 @@ def _members(path: Path, options: dict[str, str], data: list[str], known: dict[s
                 continue
             name = next((key for key in known if key.upper() == word.strip('"').upper()), None)
             if name is None:
-                raise MeshError(f"Mesh file '{path}'", found=f"a set that refers to the unknown set '{word}'",
-                                expected="sets of numbers or of sets defined before", remedy="Write the mesh again")
+                raise MeshError(
+                    f"Mesh file '{path}'",
+                    found=f"a set that refers to the unknown set '{word}'",
+                    expected="sets of numbers or of sets defined before",
+                    remedy="Write the mesh again",
+                )
             found.append(known[name])
     return np.concatenate(found)
 

@@ -83,7 +83,7 @@ def _neighbours(first, flat, owner_start, owners, start, indices):
                         indices[start[i] + count] = j
                     count += 1
         if listing:
-            indices[start[i]:start[i] + count].sort()
+            indices[start[i] : start[i] + count].sort()
         else:
             start[i + 1] = start[i] + count
 

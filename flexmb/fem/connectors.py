@@ -43,12 +43,7 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
     part = f"Mass at node {number} of '{fe.name}'"
     own = np.zeros((3, 3)) if inertia is None else np.asarray(inertia, float)
     own = np.diag(own) if own.ndim == 1 else own
-    if (
-        mass < 0.0
-        or own.shape != (3, 3)
-        or not np.allclose(own, own.T)
-        or np.linalg.eigvalsh(own).min() < 0.0
-    ):
+    if mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or np.linalg.eigvalsh(own).min() < 0.0:
         raise MeshError(
             part,
             found=f"mass = {mass!r} kg, inertia = {own.tolist()} kg m2",
@@ -95,8 +90,9 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
     return replace(fe, K=_symmetric(fe.K + motion.T @ sparse.csr_matrix(matrix) @ motion))
 
 
-def with_supports(fe: FEModel, nodes: NodeName | Iterable[int] | None = None,
-                  directions: Iterable[int] = range(6)) -> FEModel:  # fmt: skip
+def with_supports(
+    fe: FEModel, nodes: NodeName | Iterable[int] | None = None, directions: Iterable[int] = range(6)
+) -> FEModel:
     """Return the model with directions of some nodes held: their freedoms are gone.
 
     Parameters
@@ -167,9 +163,7 @@ def expansion_of(fe: FEModel) -> sparse.csr_matrix:
     if fe.expansion is not None:
         return fe.expansion
     rows = 6 * fe.dofs[:, 0] + fe.dofs[:, 1]
-    return sparse.csr_matrix(
-        (np.ones(fe.ndof), (rows, np.arange(fe.ndof))), shape=(6 * len(fe.nodes), fe.ndof)
-    )
+    return sparse.csr_matrix((np.ones(fe.ndof), (rows, np.arange(fe.ndof))), shape=(6 * len(fe.nodes), fe.ndof))
 
 
 def rigid_arm(arm: np.ndarray) -> np.ndarray:

@@ -73,8 +73,10 @@ def same_side(element: SolidElement, cells: np.ndarray) -> np.ndarray:
 
 
 def oriented_facet_sets(
-    cells: list[tuple[str, np.ndarray]], node_sets: Mapping[str, np.ndarray],
-    facet_sets: Mapping[str, np.ndarray], n_nodes: int,
+    cells: list[tuple[str, np.ndarray]],
+    node_sets: Mapping[str, np.ndarray],
+    facet_sets: Mapping[str, np.ndarray],
+    n_nodes: int,
 ) -> dict[str, np.ndarray]:
     """Return named facet sets with the node order of the solids, outward.
 

@@ -31,7 +31,9 @@ class ElementBlock(Protocol):
 
     @property
     def modulus(self) -> float:
-        """Largest elastic stiffness of the material, Pa: tells materials apart where they meet; 0 without nodal stress."""
+        """Largest elastic stiffness of the material, Pa: tells materials apart where they meet;
+        0 without nodal stress.
+        """
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the stress that `displacement` (n, 6), m, causes."""
@@ -83,27 +85,43 @@ class FEModel:
         part, size = f"FE model '{self.name}'", len(self.dofs)
         for symbol, matrix in (("K", self.K), ("M", self.M)):
             if matrix.shape != (size, size):
-                raise MeshError(part, found=f"{symbol} has the shape {matrix.shape}",
-                                expected=f"({size}, {size}), one row per freedom in dofs",
-                                remedy="Give one (node, direction) pair per matrix row")
+                raise MeshError(
+                    part,
+                    found=f"{symbol} has the shape {matrix.shape}",
+                    expected=f"({size}, {size}), one row per freedom in dofs",
+                    remedy="Give one (node, direction) pair per matrix row",
+                )
         if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
-            raise MeshError(part, found=f"nodes have the shape {self.nodes.shape}", expected="(n, 3)",
-                            remedy="Give one row x, y, z per node; planar meshes need z = 0")
+            raise MeshError(
+                part,
+                found=f"nodes have the shape {self.nodes.shape}",
+                expected="(n, 3)",
+                remedy="Give one row x, y, z per node; planar meshes need z = 0",
+            )
         if self.expansion is not None and self.expansion.shape != (6 * len(self.nodes), size):
-            raise MeshError(part, found=f"expansion has the shape {self.expansion.shape}",
-                            expected=f"({6 * len(self.nodes)}, {size}), six rows per node",
-                            remedy="Make links with fem.with_rigid_link or fem.with_averaging_link")
+            raise MeshError(
+                part,
+                found=f"expansion has the shape {self.expansion.shape}",
+                expected=f"({6 * len(self.nodes)}, {size}), six rows per node",
+                remedy="Make links with fem.with_rigid_link or fem.with_averaging_link",
+            )
 
     def node_set(self, name: str) -> np.ndarray:
         """Return the node numbers of a named set; raise MeshError with the known names."""
         if name not in self.node_sets:
             known = ", ".join(sorted(self.node_sets)) or "none"
-            raise MeshError(f"FE model '{self.name}'", found=f"the node set '{name}' does not exist",
-                            expected=f"One of: {known}", remedy=did_you_mean(name, self.node_sets))
+            raise MeshError(
+                f"FE model '{self.name}'",
+                found=f"the node set '{name}' does not exist",
+                expected=f"One of: {known}",
+                remedy=did_you_mean(name, self.node_sets),
+            )
         return self.node_sets[name]
 
     def __repr__(self):
-        counts = ", ".join(f"{len(block.connectivity)} {block.cell_type}" for block in self.blocks if len(block.connectivity))
+        counts = ", ".join(
+            f"{len(block.connectivity)} {block.cell_type}" for block in self.blocks if len(block.connectivity)
+        )
         counts = counts or "matrices only"
         sets = ", ".join(sorted({*self.node_sets, *self.facet_sets})) or "none"
         return f"FEModel('{self.name}': {len(self.nodes)} nodes, {len(self.dofs)} freedoms, {counts}, sets: {sets})"

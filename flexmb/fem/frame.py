@@ -76,8 +76,13 @@ def frame(
     16779.1
     """
     part = f"Frame '{name}'"
-    check_kind(material, Material, f"{part}, material", "Write material=flexmb.Material(young=210e9, poisson=0.3, "
-               "density=7850.0)", MeshError)
+    check_kind(
+        material,
+        Material,
+        f"{part}, material",
+        "Write material=flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
+        MeshError,
+    )
     nodes, lines, groups, sets = _lines(part, points, mesh, connectivity)
     warn_about_size(part, nodes)
     warn_about_material(part, material.young, material.density)
@@ -87,13 +92,9 @@ def frame(
     elements = block.elements
     dofs = all_freedoms(len(nodes))
     mass = elements.lumped_mass() if lumped else elements.consistent_mass()
-    stiffness, mass = (
-        summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass)
-    )
+    stiffness, mass = (summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass))
     named = {key: np.atleast_1d(np.asarray(value, int)) for key, value in (node_sets or {}).items()}
-    return FEModel(
-        nodes=nodes, dofs=dofs, K=stiffness, M=mass, node_sets={**sets, **named}, blocks=(block,), name=name
-    )
+    return FEModel(nodes=nodes, dofs=dofs, K=stiffness, M=mass, node_sets={**sets, **named}, blocks=(block,), name=name)
 
 
 def wagner_row(section: Section) -> np.ndarray:
@@ -171,8 +172,7 @@ def _axes(part, nodes, lines, orientation):
         beam = int(np.argmin(lengths))
         raise MeshError(
             part,
-            found=f"beam {beam} between the nodes {lines[beam].tolist()} has the length "
-            f"{lengths[beam]:.3g} m",
+            found=f"beam {beam} between the nodes {lines[beam].tolist()} has the length {lengths[beam]:.3g} m",
             expected="a positive length",
             remedy="Merge coinciding nodes or remove the beam",
         )
@@ -240,7 +240,9 @@ def _section_pairs(part, section, nodes, lines, lengths, groups) -> list[tuple[S
     if not isinstance(section, list | tuple):
         section = [section]
     for one in section:
-        check_kind(one, Section, f"{part}, section", "Write section=fem.Section.tube(diameter=0.05, wall=0.003)", MeshError)
+        check_kind(
+            one, Section, f"{part}, section", "Write section=fem.Section.tube(diameter=0.05, wall=0.003)", MeshError
+        )
     section = list(section)
     if len(section) == 2 and len(nodes) > 2:
         length = np.zeros(len(nodes))

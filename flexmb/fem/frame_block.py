@@ -71,15 +71,23 @@ class FrameBlock:
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> FrameBlock:
         """Return the chosen beams (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
-        return replace(self, connectivity=number[self.connectivity[chosen]], axes=self.axes[chosen],
-                       elements=self.elements.part(chosen), wagner=chosen_rows(self.wagner, chosen),
-                       bending=chosen_rows(self.bending, chosen), number_of_nodes=len(nodes))  # fmt: skip
+        return replace(
+            self,
+            connectivity=number[self.connectivity[chosen]],
+            axes=self.axes[chosen],
+            elements=self.elements.part(chosen),
+            wagner=chosen_rows(self.wagner, chosen),
+            bending=chosen_rows(self.bending, chosen),
+            number_of_nodes=len(nodes),
+        )
 
     def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return K and M (ndof, ndof) of these beams, in the freedoms `dofs`."""
         mass = self.elements.lumped_mass() if lumped else self.elements.consistent_mass()
-        stiffness, mass = (summed(rotated(local, self.axes), self.connectivity, dofs, self.number_of_nodes)
-                           for local in (self.elements.stiffness(), mass))  # fmt: skip
+        stiffness, mass = (
+            summed(rotated(local, self.axes), self.connectivity, dofs, self.number_of_nodes)
+            for local in (self.elements.stiffness(), mass)
+        )
         return stiffness, mass
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:

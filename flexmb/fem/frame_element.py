@@ -40,9 +40,7 @@ def section_flexibility(section: Section, material: Material, shear: bool) -> np
         centred[2, 2] = 1.0 / (g * section.area * section.shear_z)
     centred[3, 3] = 1.0 / (g * section.torsion)
     determinant = section.inertia_y * section.inertia_z - section.product_yz**2
-    centred[4:, 4:] = np.array(
-        [[section.inertia_z, section.product_yz], [section.product_yz, section.inertia_y]]
-    )
+    centred[4:, 4:] = np.array([[section.inertia_z, section.product_yz], [section.product_yz, section.inertia_y]])
     centred[4:, 4:] /= e * determinant
     (ya, za), (ys, zs) = section.area_center, section.shear_center
     inverse = np.eye(6)
@@ -102,7 +100,9 @@ class FrameElements:
 
     def part(self, chosen: np.ndarray) -> FrameElements:
         """Return the chosen beams (mask)."""
-        return FrameElements(self.lengths[chosen], chosen_rows(self.flexibility, chosen), chosen_rows(self.mass, chosen))
+        return FrameElements(
+            self.lengths[chosen], chosen_rows(self.flexibility, chosen), chosen_rows(self.mass, chosen)
+        )
 
     def stiffness(self) -> np.ndarray:
         """Return the local stiffness matrices (ne, 12, 12), frames.md eq. (frame-stiffness)."""
@@ -114,9 +114,7 @@ class FrameElements:
         matrix = np.zeros((len(self.lengths), 12, 12))
         for fraction, weight in gauss(MASS_POINTS):
             shape = self.interpolation(fraction)
-            matrix += (
-                weight * self.lengths[:, None, None] * (shape.swapaxes(1, 2) @ self.mass(fraction) @ shape)
-            )
+            matrix += weight * self.lengths[:, None, None] * (shape.swapaxes(1, 2) @ self.mass(fraction) @ shape)
         return 0.5 * (matrix + matrix.swapaxes(1, 2))
 
     def lumped_mass(self) -> np.ndarray:

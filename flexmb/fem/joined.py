@@ -68,13 +68,24 @@ def joined(*models: FEModel, name: str | None = None) -> FEModel:
     row = freedom_rows(dofs, len(nodes))
     K, M = sparse.csr_matrix((len(dofs),) * 2), sparse.csr_matrix((len(dofs),) * 2)
     for fe, pair in zip(models, pairs, strict=True):
-        into = sparse.csr_matrix((np.ones(fe.ndof), (row[pair[:, 0], pair[:, 1]], np.arange(fe.ndof))),
-                                 shape=(len(dofs), fe.ndof))  # fmt: skip
+        into = sparse.csr_matrix(
+            (np.ones(fe.ndof), (row[pair[:, 0], pair[:, 1]], np.arange(fe.ndof))), shape=(len(dofs), fe.ndof)
+        )
         K, M = K + into @ fe.K @ into.T, M + into @ fe.M @ into.T
-    return FEModel(nodes=nodes, dofs=dofs, K=K.tocsr(), M=M.tocsr(), name=name,
-                   node_sets=_node_sets(models, numbers), facet_sets=_facet_sets(models, numbers),
-                   blocks=tuple(PlacedBlock(block=block, number=number, number_of_nodes=len(nodes))
-                                for fe, number in zip(models, numbers) for block in fe.blocks))  # fmt: skip
+    return FEModel(
+        nodes=nodes,
+        dofs=dofs,
+        K=K.tocsr(),
+        M=M.tocsr(),
+        name=name,
+        node_sets=_node_sets(models, numbers),
+        facet_sets=_facet_sets(models, numbers),
+        blocks=tuple(
+            PlacedBlock(block=block, number=number, number_of_nodes=len(nodes))
+            for fe, number in zip(models, numbers)
+            for block in fe.blocks
+        ),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,8 +126,9 @@ class PlacedBlock:
         own = np.full(len(self.number), -1)
         own[kept] = np.arange(len(kept))
         divided: DivisibleBlock = self.block  # type: ignore[assignment]
-        return PlacedBlock(block=divided.part(chosen, kept, own), number=number[self.number[kept]],
-                           number_of_nodes=len(nodes))  # fmt: skip
+        return PlacedBlock(
+            block=divided.part(chosen, kept, own), number=number[self.number[kept]], number_of_nodes=len(nodes)
+        )
 
     def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return K and M (ndof, ndof) of these elements, in the freedoms `dofs`."""
@@ -144,7 +156,6 @@ class PlacedBlock:
         """Stress (ne, nodes of a cell, 6, k), Pa, at the nodes of chosen cells, each cell by itself."""
         return self.block.element_stress(displacements[self.number], cells)  # type: ignore[attr-defined]
 
-
     def _freedoms(self, dofs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of `dofs` at nodes of these elements, and the same freedoms by own node numbers."""
         own = np.full(self.number_of_nodes, -1)
@@ -160,12 +171,20 @@ def _spread(matrix: sparse.csr_matrix, rows: np.ndarray, size: int) -> sparse.cs
 
 def _check(models: tuple[FEModel, ...]) -> None:
     if len(models) < 2:
-        raise MeshError("Joined FE models", found=f"{len(models)} models", expected="two or more",
-                        remedy="Call fem.joined(first, second, ...)")  # fmt: skip
+        raise MeshError(
+            "Joined FE models",
+            found=f"{len(models)} models",
+            expected="two or more",
+            remedy="Call fem.joined(first, second, ...)",
+        )
     for fe in models:
         if fe.expansion is not None:
-            raise MeshError(f"FE model '{fe.name}'", found="a model with links", expected="models without links",
-                            remedy="Join first, then call fem.with_rigid_link or fem.with_averaging_link")  # fmt: skip
+            raise MeshError(
+                f"FE model '{fe.name}'",
+                found="a model with links",
+                expected="models without links",
+                remedy="Join first, then call fem.with_rigid_link or fem.with_averaging_link",
+            )
 
 
 def _placed(fe: FEModel, nodes: np.ndarray, tolerance: float) -> np.ndarray:
@@ -180,9 +199,13 @@ def _placed(fe: FEModel, nodes: np.ndarray, tolerance: float) -> np.ndarray:
     same = np.flatnonzero(meets & np.isin(nearest[:, 0], taken[:-1][np.diff(taken) == 0]))
     if len(twice) or len(same):
         at = fe.nodes[(twice if len(twice) else same)[0]]
-        raise MeshError(f"FE model '{fe.name}'", found=f"several nodes at ({at[0]:.6g}, {at[1]:.6g}, {at[2]:.6g}) m "
-                        "within one model, where models are to be joined", expected="one node per model at a place",
-                        remedy="Merge duplicate nodes in the mesh, or join away from the cut")  # fmt: skip
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"several nodes at ({at[0]:.6g}, {at[1]:.6g}, {at[2]:.6g}) m "
+            "within one model, where models are to be joined",
+            expected="one node per model at a place",
+            remedy="Merge duplicate nodes in the mesh, or join away from the cut",
+        )
     number = np.where(meets, nearest[:, 0], -1)
     number[~meets] = len(nodes) + np.arange((~meets).sum())
     return number

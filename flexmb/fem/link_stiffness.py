@@ -16,8 +16,8 @@ __all__ = ["RigidLinkBlock"]
 class RigidLinkBlock:
     """A rigid link as an `ElementBlock` without cells.
 
-    A link that turns by theta takes its nodes along ``theta x s + theta x (theta x s) / 2``; the second part works on the
-    forces r that hold them, ``theta^T (sym(sum r s^T) - (sum r . s) I) theta / 2`` (docs/theory/frames.md, eq.
+    A link that turns by theta takes its nodes along ``theta x s + theta x (theta x s) / 2``; the second part works on
+    the forces r that hold them, ``theta^T (sym(sum r s^T) - (sum r . s) I) theta / 2`` (docs/theory/frames.md, eq.
     (link-geometric)). Loads that act on the dependent nodes directly are not known here and count into r.
 
     Parameters
@@ -48,7 +48,9 @@ class RigidLinkBlock:
         return np.zeros((0, 1), int)
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
-        """Stiffness (ndof, ndof), N m/rad, at the rotations of the reference node, of the forces of a `displacement`."""
+        """Stiffness (ndof, ndof), N m/rad, at the rotations of the reference node,
+        of the forces of a `displacement`.
+        """
         matrix = self._at_reference(displacement[:, :, None])[:, :, 0]
         rows = freedom_rows(dofs, self.number_of_nodes)[self.node, 3:]
         i, j = np.meshgrid(rows, rows, indexing="ij")

@@ -42,8 +42,9 @@ def with_node(fe: FEModel, position, name: str | None = None) -> FEModel:
     return replace(grown, blocks=_linked_blocks(fe.blocks, grown, len(fe.nodes)))
 
 
-def with_rigid_link(fe: FEModel, reference: NodeName, dependent: NodeName | Iterable[int],
-                    name: str | None = None) -> FEModel:  # fmt: skip
+def with_rigid_link(
+    fe: FEModel, reference: NodeName, dependent: NodeName | Iterable[int], name: str | None = None
+) -> FEModel:
     """Return the model in which nodes follow a reference node rigidly (RBE2).
 
     Parameters
@@ -79,8 +80,7 @@ def with_rigid_link(fe: FEModel, reference: NodeName, dependent: NodeName | Iter
         arm = rigid_arm(fe.nodes[number] - fe.nodes[node])
         for direction in np.flatnonzero(rows[number] >= 0):
             entries += [
-                (rows[number, direction], rows[node, k], arm[direction, k])
-                for k in np.flatnonzero(arm[direction])
+                (rows[number, direction], rows[node, k], arm[direction, k]) for k in np.flatnonzero(arm[direction])
             ]
     eliminated = rows[numbers][rows[numbers] >= 0]
     if fe.blocks:  # foreign matrices have no geometric stiffness to add to
@@ -88,12 +88,13 @@ def with_rigid_link(fe: FEModel, reference: NodeName, dependent: NodeName | Iter
     return _eliminated(fe, columns, eliminated, entries)
 
 
-def with_averaging_link(fe: FEModel, reference: NodeName, nodes: NodeName | Iterable[int], weights=None,
-                        name: str | None = None) -> FEModel:  # fmt: skip
+def with_averaging_link(
+    fe: FEModel, reference: NodeName, nodes: NodeName | Iterable[int], weights=None, name: str | None = None
+) -> FEModel:
     """Return the model in which a reference node follows the weighted mean motion of others (RBE3).
 
-    The others are not stiffened: a force on the reference node is distributed over them, mass on it as well. The geometric
-    stiffness does not see the lever between their mean and the reference; `reduction.Averaging` does.
+    The others are not stiffened: a force on the reference node is distributed over them, mass on it as well. The
+    geometric stiffness does not see the lever between their mean and the reference; `reduction.Averaging` does.
 
     Parameters
     ----------
@@ -137,9 +138,7 @@ def average_motion(points: np.ndarray, weights: np.ndarray, at: np.ndarray, part
     share = weights / weights.sum()
     centre = share @ points
     arms = points - centre
-    inertia = np.einsum("i,ij,ij->", share, arms, arms) * np.eye(3) - np.einsum(
-        "i,ij,ik->jk", share, arms, arms
-    )
+    inertia = np.einsum("i,ij,ij->", share, arms, arms) * np.eye(3) - np.einsum("i,ij,ik->jk", share, arms, arms)
     principal = np.linalg.eigvalsh(inertia)
     if len(points) < 3 or principal[0] <= 1e-10 * principal[-1]:
         raise MeshError(
@@ -187,9 +186,7 @@ class LinkedBlock:
         columns = [number[int(n), int(d)] for n, d in dofs]
         moved = self.expansion[: 6 * self.own_nodes][:, columns].tocsr()
         rows = np.flatnonzero(np.diff(moved.indptr))
-        full = self.block.geometric_stiffness(
-            displacement[: self.own_nodes], all_freedoms(self.own_nodes)[rows]
-        )
+        full = self.block.geometric_stiffness(displacement[: self.own_nodes], all_freedoms(self.own_nodes)[rows])
         moved = moved[rows]
         matrix = (moved.T @ full @ moved).tocsr()
         return (0.5 * (matrix + matrix.T)).tocsr()
@@ -197,9 +194,7 @@ class LinkedBlock:
     def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """``modes^T K_g modes`` for each load case: (l, m, m), N/m; the nodal fields contain the dependent
         nodes."""
-        return self.block.projected_geometric_stiffness(
-            displacements[: self.own_nodes], modes[: self.own_nodes]
-        )
+        return self.block.projected_geometric_stiffness(displacements[: self.own_nodes], modes[: self.own_nodes])
 
     def nodal_stress(self, displacements: np.ndarray) -> np.ndarray:
         """Stress xx, yy, zz, xy, yz, zx at nodes, (n, 6, k), Pa; NaN at nodes of other blocks."""
@@ -253,13 +248,15 @@ def _rows(fe: FEModel) -> np.ndarray:
     return rows
 
 
-def _check_free(
-    fe: FEModel, part: str, numbers: np.ndarray, rows: np.ndarray, translations_only=False
-) -> None:
+def _check_free(fe: FEModel, part: str, numbers: np.ndarray, rows: np.ndarray, translations_only=False) -> None:
     """Raise MeshError where a node is held or depends on another link."""
     if len(numbers) == 0:
-        raise MeshError(part, found="no nodes", expected="at least one node besides the reference node",
-                        remedy="Name a set of the mesh or give node numbers")  # fmt: skip
+        raise MeshError(
+            part,
+            found="no nodes",
+            expected="at least one node besides the reference node",
+            remedy="Name a set of the mesh or give node numbers",
+        )
     lacking = [int(n) for n in numbers if (rows[n, :3] < 0).any()]
     if lacking and fe.expansion is not None:
         moved = np.diff(fe.expansion.indptr).reshape(-1, 6)
@@ -275,9 +272,7 @@ def _check_free(
         raise MeshError(
             part,
             found=f"node {lacking[0]} is held in a translation",
-            expected="nodes free in x, y, z"
-            if translations_only
-            else "free nodes: links come before supports",
+            expected="nodes free in x, y, z" if translations_only else "free nodes: links come before supports",
             remedy="Make the link first and hold its reference node",
         )
 

@@ -43,6 +43,4 @@ def read_calculix(path: Path, mass: Path | None) -> FileMatrices:
         matrices.append(symmetric_from_entries(f"Matrix file '{file}'", i, j, entries[:, 2], len(words)))
     mesh = path.with_suffix(".inp")
     K, M = matrices
-    return FileMatrices(
-        K, M, labels=labels, directions=directions - 1, nodes=mesh if mesh.is_file() else None
-    )
+    return FileMatrices(K, M, labels=labels, directions=directions - 1, nodes=mesh if mesh.is_file() else None)

@@ -57,9 +57,7 @@ def read_nastran(path: Path, mass: Path | None) -> FileMatrices:
             )
         chosen[symbol] = table
     matrices = by_labels(part, chosen)
-    return FileMatrices(
-        matrices.K, matrices.M, matrices.labels, matrices.directions, path if has_grids else None
-    )
+    return FileMatrices(matrices.K, matrices.M, matrices.labels, matrices.directions, path if has_grids else None)
 
 
 def nastran_cards(path: Path):
@@ -77,9 +75,7 @@ def nastran_cards(path: Path):
                 fields.pop()
         else:
             width = 16 if "*" in text[:8] else 8
-            fields = [text[:8].strip()] + [
-                text[k : k + width].strip() for k in range(8, min(len(text), 72), width)
-            ]
+            fields = [text[:8].strip()] + [text[k : k + width].strip() for k in range(8, min(len(text), 72), width)]
         if fields[0][:1] in ("", "+", "*"):
             padding = -(len(words) - 1) % per_line  # blank fields at the end of a line are not written
             words += [""] * padding + fields[1:]
@@ -116,7 +112,5 @@ def _dmig(path: Path) -> tuple[dict[str, np.ndarray], dict[str, tuple[int, int]]
         column = (float(words[2]), float(words[3] or 0))
         for k in range(5, len(words) - 2, 4):  # G, C, A, (B) of every term
             if words[k]:
-                rows[name].append(
-                    (float(words[k]), float(words[k + 1] or 0), *column, nastran_float(words[k + 2]))
-                )
+                rows[name].append((float(words[k]), float(words[k + 1] or 0), *column, nastran_float(words[k + 2])))
     return {name: np.array(found).reshape(-1, 5) for name, found in rows.items()}, headers, has_grids

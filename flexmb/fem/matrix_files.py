@@ -32,9 +32,7 @@ class FileMatrices:
     nodes: Any = None
 
 
-def symmetric_from_entries(
-    part: str, i: np.ndarray, j: np.ndarray, values: np.ndarray, size: int
-) -> sparse.csr_matrix:
+def symmetric_from_entries(part: str, i: np.ndarray, j: np.ndarray, values: np.ndarray, size: int) -> sparse.csr_matrix:
     """Return the symmetric matrix of entries in either triangle, each pair once (or both, with equal
     values)."""
     low, high = np.minimum(i, j), np.maximum(i, j)

@@ -41,9 +41,7 @@ def kept_cells(mesh: Mesh, cell_types: tuple[str, ...], part: str):
         for (cell_type, _), rows in zip(mesh.cells, members, strict=False):
             if cell_type in cells and rows is not None and len(rows):
                 groups[cell_type][group] = np.asarray(rows, int)
-    node_sets = {
-        name: number[nodes[used[nodes]]] for name, nodes in mesh.node_sets.items() if used[nodes].any()
-    }
+    node_sets = {name: number[nodes[used[nodes]]] for name, nodes in mesh.node_sets.items() if used[nodes].any()}
     facet_sets = {}
     for name, facets in mesh.facet_sets.items():
         whole = (used[facets] | (facets < 0)).all(axis=1)

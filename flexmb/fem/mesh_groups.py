@@ -38,8 +38,12 @@ class GroupedMesh:
 def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
     """Return a `Mesh`: one entry per cell type, point groups as node sets, surface groups as facet sets."""
     if not sum(len(cells) for cell_type, cells in grouped.blocks if cell_type != "vertex"):
-        raise MeshError(part, found=f"{len(grouped.points)} points, but no cells", expected="a mesh with cells",
-                        remedy="In Gmsh, add what is to be saved to a physical group (or save all)")
+        raise MeshError(
+            part,
+            found=f"{len(grouped.points)} points, but no cells",
+            expected="a mesh with cells",
+            remedy="In Gmsh, add what is to be saved to a physical group (or save all)",
+        )
     points = np.array(grouped.points, float)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -68,16 +72,25 @@ def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
                 facets.setdefault(key, []).append(np.asarray(cells)[chosen])
         if any(len(row) > 1 for row in members.values()):
             cell_sets[key] = tuple(np.unique(np.concatenate(members[t])) for t in order)
-    return Mesh(points=points, cells=merged, name=name, cell_sets=cell_sets,
-                node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
-                facet_sets={key: stacked(value) for key, value in facets.items()})
+    return Mesh(
+        points=points,
+        cells=merged,
+        name=name,
+        cell_sets=cell_sets,
+        node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
+        facet_sets={key: stacked(value) for key, value in facets.items()},
+    )
 
 
 def stacked(tables: list[np.ndarray]) -> np.ndarray:
     """Stack facets of several widths, filling short rows with -1."""
     wide = max(table.shape[1] for table in tables)
-    return np.concatenate([np.pad(np.asarray(table, np.int64), ((0, 0), (0, wide - table.shape[1])),
-                                  constant_values=-1) for table in tables])
+    return np.concatenate(
+        [
+            np.pad(np.asarray(table, np.int64), ((0, 0), (0, wide - table.shape[1])), constant_values=-1)
+            for table in tables
+        ]
+    )
 
 
 def _meshio() -> Any:
@@ -96,9 +109,12 @@ def from_gmsh(path: Path) -> GroupedMesh:
     except ValueError as error:
         if "gmsh:physical" not in str(error):
             raise
-        raise MeshError(f"Mesh file '{path}'", found="some cells are in physical groups and some are in none",
-                        expected="all saved cells in groups, or no groups at all",
-                        remedy="In Gmsh, save without 'Save all elements', or put the rest into a group") from None
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found="some cells are in physical groups and some are in none",
+            expected="all saved cells in groups, or no groups at all",
+            remedy="In Gmsh, save without 'Save all elements', or put the rest into a group",
+        ) from None
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     dimension = [DIMENSION.get(cell_type, -1) for cell_type, _ in blocks]
     names = {(int(d), int(tag)): name for name, (tag, d) in mesh.field_data.items()}
@@ -141,7 +157,8 @@ def from_vtu(path: Path) -> GroupedMesh:
 def _is_flag(rows: list[Any]) -> bool:
     """Are these one-dimensional integer arrays of zeros and ones?"""
     return all(np.ndim(r) == 1 and np.asarray(r).dtype.kind in "iub" for r in rows) and bool(
-        np.isin(np.concatenate([np.asarray(r, np.int64) for r in rows]), (0, 1)).all())
+        np.isin(np.concatenate([np.asarray(r, np.int64) for r in rows]), (0, 1)).all()
+    )
 
 
 def from_nastran(path: Path) -> GroupedMesh:
@@ -153,8 +170,9 @@ def from_nastran(path: Path) -> GroupedMesh:
     sets: dict[str, list[np.ndarray]] = {}
     for b, properties in enumerate(mesh.properties.values()):
         for pid in np.unique(properties):
-            rows = sets.setdefault(cards.property_names.get(int(pid), f"pid_{pid}"),
-                                   [np.zeros(0, np.int64) for _ in blocks])
+            rows = sets.setdefault(
+                cards.property_names.get(int(pid), f"pid_{pid}"), [np.zeros(0, np.int64) for _ in blocks]
+            )
             rows[b] = np.union1d(rows[b], np.flatnonzero(properties == pid))
     for name, numbers in cards.element_sets.items():
         sets[name] = [np.flatnonzero(np.isin(ids, numbers)) for ids in mesh.elements.values()]
@@ -171,8 +189,12 @@ def _rows(path: Path, cells: np.ndarray, ids: np.ndarray) -> np.ndarray:
     place = np.minimum(np.searchsorted(ids[order], cells), max(len(ids) - 1, 0))
     missing = ids[order][place] != cells if len(ids) else np.ones(cells.shape, bool)
     if missing.any():
-        raise MeshError(f"Mesh file '{path}'", found=f"a cell names the node {cells[missing][0]}, which does not exist",
-                        expected="cells of existing nodes", remedy="Write the file again, complete")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"a cell names the node {cells[missing][0]}, which does not exist",
+            expected="cells of existing nodes",
+            remedy="Write the file again, complete",
+        )
     return order[place]
 
 
@@ -183,17 +205,23 @@ def _check_once(path: Path, numbers: np.ndarray, points: np.ndarray) -> None:
     apart = np.abs(points[order][1:] - points[order][:-1]).max(axis=1, initial=0.0) > 0.0
     if (same & apart).any():
         twice = numbers[order][1:][same & apart]
-        raise MeshError(f"Mesh file '{path}'", found=f"{len(twice)} grid points at two places, the first is {twice[0]}",
-                        expected="every grid point once", remedy="Renumber one of the parts before they are put "
-                        "into one file")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"{len(twice)} grid points at two places, the first is {twice[0]}",
+            expected="every grid point once",
+            remedy="Renumber one of the parts before they are put into one file",
+        )
 
 
 def _known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Path) -> np.ndarray:
     missing = [int(n) for n in numbers if int(n) not in place]
     if missing:
-        raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' names the node {missing[0]}, which does not "
-                        f"exist ({len(missing)} such nodes)", expected="sets of existing nodes",
-                        remedy="If it is a set of elements, say so in its $HMSET comment (type 2) or use SET3")
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"the set '{name}' names the node {missing[0]}, which does not exist ({len(missing)} such nodes)",
+            expected="sets of existing nodes",
+            remedy="If it is a set of elements, say so in its $HMSET comment (type 2) or use SET3",
+        )
     return np.array([place[int(n)] for n in numbers], np.int64)
 
 
@@ -203,8 +231,11 @@ def from_abaqus(path: Path) -> GroupedMesh:
     mesh = _meshio().abaqus.read(io.StringIO(cards.mesh_text))
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     place = {number: i for i, number in enumerate(cards.node_ids)}
-    sets = {name: [np.flatnonzero(np.isin(ids, numbers)) for ids in cards.element_ids]
-            for name, numbers in cards.element_sets.items() if not name.startswith("_")}  # "_" marks internal sets
+    sets = {
+        name: [np.flatnonzero(np.isin(ids, numbers)) for ids in cards.element_ids]
+        for name, numbers in cards.element_sets.items()
+        if not name.startswith("_")
+    }  # "_" marks internal sets
     nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
     facets: dict[str, list[np.ndarray]] = {}
     for name, faces in cards.surfaces.items():
@@ -214,9 +245,14 @@ def from_abaqus(path: Path) -> GroupedMesh:
                 face = _face_with(cell_type, corners)
                 if len(chosen) and face:
                     facets.setdefault(name, []).append(chosen[:, list(face)])
-    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets,
-                       facet_sets={name: stacked(tables) for name, tables in facets.items()},
-                       left_out=[f"{number} {keyword}" for keyword, number in sorted(cards.left_out.items())])
+    return GroupedMesh(
+        points=mesh.points,
+        blocks=blocks,
+        node_sets=nodes,
+        cell_sets=sets,
+        facet_sets={name: stacked(tables) for name, tables in facets.items()},
+        left_out=[f"{number} {keyword}" for keyword, number in sorted(cards.left_out.items())],
+    )
 
 
 def _face_with(cell_type: str, faces_by_family: dict[str, frozenset[int]]) -> tuple[int, ...]:
@@ -227,4 +263,4 @@ def _face_with(cell_type: str, faces_by_family: dict[str, frozenset[int]]) -> tu
     if element is None or element.family not in faces_by_family:
         return ()
     corners = faces_by_family[element.family]
-    return next(face for face in element.faces if frozenset(face[:len(corners)]) == corners)
+    return next(face for face in element.faces if frozenset(face[: len(corners)]) == corners)

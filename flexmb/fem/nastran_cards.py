@@ -74,7 +74,7 @@ def fields(line: str) -> list[str]:
         words = [word.strip() for word in line.split(",")]
     else:
         width = 16 if "*" in line[:8] else 8
-        words = [line[:8].strip()] + [line[k:k + width].strip() for k in range(8, min(len(line), 72), width)]
+        words = [line[:8].strip()] + [line[k : k + width].strip() for k in range(8, min(len(line), 72), width)]
     return [word for k, word in enumerate(words) if word and not (word[0] in "+*" and k in (0, len(words) - 1))]
 
 
@@ -105,6 +105,10 @@ def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
                 numbers.append(int(words[i]))
                 i += 1
     except (ValueError, IndexError):
-        raise MeshError(f"Mesh file '{path}'", found=f"the set '{name}' reads '{' '.join(words)[:60]}'",
-                        expected="numbers, THRU and EXCEPT", remedy="Write the set as a list of numbers") from None
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"the set '{name}' reads '{' '.join(words)[:60]}'",
+            expected="numbers, THRU and EXCEPT",
+            remedy="Write the set as a list of numbers",
+        ) from None
     return np.array([n for n in numbers if n not in excluded], np.int64)

@@ -15,10 +15,40 @@ from flexmb.fem.matrices_nastran import nastran_cards, nastran_float
 
 __all__ = ["nastran_connectors"]
 
-CONNECTORS = frozenset((
-    "CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "RBE1", "RBE2", "RBE3", "RBAR", "RBAR1", "RROD", "RSPLINE",
-    "RJOINT", "MPC", "CELAS1", "CELAS2", "CELAS3", "CELAS4", "CBUSH", "CBUSH1D", "CBUSH2D", "CGAP", "CFAST", "CWELD",
-    "CSEAM", "CDAMP1", "CDAMP2", "CVISC", "GENEL"))  # fmt: skip
+CONNECTORS = frozenset(
+    (
+        "CONM1",
+        "CONM2",
+        "CMASS1",
+        "CMASS2",
+        "CMASS3",
+        "CMASS4",
+        "RBE1",
+        "RBE2",
+        "RBE3",
+        "RBAR",
+        "RBAR1",
+        "RROD",
+        "RSPLINE",
+        "RJOINT",
+        "MPC",
+        "CELAS1",
+        "CELAS2",
+        "CELAS3",
+        "CELAS4",
+        "CBUSH",
+        "CBUSH1D",
+        "CBUSH2D",
+        "CGAP",
+        "CFAST",
+        "CWELD",
+        "CSEAM",
+        "CDAMP1",
+        "CDAMP2",
+        "CVISC",
+        "GENEL",
+    )
+)
 
 
 OFFSETS = {"CBAR": slice(11, 17), "CBEAM": slice(11, 17), "CQUAD4": slice(8, 9), "CTRIA3": slice(7, 8)}
@@ -59,7 +89,9 @@ def _grids(words: list[str]) -> list[int]:
 
 
 def _weighted_grids(words: list[str]) -> list[int]:
-    """Return the grid points of an RBE3: weight, component, grid, grid, ..., weight, component, ... until UM or ALPHA."""
+    """Return the grid points of an RBE3: weight, component, grid, grid, ..., weight, component, ...
+    until UM or ALPHA.
+    """
     nodes, component_next = [], False
     for word in words:
         if word.upper() in ("UM", "ALPHA"):

@@ -19,13 +19,24 @@ WEDGE = (*range(9), 12, 13, 14, 9, 10, 11)
 """Nastran numbers the vertical edges before those of the upper face, meshio after."""
 
 KINDS = {
-    "CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
-    "CPENTA": {6: "wedge", 15: "wedge15"}, "CPYRAM": {5: "pyramid", 13: "pyramid13"},
-    "CTRIA3": {3: "triangle"}, "CTRIAR": {3: "triangle"}, "CTRIA6": {6: "triangle6"},
-    "CQUAD4": {4: "quad"}, "CQUADR": {4: "quad"}, "CSHEAR": {4: "quad"}, "CQUAD8": {8: "quad8"},
-    "CBAR": {2: "line"}, "CBEAM": {2: "line"}, "CROD": {2: "line"}, "CTUBE": {2: "line"}, "CONROD": {2: "line"},
+    "CTETRA": {4: "tetra", 10: "tetra10"},
+    "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
+    "CPENTA": {6: "wedge", 15: "wedge15"},
+    "CPYRAM": {5: "pyramid", 13: "pyramid13"},
+    "CTRIA3": {3: "triangle"},
+    "CTRIAR": {3: "triangle"},
+    "CTRIA6": {6: "triangle6"},
+    "CQUAD4": {4: "quad"},
+    "CQUADR": {4: "quad"},
+    "CSHEAR": {4: "quad"},
+    "CQUAD8": {8: "quad8"},
+    "CBAR": {2: "line"},
+    "CBEAM": {2: "line"},
+    "CROD": {2: "line"},
+    "CTUBE": {2: "line"},
+    "CONROD": {2: "line"},
     "CBEAM3": {3: "line3"},
-}  # fmt: skip
+}
 """Cells by the name of the card and the number of its nodes; what follows the nodes (angles, offsets) is left."""
 
 ORDER = {"hexahedron20": HEXA, "wedge15": WEDGE}
@@ -66,15 +77,20 @@ def read_nastran_mesh(path: Path) -> NastranMesh:
             elif ELEMENT.match(name):
                 unknown[name] += 1
         except (ValueError, IndexError):
-            raise MeshError(f"Mesh file '{path}'", found=f"the card {' '.join(word for word in words if word)[:70]}",
-                            expected="numbers of element, property and nodes; of grid points, three coordinates",
-                            remedy="Write the file again, complete") from None  # fmt: skip
+            raise MeshError(
+                f"Mesh file '{path}'",
+                found=f"the card {' '.join(word for word in words if word)[:70]}",
+                expected="numbers of element, property and nodes; of grid points, three coordinates",
+                remedy="Write the file again, complete",
+            ) from None
     return NastranMesh(
-        ids=np.array(ids, np.int64), points=np.array(points, float).reshape(-1, 3), unknown=unknown,
+        ids=np.array(ids, np.int64),
+        points=np.array(points, float).reshape(-1, 3),
+        unknown=unknown,
         cells={kind: np.array([cell for _, _, cell in found], np.int64) for kind, found in rows.items()},
         elements={kind: np.array([number for number, _, _ in found], np.int64) for kind, found in rows.items()},
         properties={kind: np.array([pid for _, pid, _ in found], np.int64) for kind, found in rows.items()},
-    )  # fmt: skip
+    )
 
 
 def _cell(name: str, words: list[str]) -> tuple[str, tuple[int, int, list[int]]]:
@@ -93,6 +109,9 @@ def _cell(name: str, words: list[str]) -> tuple[str, tuple[int, int, list[int]]]
 
 def _check_system(path: Path, words: list[str]) -> None:
     if len(words) > 2 and words[2] not in ("", "0"):
-        raise MeshError(f"Mesh file '{path}'", found=f"a grid point in the coordinate system {words[2]}: "
-                        f"{','.join(words)[:40]}", expected="all grid points in the basic system",
-                        remedy="Export the mesh with its coordinates in the basic (global) system")  # fmt: skip
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"a grid point in the coordinate system {words[2]}: {','.join(words)[:40]}",
+            expected="all grid points in the basic system",
+            remedy="Export the mesh with its coordinates in the basic (global) system",
+        )

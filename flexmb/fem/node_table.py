@@ -40,9 +40,7 @@ def node_table(source) -> NodeTable:
         return NodeTable(np.arange(1, len(positions) + 1), positions)
     path = Path(source)
     if not path.is_file():
-        raise MeshError(
-            f"Mesh file '{path}'", found="no such file", expected="a file", remedy="Check the folder"
-        )
+        raise MeshError(f"Mesh file '{path}'", found="no such file", expected="a file", remedy="Check the folder")
     labels, positions, sets = (_abaqus if path.suffix.lower() == ".inp" else _nastran)(path)
     if len(labels) == 0:
         raise MeshError(

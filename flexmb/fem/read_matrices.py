@@ -58,9 +58,7 @@ def read_matrices(
     """
     path = Path(path)
     if not path.is_file():
-        raise MeshError(
-            f"Matrix file '{path}'", found="no such file", expected="a file", remedy="Check the folder"
-        )
+        raise MeshError(f"Matrix file '{path}'", found="no such file", expected="a file", remedy="Check the folder")
     if mass is not None and not Path(mass).is_file():
         raise MeshError(f"Mass file '{mass}'", found="no such file", expected="a file", remedy="Check the folder")
     matrices = _read(path, None if mass is None else Path(mass))
@@ -199,9 +197,7 @@ def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
                 expected="K_data, K_indices, K_indptr, the same of M, nodes, dofs (fem.write_matrices)",
                 remedy="For two files of scipy.sparse.save_npz give mass='M.npz' and nodes",
             )
-        K, M = (
-            sparse.csr_matrix((file[f"{s}_data"], file[f"{s}_indices"], file[f"{s}_indptr"])) for s in "KM"
-        )
+        K, M = (sparse.csr_matrix((file[f"{s}_data"], file[f"{s}_indices"], file[f"{s}_indptr"])) for s in "KM")
         sets = {key.removeprefix("set_"): file[key] for key in file.files if key.startswith("set_")}
         table = NodeTable(labels=np.arange(len(file["nodes"])), positions=file["nodes"], node_sets=sets)
         return FileMatrices(K, M, labels=file["dofs"][:, 0], directions=file["dofs"][:, 1], nodes=table)

@@ -1,8 +1,9 @@
 """`read_mesh`: the one door for mesh files.
 
-meshio reads the cells, except those of Nastran, whose angles and offsets it takes for nodes. Groups are read here, because
-meshio drops Nastran sets, Abaqus surfaces and second definitions of an Abaqus set; the pages docs/howto/from-gmsh.md,
-docs/howto/from-nastran.md and docs/howto/from-abaqus.md state which group of which format becomes which set.
+meshio reads the cells, except those of Nastran, whose angles and offsets it takes for nodes. Groups are read here,
+because meshio drops Nastran sets, Abaqus surfaces and second definitions of an Abaqus set; the pages
+docs/howto/from-gmsh.md, docs/howto/from-nastran.md and docs/howto/from-abaqus.md state which group of which format
+becomes which set.
 """
 
 from __future__ import annotations
@@ -22,9 +23,12 @@ __all__ = ["read_mesh"]
 
 READERS: dict[str, Callable[[Path], GroupedMesh]] = {
     ".msh": from_gmsh,
-    ".bdf": from_nastran, ".nas": from_nastran, ".fem": from_nastran,
+    ".bdf": from_nastran,
+    ".nas": from_nastran,
+    ".fem": from_nastran,
     ".inp": from_abaqus,
-    ".vtu": from_vtu, ".vtk": from_vtu,
+    ".vtu": from_vtu,
+    ".vtk": from_vtu,
 }
 """Readers by file suffix."""
 
@@ -59,22 +63,38 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         Coincident nodes, a set without cells, masses and links that were left out.
     """
     if not isinstance(path, str | Path):
-        raise MeshError("fem.read_mesh", found=f"the path {path!r}", expected="the name of a mesh file",
-                        remedy='Write fem.read_mesh("part.msh")')
+        raise MeshError(
+            "fem.read_mesh",
+            found=f"the path {path!r}",
+            expected="the name of a mesh file",
+            remedy='Write fem.read_mesh("part.msh")',
+        )
     path = Path(path)
     part = f"Mesh file '{path}'"
     if not path.is_file():
         others = (p.name for p in path.parent.glob("*") if p.is_file())
         near = did_you_mean(path.name, others) if path.parent.is_dir() else ""
-        raise MeshError(part, found="no such file", expected="an existing mesh file",
-                        remedy=near or f"The current folder is {Path.cwd()}")
+        raise MeshError(
+            part,
+            found="no such file",
+            expected="an existing mesh file",
+            remedy=near or f"The current folder is {Path.cwd()}",
+        )
     if not is_number(scale) or scale <= 0.0:
-        raise MeshError(part, found=f"scale = {scale!r}", expected="a factor > 0: metres per unit of the mesh",
-                        remedy="Write scale=1e-3 for a mesh in millimetres")
+        raise MeshError(
+            part,
+            found=f"scale = {scale!r}",
+            expected="a factor > 0: metres per unit of the mesh",
+            remedy="Write scale=1e-3 for a mesh in millimetres",
+        )
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise MeshError(part, found=f"the suffix '{path.suffix}'", expected=f"One of: {', '.join(READERS)}",
-                        remedy="Convert the mesh, or build a fem.Mesh from arrays")
+        raise MeshError(
+            part,
+            found=f"the suffix '{path.suffix}'",
+            expected=f"One of: {', '.join(READERS)}",
+            remedy="Convert the mesh, or build a fem.Mesh from arrays",
+        )
     try:
         grouped = reader(path)
     except MeshError:
@@ -83,18 +103,26 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         text = str(error) or type(error).__name__
         if isinstance(error, KeyError) and str(error.args[0]).isdigit():  # of the table of node numbers
             text = f"a cell names the node {error.args[0]}, which does not exist"
-        raise MeshError(part, found=f"the file cannot be read as {path.suffix} ({text})",
-                        expected="a complete file of that format",
-                        remedy="Open it in the program that wrote it, and write it again") from error
+        raise MeshError(
+            part,
+            found=f"the file cannot be read as {path.suffix} ({text})",
+            expected="a complete file of that format",
+            remedy="Open it in the program that wrote it, and write it again",
+        ) from error
     mesh = to_mesh(grouped, path.stem, part)
     if grouped.left_out:
-        warnings.warn(f"{part}: left out were {', '.join(grouped.left_out)}; a mesh holds nodes, elements and sets. Add "
-                      "them to the FE model with fem.with_mass, fem.with_rigid_link, fem.with_averaging_link or "
-                      "fem.with_spring", MeshWarning, stacklevel=2)
+        warnings.warn(
+            f"{part}: left out were {', '.join(grouped.left_out)}; a mesh holds nodes, elements and sets. Add "
+            "them to the FE model with fem.with_mass, fem.with_rigid_link, fem.with_averaging_link or "
+            "fem.with_spring",
+            MeshWarning,
+            stacklevel=2,
+        )
     kept = mesh.without_unused_nodes().scaled(float(scale))
     for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
-        warnings.warn(f"{part}: the set '{name}' holds only nodes without cells; it was dropped",
-                      MeshWarning, stacklevel=2)
+        warnings.warn(
+            f"{part}: the set '{name}' holds only nodes without cells; it was dropped", MeshWarning, stacklevel=2
+        )
     _warn_about_coincident_nodes(part, kept)
     return kept
 
@@ -106,6 +134,10 @@ def _warn_about_coincident_nodes(part: str, mesh: Mesh) -> None:
     pairs = cKDTree(mesh.points).query_pairs(COINCIDENT * diagonal, output_type="ndarray")
     if len(pairs):
         i, j = sorted(map(int, pairs[0]))
-        warnings.warn(f"{part}: {len(pairs)} pairs of nodes coincide within {COINCIDENT * diagonal:.2g} m, the first "
-                      f"are {i} and {j} at {np.round(mesh.points[i], 9).tolist()}; the part is cut there unless the "
-                      "nodes are merged", MeshWarning, stacklevel=3)
+        warnings.warn(
+            f"{part}: {len(pairs)} pairs of nodes coincide within {COINCIDENT * diagonal:.2g} m, the first "
+            f"are {i} and {j} at {np.round(mesh.points[i], 9).tolist()}; the part is cut there unless the "
+            "nodes are merged",
+            MeshWarning,
+            stacklevel=3,
+        )

@@ -69,7 +69,10 @@ class Section:
 
     def __repr__(self):
         made = "".join(f" {x:.4g}" if isinstance(x, float) else f" {x}" for x in self.shape)
-        return f"Section({made.strip()}: area {self.area:.4g} m2, inertia {self.inertia_y:.4g} and {self.inertia_z:.4g} m4)"
+        return (
+            f"Section({made.strip()}: area {self.area:.4g} m2, inertia {self.inertia_y:.4g} and "
+            f"{self.inertia_z:.4g} m4)"
+        )
 
     def __post_init__(self):
         part = f"Section '{self.shape[0]}'"
@@ -287,8 +290,12 @@ def _corners(width: float, height: float) -> tuple[Point, ...]:
 def _check_lengths(shape: str, *lengths: float) -> None:
     for length in lengths:
         if not is_number(length) or length <= 0.0:
-            raise MeshError(f"Section '{shape}'", found=f"a length of {length!r} m", expected="a positive number",
-                            remedy="Give the dimensions in metres")
+            raise MeshError(
+                f"Section '{shape}'",
+                found=f"a length of {length!r} m",
+                expected="a positive number",
+                remedy="Give the dimensions in metres",
+            )
 
 
 def _check_wall(shape: str, wall: float, outer: float) -> None:

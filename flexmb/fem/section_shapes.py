@@ -63,9 +63,7 @@ def cowper_hollow_circle(ratio: float, poisson: float) -> float:
     """Return Cowper's shear factor of a hollow circle, ratio = inner / outer diameter; 0 is the solid
     circle."""
     square = (1.0 + ratio**2) ** 2
-    return (
-        6.0 * (1.0 + poisson) * square / ((7.0 + 6.0 * poisson) * square + (20.0 + 12.0 * poisson) * ratio**2)
-    )
+    return 6.0 * (1.0 + poisson) * square / ((7.0 + 6.0 * poisson) * square + (20.0 + 12.0 * poisson) * ratio**2)
 
 
 def cowper_box(width: float, height: float, flange: float, web: float, poisson: float) -> float:
@@ -88,10 +86,4 @@ def _cowper_numerator(m: float, poisson: float) -> float:
 
 
 def _cowper_walls(m: float, poisson: float) -> float:
-    return (
-        12.0
-        + 72.0 * m
-        + 150.0 * m**2
-        + 90.0 * m**3
-        + poisson * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
-    )
+    return 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + poisson * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)

@@ -56,8 +56,13 @@ def shell(
     """
     name = mesh.name if name is None else name
     part = f"Shell '{name}'"
-    check_kind(material, Material, f"{part}, material", "Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
-               MeshError)  # fmt: skip
+    check_kind(
+        material,
+        Material,
+        f"{part}, material",
+        "Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
+        MeshError,
+    )
     nodes, cells, groups, node_sets, facet_sets = kept_cells(mesh, ("triangle", "quad"), part)
     warn_about_size(part, nodes)
     warn_about_material(part, material.young, material.density)

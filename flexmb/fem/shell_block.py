@@ -115,14 +115,22 @@ class ShellBlock:
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> ShellBlock:
         """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
-        return replace(self, connectivity=number[self.connectivity[chosen]], axes=self.axes[chosen],
-                       corners=self.corners[chosen], heights=self.heights[chosen], thickness=self.thickness[chosen],
-                       number_of_nodes=len(nodes))  # fmt: skip
+        return replace(
+            self,
+            connectivity=number[self.connectivity[chosen]],
+            axes=self.axes[chosen],
+            corners=self.corners[chosen],
+            heights=self.heights[chosen],
+            thickness=self.thickness[chosen],
+            number_of_nodes=len(nodes),
+        )
 
     def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return K and M (ndof, ndof) of these elements, in the freedoms `dofs`."""
-        return (summed(self.stiffness(), self.connectivity, dofs, self.number_of_nodes),
-                summed(self.mass(lumped), self.connectivity, dofs, self.number_of_nodes))  # fmt: skip
+        return (
+            summed(self.stiffness(), self.connectivity, dofs, self.number_of_nodes),
+            summed(self.mass(lumped), self.connectivity, dofs, self.number_of_nodes),
+        )
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:
         """Initial-stress stiffness (ndof, ndof), N/m, of the membrane forces that `displacement` (n, 6), m,

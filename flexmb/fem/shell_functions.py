@@ -69,9 +69,7 @@ def functions(corners: np.ndarray, xi: float, eta: float, weight: float = 1.0) -
     value, slope, edge, edge_slope = (_triangle if corners.shape[1] == 3 else _quadrilateral)(xi, eta)
     jacobian = slope @ corners  # rows d(x, y)/dxi, d(x, y)/deta
     inverse = np.linalg.inv(jacobian)
-    return Functions(
-        xi, eta, value, inverse @ slope, edge, inverse @ edge_slope, weight * np.linalg.det(jacobian)
-    )
+    return Functions(xi, eta, value, inverse @ slope, edge, inverse @ edge_slope, weight * np.linalg.det(jacobian))
 
 
 def edges(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -66,8 +66,12 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     kinds = {**SOLID_ELEMENTS, **(elements or {})}
     if not any(DIMENSION[cell_type] == 3 and len(cells) for cell_type, cells in mesh.cells):
         found = ", ".join(f"{len(cells)} {cell_type}" for cell_type, cells in mesh.cells) or "no cells at all"
-        raise MeshError(part, found=f"no solid cells, but {found}", expected="tetrahedra, hexahedra or wedges",
-                        remedy="Save the volume group too, or use fem.shell or fem.frame")
+        raise MeshError(
+            part,
+            found=f"no solid cells, but {found}",
+            expected="tetrahedra, hexahedra or wedges",
+            remedy="Save the volume group too, or use fem.shell or fem.frame",
+        )
     mesh = mesh.without_unused_nodes()
     warn_about_size(part, mesh.points)
     blocks = []
@@ -78,8 +82,15 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
         cells = _oriented(part, mesh.points, connectivity, element)
         for given, rows in _materials(part, mesh, material, number, len(cells)):
             warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
-            blocks.append(SolidBlock(element=element, nodes=mesh.points, connectivity=cells[rows],
-                                     elasticity=given.elasticity, density=float(given.density)))
+            blocks.append(
+                SolidBlock(
+                    element=element,
+                    nodes=mesh.points,
+                    connectivity=cells[rows],
+                    elasticity=given.elasticity,
+                    density=float(given.density),
+                )
+            )
     _warn_about_elements(part, blocks)
     n = len(mesh.points)
     pattern = node_pattern(n, [block.connectivity for block in blocks])
@@ -92,9 +103,16 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     if lumped:
         m.eliminate_zeros()
     facets = oriented_facet_sets([(b.cell_type, b.connectivity) for b in blocks], mesh.node_sets, mesh.facet_sets, n)
-    return FEModel(nodes=mesh.points, dofs=np.column_stack([np.repeat(np.arange(n), 3), np.tile([0, 1, 2], n)]),
-                   K=pattern.blocks(stiffness), M=m, node_sets=dict(mesh.node_sets), facet_sets=facets,
-                   blocks=tuple(blocks), name=mesh.name)
+    return FEModel(
+        nodes=mesh.points,
+        dofs=np.column_stack([np.repeat(np.arange(n), 3), np.tile([0, 1, 2], n)]),
+        K=pattern.blocks(stiffness),
+        M=m,
+        node_sets=dict(mesh.node_sets),
+        facet_sets=facets,
+        blocks=tuple(blocks),
+        name=mesh.name,
+    )
 
 
 def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: SolidElement) -> np.ndarray:
@@ -120,15 +138,21 @@ def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: 
         bad &= mirrored | (low <= FLAT * size)
     if bad.any():
         first = int(np.flatnonzero(bad)[0])
-        raise MeshError(part, found=f"{bad.sum()} of {len(cells)} {element.cell_type} cells are inverted or flat "
-                        f"(det dx/dX <= 0), the first is number {first} (counted from 0), with the nodes "
-                        f"{connectivity[first].tolist()}, near "
-                        f"{np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
-                        expected="a positive Jacobian at every integration point",
-                        remedy="Mesh again: finer at curved surfaces, or with straight-sided second-order cells")
+        raise MeshError(
+            part,
+            found=f"{bad.sum()} of {len(cells)} {element.cell_type} cells are inverted or flat "
+            f"(det dx/dX <= 0), the first is number {first} (counted from 0), with the nodes "
+            f"{connectivity[first].tolist()}, near "
+            f"{np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
+            expected="a positive Jacobian at every integration point",
+            remedy="Mesh again: finer at curved surfaces, or with straight-sided second-order cells",
+        )
     if mirrored.all():
-        warnings.warn(f"{part}: all {len(cells)} {element.cell_type} cells are numbered left-handed; they were "
-                      "renumbered", MeshWarning, stacklevel=3)
+        warnings.warn(
+            f"{part}: all {len(cells)} {element.cell_type} cells are numbered left-handed; they were renumbered",
+            MeshWarning,
+            stacklevel=3,
+        )
     return cells
 
 
@@ -148,37 +172,52 @@ def _materials(part: str, mesh: Mesh, material, number: int, n_cells: int):
             yield given, rows
     for wrong, words in ((count == 0, "no material"), (count > 1, "several materials")):
         if wrong.any():
-            raise MeshError(part, found=f"{wrong.sum()} {mesh.cells[number][0]} cells have {words}, "
-                            f"the first is number {int(np.flatnonzero(wrong)[0])} (counted from 0)",
-                            expected=f"each cell in exactly one of the sets: {', '.join(material)}",
-                            remedy=f"The mesh has the cell sets: {', '.join(sorted(mesh.cell_sets)) or 'none'}")
+            raise MeshError(
+                part,
+                found=f"{wrong.sum()} {mesh.cells[number][0]} cells have {words}, "
+                f"the first is number {int(np.flatnonzero(wrong)[0])} (counted from 0)",
+                expected=f"each cell in exactly one of the sets: {', '.join(material)}",
+                remedy=f"The mesh has the cell sets: {', '.join(sorted(mesh.cell_sets)) or 'none'}",
+            )
 
 
 def _check_solid_set(part: str, mesh: Mesh, name: str) -> None:
     """Raise MeshError unless the mesh has a cell set of this name with solid cells."""
-    solid = sorted(own for own, rows in mesh.cell_sets.items()
-                   if any(len(r) and DIMENSION[kind] == 3 for r, (kind, _) in zip(rows, mesh.cells)))
+    solid = sorted(
+        own
+        for own, rows in mesh.cell_sets.items()
+        if any(len(r) and DIMENSION[kind] == 3 for r, (kind, _) in zip(rows, mesh.cells))
+    )
     if name not in solid:
         what = "holds no solid cells" if name in mesh.cell_sets else "does not exist"
-        raise MeshError(part, found=f"a material is given for the cell set '{name}', which {what}",
-                        expected=f"sets with solid cells: {', '.join(solid) or 'none'}",
-                        remedy=did_you_mean(name, solid) or "Name the physical groups of volumes in the mesh")
+        raise MeshError(
+            part,
+            found=f"a material is given for the cell set '{name}', which {what}",
+            expected=f"sets with solid cells: {', '.join(solid) or 'none'}",
+            remedy=did_you_mean(name, solid) or "Name the physical groups of volumes in the mesh",
+        )
 
 
 def _check_material(part: str, material) -> None:
     """Raise MeshError unless `material` is one."""
     if not (hasattr(material, "elasticity") and hasattr(material, "density")):
-        raise MeshError(part, found=f"the material is {material!r}",
-                        expected="a flexmb.Material, an OrthotropicMaterial, or a mapping of cell set to one",
-                        remedy="Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0), or "
-                        'flexmb.MATERIALS["steel"]')
+        raise MeshError(
+            part,
+            found=f"the material is {material!r}",
+            expected="a flexmb.Material, an OrthotropicMaterial, or a mapping of cell set to one",
+            remedy='Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0), or flexmb.MATERIALS["steel"]',
+        )
 
 
 def _warn_about_elements(part: str, blocks: list[SolidBlock]) -> None:
     stiff = {"tetra": "tetra10", "wedge": "wedge15"}
     for cell_type in sorted({block.cell_type for block in blocks} & set(stiff)):
-        warnings.warn(f"{part}: {cell_type} cells of first order are far too stiff in bending; "
-                      f"use {stiff[cell_type]} (second order)", MeshWarning, stacklevel=3)
+        warnings.warn(
+            f"{part}: {cell_type} cells of first order are far too stiff in bending; "
+            f"use {stiff[cell_type]} (second order)",
+            MeshWarning,
+            stacklevel=3,
+        )
 
 
 def _check_connection(part: str, pattern: BlockPattern) -> None:
@@ -186,5 +225,9 @@ def _check_connection(part: str, pattern: BlockPattern) -> None:
     pieces, label = connected_components(pattern.scalar(np.ones(len(pattern.indices))), directed=False)
     if pieces > 1:
         sizes = np.sort(np.bincount(label))[::-1]
-        warnings.warn(f"{part}: the solid cells form {pieces} separate pieces of {', '.join(map(str, sizes[:5]))} "
-                      "nodes; merge coincident nodes, or join the pieces by couplings", MeshWarning, stacklevel=3)
+        warnings.warn(
+            f"{part}: the solid cells form {pieces} separate pieces of {', '.join(map(str, sizes[:5]))} "
+            "nodes; merge coincident nodes, or join the pieces by couplings",
+            MeshWarning,
+            stacklevel=3,
+        )

@@ -54,14 +54,25 @@ class SolidBlock:
 
     def add_stiffness(self, pattern: BlockPattern, data: np.ndarray) -> None:
         """Add the stiffness matrices, N/m, to the values `data` of ``pattern.blocks``."""
-        kernels.assemble_stiffness(self.nodes, self.connectivity, *self._stiffness_tables(),
-                                   pattern.start, pattern.indices, data)
+        kernels.assemble_stiffness(
+            self.nodes, self.connectivity, *self._stiffness_tables(), pattern.start, pattern.indices, data
+        )
 
     def add_mass(self, pattern: BlockPattern, data: np.ndarray, lumped: bool) -> None:
         """Add the scalar mass matrices, kg, to the values `data` of ``pattern.scalar``."""
         t = self.element.tables
-        kernels.assemble_mass(self.nodes, self.connectivity, t.mass_value, t.mass_gradient, t.mass_weight,
-                              self.density, lumped, pattern.start, pattern.indices, data)
+        kernels.assemble_mass(
+            self.nodes,
+            self.connectivity,
+            t.mass_value,
+            t.mass_gradient,
+            t.mass_weight,
+            self.density,
+            lumped,
+            pattern.start,
+            pattern.indices,
+            data,
+        )
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> SolidBlock:
         """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
@@ -90,8 +101,16 @@ class SolidBlock:
         data = np.zeros(len(pattern.indices))
         for cells in self._chunks():
             stress = self._stress(cells, t.stiffness_gradient, t.stiffness_inner, u)
-            kernels.scalar_geometric_stiffness(self.nodes, cells, t.stiffness_gradient, t.stiffness_weight, stress,
-                                               pattern.start, pattern.indices, data)
+            kernels.scalar_geometric_stiffness(
+                self.nodes,
+                cells,
+                t.stiffness_gradient,
+                t.stiffness_weight,
+                stress,
+                pattern.start,
+                pattern.indices,
+                data,
+            )
         # Rows of K: dofs may hold rotations of other blocks, and may be in any order.
         place = np.full((len(self.nodes), 3), -1)
         moved = np.flatnonzero(dofs[:, 1] < 3)
@@ -99,8 +118,9 @@ class SolidBlock:
         scalar = pattern.scalar(data).tocoo()
         rows, columns = place[scalar.row].ravel(), place[scalar.col].ravel()
         kept = (rows >= 0) & (columns >= 0)
-        return sparse.csr_matrix((np.repeat(scalar.data, 3)[kept], (rows[kept], columns[kept])),
-                                 shape=(len(dofs), len(dofs)))
+        return sparse.csr_matrix(
+            (np.repeat(scalar.data, 3)[kept], (rows[kept], columns[kept])), shape=(len(dofs), len(dofs))
+        )
 
     def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """``modes^T K_g(displacements[..., l]) modes`` for each load case l: (k, m, m), no matrix assembled.
@@ -139,8 +159,8 @@ class SolidBlock:
             return total / count[:, None, None]
 
     def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
-        """Stress xx, yy, zz, xy, yz, zx, (ne, nodes of a cell, 6, k), Pa, at the nodes of chosen cells (all by default),
-        each cell by itself: where neighbours differ, the mesh is too coarse."""
+        """Stress xx, yy, zz, xy, yz, zx, (ne, nodes of a cell, 6, k), Pa, at the nodes of chosen cells (all by
+        default), each cell by itself: where neighbours differ, the mesh is too coarse."""
         t = self.element.tables
         u = np.ascontiguousarray(displacements[:, :3], float)
         chosen = self.connectivity if cells is None else self.connectivity[cells]
@@ -148,7 +168,7 @@ class SolidBlock:
         return np.einsum("np,epck->enck", t.extrapolation, stress)
 
     def _chunks(self):
-        return (self.connectivity[i:i + CHUNK] for i in range(0, len(self.connectivity), CHUNK))
+        return (self.connectivity[i : i + CHUNK] for i in range(0, len(self.connectivity), CHUNK))
 
     def _stiffness_tables(self):
         t, c9 = self.element.tables, self.elasticity[TENSOR[:, :, None, None], TENSOR[None, None]]
@@ -158,6 +178,14 @@ class SolidBlock:
 
     def _stress(self, cells: np.ndarray, gradient: np.ndarray, inner: np.ndarray, u: np.ndarray) -> np.ndarray:
         stress = np.empty((len(cells), len(gradient), 6, u.shape[2]))
-        kernels.point_stress(self.nodes, cells, gradient, inner, *self._stiffness_tables(),
-                             np.ascontiguousarray(self.elasticity, float), u, stress)
+        kernels.point_stress(
+            self.nodes,
+            cells,
+            gradient,
+            inner,
+            *self._stiffness_tables(),
+            np.ascontiguousarray(self.elasticity, float),
+            u,
+            stress,
+        )
         return stress

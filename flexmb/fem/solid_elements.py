@@ -205,9 +205,11 @@ def _continued(family: str, at: np.ndarray) -> np.ndarray:
     """Polynomials carried by the stress points: 1; linear (tetra); bilinear in the triangle and z; trilinear."""
     x, y, z = at.T
     one = np.ones(len(at))
-    return {"tetra": np.column_stack([one, x, y, z]),
-            "wedge": np.column_stack([one, x, y, z, x * z, y * z]),
-            "hexahedron": np.column_stack([one, x, y, z, x * y, y * z, z * x, x * y * z])}[family]
+    return {
+        "tetra": np.column_stack([one, x, y, z]),
+        "wedge": np.column_stack([one, x, y, z, x * z, y * z]),
+        "hexahedron": np.column_stack([one, x, y, z, x * y, y * z, z * x, x * y * z]),
+    }[family]
 
 
 @cache
@@ -220,33 +222,84 @@ def _tables(element: SolidElement) -> ElementTables:
         extrapolation = np.ones((len(element.nodes), 1))
     else:
         extrapolation = _continued(element.family, element.nodes) @ np.linalg.pinv(
-            _continued(element.family, stress_points))
+            _continued(element.family, stress_points)
+        )
     centre = element.corners.mean(axis=0, keepdims=True)
     return ElementTables(
-        stiffness_gradient=shape_functions(element, points)[1], stiffness_weight=weight,
-        stiffness_inner=_inner(element, points), mass_value=mass_value, mass_gradient=mass_gradient,
-        mass_weight=mass_weight, stress_gradient=shape_functions(element, stress_points)[1],
-        stress_inner=_inner(element, stress_points), extrapolation=np.ascontiguousarray(extrapolation),
-        centre_gradient=shape_functions(element, centre)[1][0])
+        stiffness_gradient=shape_functions(element, points)[1],
+        stiffness_weight=weight,
+        stiffness_inner=_inner(element, points),
+        mass_value=mass_value,
+        mass_gradient=mass_gradient,
+        mass_weight=mass_weight,
+        stress_gradient=shape_functions(element, stress_points)[1],
+        stress_inner=_inner(element, stress_points),
+        extrapolation=np.ascontiguousarray(extrapolation),
+        centre_gradient=shape_functions(element, centre)[1][0],
+    )
 
 
 SOLID_ELEMENTS = {
     element.cell_type: element
     for element in (
-        SolidElement(cell_type="tetra", family="tetra", order=1, basis="ElementTetP1",
-                     stiffness_order=1, mass_order=2, stress_order=1),
-        SolidElement(cell_type="tetra10", family="tetra", order=2, basis="ElementTetP2",
-                     stiffness_order=2, mass_order=4, stress_order=2),
-        SolidElement(cell_type="hexahedron", family="hexahedron", order=1, basis="ElementHex1",
-                     stiffness_order=3, mass_order=3, stress_order=3, incompatible=True),
-        SolidElement(cell_type="hexahedron20", family="hexahedron", order=2, basis="ElementHexS2",
-                     stiffness_order=5, mass_order=5, stress_order=3),
-        SolidElement(cell_type="hexahedron27", family="hexahedron", order=2, basis="ElementHex2",
-                     stiffness_order=5, mass_order=5, stress_order=3),
-        SolidElement(cell_type="wedge", family="wedge", order=1, basis="ElementWedge1",
-                     stiffness_order=2, mass_order=2, stress_order=2),
-        SolidElement(cell_type="wedge15", family="wedge", order=2, basis="",
-                     stiffness_order=4, mass_order=4, stress_order=2),
+        SolidElement(
+            cell_type="tetra",
+            family="tetra",
+            order=1,
+            basis="ElementTetP1",
+            stiffness_order=1,
+            mass_order=2,
+            stress_order=1,
+        ),
+        SolidElement(
+            cell_type="tetra10",
+            family="tetra",
+            order=2,
+            basis="ElementTetP2",
+            stiffness_order=2,
+            mass_order=4,
+            stress_order=2,
+        ),
+        SolidElement(
+            cell_type="hexahedron",
+            family="hexahedron",
+            order=1,
+            basis="ElementHex1",
+            stiffness_order=3,
+            mass_order=3,
+            stress_order=3,
+            incompatible=True,
+        ),
+        SolidElement(
+            cell_type="hexahedron20",
+            family="hexahedron",
+            order=2,
+            basis="ElementHexS2",
+            stiffness_order=5,
+            mass_order=5,
+            stress_order=3,
+        ),
+        SolidElement(
+            cell_type="hexahedron27",
+            family="hexahedron",
+            order=2,
+            basis="ElementHex2",
+            stiffness_order=5,
+            mass_order=5,
+            stress_order=3,
+        ),
+        SolidElement(
+            cell_type="wedge",
+            family="wedge",
+            order=1,
+            basis="ElementWedge1",
+            stiffness_order=2,
+            mass_order=2,
+            stress_order=2,
+        ),
+        SolidElement(
+            cell_type="wedge15", family="wedge", order=2, basis="", stiffness_order=4, mass_order=4, stress_order=2
+        ),
     )
 }
 """The solid elements by cell type."""

@@ -12,8 +12,15 @@ import numpy as np
 from flexmb.fem.block_pattern import scatter_blocks, scatter_scalar
 from flexmb.math.kernel import kernel
 
-__all__ = ["assemble_mass", "assemble_stiffness", "jacobian_range", "modal_gradient_products",
-           "nodal_sum", "point_stress", "scalar_geometric_stiffness"]
+__all__ = [
+    "assemble_mass",
+    "assemble_stiffness",
+    "jacobian_range",
+    "modal_gradient_products",
+    "nodal_sum",
+    "point_stress",
+    "scalar_geometric_stiffness",
+]
 
 
 @kernel
@@ -45,8 +52,7 @@ def transform(dn, inverse, scale, first, g):
     """Fill g[first:] with scale * dn inverse: gradients in body axes from reference gradients."""
     for a in range(len(dn)):
         for k in range(3):
-            g[first + a, k] = scale * (dn[a, 0] * inverse[0, k] + dn[a, 1] * inverse[1, k]
-                                       + dn[a, 2] * inverse[2, k])
+            g[first + a, k] = scale * (dn[a, 0] * inverse[0, k] + dn[a, 1] * inverse[1, k] + dn[a, 2] * inverse[2, k])
 
 
 @kernel

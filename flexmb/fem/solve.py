@@ -45,8 +45,12 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
         for name, directions in fixed.items():
             found = re.findall(r"r?[xyz]", directions)
             if "".join(found) != directions.replace(" ", ""):
-                raise MeshError(f"FE model '{fe.name}'", found=f"directions '{directions}' at the set '{name}'",
-                                expected="letters out of x y z rx ry rz", remedy="Write for example 'xyz' or 'xyrz'")
+                raise MeshError(
+                    f"FE model '{fe.name}'",
+                    found=f"directions '{directions}' at the set '{name}'",
+                    expected="letters out of x y z rx ry rz",
+                    remedy="Write for example 'xyz' or 'xyrz'",
+                )
             chosen = np.isin(fe.dofs[:, 1], [DIRECTIONS.index(d) for d in found])
             mask |= chosen & np.isin(fe.dofs[:, 0], fe.node_set(name))
         return mask
@@ -55,13 +59,20 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
     given = np.asarray(fixed)
     if given.dtype == bool:
         if given.shape != (fe.ndof,):
-            raise MeshError(f"FE model '{fe.name}'", found=f"a mask of the shape {given.shape}",
-                            expected=f"({fe.ndof},), one entry per freedom", remedy="Or give node numbers")
+            raise MeshError(
+                f"FE model '{fe.name}'",
+                found=f"a mask of the shape {given.shape}",
+                expected=f"({fe.ndof},), one entry per freedom",
+                remedy="Or give node numbers",
+            )
         return given
     if len(given) and (given.min() < 0 or given.max() >= len(fe.nodes)):
-        raise MeshError(f"FE model '{fe.name}'", found=f"fixed node {given.max()}",
-                        expected=f"node numbers 0 to {len(fe.nodes) - 1}",
-                        remedy="Count nodes from 0, unused ones left out")
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"fixed node {given.max()}",
+            expected=f"node numbers 0 to {len(fe.nodes) - 1}",
+            remedy="Count nodes from 0, unused ones left out",
+        )
     return np.isin(fe.dofs[:, 0], given)
 
 
@@ -104,15 +115,21 @@ def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarr
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     if not fe.blocks:
-        raise MeshError(f"FE model '{fe.name}'", found="no element blocks",
-                        expected="elements with geometric stiffness",
-                        remedy="Make the model from a mesh; K and M alone do not know the stress")
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found="no element blocks",
+            expected="elements with geometric stiffness",
+            remedy="Make the model from a mesh; K and M alone do not know the stress",
+        )
     load, free = _load(fe, load), _free(fe, fixed)
     _check_count(fe, n, len(free) - 1, "buckling modes")
     if load.ndim != 1 or not np.any(load[free]):
-        raise MeshError(f"FE model '{fe.name}'", found="a load of several columns" if load.ndim != 1 else
-                        "a load that is zero at all free freedoms", expected="one load (ndof,) that deforms the model",
-                        remedy="Load nodes that are not held; sum load cases to one")
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found="a load of several columns" if load.ndim != 1 else "a load that is zero at all free freedoms",
+            expected="one load (ndof,) that deforms the model",
+            remedy="Load nodes that are not held; sum load cases to one",
+        )
     solver = _solver(fe, fe.K[free][:, free], free)
     u = np.zeros((fe.ndof, 1))
     u[free] = solver.solve(load[free, None])
@@ -134,15 +151,23 @@ def _load(fe: FEModel, load) -> np.ndarray:
     load = np.asarray(load, float)
     if load.ndim not in (1, 2) or len(load) != fe.ndof or not np.isfinite(load).all():
         found = f"a load of the shape {load.shape}" if load.shape[:1] != (fe.ndof,) else "a load that is not finite"
-        raise MeshError(f"FE model '{fe.name}'", found=found, expected=f"finite numbers, ({fe.ndof},) or ({fe.ndof}, k)",
-                        remedy="Use fem.pressure_load, fem.traction_load, or fe.forces of nodal forces (n, 6, k)")
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=found,
+            expected=f"finite numbers, ({fe.ndof},) or ({fe.ndof}, k)",
+            remedy="Use fem.pressure_load, fem.traction_load, or fe.forces of nodal forces (n, 6, k)",
+        )
     return load
 
 
 def _check_count(fe: FEModel, n: int, most: int, what: str) -> None:
     if not 0 < n <= most:
-        raise MeshError(f"FE model '{fe.name}'", found=f"{n} {what} asked for", expected=f"1 to {most}, the free freedoms",
-                        remedy="Ask for fewer, or refine the mesh")
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"{n} {what} asked for",
+            expected=f"1 to {most}, the free freedoms",
+            remedy="Ask for fewer, or refine the mesh",
+        )
 
 
 def _free(fe: FEModel, fixed) -> np.ndarray:
@@ -151,9 +176,12 @@ def _free(fe: FEModel, fixed) -> np.ndarray:
 
 def _solver(fe: FEModel, matrix: sparse.csr_matrix, free: np.ndarray):
     """Return a factorisation of a positive definite matrix; MeshError if it is singular."""
-    singular = MeshError(f"FE model '{fe.name}'", found=f"a singular stiffness matrix of {len(free)} free freedoms",
-                         expected="supports that take away all rigid motions",
-                         remedy="Fix more nodes; check whether the mesh falls apart or a hinge is left free")
+    singular = MeshError(
+        f"FE model '{fe.name}'",
+        found=f"a singular stiffness matrix of {len(free)} free freedoms",
+        expected="supports that take away all rigid motions",
+        remedy="Fix more nodes; check whether the mesh falls apart or a hinge is left free",
+    )
     try:
         solver = factor(matrix, fe.nodes[fe.dofs[free, 0]])
         trial = np.random.default_rng(0).standard_normal((matrix.shape[0], 1))

@@ -28,8 +28,13 @@ class DivisibleBlock(ElementBlock, Protocol):
         """K and M (ndof, ndof) of these elements alone."""
 
 
-def split(fe: FEModel, *, at: Sequence[float] | None = None, normal=(1.0, 0.0, 0.0),
-          labels: Sequence | np.ndarray | None = None) -> tuple[FEModel, ...]:  # fmt: skip
+def split(
+    fe: FEModel,
+    *,
+    at: Sequence[float] | None = None,
+    normal=(1.0, 0.0, 0.0),
+    labels: Sequence | np.ndarray | None = None,
+) -> tuple[FEModel, ...]:
     """Return the parts of an FE model; the nodes that parts a and b share are the node set "cut_a_b" of both.
 
     Parameters
@@ -62,20 +67,32 @@ def split(fe: FEModel, *, at: Sequence[float] | None = None, normal=(1.0, 0.0, 0
     """
     part = f"FE model '{fe.name}'"
     if not fe.blocks or fe.expansion is not None:
-        raise MeshError(part, found="links between nodes" if fe.blocks else "matrices without elements",
-                        expected="solids, shells or frames, not linked yet", remedy="Split first, link the parts")
+        raise MeshError(
+            part,
+            found="links between nodes" if fe.blocks else "matrices without elements",
+            expected="solids, shells or frames, not linked yet",
+            remedy="Split first, link the parts",
+        )
     groups = _planes(fe, at, normal, part) if labels is None else _labels(fe, labels, part)
     numbers = np.unique(np.concatenate(groups))
-    if not np.array_equal(numbers, np.arange(1, len(numbers) + 1)) or len(numbers) < 2 or (
-            at is not None and len(numbers) != len(at) + 1):
-        raise MeshError(part, found=f"elements in the parts {numbers.tolist()}",
-                        expected="elements in each of two or more parts, numbered from 1",
-                        remedy="Put the planes inside the body, more than an element apart")
-    members = [np.unique(np.concatenate([b.connectivity[g == k].ravel() for b, g in zip(fe.blocks, groups)]))
-               for k in numbers]
+    if (
+        not np.array_equal(numbers, np.arange(1, len(numbers) + 1))
+        or len(numbers) < 2
+        or (at is not None and len(numbers) != len(at) + 1)
+    ):
+        raise MeshError(
+            part,
+            found=f"elements in the parts {numbers.tolist()}",
+            expected="elements in each of two or more parts, numbered from 1",
+            remedy="Put the planes inside the body, more than an element apart",
+        )
+    members = [
+        np.unique(np.concatenate([b.connectivity[g == k].ravel() for b, g in zip(fe.blocks, groups)])) for k in numbers
+    ]
     for lumped in (False, True):
-        parts = [_part(fe, [g == k for g in groups], nodes, f"{fe.name}_{k}", lumped)
-                 for k, nodes in zip(numbers, members)]
+        parts = [
+            _part(fe, [g == k for g in groups], nodes, f"{fe.name}_{k}", lumped) for k, nodes in zip(numbers, members)
+        ]
         if _equal(fe.M, parts, members, "M", fe):
             break
     else:
@@ -88,10 +105,19 @@ def split(fe: FEModel, *, at: Sequence[float] | None = None, normal=(1.0, 0.0, 0
 def _planes(fe, at, normal, part):
     """Return the part of every element by its centre."""
     direction, places = np.asarray(normal, float), np.asarray([] if at is None else at, float)
-    if direction.shape != (3,) or not np.linalg.norm(direction) > 0.0 or places.ndim != 1 or not len(places) or np.any(
-            np.diff(places) <= 0.0):
-        raise MeshError(part, found=f"at = {at!r}, normal = {normal!r}",
-                        expected="increasing distances, m, along a vector (3,)", remedy="Write at=(0.5, 1.0)")
+    if (
+        direction.shape != (3,)
+        or not np.linalg.norm(direction) > 0.0
+        or places.ndim != 1
+        or not len(places)
+        or np.any(np.diff(places) <= 0.0)
+    ):
+        raise MeshError(
+            part,
+            found=f"at = {at!r}, normal = {normal!r}",
+            expected="increasing distances, m, along a vector (3,)",
+            remedy="Write at=(0.5, 1.0)",
+        )
     direction = direction / np.linalg.norm(direction)
     return [1 + np.searchsorted(places, fe.nodes[b.connectivity].mean(axis=1) @ direction) for b in fe.blocks]
 
@@ -102,8 +128,12 @@ def _labels(fe, labels, part):
     whole = len(counts) == 1 or np.ndim(labels[0]) == 0
     flat = np.asarray(labels if whole else np.concatenate([np.asarray(x) for x in labels])).ravel()
     if flat.dtype.kind not in "iu" or len(flat) != sum(counts):
-        raise MeshError(part, found=f"{len(flat)} labels of type {flat.dtype}",
-                        expected=f"{sum(counts)} integers, one per element", remedy="Number the parts from 1")
+        raise MeshError(
+            part,
+            found=f"{len(flat)} labels of type {flat.dtype}",
+            expected=f"{sum(counts)} integers, one per element",
+            remedy="Number the parts from 1",
+        )
     return np.split(flat, np.cumsum(counts)[:-1])
 
 
@@ -117,11 +147,20 @@ def _part(fe: FEModel, chosen, nodes: np.ndarray, name: str, lumped: bool) -> FE
     blocks = tuple(b.part(mask, nodes, number) for b, mask in zip(divided, chosen) if mask.any())
     K, M = (sum(matrices) for matrices in zip(*(b.matrices(dofs, lumped) for b in blocks)))
     sets = {key: number[np.asarray(value)] for key, value in fe.node_sets.items()}
-    facets = {key: np.where(value < 0, -1, number[value])[np.all((value < 0) | (number[value] >= 0), axis=1)]
-              for key, value in fe.facet_sets.items()}
-    return FEModel(nodes=fe.nodes[nodes], dofs=dofs, K=K.tocsr(), M=M.tocsr(), blocks=blocks, name=name,
-                   node_sets={key: value[value >= 0] for key, value in sets.items() if np.any(value >= 0)},
-                   facet_sets={key: value for key, value in facets.items() if len(value)})
+    facets = {
+        key: np.where(value < 0, -1, number[value])[np.all((value < 0) | (number[value] >= 0), axis=1)]
+        for key, value in fe.facet_sets.items()
+    }
+    return FEModel(
+        nodes=fe.nodes[nodes],
+        dofs=dofs,
+        K=K.tocsr(),
+        M=M.tocsr(),
+        blocks=blocks,
+        name=name,
+        node_sets={key: value[value >= 0] for key, value in sets.items() if np.any(value >= 0)},
+        facet_sets={key: value for key, value in facets.items() if len(value)},
+    )
 
 
 def _equal(whole, parts, members, symbol: str, fe: FEModel) -> bool:
@@ -146,11 +185,19 @@ def _with_cuts(parts, members, part) -> tuple[FEModel, ...]:
                 cuts[k][f"cut_{a + 1}_{b + 1}"] = np.searchsorted(members[k], common)
     if not all(cuts):
         alone = 1 + next(k for k, cut in enumerate(cuts) if not cut)
-        raise MeshError(part, found=f"part {alone} shares no node with another", expected="parts that hang together",
-                        remedy="Merge coincident nodes of the mesh")
+        raise MeshError(
+            part,
+            found=f"part {alone} shares no node with another",
+            expected="parts that hang together",
+            remedy="Merge coincident nodes of the mesh",
+        )
     return tuple(FEModel(**{**vars(p), "node_sets": {**p.node_sets, **cut}}) for p, cut in zip(parts, cuts))
 
 
 def _more(part: str, what: str) -> MeshError:
-    return MeshError(part, found=f"a {what} that is not the sum of its elements", expected="solids, shells or frames "
-                     "alone", remedy="Split first; add masses, springs and supports to the parts")
+    return MeshError(
+        part,
+        found=f"a {what} that is not the sum of its elements",
+        expected="solids, shells or frames alone",
+        remedy="Split first; add masses, springs and supports to the parts",
+    )

@@ -10,8 +10,13 @@ from flexmb.fem.fe_model import FEModel
 __all__ = ["node_areas", "pressure_load", "traction_load"]
 
 CORNERS = {"tri": np.array([[0, 0], [1, 0], [0, 1]], float), "quad": np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)}
-FACETS = {3: ("tri", "ElementTriP1", 4), 6: ("tri", "ElementTriP2", 4), 4: ("quad", "ElementQuad1", 3),
-          8: ("quad", "ElementQuadS2", 5), 9: ("quad", "ElementQuad2", 5)}
+FACETS = {
+    3: ("tri", "ElementTriP1", 4),
+    6: ("tri", "ElementTriP2", 4),
+    4: ("quad", "ElementQuad1", 3),
+    8: ("quad", "ElementQuadS2", 5),
+    9: ("quad", "ElementQuad2", 5),
+}
 """Shape, scikit-fem element and order of the integration rule by the number of nodes."""
 
 
@@ -26,8 +31,12 @@ def traction_load(
     """Return nodal forces (ndof,), N, of a traction vector (3,), Pa, in body axes, eq. (fe-traction)."""
     t = np.asarray(traction, float)
     if t.shape != (3,) or not np.isfinite(t).all():
-        raise MeshError(f"FE model '{fe.name}'", found=f"the traction {traction!r}", expected="three numbers, Pa",
-                        remedy="Give (tx, ty, tz) in body axes")
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"the traction {traction!r}",
+            expected="three numbers, Pa",
+            remedy="Give (tx, ty, tz) in body axes",
+        )
     return fe.forces(_nodal(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t))[:, 0]
 
 
@@ -42,8 +51,12 @@ def _nodal(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
     if isinstance(facets, str):
         if facets not in fe.facet_sets:
             known = ", ".join(sorted(fe.facet_sets)) or "none"
-            raise MeshError(f"FE model '{fe.name}'", found=f"the facet set '{facets}' does not exist",
-                            expected=f"One of: {known}", remedy=did_you_mean(facets, fe.facet_sets))
+            raise MeshError(
+                f"FE model '{fe.name}'",
+                found=f"the facet set '{facets}' does not exist",
+                expected=f"One of: {known}",
+                remedy=did_you_mean(facets, fe.facet_sets),
+            )
         facets = fe.facet_sets[facets]
     nodal = np.zeros((len(fe.nodes), 6, 1))
     width = (facets >= 0).sum(axis=1)
@@ -72,6 +85,7 @@ def _facet_tables(nn: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     points, weight = get_quadrature(basis, order)
     found = [basis.lbasis(points.copy(), int(i)) for i in locate(nodes, basis.doflocs)]
     value = np.column_stack([np.broadcast_to(phi, weight.shape) for phi, _ in found])
-    gradient = np.stack([np.stack([np.broadcast_to(d, weight.shape) for d in dphi], axis=-1) for _, dphi in found],
-                        axis=1)
+    gradient = np.stack(
+        [np.stack([np.broadcast_to(d, weight.shape) for d in dphi], axis=-1) for _, dphi in found], axis=1
+    )
     return value, gradient, weight

@@ -17,8 +17,16 @@ from flexmb.model.signal import as_signal
 
 __all__ = ["Actuator"]
 
-ROW = np.dtype([("x", COORDINATE), ("signal", np.int64), ("table", np.int64),  # where it begins in the bulk data, or -1
-                ("lower", float), ("upper", float)], align=True)
+ROW = np.dtype(
+    [
+        ("x", COORDINATE),
+        ("signal", np.int64),
+        ("table", np.int64),  # where it begins in the bulk data, or -1
+        ("lower", float),
+        ("upper", float),
+    ],
+    align=True,
+)
 
 
 @row_kernel
@@ -48,9 +56,9 @@ class Actuator(OnCoordinate):
     """Drive a freedom of a joint with a given force or torque, positive in the positive sense of the freedom.
 
     The effort may be a table over the freedom itself, times a signal: ``fmb.table([0, 0.1, 0.3], [0, -200, -900],
-    of="strut")`` is a spring with a bent characteristic. Outside the table its first and last values hold. It acts on the
-    body of the second marker and back on that of the first: a motor with its stator. Where the motion is given, not the
-    force, use `Drive`.
+    of="strut")`` is a spring with a bent characteristic. Outside the table its first and last values hold. It acts on
+    the body of the second marker and back on that of the first: a motor with its stator. Where the motion is given, not
+    the force, use `Drive`.
 
     Parameters
     ----------
@@ -80,14 +88,21 @@ class Actuator(OnCoordinate):
         object.__setattr__(self, "effort", as_signal(self.effort, self.title, "effort"))
         over = signal_and_table(self.effort)[1]
         if over is not None and getattr(over, "joint", None) != self.joint:
-            raise ModelError(self.title, found=f"effort = {self.effort!r}",
-                             expected=f"a function of time, or one table over its own joint '{self.joint}'",
-                             remedy="A PointLoad may depend on another joint")
+            raise ModelError(
+                self.title,
+                found=f"effort = {self.effort!r}",
+                expected=f"a function of time, or one table over its own joint '{self.joint}'",
+                remedy="A PointLoad may depend on another joint",
+            )
         object.__setattr__(self, "limits", checked_limits(self, "Write limits=(-200.0, 200.0)"))
 
     def record(self, compiler):
         """Return the row."""
         signal, over = signal_and_table(self.effort)
         table = -1 if over is None else compiler.bulk(over.numbers())
-        return (self.coordinate_row(compiler, counts=over is not None), compiler.signal(signal), table,
-                *(self.limits or (-np.inf, np.inf)))
+        return (
+            self.coordinate_row(compiler, counts=over is not None),
+            compiler.signal(signal),
+            table,
+            *(self.limits or (-np.inf, np.inf)),
+        )

@@ -108,13 +108,24 @@ class BiStop(OnCoordinate):
         check_number(self, "exponent", 1.0, "a number >= 1", "1 is a linear stop, 1.5 that of a Hertzian contact")
         travel = np.asarray(self.travel, float)
         if travel.shape != (2,) or not np.all(np.isfinite(travel)) or travel[0] > travel[1]:
-            raise ModelError(self.title, found=f"travel = {self.travel!r}", expected="(lower, upper), m or rad",
-                             remedy="Write travel=(-0.028, 0.012)")
+            raise ModelError(
+                self.title,
+                found=f"travel = {self.travel!r}",
+                expected="(lower, upper), m or rad",
+                remedy="Write travel=(-0.028, 0.012)",
+            )
         object.__setattr__(self, "travel", (float(travel[0]), float(travel[1])))
 
     def record(self, compiler):
         """Return the row with the places of the stops."""
         line = self.joint is None and self.along == "line"
         zero = self.length if self.length is not None else self.described(compiler) if line else 0.0
-        return (self.coordinate_row(compiler), zero + self.travel[0], zero + self.travel[1], self.stiffness,
-                self.exponent, self.damping, self.depth)
+        return (
+            self.coordinate_row(compiler),
+            zero + self.travel[0],
+            zero + self.travel[1],
+            self.stiffness,
+            self.exponent,
+            self.damping,
+            self.depth,
+        )

@@ -154,9 +154,12 @@ class Bushing(Force):
         full = np.diag(value) if value.shape == (6,) else value
         good = full.shape == (6, 6) and np.all(np.isfinite(full)) and np.allclose(full, full.T)
         if not good or np.linalg.eigvalsh(full)[0] < -1e-9 * np.abs(full).max(initial=0.0):
-            raise ModelError(self.title, found=f"{field} = {getattr(self, field)!r}",
-                             expected="six numbers >= 0, or a symmetric matrix (6, 6) without negative eigenvalues",
-                             remedy=f"Write {field}=(kx, ky, kz, krx, kry, krz)")
+            raise ModelError(
+                self.title,
+                found=f"{field} = {getattr(self, field)!r}",
+                expected="six numbers >= 0, or a symmetric matrix (6, 6) without negative eigenvalues",
+                remedy=f"Write {field}=(kx, ky, kz, krx, kry, krz)",
+            )
         return tuple(tuple(row) for row in value.tolist()) if value.ndim == 2 else tuple(value.tolist())
 
     def check(self, model) -> None:

@@ -215,12 +215,19 @@ class Contact(Force):
         self.require_positive("damping", "friction", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "Use 1.5 for Hertzian contact")
         if self.against not in AGAINST:
-            raise ModelError(self.title, found=f"against = {self.against!r}", expected=f"One of: {', '.join(AGAINST)}",
-                             remedy=did_you_mean(str(self.against), AGAINST) or "Use 'plane'")
+            raise ModelError(
+                self.title,
+                found=f"against = {self.against!r}",
+                expected=f"One of: {', '.join(AGAINST)}",
+                remedy=did_you_mean(str(self.against), AGAINST) or "Use 'plane'",
+            )
         if (self.against == "plane") == (self.other_radius is not None):
-            raise ModelError(self.title, found=f"against a {self.against}, other_radius = {self.other_radius!r}",
-                             expected="other_radius for a sphere or cylinder, none for a plane",
-                             remedy="Give the radius at marker a as other_radius, m")
+            raise ModelError(
+                self.title,
+                found=f"against a {self.against}, other_radius = {self.other_radius!r}",
+                expected="other_radius for a sphere or cylinder, none for a plane",
+                remedy="Give the radius at marker a as other_radius, m",
+            )
         if self.other_radius is not None:
             self.require_positive("other_radius")
 
@@ -246,5 +253,16 @@ class Contact(Force):
     def record(self, compiler):
         """Return the row."""
         a, b = (compiler.marker(name) for name in self.markers)
-        return (a, b, compiler.pair(a, b), AGAINST.index(self.against), self.radius, self.other_radius or 0.0,
-                self.stiffness, self.exponent, self.damping, self.friction, self.transition)
+        return (
+            a,
+            b,
+            compiler.pair(a, b),
+            AGAINST.index(self.against),
+            self.radius,
+            self.other_radius or 0.0,
+            self.stiffness,
+            self.exponent,
+            self.damping,
+            self.friction,
+            self.transition,
+        )

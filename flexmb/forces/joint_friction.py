@@ -154,8 +154,12 @@ class JointFriction(OnCoordinate):
             if getattr(self, field) is not None:
                 self.require_positive(field)
         if self.standing is not None and self.standing < self.moving:
-            raise ModelError(self.title, found=f"standing = {self.standing} below moving = {self.moving}",
-                             expected="friction at rest not below that at speed", remedy="Exchange them")
+            raise ModelError(
+                self.title,
+                found=f"standing = {self.standing} below moving = {self.moving}",
+                expected="friction at rest not below that at speed",
+                remedy="Exchange them",
+            )
         object.__setattr__(self, "preload", as_signal(self.preload, self.title, "preload"))
 
     def check(self, model) -> None:
@@ -163,8 +167,12 @@ class JointFriction(OnCoordinate):
         super().check(model)
         coordinate, _ = self.place(model)
         if coordinate.kind == "turn" and self.radius is None:
-            raise ModelError(self.title, found=f"no radius, but joint '{self.joint}' turns",
-                             expected="the radius of the bearing, m", remedy="Write radius=0.02")
+            raise ModelError(
+                self.title,
+                found=f"no radius, but joint '{self.joint}' turns",
+                expected="the radius of the bearing, m",
+                remedy="Write radius=0.02",
+            )
 
     def record(self, compiler):
         """Return the row."""
@@ -173,5 +181,15 @@ class JointFriction(OnCoordinate):
         span = compiler.equations[self.joint] if self.from_reaction else slice(0, 0)
         radius = self.radius if coordinate.kind == "turn" else 1.0
         standing = self.moving if self.standing is None else self.standing
-        return (row, self.moving, standing, self.stribeck, self.transition, radius, compiler.signal(self.preload),
-                span.start, span.stop - span.start, compiler.marker(markers[1]))
+        return (
+            row,
+            self.moving,
+            standing,
+            self.stribeck,
+            self.transition,
+            radius,
+            compiler.signal(self.preload),
+            span.start,
+            span.stop - span.start,
+            compiler.marker(markers[1]),
+        )

@@ -51,7 +51,9 @@ def _normal(row, d, n):
 
 @inner_kernel
 def _velocity(a, b, d, V):
-    """Write the position of b from a, and its velocity relative to what turns with a, to `d` and `V`, in the axes of a."""
+    """Write the position of b from a, and its velocity relative to what turns with a, to `d` and `V`,
+    in the axes of a.
+    """
     x = np.empty(3)
     t = np.empty(3)
     for i in range(3):
@@ -67,7 +69,8 @@ def _velocity(a, b, d, V):
 def _tangent(row, distance, n, V, slip, force, slope, damping, K, C):
     """Write -dF/dd and -dF/dV to `K` and `C` (3, 3); see `apply` for the symbols.
 
-    With q = sqrt(slip^2 + v0^2) and dn = N dd, the force f_n (n - mu slip / q) changes by that of f_n, of n and of slip.
+    With q = sqrt(slip^2 + v0^2) and dn = N dd, the force f_n (n - mu slip / q) changes by that of f_n, of n and of
+    slip.
     """
     mu = row.friction
     q = (dot(slip, slip) + row.transition**2) ** 0.5
@@ -92,8 +95,11 @@ def _tangent(row, distance, n, V, slip, force, slope, damping, K, C):
             direction = n[i] - mu * slip[i] / q
             share = mu * force / q
             by_V = (1.0 if i == j else 0.0) - n[i] * n[j]
-            K[i, j] = (direction * (slope * n[j] + damping * VN[j]) - force * N[i, j]
-                       + share * (by_d[i, j] - slip[i] * along_d / (q * q)))
+            K[i, j] = (
+                direction * (slope * n[j] + damping * VN[j])
+                - force * N[i, j]
+                + share * (by_d[i, j] - slip[i] * along_d / (q * q))
+            )
             C[i, j] = direction * damping * n[j] + share * (by_V - slip[i] * along_V / (q * q))
 
 
@@ -143,13 +149,14 @@ def apply(raw, data, state, work):
 
 @dataclass(frozen=True, eq=False)
 class LineContact(Force):
-    """Let a stretch of a cable or beam lie on, and slide over, a plane or a cylinder: a belt on a pulley, a rope on the ground.
+    """Let a stretch of a cable or beam lie on, and slide over, a plane or a cylinder: a belt on a pulley, a rope on the
+    ground.
 
     At three points of every element the force per length on the line is, eq. (line-contact), ``k p^e (1 + D p')`` along
-    the normal, never pulling, and Coulomb's friction against the slip, regularised below the speed `transition`. p is the
-    penetration of the centre line, measured from where it comes to lie: on the cylinder's radius plus `offset`. The plane
-    is that of x and y of the marker with the body below it; the axis of the cylinder is z. Lengths are those of the line
-    as drawn. `ForceOf` gives the wrench on the body of the marker: the torque of a belt on its pulley.
+    the normal, never pulling, and Coulomb's friction against the slip, regularised below the speed `transition`. p is
+    the penetration of the centre line, measured from where it comes to lie: on the cylinder's radius plus `offset`. The
+    plane is that of x and y of the marker with the body below it; the axis of the cylinder is z. Lengths are those of
+    the line as drawn. `ForceOf` gives the wrench on the body of the marker: the torque of a belt on its pulley.
 
     Parameters
     ----------
@@ -197,11 +204,19 @@ class LineContact(Force):
         self.require_positive("offset", "damping", "friction", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "Leave exponent out for a linear penalty")
         if self.against not in AGAINST:
-            raise ModelError(self.title, found=f"against = {self.against!r}", expected=f"One of: {', '.join(AGAINST)}",
-                             remedy=did_you_mean(str(self.against), AGAINST) or "Use 'cylinder'")
+            raise ModelError(
+                self.title,
+                found=f"against = {self.against!r}",
+                expected=f"One of: {', '.join(AGAINST)}",
+                remedy=did_you_mean(str(self.against), AGAINST) or "Use 'cylinder'",
+            )
         if (self.against == "plane") == (self.radius is not None):
-            raise ModelError(self.title, found=f"against a {self.against}, radius = {self.radius!r}",
-                             expected="a radius for a cylinder, none for a plane", remedy="Give the cylinder's radius, m")
+            raise ModelError(
+                self.title,
+                found=f"against a {self.against}, radius = {self.radius!r}",
+                expected="a radius for a cylinder, none for a plane",
+                remedy="Give the cylinder's radius, m",
+            )
         if self.radius is not None:
             self.require_positive("radius")
 
@@ -210,12 +225,25 @@ class LineContact(Force):
         check_stretch(self, model)
         name = self.stretch.partition(".")[0]
         if model.marker(self.marker, self.title)[0].name == name:
-            raise ModelError(self.title, found=f"stretch and marker are both on body '{name}'",
-                             expected="a marker of another body", remedy="A line does not touch itself")
+            raise ModelError(
+                self.title,
+                found=f"stretch and marker are both on body '{name}'",
+                expected="a marker of another body",
+                remedy="A line does not touch itself",
+            )
 
     def record(self, compiler):
         """Return the row."""
         a = compiler.marker(self.marker)
         points = stretch_points(self, compiler, lambda b: compiler.pair(a, b))
-        return (a, *points, AGAINST.index(self.against), (self.radius or 0.0) + self.offset,
-                self.stiffness, self.exponent, self.damping, self.friction, self.transition)
+        return (
+            a,
+            *points,
+            AGAINST.index(self.against),
+            (self.radius or 0.0) + self.offset,
+            self.stiffness,
+            self.exponent,
+            self.damping,
+            self.friction,
+            self.transition,
+        )

@@ -54,8 +54,8 @@ def apply(raw, data, state, work):
 class LineLoad(Force):
     """Apply a force and a moment per length to a stretch of a cable or beam: wind, snow, buoyancy, pressure on a strip.
 
-    Lengths are those of the line as drawn, so the load of a stretch does not change when it is stretched. Pressure p on a
-    strip of the width b is a force -p b along the section's z-axis, with ``section_axes=True``.
+    Lengths are those of the line as drawn, so the load of a stretch does not change when it is stretched. Pressure p on
+    a strip of the width b is a force -p b along the section's z-axis, with ``section_axes=True``.
 
     Parameters
     ----------
@@ -89,5 +89,8 @@ class LineLoad(Force):
     def record(self, compiler):
         """Return the row."""
         points = stretch_points(self, compiler, lambda b: compiler.pair(b, b) if self.section_axes else -1)
-        return (*points, int(self.section_axes),
-                tuple(compiler.signal(signal) for signal in (*self.force, *self.moment)))
+        return (
+            *points,
+            int(self.section_axes),
+            tuple(compiler.signal(signal) for signal in (*self.force, *self.moment)),
+        )

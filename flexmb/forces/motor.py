@@ -36,7 +36,9 @@ def apply(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         x, rate = measure(row.x, state, work, gradient)
-        wanted = row.stiffness * (state.signals[row.target, 0] - x) + row.damping * (state.signals[row.target, 1] - rate)
+        wanted = row.stiffness * (state.signals[row.target, 0] - x) + row.damping * (
+            state.signals[row.target, 1] - rate
+        )
         force = min(max(wanted, row.lower), row.upper)
         act(row.x, work, gradient, force)
         work.energy[3] += force * rate
@@ -49,9 +51,9 @@ def apply(raw, data, state, work):
 class Motor(OnCoordinate):
     """Drive a freedom of a joint towards a given motion with a limited effort: a controlled motor, and its stalling.
 
-    F = stiffness (s - x) + damping (s' - x') within the limits, with the given motion s(t), eq. (motor). Turns are counted
-    through full turns. Where the motion is met exactly, whatever effort it takes, use `Drive`; where the effort is given,
-    `Actuator`.
+    F = stiffness (s - x) + damping (s' - x') within the limits, with the given motion s(t), eq. (motor). Turns are
+    counted through full turns. Where the motion is met exactly, whatever effort it takes, use `Drive`; where the effort
+    is given, `Actuator`.
 
     Parameters
     ----------
@@ -90,5 +92,10 @@ class Motor(OnCoordinate):
 
     def record(self, compiler):
         """Return the row."""
-        return (self.coordinate_row(compiler), compiler.signal(self.target), self.stiffness, self.damping,
-                *(self.limits or (-np.inf, np.inf)))
+        return (
+            self.coordinate_row(compiler),
+            compiler.signal(self.target),
+            self.stiffness,
+            self.damping,
+            *(self.limits or (-np.inf, np.inf)),
+        )

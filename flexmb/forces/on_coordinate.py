@@ -25,13 +25,20 @@ class OnCoordinate(Force):
         """Raise ModelError unless exactly one of `joint` and `markers` is given, and `along` is known."""
         joint, markers = getattr(self, "joint", None), getattr(self, "markers", None)
         if (joint is None) == (markers is None):
-            raise ModelError(self.title, found="both markers and joint" if joint else "neither markers nor joint",
-                             expected="markers=(a, b), or the joint on whose freedom the force acts",
-                             remedy="Give one of the two")
+            raise ModelError(
+                self.title,
+                found="both markers and joint" if joint else "neither markers nor joint",
+                expected="markers=(a, b), or the joint on whose freedom the force acts",
+                remedy="Give one of the two",
+            )
         along = getattr(self, "along", "line")
         if along not in ("line", "x", "y", "z"):
-            raise ModelError(self.title, found=f"along = {along!r}", expected="'line', 'x', 'y' or 'z'",
-                             remedy=did_you_mean(str(along), ("line",)) or "Axes are those of the first marker")
+            raise ModelError(
+                self.title,
+                found=f"along = {along!r}",
+                expected="'line', 'x', 'y' or 'z'",
+                remedy=did_you_mean(str(along), ("line",)) or "Axes are those of the first marker",
+            )
         if markers is not None:
             self.require_marker_pair()
 
@@ -103,11 +110,17 @@ def joint_of_tables(part, components) -> str | None:
     tables = [signal_and_table(component)[1] for component in components]
     joints = {getattr(table, "joint", None) for table in tables if table is not None}
     if len(joints) > 1 or None in joints:
-        raise ModelError(part.title, found="tables over several joints, or a product of two such tables",
-                         expected="tables over one joint",
-                         remedy=f"Make one {type(part).__name__} for each joint")
+        raise ModelError(
+            part.title,
+            found="tables over several joints, or a product of two such tables",
+            expected="tables over one joint",
+            remedy=f"Make one {type(part).__name__} for each joint",
+        )
     if part.freedom is not None and not joints:
-        raise ModelError(part.title, found=f"freedom = {part.freedom!r} without a table over a joint",
-                         expected="a table over the coordinate of a joint",
-                         remedy='Write fmb.table(..., of="hinge"), or leave freedom out')
+        raise ModelError(
+            part.title,
+            found=f"freedom = {part.freedom!r} without a table over a joint",
+            expected="a table over the coordinate of a joint",
+            remedy='Write fmb.table(..., of="hinge"), or leave freedom out',
+        )
     return next(iter(joints), None)

@@ -14,8 +14,12 @@ __all__ = ["check_stretch", "require_stretch_name", "stretch_points"]
 def require_stretch_name(force) -> None:
     """Raise ModelError unless the field `stretch` is "body.stretch"."""
     if not isinstance(force.stretch, str) or "." not in force.stretch:
-        raise ModelError(force.title, found=f"stretch = {force.stretch!r}", expected="'body.stretch'",
-                         remedy="Write stretch='belt.all' and stretches={'all': (0.0, 1.0)} in the body")
+        raise ModelError(
+            force.title,
+            found=f"stretch = {force.stretch!r}",
+            expected="'body.stretch'",
+            remedy="Write stretch='belt.all' and stretches={'all': (0.0, 1.0)} in the body",
+        )
 
 
 def check_stretch(force, model) -> None:
@@ -23,9 +27,12 @@ def check_stretch(force, model) -> None:
     name, _, stretch = force.stretch.partition(".")
     known = tuple(getattr(model.body(name, force.title), "loaded_stretches", ()))
     if stretch not in known:
-        raise ModelError(force.title, found=f"body '{name}' has no stretch '{stretch}'",
-                         expected=f"One of: {', '.join(known)}" if known else "an AncfCable or AncfBeam with stretches",
-                         remedy=did_you_mean(stretch, known) or f"Write stretches={{'{stretch}': (0.0, 1.0)}}")
+        raise ModelError(
+            force.title,
+            found=f"body '{name}' has no stretch '{stretch}'",
+            expected=f"One of: {', '.join(known)}" if known else "an AncfCable or AncfBeam with stretches",
+            remedy=did_you_mean(stretch, known) or f"Write stretches={{'{stretch}': (0.0, 1.0)}}",
+        )
 
 
 def stretch_points(force, compiler, pair: Callable[[int], int]) -> tuple[int, int]:

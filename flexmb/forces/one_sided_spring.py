@@ -105,12 +105,23 @@ class OneSidedSpring(OnCoordinate):
         self.require_positive("damping", "backlash", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "1 is a linear spring, 1.5 a Hertzian contact")
         if self.length is not None and not np.isfinite(self.length):
-            raise ModelError(self.title, found=f"length = {self.length!r}", expected="a finite number, m or rad",
-                             remedy="Leave length out: the contact then begins where the markers are")
+            raise ModelError(
+                self.title,
+                found=f"length = {self.length!r}",
+                expected="a finite number, m or rad",
+                remedy="Leave length out: the contact then begins where the markers are",
+            )
 
     def record(self, compiler):
         """Return the row with the place where the force begins."""
         begins = self.described(compiler) if self.length is None else self.length
         sense = -1.0 if self.pulls else 1.0
-        return (self.coordinate_row(compiler), begins - sense * self.backlash, sense, self.stiffness, self.exponent,
-                self.damping, self.depth)
+        return (
+            self.coordinate_row(compiler),
+            begins - sense * self.backlash,
+            sense,
+            self.stiffness,
+            self.exponent,
+            self.damping,
+            self.depth,
+        )

@@ -64,8 +64,8 @@ class Pressure(Force):
     of="hinge") * fmb.step(value=1.0, rise=0.1)`` is an airload that grows with the angle of the joint "hinge".
     Outside the table its first and last values hold.
 
-    An `AncfPlate` has "pressure" along its normal, and the dead loads "load_x", "load_y", "load_z" per area as drawn, in
-    W; they depend on time only.
+    An `AncfPlate` has "pressure" along its normal, and the dead loads "load_x", "load_y", "load_z" per area as drawn,
+    in W; they depend on time only.
 
     Parameters
     ----------
@@ -90,8 +90,9 @@ class Pressure(Force):
     def __post_init__(self):
         super().__post_init__()
         if not isinstance(self.load, str) or "." not in self.load:
-            raise ModelError(self.title, found=f"load = {self.load!r}", expected="'body.load'",
-                             remedy="Write load='flap.air'")
+            raise ModelError(
+                self.title, found=f"load = {self.load!r}", expected="'body.load'", remedy="Write load='flap.air'"
+            )
         object.__setattr__(self, "amount", as_signal(self.amount, self.title, "amount"))
         object.__setattr__(self, "_joint", joint_of_tables(self, (self.amount,)))
 
@@ -101,15 +102,20 @@ class Pressure(Force):
         body = model.body(name, self.title)
         known = tuple(getattr(getattr(body, "data", body), "load_names", ()))
         if load not in known:
-            raise ModelError(self.title, found=f"body '{name}' has no load '{load}'",
-                             expected=f"One of: {', '.join(known)}" if known
-                             else "a FloatingBody with load shapes, or an AncfPlate",
-                             remedy=did_you_mean(load, known) or "Name loads in reduction.reduce(..., loads={...})")
+            raise ModelError(
+                self.title,
+                found=f"body '{name}' has no load '{load}'",
+                expected=f"One of: {', '.join(known)}" if known else "a FloatingBody with load shapes, or an AncfPlate",
+                remedy=did_you_mean(load, known) or "Name loads in reduction.reduce(..., loads={...})",
+            )
         joint = self._joint  # type: ignore[attr-defined]
         if joint is not None and not hasattr(body, "data"):
-            raise ModelError(self.title, found=f"an amount over joint '{joint}' on body '{name}' "
-                             f"({type(body).__name__})", expected="a signal of time: its load moves with the surface",
-                             remedy="Give a number, fmb.ramp(...) or fmb.table(..., of=fmb.ramp(...))")
+            raise ModelError(
+                self.title,
+                found=f"an amount over joint '{joint}' on body '{name}' ({type(body).__name__})",
+                expected="a signal of time: its load moves with the surface",
+                remedy="Give a number, fmb.ramp(...) or fmb.table(..., of=fmb.ramp(...))",
+            )
         if joint is not None:
             joint_coordinate(model.joint(joint, self.title), self.title, self.freedom)
 
@@ -125,5 +131,11 @@ class Pressure(Force):
         data = compiler.model.body(body).reduced
         shape = compiler.bulk(data.load_shapes[data.load_names.index(load)])
         own = compiler.load_marker(body, load)
-        return (*row, compiler.bulk(table.numbers()), shape, own, x,
-                (compiler.pair(own, x[3], STIFF), compiler.pair(own, x[4], STIFF)))
+        return (
+            *row,
+            compiler.bulk(table.numbers()),
+            shape,
+            own,
+            x,
+            (compiler.pair(own, x[3], STIFF), compiler.pair(own, x[4], STIFF)),
+        )

@@ -106,7 +106,9 @@ def add_relative_tangent(pair, a, b, f, stiffness, damping):
 
 @inner_kernel
 def _add_turning(pair, d, F):
-    """Add what a force F (in W) on b at d from a changes by where its axes turn with a, and its lever about a changes."""
+    """Add what a force F (in W) on b at d from a changes by where its axes turn with a,
+    and its lever about a changes.
+    """
     add_skew(pair.K, 6, 3, 1.0, F)
     add_skew(pair.K, 0, 3, -1.0, F)
     add_block(pair.K, 3, 3, -1.0, F, d, -dot(F, d))

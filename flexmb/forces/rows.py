@@ -1,4 +1,6 @@
-"""What forces share: given components, central forces between two points, follower loads, the law of a one-sided contact."""
+"""What forces share: given components, central forces between two points, follower loads,
+the law of a one-sided contact.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,7 @@ from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.model.signal import as_signal
 
-__all__ = ["add_central_block", "add_follower_stiffness", "apply_central_force", "one_sided",
-           "store_three_signals"]
+__all__ = ["add_central_block", "add_follower_stiffness", "apply_central_force", "one_sided", "store_three_signals"]
 
 
 @kernel
@@ -65,8 +66,12 @@ def store_three_signals(force, field: str) -> None:
     """Make the field a tuple of three signals; ModelError unless it holds three numbers or signals."""
     value = getattr(force, field)
     if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
-        raise ModelError(force.title, found=f"{field} = {value!r}", expected="three numbers or signals (x, y, z)",
-                         remedy=f"Write {field}=(0, 0, -100.0)")
+        raise ModelError(
+            force.title,
+            found=f"{field} = {value!r}",
+            expected="three numbers or signals (x, y, z)",
+            remedy=f"Write {field}=(0, 0, -100.0)",
+        )
     object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(value)))
 
 

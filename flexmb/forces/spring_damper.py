@@ -105,6 +105,10 @@ class SpringDamper(Force):
         if length is None:
             length = float(np.linalg.norm(compiler.position(b) - compiler.position(a)))
         elif length == 0.0 and not self.stiffness:
-            raise ModelError(self.title, found="length = 0 m and no stiffness", expected="a line to act along",
-                             remedy="Use Bushing for a force without a direction")
+            raise ModelError(
+                self.title,
+                found="length = 0 m and no stiffness",
+                expected="a line to act along",
+                remedy="Use Bushing for a force without a direction",
+            )
         return (a, b, compiler.pair(a, b), self.stiffness, self.damping, length, compiler.signal(self.preload))

@@ -70,8 +70,12 @@ class TorsionSpring(OnCoordinate):
         super().__post_init__()
         self.require_positive("stiffness", "damping", zero=True)
         if not np.isfinite(self.free_angle):
-            raise ModelError(self.title, found=f"free_angle = {self.free_angle!r}", expected="a finite angle, rad",
-                             remedy="Leave free_angle out for 0 rad")
+            raise ModelError(
+                self.title,
+                found=f"free_angle = {self.free_angle!r}",
+                expected="a finite angle, rad",
+                remedy="Leave free_angle out for 0 rad",
+            )
 
     def record(self, compiler):
         """Return the row."""

@@ -135,9 +135,12 @@ class UserForce(Force):
         self.require_marker_pair()
         named = isinstance(self.function, str) and self.function.count(":") == 1
         if not callable(self.function) and not named:
-            raise ModelError(self.title, found=f"function = {self.function!r}",
-                             expected="a function (t, d, v, R, w) -> (force, moment), or 'module:function'",
-                             remedy="Write function=lambda t, d, v, R, w: (-100.0 * d, (0, 0, 0))")
+            raise ModelError(
+                self.title,
+                found=f"function = {self.function!r}",
+                expected="a function (t, d, v, R, w) -> (force, moment), or 'module:function'",
+                remedy="Write function=lambda t, d, v, R, w: (-100.0 * d, (0, 0, 0))",
+            )
         object.__setattr__(self, "_callbacks", [])
 
     def check(self, model) -> None:
@@ -157,9 +160,12 @@ class UserForce(Force):
             try:
                 function = getattr(import_module(module), name)
             except (ImportError, AttributeError, ValueError) as error:
-                raise ModelError(self.title, found=f"function = {self.function!r} ({error})",
-                                 expected="'module:function' of a module that can be imported",
-                                 remedy="Check both names, and that the module is on the path") from error
+                raise ModelError(
+                    self.title,
+                    found=f"function = {self.function!r} ({error})",
+                    expected="'module:function' of a module that can be imported",
+                    remedy="Check both names, and that the module is on the path",
+                ) from error
         self._callbacks.append(_Callback(function))
         a, b = (compiler.marker(name) for name in self.markers)
         return (a, b, compiler.pair(a, b), self._callbacks[-1].address)

@@ -43,14 +43,20 @@ class Accelerations:
 
     def __repr__(self):
         joints = ", ".join(self.reactions) or "none"
-        return f"Accelerations of {self.system.model!r}: [body] for {', '.join(self.system.body_slices)}; reactions: {joints}"
+        return (
+            f"Accelerations of {self.system.model!r}: [body] for "
+            f"{', '.join(self.system.body_slices)}; reactions: {joints}"
+        )
 
     def __getitem__(self, body: str) -> np.ndarray:
         slices = self.system.body_slices
         if body not in slices:
-            raise FlexmbError("Accelerations", found=f"body '{body}' does not exist",
-                              expected=f"One of: {', '.join(slices)}",
-                              remedy=did_you_mean(body, slices))
+            raise FlexmbError(
+                "Accelerations",
+                found=f"body '{body}' does not exist",
+                expected=f"One of: {', '.join(slices)}",
+                remedy=did_you_mean(body, slices),
+            )
         q, u = slices[body]
         if not self.system.model.body(body).has_frame:
             return np.concatenate([self.a[u][:3], np.zeros(3)]) if u.stop > u.start else np.zeros(6)
@@ -74,9 +80,12 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
     """
     formulation = formulation or Augmented()
     if isinstance(formulation, type) or not hasattr(formulation, "accelerate"):
-        raise ModelError("accelerations", found=f"formulation = {formulation!r}",
-                         expected="one of Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()",
-                         remedy="Give an object: formulation=flexmb.Recursive()")
+        raise ModelError(
+            "accelerations",
+            found=f"formulation = {formulation!r}",
+            expected="one of Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()",
+            remedy="Give an object: formulation=flexmb.Recursive()",
+        )
     system, start = assemble(model)
     if state is not None:
         start = given_state(state, system, "accelerations")

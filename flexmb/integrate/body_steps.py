@@ -1,4 +1,6 @@
-"""Explicit steps in the coordinates of all bodies: rates by the sparse factorisation, and the way back onto constraints."""
+"""Explicit steps in the coordinates of all bodies: rates by the sparse factorisation,
+and the way back onto constraints.
+"""
 
 from __future__ import annotations
 

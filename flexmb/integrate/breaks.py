@@ -60,7 +60,9 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
 
 def _jumps(system, t: float, nearby: float, rates: bool) -> bool:
     """Do accelerations (or their rates) jump at a time: loads (or their rates), prescribed motions or their rates?"""
-    left, right, before, after = (_sampled(system, at) for at in (just_before(t), just_after(t), t - nearby, t + nearby))
+    left, right, before, after = (
+        _sampled(system, at) for at in (just_before(t), just_after(t), t - nearby, t + nearby)
+    )
     size = np.fmax.reduce(np.abs([left, right, before, after]))  # what grows from zero does not jump
     between = 4.0 * (t - just_before(t)) * np.column_stack([size[:, 1:], np.zeros(len(size))])  # by the rates
     jumps = np.abs(right - left) > JUMP * size + between
@@ -70,6 +72,13 @@ def _jumps(system, t: float, nearby: float, rates: bool) -> bool:
 def _sampled(system, t: float) -> np.ndarray:
     """Return value, rate and second rate of all signals, (ns, 3)."""
     program, out = system.program, np.zeros((system.n_signals, 3))
-    sample_signals(t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
-                   program.signal_table_starts, out)
+    sample_signals(
+        t,
+        program.signal_starts,
+        program.signal_ops,
+        program.signal_args,
+        program.signal_tables,
+        program.signal_table_starts,
+        out,
+    )
     return out

@@ -39,8 +39,8 @@ class Campbell:
     def critical(self, order: float = 1.0) -> list[tuple[int, float]]:
         """Return (mode, speed in rad/s) where a frequency is `order` times the speed, between the speeds by line.
 
-        In the turning frame order 1 is a force fixed in space, such as gravity; an unbalance has order 0. Where frequencies
-        are those in W (`Linearization.observer`) it is the other way round.
+        In the turning frame order 1 is a force fixed in space, such as gravity; an unbalance has order 0. Where
+        frequencies are those in W (`Linearization.observer`) it is the other way round.
         """
         found = []
         for mode, curve in enumerate(2.0 * np.pi * self.frequencies.T):
@@ -77,8 +77,12 @@ def campbell(model: Callable[[float], Model], speeds, modes: int = 6) -> Campbel
     """
     speeds = np.atleast_1d(np.asarray(speeds, float))
     if speeds.ndim != 1 or len(speeds) < 2 or np.any(np.diff(speeds) <= 0.0):
-        raise ModelError("campbell", found=f"speeds of shape {speeds.shape}", expected="at least two, increasing, rad/s",
-                         remedy="Write np.linspace(0.0, 300.0, 31)")
+        raise ModelError(
+            "campbell",
+            found=f"speeds of shape {speeds.shape}",
+            expected="at least two, increasing, rad/s",
+            remedy="Write np.linspace(0.0, 300.0, 31)",
+        )
     before, rows = None, []
     for speed in speeds:
         described = model(float(speed))

@@ -81,8 +81,12 @@ class Report:
             lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")
             lines.append("  for example a Revolute by a Cylindrical, Universal or Spherical joint.")
         if self.misfits:
-            lines.append("  They contradict each other within mesh tolerance; left open, without stress, are the joints")
-            lines += [f"    {name}: {metres:.2g} m, {radians:.2g} rad" for name, (metres, radians) in self.misfits.items()]
+            lines.append(
+                "  They contradict each other within mesh tolerance; left open, without stress, are the joints"
+            )
+            lines += [
+                f"    {name}: {metres:.2g} m, {radians:.2g} rad" for name, (metres, radians) in self.misfits.items()
+            ]
         return "\n".join(lines)
 
 
@@ -105,10 +109,21 @@ def check(model: Model) -> Report:
     system, state = assemble(model)
     counts = mobility(system, state, system.workspace())
     if not np.all(np.isfinite(state.q)):
-        raise CompileError(f"Model '{model.name}'", found="the assembled configuration is not finite",
-                           expected="finite coordinates", remedy="Look for zero lengths and coincident markers")
+        raise CompileError(
+            f"Model '{model.name}'",
+            found="the assembled configuration is not finite",
+            expected="finite coordinates",
+            remedy="Look for zero lengths and coincident markers",
+        )
     return Report(
-        model=model, mobility=counts.mobility, gruebler=counts.gruebler, velocities=counts.velocities,
-        equations=counts.equations, redundant=counts.redundant, assembly_error=described_error(system),
-        moved=float(np.abs(state.q - system.q0).max(initial=0.0)), misfits=dict(system.misfits),
-        indeterminate=counts.indeterminate)
+        model=model,
+        mobility=counts.mobility,
+        gruebler=counts.gruebler,
+        velocities=counts.velocities,
+        equations=counts.equations,
+        redundant=counts.redundant,
+        assembly_error=described_error(system),
+        moved=float(np.abs(state.q - system.q0).max(initial=0.0)),
+        misfits=dict(system.misfits),
+        indeterminate=counts.indeterminate,
+    )

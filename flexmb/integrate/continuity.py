@@ -41,7 +41,10 @@ def require_continuity(event, system, before: dict, after: np.ndarray) -> None:
     largest = max(jumps)
     if largest[0] > JUMP:
         _, length, turn, title = largest
-        raise ModelError(event.title, found=f"what it changes moves {title} by {length:.3g} m and {turn:.3g} rad at once",
-                         expected="a mechanism that goes on from where it is",
-                         remedy="Let a drive or a length that is changed begin with the value that it has at the event: a ramp "
-                         "from there, or a table over time")
+        raise ModelError(
+            event.title,
+            found=f"what it changes moves {title} by {length:.3g} m and {turn:.3g} rad at once",
+            expected="a mechanism that goes on from where it is",
+            remedy="Let a drive or a length that is changed begin with the value that it has at the event: a ramp "
+            "from there, or a table over time",
+        )

@@ -12,8 +12,10 @@ from flexmb.system.program import evaluate
 __all__ = ["EXPECTED", "REMEDY", "Contradiction", "first_contradiction"]
 
 EXPECTED = "equations that can be satisfied together at all times"
-REMEDY = ("Two drives or joints contradict each other from then on: remove one, or make their signals agree; at a dead "
-          "centre drive another joint")
+REMEDY = (
+    "Two drives or joints contradict each other from then on: remove one, or make their signals agree; at a dead "
+    "centre drive another joint"
+)
 OPEN = 100.0
 """Of the gap that the digits of a mesh may leave: where equations stay open by more, they contradict each other."""
 
@@ -29,8 +31,9 @@ class Contradiction(NamedTuple):
 def first_contradiction(system, rows: dict[str, np.ndarray]) -> Contradiction | None:
     """Return the first sample of a block whose equations stay open, or None.
 
-    Only equations that depend on others can: their residuals are shared out instead of brought to zero, so the integrator
-    notices nothing. What contradicts itself does so more and more, so the last sample tells whether any does.
+    Only equations that depend on others can: their residuals are shared out instead of brought to zero, so the
+    integrator notices nothing. What contradicts itself does so more and more, so the last sample tells whether any
+    does.
     """
     if not system.redundant or not len(rows["t"]):
         return None

@@ -1,10 +1,10 @@
 """The compiled steps of the explicit method of order eight, DOP853.
 
-Its unknowns are the coordinates of all bodies, with accelerations from the compiled factorisation; or, for rigid bodies,
-those of the joints, with accelerations from the passes in link axes.
+Its unknowns are the coordinates of all bodies, with accelerations from the compiled factorisation; or, for rigid
+bodies, those of the joints, with accelerations from the passes in link axes.
 
-The same method as SciPy's (Hairer, Nørsett & Wanner 1993, II.10): twelve stages, error estimate of orders five and three;
-its coefficients are taken from there. Between two samples no Python runs.
+The same method as SciPy's (Hairer, Nørsett & Wanner 1993, II.10): twelve stages, error estimate of orders five and
+three; its coefficients are taken from there. Between two samples no Python runs.
 """
 
 from __future__ import annotations
@@ -29,10 +29,12 @@ AUGMENTED = Augmented()
 
 GROWTH, DECAY, SAFETY = 10.0, 0.2, 0.9
 VANISHING, PATIENCE = 1e-9, 30
-"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration."""
+"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration.
+"""
 PASSED, PASSES = 0.8, 6
 """A step that ends in a singular position is shortened by this factor, so many times in a row."""
 SHORT, MANY, UNSETTLED = 1, 2, 3
+
 
 @inner_kernel
 def _rates(program, work, tree, s, t, stage):
@@ -158,11 +160,25 @@ class CompiledRun:
         limits = (settings.rtol, settings.atol, settings.drift * model_size(system), settings.drift)
         tables = {name: np.ascontiguousarray(getattr(DOP853, name), float) for name in ("A", "B", "C", "E3", "E5")}
         self.steps = s = Steps(
-            y=y, y1=y.copy(), K=np.zeros((STAGES + 1, len(y))), q=state.q.copy(), u=state.u.copy(), a=np.zeros(nu),
-            lam=np.zeros(ng), right=np.zeros(nu + ng), rate=np.zeros(ng), signals=state.signals.copy(),
-            pace=branch_rates(system, state, work), gaps=system.gaps, counts=np.zeros(5, np.int64),
-            times=np.array([state.t, span, settings.largest or span, span]), limits=np.array(limits),
-            sweeps=np.array(sweeps, np.int64), calls=np.array(calls), **tables)
+            y=y,
+            y1=y.copy(),
+            K=np.zeros((STAGES + 1, len(y))),
+            q=state.q.copy(),
+            u=state.u.copy(),
+            a=np.zeros(nu),
+            lam=np.zeros(ng),
+            right=np.zeros(nu + ng),
+            rate=np.zeros(ng),
+            signals=state.signals.copy(),
+            pace=branch_rates(system, state, work),
+            gaps=system.gaps,
+            counts=np.zeros(5, np.int64),
+            times=np.array([state.t, span, settings.largest or span, span]),
+            limits=np.array(limits),
+            sweeps=np.array(sweeps, np.int64),
+            calls=np.array(calls),
+            **tables,
+        )
         self.trusted = self._found(state.t, 0)
         s.times[1] = min(self._first_step(), s.times[2])
 
@@ -212,8 +228,10 @@ class CompiledRun:
             most = self.settings.most_steps
             reason = _run(self.system.program, self.work, self.tree, s, t, most) if self.trusted else UNSETTLED
         if reason == MANY:
-            return (f"{self.settings.most_steps} steps between two samples reached only t = {s.times[0]:.9g} s: the "
-                    "motion is stiff or very fast")
+            return (
+                f"{self.settings.most_steps} steps between two samples reached only t = {s.times[0]:.9g} s: the "
+                "motion is stiff or very fast"
+            )
         if reason != 0:
             # the other run finds accelerations also where the matrix is singular, or says why there are none
             try:

@@ -27,8 +27,8 @@ ITERATIONS = 10
 
 
 class Point(NamedTuple):
-    """A point of the path: q (nq,), lam (ng,), load t, unit tangent (nu + ng + 1,), the sign of the bordered determinant
-    (it changes at a bifurcation) and the number of corrections that it took."""
+    """A point of the path: q (nq,), lam (ng,), load t, unit tangent (nu + ng + 1,), the sign of the bordered
+    determinant (it changes at a bifurcation) and the number of corrections that it took."""
 
     q: np.ndarray
     lam: np.ndarray
@@ -193,14 +193,23 @@ class EquilibriumPath:
         slope = (later - rest) * (self.span / h)
         nu = self.system.nu
         reactions = abs(L) @ np.abs(lam)
-        self.largest = max(self.largest, np.max(reactions / self.extent, initial=0.0),
-                           np.max(np.abs(slope[:nu] / self.extent), initial=0.0))
+        self.largest = max(
+            self.largest,
+            np.max(reactions / self.extent, initial=0.0),
+            np.max(np.abs(slope[:nu] / self.extent), initial=0.0),
+        )
         soft = 1e-12 * (abs(G).power(2) @ (1.0 / mass_metric(K)))
         soft = np.maximum(soft, 1e-6 * np.max(soft, initial=0.0))
         border = sparse.csr_matrix(self.metric * tangent)
         n = nu + self.system.ng
-        matrix = sparse.bmat([[K, -L, slope[:nu, None]], [G, -sparse.diags(soft), slope[nu:, None]],
-                              [border[:, :nu], border[:, nu:n], border[:, n:]]], format="csc")
+        matrix = sparse.bmat(
+            [
+                [K, -L, slope[:nu, None]],
+                [G, -sparse.diags(soft), slope[nu:, None]],
+                [border[:, :nu], border[:, nu:n], border[:, n:]],
+            ],
+            format="csc",
+        )
         return matrix, np.append(rest, 0.0)
 
 

@@ -17,7 +17,8 @@ from flexmb.system.complaints import worst_equations
 __all__ = ["Explicit"]
 
 VANISHING, PATIENCE = 1e-9, 30
-"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration."""
+"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration.
+"""
 METHODS = ("DOP853", "RK45", "Radau")
 FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
 
@@ -37,8 +38,15 @@ class _Run:
         end = max(t_end, state.t + 1e-12)
         self.span = end - state.t
         self.nx, self.end = len(x), len(x) + len(v)
-        self.solver = method(self.rates, state.t, np.concatenate([x, v, np.zeros(3)]), end, rtol=settings.rtol,
-                             atol=settings.atol, max_step=settings.largest or np.inf)
+        self.solver = method(
+            self.rates,
+            state.t,
+            np.concatenate([x, v, np.zeros(3)]),
+            end,
+            rtol=settings.rtol,
+            atol=settings.atol,
+            max_step=settings.largest or np.inf,
+        )
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """Callback of the solver: rates of the unknowns and of the works."""
@@ -80,8 +88,10 @@ class _Run:
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 return f"the step size fell below {VANISHING * self.span:.3g} s at t = {solver.t:.9g} s{worst}"
             if left == 0 and solver.status == "running":
-                return (f"{self.settings.most_steps} steps between two samples reached only t = {solver.t:.9g} s: the "
-                        "motion is stiff or very fast")
+                return (
+                    f"{self.settings.most_steps} steps between two samples reached only t = {solver.t:.9g} s: the "
+                    "motion is stiff or very fast"
+                )
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
@@ -101,7 +111,8 @@ class Explicit(metaclass=Described):
     """Accelerations from any formulation, integrated by a Runge-Kutta method, projected onto g = 0 and G u = -dg/dt.
 
     For rigid or soft systems and high accuracy; stiff ones (bushings, short springs, many modes) need small steps here:
-    use `GeneralizedAlpha`, `Implicit`, `IDA`, or the method "Radau". With `Recursive` the unknowns are joint coordinates.
+    use `GeneralizedAlpha`, `Implicit`, `IDA`, or the method "Radau". With `Recursive` the unknowns are joint
+    coordinates.
 
     Parameters
     ----------
@@ -132,16 +143,28 @@ class Explicit(metaclass=Described):
 
     def __post_init__(self):
         if self.method not in METHODS:
-            raise ModelError("Explicit", found=f"method = {self.method!r}", expected=f"one of {', '.join(METHODS)}",
-                             remedy="DOP853 for smooth motions, Radau for stiff ones")
+            raise ModelError(
+                "Explicit",
+                found=f"method = {self.method!r}",
+                expected=f"one of {', '.join(METHODS)}",
+                remedy="DOP853 for smooth motions, Radau for stiff ones",
+            )
         if isinstance(self.formulation, type) or not hasattr(self.formulation, "accelerate"):
-            raise ModelError("Explicit", found=f"formulation = {self.formulation!r}", expected=f"one of {FORMULATIONS}",
-                             remedy="Give an object: Explicit(formulation=Recursive())")
+            raise ModelError(
+                "Explicit",
+                found=f"formulation = {self.formulation!r}",
+                expected=f"one of {FORMULATIONS}",
+                remedy="Give an object: Explicit(formulation=Recursive())",
+            )
         for name in ("rtol", "atol", "drift", "largest", "most_steps"):
             value = getattr(self, name)
             if value is not None and not (is_number(value) and value > 0.0):
-                raise ModelError("Explicit", found=f"{name} = {value!r}", expected="a positive number",
-                                 remedy=f"Leave {name} out for its default")
+                raise ModelError(
+                    "Explicit",
+                    found=f"{name} = {value!r}",
+                    expected="a positive number",
+                    remedy=f"Leave {name} out for its default",
+                )
 
     def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
         """Return the solver at the start: compiled where method and formulation are."""
@@ -149,7 +172,9 @@ class Explicit(metaclass=Described):
         compiled = type(self.formulation) is type(AUGMENTED) or getattr(motion.unknowns, "links", None) is not None
         if self.method != "DOP853" or not compiled:
             return _Run(self, motion, state, t_end)
-        return CompiledRun(self, motion, state, t_end, lambda now: _Run(self, Motion(self, system, now, work), now, t_end))
+        return CompiledRun(
+            self, motion, state, t_end, lambda now: _Run(self, Motion(self, system, now, work), now, t_end)
+        )
 
     def run(self, system, work, variables, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""

@@ -1,4 +1,6 @@
-"""The storage of the explicit steps, and how they ask their unknowns for rates: through addresses, compiled once for each."""
+"""The storage of the explicit steps, and how they ask their unknowns for rates:
+through addresses, compiled once for each.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +14,13 @@ __all__ = ["ACCEPTING", "NUMBERS", "PROJECTIONS", "RATES", "SETTLED", "STAGES", 
 
 STAGES = 12
 
-Steps = namedtuple("Steps", "y y1 K q u a lam right rate signals pace gaps counts times limits sweeps calls A B C E3 E5")
+Steps = namedtuple(
+    "Steps", "y y1 K q u a lam right rate signals pace gaps counts times limits sweeps calls A B C E3 E5"
+)
 """Storage of the steps.
 
-y, y1 (n,) : coordinates (of bodies with branches), velocities and works, at the start of a step and where rates are asked
-for; K (13, n): rates of stages
+y, y1 (n,) : coordinates (of bodies with branches), velocities and works, at the start of a step and where rates are
+asked for; K (13, n): rates of stages
 q, u, a, lam, right, rate, signals : the state of a stage; scratch
 pace (nb,) : rate of the branches over the last step; gaps (ng,): see `project`
 counts (5,) : steps, evaluations, projections; are the latest rates numbers; have the accelerations settled
@@ -28,8 +32,23 @@ calls (2,) : addresses of what writes rates and of what accepts steps
 
 PROJECTIONS, NUMBERS, SETTLED = 2, 3, 4
 
-STEPS = tuple_type(Steps, FLOATS, FLOATS, (FLOATS, 2), *[FLOATS] * 6, (FLOATS, 2), FLOATS, FLOATS, INTEGERS, FLOATS, FLOATS,
-                   INTEGERS, INTEGERS, (FLOATS, 2), *[FLOATS] * 4)
+STEPS = tuple_type(
+    Steps,
+    FLOATS,
+    FLOATS,
+    (FLOATS, 2),
+    *[FLOATS] * 6,
+    (FLOATS, 2),
+    FLOATS,
+    FLOATS,
+    INTEGERS,
+    FLOATS,
+    FLOATS,
+    INTEGERS,
+    INTEGERS,
+    (FLOATS, 2),
+    *[FLOATS] * 4,
+)
 RATES = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER, COUNT)
 """(.., t, stage): write the rates of y1 at time t to K[stage]; the first and last are those of ends of steps."""
 ACCEPTING = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER)

@@ -49,8 +49,13 @@ def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray,
     M = equations.M.toarray()
     diagonal = np.abs(np.diag(M))
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=1.0)))
-    return (scale[:, None] * M * scale, scale[:, None] * equations.L.toarray(), equations.G.toarray() * scale,
-            scale * equations.f, scale)
+    return (
+        scale[:, None] * M * scale,
+        scale[:, None] * equations.L.toarray(),
+        equations.G.toarray() * scale,
+        scale * equations.f,
+        scale,
+    )
 
 
 def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
@@ -65,9 +70,12 @@ def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
     try:
         factor = splu(matrix)
     except RuntimeError as error:
-        raise CompileError("Augmented", found="the matrix of the equations of motion is singular",
-                           expected="inertia in every freedom that joints leave",
-                           remedy="Use UdwadiaPhohomsiri, or look at flexmb.check(model)") from error
+        raise CompileError(
+            "Augmented",
+            found="the matrix of the equations of motion is singular",
+            expected="inertia in every freedom that joints leave",
+            remedy="Use UdwadiaPhohomsiri, or look at flexmb.check(model)",
+        ) from error
     x, change = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[0])
     for _ in range(TURNS):
         left = np.concatenate([e.f - e.M @ x[:nu] + e.L @ x[nu:], e.b - e.G @ x[:nu]])
@@ -104,8 +112,8 @@ class Augmented(_Formulation):
     """Accelerations and multipliers together from one sparse system (the form that the integrators use).
 
     The compiled factorisation of the integrators; where it does not converge (dependent equations that the assembled
-    position did not show), the solution of least norm: of small models by a dense singular value decomposition, of others
-    by a factorisation in which dependent equations are soft.
+    position did not show), the solution of least norm: of small models by a dense singular value decomposition, of
+    others by a factorisation in which dependent equations are soft.
     """
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
@@ -116,8 +124,11 @@ class Augmented(_Formulation):
             own = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
             failed = accelerations(system.program, own, work, right, sweeps)
             change, force = np.max(np.abs(right[:nu]), initial=0.0), np.max(np.abs(right[nu:]), initial=0.0)
-            if (failed < 0 and change <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.a), initial=0.0))
-                    and force <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.lam), initial=0.0))):
+            if (
+                failed < 0
+                and change <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.a), initial=0.0))
+                and force <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.lam), initial=0.0))
+            ):
                 return own.a, own.lam
         return super().accelerate(system, state, work)
 
@@ -172,9 +183,12 @@ class UdwadiaPhohomsiri(_Formulation):
         project = np.eye(len(M)) - U @ U.T
         stacked = np.vstack([project @ M, G])
         if np.linalg.matrix_rank(np.vstack([M, G]), tol=RANK * np.abs(M).max()) < len(M):
-            raise CompileError("UdwadiaPhohomsiri", found="[M; G] does not have full column rank",
-                               expected="every freedom to have inertia or a constraint",
-                               remedy="Give the free motion inertia, or forbid it by a joint")
+            raise CompileError(
+                "UdwadiaPhohomsiri",
+                found="[M; G] does not have full column rank",
+                expected="every freedom to have inertia or a constraint",
+                remedy="Give the free motion inertia, or forbid it by a joint",
+            )
         a = _least(stacked, np.concatenate([project @ f, e.b]))
         return scale * a, _multipliers(L, M @ a - f, e)
 

@@ -21,17 +21,17 @@ from flexmb.system.program import accelerations, advance, constraint_velocity, e
 __all__ = ["GeneralizedAlpha"]
 
 TURN = 2e-3
-"""rad: largest local error of a rotation. To a small link of a long chain a coarse tolerance for positions, relative to the
-whole, would allow turns that give it more energy than it has; the steps that follow such a motion are the shortest of all. In
-192 runs of chains of 10 to 100 links 0.005 let three gain energy, 0.003 none."""
+"""rad: largest local error of a rotation. To a small link of a long chain a coarse tolerance for positions, relative to
+the whole, would allow turns that give it more energy than it has; the steps that follow such a motion are the shortest
+of all. In 192 runs of chains of 10 to 100 links 0.005 let three gain energy, 0.003 none."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GeneralizedAlpha(metaclass=Described):
     """Lie-group generalized-alpha method on the index-3 equations.
 
-    Bodies that joints hold to the ground are integrated in their own axes, in which a rotor is exact at any step; all others,
-    which fly or roll, translate in world axes, whatever their spin.
+    Bodies that joints hold to the ground are integrated in their own axes, in which a rotor is exact at any step; all
+    others, which fly or roll, translate in world axes, whatever their spin.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class GeneralizedAlpha(metaclass=Described):
     step : float, s, optional
         Fixed step size; without it the step follows the error.
     rtol : float, -
-        Local error of a step, relative to the size of the model (positions; rotations as displacements at the body's radius
-        of gyration, at least a thousandth of that size, and never more than 0.002 rad), and to the largest deflection
-        (flexible coordinates).
+        Local error of a step, relative to the size of the model (positions; rotations as displacements at the body's
+        radius of gyration, at least a thousandth of that size, and never more than 0.002 rad), and to the largest
+        deflection (flexible coordinates).
     atol : float, m
         Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
     largest : float, s, optional
@@ -63,13 +63,21 @@ class GeneralizedAlpha(metaclass=Described):
     def __post_init__(self):
         part = "GeneralizedAlpha"
         if not (is_number(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
-            raise ModelError(part, found=f"rho_inf = {self.rho_inf!r}", expected="0 <= rho_inf <= 1",
-                             remedy="Use 0.8 for flexible mechanisms, 0.95 for little damping")
+            raise ModelError(
+                part,
+                found=f"rho_inf = {self.rho_inf!r}",
+                expected="0 <= rho_inf <= 1",
+                remedy="Use 0.8 for flexible mechanisms, 0.95 for little damping",
+            )
         for name in ("step", "rtol", "atol", "largest"):
             value = getattr(self, name)
             if value is not None and not (is_number(value) and value > 0.0):
-                raise ModelError(part, found=f"{name} = {value!r}", expected="a positive number",
-                                 remedy=f"Leave {name} out for its default")
+                raise ModelError(
+                    part,
+                    found=f"{name} = {value!r}",
+                    expected="a positive number",
+                    remedy=f"Leave {name} out for its default",
+                )
 
     def controls(self) -> Controls:
         """Return the parameters of the compiled step."""
@@ -88,9 +96,12 @@ class GeneralizedAlpha(metaclass=Described):
         """Return the integration variables at the start: consistent accelerations, first step size."""
         nu, ng, nq = system.nu, system.ng, system.nq
         if ng and self.rho_inf > 0.99:
-            raise ModelError("GeneralizedAlpha", found=f"rho_inf = {self.rho_inf:g} in a model with joints",
-                             expected="rho_inf <= 0.99, or the multipliers grow without bound",
-                             remedy="Use 0.95 for little damping, 0.8 for flexible mechanisms")
+            raise ModelError(
+                "GeneralizedAlpha",
+                found=f"rho_inf = {self.rho_inf:g} in a model with joints",
+                expected="rho_inf <= 0.99, or the multipliers grow without bound",
+                remedy="Use 0.95 for little damping, 0.8 for flexible mechanisms",
+            )
         size = model_size(system)
         extent, reach = extents(system, state, work, size, self.atol or 1e-4 * size)
         if self.step is None:
@@ -103,14 +114,36 @@ class GeneralizedAlpha(metaclass=Described):
         u, a = state.u.copy(), state.a.copy()
         to_world_axes(world, state.q, u, a)
         variables = Variables(
-            q=state.q.copy(), u=u, a=a, lam=state.lam.copy(), alg=a.copy(),
-            q1=np.zeros(nq), u1=np.zeros(nu), a1=np.zeros(nu), lam1=np.zeros(ng), alg1=np.zeros(nu),
-            dx=np.zeros(nu), d=np.zeros(nu), right=np.zeros(nu + ng), a_last=a.copy(), lam_last=state.lam.copy(),
-            hidden=np.zeros(ng), change=np.zeros(nu),
-            extent=extent, reach=reach, works=np.zeros(3), powers=np.zeros(3),
-            powers_last=np.zeros(3), signals=state.signals.copy(),
-            counts=np.zeros(6, np.int64), times=np.array([state.t, first, 0.0, self.step or largest, 0.05]),
-            pace=branch_rates(system, state, work), world=world, body_u=state.u.copy(), body_a=state.a.copy())
+            q=state.q.copy(),
+            u=u,
+            a=a,
+            lam=state.lam.copy(),
+            alg=a.copy(),
+            q1=np.zeros(nq),
+            u1=np.zeros(nu),
+            a1=np.zeros(nu),
+            lam1=np.zeros(ng),
+            alg1=np.zeros(nu),
+            dx=np.zeros(nu),
+            d=np.zeros(nu),
+            right=np.zeros(nu + ng),
+            a_last=a.copy(),
+            lam_last=state.lam.copy(),
+            hidden=np.zeros(ng),
+            change=np.zeros(nu),
+            extent=extent,
+            reach=reach,
+            works=np.zeros(3),
+            powers=np.zeros(3),
+            powers_last=np.zeros(3),
+            signals=state.signals.copy(),
+            counts=np.zeros(6, np.int64),
+            times=np.array([state.t, first, 0.0, self.step or largest, 0.05]),
+            pace=branch_rates(system, state, work),
+            world=world,
+            body_u=state.u.copy(),
+            body_a=state.a.copy(),
+        )
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         variables.powers[:] = work.energy[3:6]
@@ -137,9 +170,9 @@ class GeneralizedAlpha(metaclass=Described):
     def _fit_start(self, system, state, work, v: Variables, h: float) -> None:
         """Give algorithmic acceleration and velocities the values of a motion that has been going on with steps h.
 
-        The algorithmic acceleration is that of t + (alpha_m - alpha_f) h. The constraints hold for positions, which err by
-        C h^3 a' a step, so the velocities that they determine are off by C h^2 a'. Started from the exact values, the
-        multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
+        The algorithmic acceleration is that of t + (alpha_m - alpha_f) h. The constraints hold for positions, which err
+        by C h^3 a' a step, so the velocities that they determine are off by C h^2 a'. Started from the exact values,
+        the multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
         """
         c = self.controls()
         v.times[2] = h
@@ -191,11 +224,16 @@ class GeneralizedAlpha(metaclass=Described):
     def run(self, system, work, variables: Variables, samples: np.ndarray, first: int, last: int) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended."""
         n = last - first
-        rows = {"t": np.zeros(n), "q": np.zeros((n, system.nq)), "u": np.zeros((n, system.nu)),
-                "a": np.zeros((n, system.nu)), "lam": np.zeros((n, system.ng)), "works": np.zeros((n, 3))}
+        rows = {
+            "t": np.zeros(n),
+            "q": np.zeros((n, system.nq)),
+            "u": np.zeros((n, system.nu)),
+            "a": np.zeros((n, system.nu)),
+            "lam": np.zeros((n, system.ng)),
+            "works": np.zeros((n, 3)),
+        }
         controls = self.controls()._replace(sweeps=self._sweeps(system), trend=0.0 if system.redundant else 1.0)
-        reached, reason = run_steps(system.program, work, variables, controls, samples, first, last,
-                                    *rows.values())
+        reached, reason = run_steps(system.program, work, variables, controls, samples, first, last, *rows.values())
         rows = {name: array[: reached - first] for name, array in rows.items()}
         return Outcome(rows=rows, failure="" if reason == 0 else self._reason(system, work, variables, reason))
 

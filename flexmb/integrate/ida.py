@@ -30,8 +30,8 @@ YIELDING = 1e-11
 OPEN = 1e-3
 """The same of the positions, s, where dependent equations contradict each other (see `flexmb.check`: misfits)."""
 COUNTED = 0.01
-"""Absolute tolerance of turns (rad) and places on curves: they only say which solution is meant, but one that is left out
-of the iteration's test would be lost by extrapolation."""
+"""Absolute tolerance of turns (rad) and places on curves: they only say which solution is meant, but one that is left
+out of the iteration's test would be lost by extrapolation."""
 
 
 class _NotFinite(ArithmeticError):
@@ -89,8 +89,9 @@ class _Run:
         most = 33 * len(self.system.program.frames) + 40 * len(form.own) + 40
         most = most * 2 + 2 * len(self.y) + 16 * len(form.gradient) + len(form.transposed)
         self.rows, self.columns, self.values = np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most)
-        count = jacobian(self.system.program, self.work, form, 0.0, 1.0, self.y, self.yp,
-                         self.rows, self.columns, self.values)
+        count = jacobian(
+            self.system.program, self.work, form, 0.0, 1.0, self.y, self.yp, self.rows, self.columns, self.values
+        )
         self.rows, self.columns, self.values = self.rows[:count], self.columns[:count], self.values[:count]
         keys, self.address = np.unique(self.columns * len(self.y) + self.rows, return_inverse=True)
         self.keys = keys
@@ -116,9 +117,17 @@ class _Run:
         with warnings.catch_warnings():
             # the solver could find the Jacobian from the pattern by differences, and says that it will not
             warnings.simplefilter("ignore", UserWarning)
-            return Solver(self.residual, jacfn=self.jacobian, rtol=settings.rtol, atol=atol,
-                          algebraic_idx=[*branches, *range(free, n - 3)], max_order=settings.max_order,
-                          max_step=settings.largest or 0.0, max_num_steps=settings.most_steps, **options)
+            return Solver(
+                self.residual,
+                jacfn=self.jacobian,
+                rtol=settings.rtol,
+                atol=atol,
+                algebraic_idx=[*branches, *range(free, n - 3)],
+                max_order=settings.max_order,
+                max_step=settings.largest or 0.0,
+                max_num_steps=settings.most_steps,
+                **options,
+            )
 
     def residual(self, t, y, yp, res) -> None:
         """Callback of the solver."""
@@ -214,14 +223,26 @@ class IDA(metaclass=Described):
         for name in ("rtol", "atol", "largest"):
             value = getattr(self, name)
             if value is not None and not (is_number(value) and value > 0.0):
-                raise ModelError("IDA", found=f"{name} = {value!r}", expected="a positive number",
-                                 remedy=f"Leave {name} out for its default")
+                raise ModelError(
+                    "IDA",
+                    found=f"{name} = {value!r}",
+                    expected="a positive number",
+                    remedy=f"Leave {name} out for its default",
+                )
         if self.max_order not in range(1, 6):
-            raise ModelError("IDA", found=f"max_order = {self.max_order!r}", expected="1, 2, 3, 4 or 5",
-                             remedy="Leave max_order out for 5")
+            raise ModelError(
+                "IDA",
+                found=f"max_order = {self.max_order!r}",
+                expected="1, 2, 3, 4 or 5",
+                remedy="Leave max_order out for 5",
+            )
         if not is_number(self.most_steps) or self.most_steps <= 0:
-            raise ModelError("IDA", found=f"most_steps = {self.most_steps!r}", expected="a positive count",
-                             remedy="Leave most_steps out for its default")
+            raise ModelError(
+                "IDA",
+                found=f"most_steps = {self.most_steps!r}",
+                expected="a positive count",
+                remedy="Leave most_steps out for its default",
+            )
 
     def start(self, system, state, work, t_end: float) -> _Run:
         """Return the solver at the start."""

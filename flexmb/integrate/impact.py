@@ -48,9 +48,12 @@ def velocities_after(system, event, t: float, q: np.ndarray, u: np.ndarray) -> n
         lu_solve(work.S, system.program.pattern, response)
         compliance, rate = float(c @ response[: system.nu]), float(c @ u)
         if not compliance > 1e-12 * float(c @ c):
-            raise IntegrationError(event.title, found=f"an impulse between {' and '.join(action.markers)} moves nothing",
-                                   expected="markers that can move relative to each other along the contact normal",
-                                   remedy="Look at the joints of both bodies, and at the axis `along`")
+            raise IntegrationError(
+                event.title,
+                found=f"an impulse between {' and '.join(action.markers)} moves nothing",
+                expected="markers that can move relative to each other along the contact normal",
+                remedy="Look at the joints of both bodies, and at the axis `along`",
+            )
         if rate < 0.0:
             u -= (1.0 + action.restitution) * rate / compliance * response[: system.nu]
     return u

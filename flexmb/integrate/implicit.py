@@ -23,7 +23,9 @@ RECURSIVE = Recursive()
 NEWTON = 1e-4
 """What the iteration may leave, relative to the tolerance of a step."""
 SETTLED = 1e-12
-"""The same of a fixed step at least, relative to the accelerations: rounding, since small steps divide it by their size."""
+"""The same of a fixed step at least, relative to the accelerations:
+rounding, since small steps divide it by their size.
+"""
 SMALLEST = 1e-14
 """Step size, s, at which a run ends."""
 
@@ -62,8 +64,21 @@ class _Run:
     def _step(self, h: float) -> None:
         """Take a step, or shorten the next one."""
         r, adaptive, planned = self.stages, self.settings.step is None, self.next
-        solved = run_step(self.unknowns.chart, self.system.program, self.work, r, self.x, self.v, self.t, h, WEIGHTS, THIRD,
-                          self.settings.rtol, NEWTON, np.inf if adaptive else SETTLED)
+        solved = run_step(
+            self.unknowns.chart,
+            self.system.program,
+            self.work,
+            r,
+            self.x,
+            self.v,
+            self.t,
+            h,
+            WEIGHTS,
+            THIRD,
+            self.settings.rtol,
+            NEWTON,
+            np.inf if adaptive else SETTLED,
+        )
         error = float(r.error[0])
         if not solved:
             r.counts[4] += 1
@@ -105,7 +120,10 @@ class _Run:
         worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
         r, nu = self.stages, self.system.nu
         where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
-        return f"steps fail down to {SMALLEST:.3g} s at t = {self.t:.9g} s (dead centre, or stiff impact) near {where}{worst}"
+        return (
+            f"steps fail down to {SMALLEST:.3g} s at t = {self.t:.9g} s (dead centre, or stiff "
+            f"impact) near {where}{worst}"
+        )
 
     def sample(self):
         """Return t, q, u, a, lam, works."""
@@ -125,8 +143,8 @@ class Implicit(metaclass=Described):
     Parameters
     ----------
     rtol : float, -
-        Local error of a step, relative to the size of the model (positions), to a radian (rotations), and to the largest
-        deflection (flexible coordinates).
+        Local error of a step, relative to the size of the model (positions), to a radian (rotations), and to the
+        largest deflection (flexible coordinates).
     atol : float, m
         Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
     step : float, s, optional
@@ -151,13 +169,21 @@ class Implicit(metaclass=Described):
 
     def __post_init__(self):
         if isinstance(self.formulation, type) or not hasattr(self.formulation, "unknowns"):
-            raise ModelError("Implicit", found=f"formulation = {self.formulation!r}", expected="Recursive(...)",
-                             remedy="GeneralizedAlpha and IDA integrate absolute coordinates implicitly")
+            raise ModelError(
+                "Implicit",
+                found=f"formulation = {self.formulation!r}",
+                expected="Recursive(...)",
+                remedy="GeneralizedAlpha and IDA integrate absolute coordinates implicitly",
+            )
         for name in ("rtol", "atol", "step", "largest", "drift"):
             value = getattr(self, name)
             if not (value is None and name not in ("rtol", "drift")) and not (is_number(value) and value > 0.0):
-                raise ModelError("Implicit", found=f"{name} = {value!r}", expected="a positive number",
-                                 remedy=f"Leave {name} out for its default")
+                raise ModelError(
+                    "Implicit",
+                    found=f"{name} = {value!r}",
+                    expected="a positive number",
+                    remedy=f"Leave {name} out for its default",
+                )
 
     def start(self, system, state, work, t_end: float) -> _Run:
         """Return the method at the start."""

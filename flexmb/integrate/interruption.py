@@ -8,7 +8,6 @@ from types import FrameType
 __all__ = ["Interruption"]
 
 
-
 class Interruption:
     """While a simulation runs, ends it between two blocks of samples instead of anywhere.
 

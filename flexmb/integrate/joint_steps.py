@@ -1,4 +1,6 @@
-"""Explicit steps in joint coordinates of rigid bodies: rates by the passes in link axes, and the way back onto loops."""
+"""Explicit steps in joint coordinates of rigid bodies: rates by the passes in link axes,
+and the way back onto loops.
+"""
 
 from __future__ import annotations
 

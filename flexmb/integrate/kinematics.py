@@ -92,30 +92,58 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     free = system.nu - system.ng + len(system.redundant)
     if free:
         flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]
-        raise CompileError(f"Model '{model.name}'", found=f"{free} freedoms that no drive determines",
-                           expected="mobility 0 for kinematics",
-                           remedy=f"Set rigid=True on {', '.join(flexible)}" if flexible else
-                           "Add drives, or use simulate for free motions")
+        raise CompileError(
+            f"Model '{model.name}'",
+            found=f"{free} freedoms that no drive determines",
+            expected="mobility 0 for kinematics",
+            remedy=f"Set rigid=True on {', '.join(flexible)}"
+            if flexible
+            else "Add drives, or use simulate for free motions",
+        )
     nt, nu, ng = len(times), system.nu, system.ng
-    rows: dict[str, Any] = {"q": np.zeros((nt, system.nq)), "u": np.zeros((nt, nu)), "a": np.zeros((nt, nu)),
-                            "lam": np.zeros((nt, ng)), "works": np.zeros((nt, 3))}
+    rows: dict[str, Any] = {
+        "q": np.zeros((nt, system.nq)),
+        "u": np.zeros((nt, nu)),
+        "a": np.zeros((nt, nu)),
+        "lam": np.zeros((nt, ng)),
+        "works": np.zeros((nt, 3)),
+    }
     work = system.workspace()
     size = max(1.0, float(np.ptp(system.tables["markers"]["r"])))
-    reached = _follow(system.program, work, times, start.q, start.u, start.signals, np.zeros(nu + ng), 1e-11 * size,
-                      system.gaps, 12 if system.redundant else 2, *rows.values())
+    reached = _follow(
+        system.program,
+        work,
+        times,
+        start.q,
+        start.u,
+        start.signals,
+        np.zeros(nu + ng),
+        1e-11 * size,
+        system.gaps,
+        12 if system.redundant else 2,
+        *rows.values(),
+    )
     rows = {name: x[:reached] for name, x in rows.items()}
     if reached == 0:
-        raise CompileError(f"Model '{model.name}'", found="the start does not satisfy the constraints",
-                           expected="an assembled start", remedy="Look at flexmb.check(model)")
+        raise CompileError(
+            f"Model '{model.name}'",
+            found="the start does not satisfy the constraints",
+            expected="an assembled start",
+            remedy="Look at flexmb.check(model)",
+        )
     found = f"the mechanism cannot follow its drives at t = {times[min(reached, nt - 1)]:.6g} s"
     status = Status.finished(t_end) if reached == nt else Status.failed(found, "Look for a dead centre at that time")
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
     solution = Solution(phases=(phase,), status=status, statistics={"samples": reached})
     if reached < nt:
         worst = worst_equations(system, work)
-        raise IntegrationError(f"Model '{model.name}'", found=f"{found}; worst equations: {worst}",
-                               expected="a position that satisfies all joints", solution=solution,
-                               remedy="Shorten the drive's range, or change the lengths of the linkage")
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=f"{found}; worst equations: {worst}",
+            expected="a position that satisfies all joints",
+            solution=solution,
+            remedy="Shorten the drive's range, or change the lengths of the linkage",
+        )
     return solution
 
 
@@ -140,6 +168,10 @@ def inverse_dynamics(model: Model, drives: Sequence[Any], t_end: float, *, sampl
     for drive in drives:
         if drive.joint in driven:
             other = driven[drive.joint]
-            raise ModelError("inverse_dynamics", found=f"joint '{drive.joint}' already has the drive '{other}'",
-                             expected="a free joint", remedy=f"Leave '{drive.name}' or '{other}' out")
+            raise ModelError(
+                "inverse_dynamics",
+                found=f"joint '{drive.joint}' already has the drive '{other}'",
+                expected="a free joint",
+                remedy=f"Leave '{drive.name}' or '{other}' out",
+            )
     return kinematics(model.with_parts(joints=drives), t_end, samples=samples)

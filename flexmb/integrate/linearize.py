@@ -5,8 +5,8 @@ Variations dx are those of the frames in body axes. The twist varies as ``du = d
 
     M dx'' + (D + M ad(u)) dx' + (K + D ad(u) + M ad(a)) dx - L dlam = 0,   G dx = 0
 
-Vectors in W (point masses, nodes of cables) turn with their body: du = dx' + w x dx, da = dx'' + 2 w x dx' + w x (w x dx)
-and the null space N of G leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formulations.
+Vectors in W (point masses, nodes of cables) turn with their body: du = dx' + w x dx, da = dx'' + 2 w x dx' + w x (w x
+dx) and the null space N of G leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formulations.
 """
 
 from __future__ import annotations
@@ -33,9 +33,12 @@ from flexmb.system.mobility import DEPENDENT, mass_metric
 __all__ = ["Linearization", "linearize"]
 
 CHANGE_WITH_TIME = (
-    "the coefficients of this motion change with time, whoever looks at it, and what follows holds at this instant only; "
-    "expected: an equilibrium, or bodies that turn steadily, together or each about an axis of symmetry. Simulate a small "
-    "disturbance instead, or start from fmb.statics(model)")
+    "the coefficients of this motion change with time, whoever looks at it, and what follows holds "
+    "at this instant only; "
+    "expected: an equilibrium, or bodies that turn steadily, together or each about an axis of "
+    "symmetry. Simulate a small "
+    "disturbance instead, or start from fmb.statics(model)"
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,8 +60,8 @@ class Linearization:
     markers : mapping of "body.marker" to (int, (6, k))
         First velocity of its body, and its Jacobian in W: translation, rotation.
     observer : str
-        In whose axes z is seen, and the frequencies are those: "each body", its own axes, as long as the coefficients are
-        constant there; else "W" or a body (a round rotor in a casing), or the precession of a top.
+        In whose axes z is seen, and the frequencies are those: "each body", its own axes, as long as the coefficients
+        are constant there; else "W" or a body (a round rotor in a casing), or the precession of a top.
     """
 
     M: np.ndarray
@@ -103,7 +106,9 @@ class Linearization:
         return A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, n))
 
     def motion_of(self, marker: str) -> np.ndarray:
-        """Return displacement (m) and rotation (rad) of a marker in W per unit of z, (6, n): rows of an output matrix."""
+        """Return displacement (m) and rotation (rad) of a marker in W per unit of z, (6, n):
+        rows of an output matrix.
+        """
         first, jacobian = self._marker(marker)
         return jacobian @ self.basis[first : first + jacobian.shape[1]]
 
@@ -140,9 +145,12 @@ class Linearization:
 
     def _marker(self, name: str) -> tuple[int, np.ndarray]:
         if name not in self.markers:
-            raise ModelError("Linearization", found=f"marker '{name}' does not exist",
-                             expected=f"One of: {', '.join(self.markers)}",
-                             remedy=did_you_mean(name, self.markers) or "Write it as 'body.marker'")
+            raise ModelError(
+                "Linearization",
+                found=f"marker '{name}' does not exist",
+                expected=f"One of: {', '.join(self.markers)}",
+                remedy=did_you_mean(name, self.markers) or "Write it as 'body.marker'",
+            )
         return self.markers[name]
 
 
@@ -180,8 +188,17 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     N, P = bases(seen)
     reduced = [P.T @ X @ N for X in (seen.M, seen.C, seen.K)]
     values, vectors = _eigen(*reduced)
-    return Linearization(M=reduced[0], C=reduced[1], K=reduced[2], basis=T @ N, eigenvalues=values, modes=T @ N @ vectors,
-                         projection=T @ P, markers=_jacobians(system, work), observer=observer.name)
+    return Linearization(
+        M=reduced[0],
+        C=reduced[1],
+        K=reduced[2],
+        basis=T @ N,
+        eigenvalues=values,
+        modes=T @ N @ vectors,
+        projection=T @ P,
+        markers=_jacobians(system, work),
+        observer=observer.name,
+    )
 
 
 def _bases(of, rank: float) -> tuple[np.ndarray, np.ndarray]:

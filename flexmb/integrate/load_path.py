@@ -105,8 +105,12 @@ class LoadSteps(metaclass=Described):
 
 def _require(settings, name: str, holds: bool, expected: str) -> None:
     if not holds:
-        raise ModelError(type(settings).__name__, found=f"{name} = {getattr(settings, name)!r}", expected=expected,
-                         remedy=f"Leave {name} out for {getattr(type(settings), name)}")
+        raise ModelError(
+            type(settings).__name__,
+            found=f"{name} = {getattr(settings, name)!r}",
+            expected=expected,
+            remedy=f"Leave {name} out for {getattr(type(settings), name)}",
+        )
 
 
 def _require_count(settings, name: str) -> None:
@@ -117,16 +121,22 @@ def _require_count(settings, name: str) -> None:
 def follow(model, system, start, settings: ArcLength | LoadSteps, t: float, tolerance: float) -> LoadPath:
     """Return the path from an equilibrium `start` (State) at the load settings.start to the load `t`."""
     if t == settings.start:
-        raise ModelError("statics", found=f"the path begins and ends at the load factor {t:.6g}",
-                         expected="another load factor at the end", remedy="Write t=1.0: loads are functions of t")
+        raise ModelError(
+            "statics",
+            found=f"the path begins and ends at the load factor {t:.6g}",
+            expected="another load factor at the end",
+            remedy="Write t=1.0: loads are functions of t",
+        )
     path = EquilibriumPath(system, start, abs(t - settings.start), tolerance)
     walk = _Walk(model, path, t, settings if isinstance(settings, ArcLength) else ArcLength(start=settings.start))
     first = path.begin(start.q, start.lam, settings.start, np.sign(t - settings.start))
     if first is None:
         raise IntegrationError(
-            f"Model '{model.name}'", found=f"the load factor {settings.start:.6g} has no regular equilibrium"
-            + path.loose(start), expected="stiffness in every freedom",
-            remedy="Support free motions, or begin at another load: start=0.01")
+            f"Model '{model.name}'",
+            found=f"the load factor {settings.start:.6g} has no regular equilibrium" + path.loose(start),
+            expected="stiffness in every freedom",
+            remedy="Support free motions, or begin at another load: start=0.01",
+        )
     return walk.run(first) if isinstance(settings, ArcLength) else _stepped(walk, first, settings.steps)
 
 
@@ -148,9 +158,15 @@ class _Walk:
         self.marks = [mark for mark in self.marks if mark.sample < len(self.points)]
         done = done and self.points[-1].t == self.end
         reached = self.points[-1].t
-        return self.solution(Status.finished() if done else Status(
-            "stopped", f"{len(self.points)} points, load factor {reached:.6g} of {self.end:.6g}",
-            "Raise points= of the ArcLength to go on"))
+        return self.solution(
+            Status.finished()
+            if done
+            else Status(
+                "stopped",
+                f"{len(self.points)} points, load factor {reached:.6g} of {self.end:.6g}",
+                "Raise points= of the ArcLength to go on",
+            )
+        )
 
     def advance(self, s: float) -> tuple[float, bool]:
         """Add the next point, and special points before it; return the next arc and whether the end is reached."""
@@ -159,8 +175,10 @@ class _Walk:
         while new is None or (path.cosine(base, new) < STRAIGHT and s > 1e-5):
             s *= 0.5
             if s < 1e-8:
-                raise self.failure(f"no equilibrium beyond the load factor {base.t:.6g}, where {path.foremost(base)} "
-                                   "moves most", "Begin with a shorter step=, or give the structure an imperfection")
+                raise self.failure(
+                    f"no equilibrium beyond the load factor {base.t:.6g}, where {path.foremost(base)} moves most",
+                    "Begin with a shorter step=, or give the structure an imperfection",
+                )
             new = path.solve(base, s)
         between = self.special(base, new)
         stations = [base, *between, new]
@@ -195,18 +213,30 @@ class _Walk:
     def failure(self, found: str, remedy: str) -> IntegrationError:
         """Return an error with the path so far."""
         solution = self.solution(Status.failed(found, remedy))
-        return IntegrationError(f"Model '{self.model.name}'", found=found, expected="a path of equilibria",
-                                remedy=remedy, solution=solution)
+        return IntegrationError(
+            f"Model '{self.model.name}'", found=found, expected="a path of equilibria", remedy=remedy, solution=solution
+        )
 
     def solution(self, status: Status) -> LoadPath:
         """Return the points as samples."""
         system, n = self.path.system, len(self.points)
-        phase = Phase(model=self.model, system=system, t=np.array([p.t for p in self.points]),
-                      q=np.array([p.q for p in self.points]), u=np.zeros((n, system.nu)), a=np.zeros((n, system.nu)),
-                      lam=np.array([p.lam for p in self.points]).reshape(n, system.ng), works=np.zeros((n, 3)),
-                      ended=status.kind)
-        return LoadPath(phases=(phase,), status=status, limit_points=tuple(self.marks),
-                        statistics={"points": n, "iterations": sum(p.iterations for p in self.points)})
+        phase = Phase(
+            model=self.model,
+            system=system,
+            t=np.array([p.t for p in self.points]),
+            q=np.array([p.q for p in self.points]),
+            u=np.zeros((n, system.nu)),
+            a=np.zeros((n, system.nu)),
+            lam=np.array([p.lam for p in self.points]).reshape(n, system.ng),
+            works=np.zeros((n, 3)),
+            ended=status.kind,
+        )
+        return LoadPath(
+            phases=(phase,),
+            status=status,
+            limit_points=tuple(self.marks),
+            statistics={"points": n, "iterations": sum(p.iterations for p in self.points)},
+        )
 
 
 def _stepped(walk: _Walk, first: Point, steps: int) -> LoadPath:
@@ -217,8 +247,10 @@ def _stepped(walk: _Walk, first: Point, steps: int) -> LoadPath:
     done = False
     while not done:
         if len(walk.points) > walk.settings.points:
-            raise walk.failure(f"the load factor {walk.points[-1].t:.6g} after {len(walk.points)} points",
-                               "Follow the path with path=flexmb.ArcLength()")
+            raise walk.failure(
+                f"the load factor {walk.points[-1].t:.6g} after {len(walk.points)} points",
+                "Follow the path with path=flexmb.ArcLength()",
+            )
         at = len(walk.points) - 1
         s, done = walk.advance(s)
         for a, b in pairwise(walk.points[at:]):
@@ -234,6 +266,7 @@ def _stepped(walk: _Walk, first: Point, steps: int) -> LoadPath:
             walk.points, walk.marks = kept, []
             raise walk.failure(
                 f"{what} at the load factor {mark.load:.6g} (of {walk.end:.6g}), where {mark.body} buckles",
-                "Follow the path beyond with path=flexmb.ArcLength(), or simulate the snap with flexmb.simulate")
+                "Follow the path beyond with path=flexmb.ArcLength(), or simulate the snap with flexmb.simulate",
+            )
     walk.points = kept
     return walk.solution(Status.finished())

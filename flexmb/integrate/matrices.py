@@ -78,8 +78,16 @@ def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equation
     constraint_velocity(work, state.u, velocity)
     position = np.where(system.program.equation_level == 0, work.equations["g"], 0.0)
     L = -S[:nu, nu:]
-    return Equations(M=S[:nu, :nu], L=L, G=S[nu:, :nu], f=-work.residual - L @ rest.lam, b=-drift, velocity=velocity,
-                     position=position, weight=system.multiplier_weights)
+    return Equations(
+        M=S[:nu, :nu],
+        L=L,
+        G=S[nu:, :nu],
+        f=-work.residual - L @ rest.lam,
+        b=-drift,
+        velocity=velocity,
+        position=position,
+        weight=system.multiplier_weights,
+    )
 
 
 def tangent_at(system, state, work) -> Tangent:

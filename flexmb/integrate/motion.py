@@ -103,8 +103,10 @@ class Motion:
         rate = np.zeros(self.system.ng)
         constraint_velocity(self.work, state.u, rate)
         fastest = max(np.max(np.abs(self.work.markers[name])) for name in ("v", "w"))
-        return bool(np.max(np.abs(self.work.equations["g"])) > self.tolerance
-                    or np.max(np.abs(rate)) > self.drift * max(1.0, float(fastest)))
+        return bool(
+            np.max(np.abs(self.work.equations["g"])) > self.tolerance
+            or np.max(np.abs(rate)) > self.drift * max(1.0, float(fastest))
+        )
 
 
 def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outcome:
@@ -130,6 +132,8 @@ def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outc
             break
         kept.append(row)
     widths = (0, system.nq, system.nu, system.nu, system.ng, 3)
-    rows = {name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
-            for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))}
+    rows = {
+        name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
+        for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))
+    }
     return Outcome(rows=rows, failure=failure)

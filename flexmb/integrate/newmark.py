@@ -35,17 +35,19 @@ extent (nu,) : length, m, that makes an increment a displacement (radius of gyra
 reach (nu,) : displacement, m, to which tolerances are relative
 works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates; powers_last: a step before
 counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
-pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the next
-world (n, 2) : frames whose u, a, alg, dx have translations in world axes; body_u, body_a (nu,): u1, a1 with all in body axes
-times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh matrix
+pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the
+next world (n, 2) : frames whose u, a, alg, dx have translations in world axes; body_u, body_a (nu,): u1, a1 with all in
+body axes times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh
+matrix
 """
 
-Controls = namedtuple("Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations "
-                      "sweeps trend")
+Controls = namedtuple(
+    "Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations sweeps trend"
+)
 """Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
-the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: those of the step; trend:
-1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance, which
-would grow by it from step to step."""
+the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: those of the step;
+trend: 1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance,
+which would grow by it from step to step."""
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
@@ -123,8 +125,8 @@ def _shortened(v, size, before, share):
     """Shorten a correction that takes back most of the one before, and return by how much.
 
     A force that changes its sign within a small part of the step's change of velocity, friction about to stick, makes
-    Newton's method jump from one side to the other and back: by halves it comes between. Corrections that do not alternate
-    grow to their full length again.
+    Newton's method jump from one side to the other and back: by halves it comes between. Corrections that do not
+    alternate grow to their full length again.
     """
     alternates = 0.0
     if size > 0.5 * before:
@@ -237,7 +239,9 @@ def _iterate(program, work, v, c, h):
         left = rate / (1.0 - rate)
         # in a singular position rounding shows in the accelerations: a fresh matrix gains nothing there
         rounding = renewed and iteration > 1 and rate > 0.3 and size <= c.newton
-        settled = size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
+        settled = (
+            size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
+        )
         if (rounding or settled) and share == 1.0:
             for i in range(3):
                 v.powers[i] = work.energy[3 + i]
@@ -332,8 +336,8 @@ def _accept(program, work, v, h, powers):
 def _write_sample(program, work, v, c, u, a, lam):
     """Write velocities, accelerations and multipliers of a sample.
 
-    The velocities are those of a step of size zero, so they satisfy the constraints. Accelerations and multipliers solve
-    M a - G^T lam = f, G a = -drift at its q and u: those of the step have errors C h^2 a'' of their own.
+    The velocities are those of a step of size zero, so they satisfy the constraints. Accelerations and multipliers
+    solve M a - G^T lam = f, G a = -drift at its q and u: those of the step have errors C h^2 a'' of their own.
     """
     _change_of_velocities(program, work, v, -1.0)
     for i in range(len(u)):

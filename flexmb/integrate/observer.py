@@ -1,15 +1,15 @@
 """Observers of a steady motion: the axes in which its linear equations have constant coefficients.
 
-Where all bodies turn together, or each about an axis of symmetry, own axes will do: a rotor blade. A rotor in a casing that
-stands still does not: their joint couples axes that turn against each other. Seen from W (or from another body) the rotor
-looks the same at all times if it is round, and the coefficients are constant there. Variations change by dx = T dy,
-eq. (observer),
+Where all bodies turn together, or each about an axis of symmetry, own axes will do: a rotor blade. A rotor in a casing
+that stands still does not: their joint couples axes that turn against each other. Seen from W (or from another body)
+the rotor looks the same at all times if it is round, and the coefficients are constant there. Variations change by dx =
+T dy, eq. (observer),
 
     dx' = T dy' + T1 dy,   dx'' = T dy'' + 2 T1 dy' + T2 dy,
     T = R^T Q,   T1 = R^T (O~ - w~) Q,   T2 = R^T (w~ w~ - 2 w~ O~ + O~ O~ - w'~) Q
 
-with the angular velocities w of the body and O of the observer in W, R' = w~ R, Q' = O~ Q; O is constant. A top that precesses
-is steady for the observer who goes round with it: w' = O x w.
+with the angular velocities w of the body and O of the observer in W, R' = w~ R, Q' = O~ Q; O is constant. A top that
+precesses is steady for the observer who goes round with it: w' = O x w.
 """
 
 from __future__ import annotations
@@ -86,7 +86,9 @@ class Observer:
         K = T.T @ (of.K @ T + of.C @ first + of.M @ second)
         return Coefficients(T.T @ (of.M @ T), C, K, T.T @ of.L, of.G @ T), T
 
-    def _of_vector(self, framed: bool, R: np.ndarray, w: np.ndarray, rate: np.ndarray, dt: float) -> tuple[np.ndarray, ...]:
+    def _of_vector(
+        self, framed: bool, R: np.ndarray, w: np.ndarray, rate: np.ndarray, dt: float
+    ) -> tuple[np.ndarray, ...]:
         """Return T, T1 and T2 (3, 3) of the vectors of a body with the angular velocity w and its rate in W."""
         if self.velocity is None:
             return np.eye(3) if framed else rotation_matrix(w * dt), np.zeros((3, 3)), np.zeros((3, 3))
@@ -148,7 +150,9 @@ def constant_observer(system, state, motion: SteadyMotion, own: Coefficients, ba
     observers.append(Observer(name="W", velocity=np.zeros(3)))
     for body in system.model.bodies:
         w = motion.spins.get(body.name)
-        if w is not None and all(o.velocity is None or np.linalg.norm(w - o.velocity) > 1e-9 * fastest for o in observers):
+        if w is not None and all(
+            o.velocity is None or np.linalg.norm(w - o.velocity) > 1e-9 * fastest for o in observers
+        ):
             observers.append(Observer(name=body.title, velocity=w))
         precession = None if w is None else _precession(system, body, state, w)
         if precession is not None:
@@ -159,8 +163,10 @@ def constant_observer(system, state, motion: SteadyMotion, own: Coefficients, ba
         return None
     for observer in observers:
         now, _ = observer.seen(system, state, motion, own)
-        pair = [observer.seen(system, later, there, of, sign * dt)[0]
-                for (later, there, of), sign in zip(around, (1.0, -1.0), strict=True)]
+        pair = [
+            observer.seen(system, later, there, of, sign * dt)[0]
+            for (later, there, of), sign in zip(around, (1.0, -1.0), strict=True)
+        ]
         if _constant(now, pair, bases(now), fastest):
             return observer
     return None

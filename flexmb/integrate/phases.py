@@ -28,8 +28,10 @@ __all__ = ["Phases", "carried"]
 
 OFTEN = 20
 """How often a repeating event may happen in the time between two looks at its sensor."""
-LASTING = ("Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
-           "the run by an event with Stop")
+LASTING = (
+    "Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
+    "the run by an event with Stop"
+)
 SAME = 1e-13
 """Times that differ by less, relative to them, are the same."""
 CHUNK = 0.2
@@ -73,8 +75,9 @@ class Phases:
                 raise
             if self.recording:
                 self.recorder.end("failed")
-            return Status.failed(f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}",
-                                 error.remedy)
+            return Status.failed(
+                f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}", error.remedy
+            )
 
     def _run(self, model: Model, assembled, works, goes_on) -> Status:
         works = np.zeros(3) if works is None else works
@@ -169,7 +172,9 @@ class Phases:
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
     def _begin_anew(self, system, work, t: float, before) -> np.ndarray:
-        """Start the integrator again, where a signal jumps or kinks, from the row before; return the works until then."""
+        """Start the integrator again, where a signal jumps or kinks, from the row before;
+        return the works until then.
+        """
         self._count()
         state = consistent_start(system, system.state(t, before["q"][-1], before["u"][-1]), work)
         self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
@@ -202,8 +207,9 @@ class Phases:
         if apart is not None:
             self.t = float(kept["t"][apart.sample])
             self.recorder.add({name: x[: apart.sample] for name, x in kept.items()})
-            raise IntegrationError(apart.title, found=apart.found, expected=contradiction.EXPECTED,
-                                   remedy=contradiction.REMEDY)
+            raise IntegrationError(
+                apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
+            )
 
 
 def _failed(model: Model, outcome) -> Status:
@@ -229,7 +235,10 @@ def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
 
     Joints keep their number of turns.
     """
-    state = {name: (q[iq], u[iu]) for name, (iq, iu) in system.body_slices.items()
-             if any(body.name == name for body in model.bodies)}
+    state = {
+        name: (q[iq], u[iu])
+        for name, (iq, iu) in system.body_slices.items()
+        if any(body.name == name for body in model.bodies)
+    }
     branches = q[system.program.branches :]
     return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}

@@ -29,8 +29,15 @@ class Recorder:
         What a resumed run has computed already; with `merge` its last phase goes on.
     """
 
-    def __init__(self, model: Model, file, write_model: Callable[[Model], str] | None, *,
-                 before: Solution | None = None, merge: bool = False):
+    def __init__(
+        self,
+        model: Model,
+        file,
+        write_model: Callable[[Model], str] | None,
+        *,
+        before: Solution | None = None,
+        merge: bool = False,
+    ):
         self.phases: list[Phase] = [] if before is None else list(before.phases)
         self.going_on = self.phases.pop() if merge else None
         self.rows: list[dict[str, np.ndarray]] = []

@@ -85,9 +85,13 @@ def resume(
     counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
     solution = recorder.solution(status, {**counts, "seconds": spent, **phases.validity.statistics})
     if status.kind == "failed":
-        raise IntegrationError(f"Model '{model.name}'", found=status.message,
-                               expected="a motion that the integrator can follow", remedy=status.remedy,
-                               solution=solution)
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a motion that the integrator can follow",
+            remedy=status.remedy,
+            solution=solution,
+        )
     return solution
 
 
@@ -96,22 +100,37 @@ def _where(before: Solution, t_end: float):
     phase, last = before.phases[-1], before.final
     part = f"Run of model '{getattr(phase.model, 'name', '?')}'"
     if phase.model is None:
-        raise ModelError("resume", found="the model of the run is not known", expected="a solution with its model",
-                         remedy="Give read_model=flexmb.read_model_text, or a Solution loaded with its model")
+        raise ModelError(
+            "resume",
+            found="the model of the run is not known",
+            expected="a solution with its model",
+            remedy="Give read_model=flexmb.read_model_text, or a Solution loaded with its model",
+        )
     if not t_end > last.t:
-        raise ModelError(part, found=f"it has reached t = {last.t:.9g} s already",
-                         expected=f"a run that ended before t_end = {t_end:g} s", remedy="Give a later t_end to go on")
+        raise ModelError(
+            part,
+            found=f"it has reached t = {last.t:.9g} s already",
+            expected=f"a run that ended before t_end = {t_end:g} s",
+            remedy="Give a later t_end to go on",
+        )
     if before.status.kind == "stopped":
-        raise ModelError(part, found=str(before.status), expected="a run that was cut off, or reached its end",
-                         remedy="Take the event out of the model and simulate again")
+        raise ModelError(
+            part,
+            found=str(before.status),
+            expected="a run that was cut off, or reached its end",
+            remedy="Take the event out of the model and simulate again",
+        )
     system = phase.system or compile_model(phase.model)
     model, merge = phase.model, phase.ended in CONTINUES
     if not merge:  # cut off between an event and the first sample after it
         event = next(event for event in model.events if event.name == phase.ended)
         model = next_phase(model, event, Series(phase))
         if model is None:
-            raise ModelError(part, found=f"event '{event.name}' has stopped it", expected="a run that was cut off",
-                             remedy="Take the event out of the model and simulate again")
+            raise ModelError(
+                part,
+                found=f"event '{event.name}' has stopped it",
+                expected="a run that was cut off",
+                remedy="Take the event out of the model and simulate again",
+            )
         last = replace(last, u=velocities_after(system, event, last.t, last.q, last.u))
     return last, model, carried(system, model, last.q, last.u), merge
-

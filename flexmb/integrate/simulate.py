@@ -30,24 +30,34 @@ INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit")
 def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
     """Return the times at which the state is kept, from a count or from given times."""
     if not is_number(t_end) or t_end <= t_start:
-        raise ModelError("simulate", found=f"t_end = {t_end!r} s",
-                         expected=f"a time after the start, t = {t_start:g} s",
-                         remedy="Give t_end in seconds")
+        raise ModelError(
+            "simulate",
+            found=f"t_end = {t_end!r} s",
+            expected=f"a time after the start, t = {t_start:g} s",
+            remedy="Give t_end in seconds",
+        )
     if np.ndim(samples) == 0:
         whole = is_number(samples) and samples == int(samples)
         count = int(samples) if whole else 0
         if count < 2:
-            raise ModelError("simulate", found=f"samples = {samples!r}",
-                             expected="a whole number of at least 2 (start and end), or the times",
-                             remedy="samples=1001 gives a sample every thousandth of the time")
+            raise ModelError(
+                "simulate",
+                found=f"samples = {samples!r}",
+                expected="a whole number of at least 2 (start and end), or the times",
+                remedy="samples=1001 gives a sample every thousandth of the time",
+            )
         return np.linspace(t_start, t_end, count)
     try:
         times = np.asarray(samples, float)
     except (TypeError, ValueError):
         times = np.empty(0)
     if times.ndim != 1 or len(times) < 2 or np.any(np.diff(times) <= 0.0) or times[0] < t_start or times[-1] > t_end:
-        raise ModelError("simulate", found="sample times that do not increase, or lie outside the run",
-                         expected=f"increasing times from {t_start:g} to {t_end:g} s", remedy="Sort the times")
+        raise ModelError(
+            "simulate",
+            found="sample times that do not increase, or lie outside the run",
+            expected=f"increasing times from {t_start:g} to {t_end:g} s",
+            remedy="Sort the times",
+        )
     return times if times[0] == t_start else np.concatenate([[t_start], times])
 
 
@@ -55,16 +65,22 @@ def state_at(start, model: Model, t: float):
     """Return the state by body name of an instant (or the last instant of a solution), for another start of a model."""
     if isinstance(start, str):
         if start != "equilibrium":
-            raise ModelError("simulate", found=f"start = {start!r}",
-                             expected="'equilibrium', a Solution or an instant of one",
-                             remedy="Leave it out to begin as described")
+            raise ModelError(
+                "simulate",
+                found=f"start = {start!r}",
+                expected="'equilibrium', a Solution or an instant of one",
+                remedy="Leave it out to begin as described",
+            )
         start = statics(model, t=t)
     start = getattr(start, "final", start)
     system = compile_model(start.model or model)
     if len(start.q) != system.nq or len(start.u) != system.nu:
-        raise ModelError("simulate", found=f"a start with {len(start.q)} coordinates and {len(start.u)} velocities",
-                         expected=f"{system.nq} and {system.nu}, those of model '{system.model.name}'",
-                         remedy="Give a solution of this model, or an Instant that names its own model")
+        raise ModelError(
+            "simulate",
+            found=f"a start with {len(start.q)} coordinates and {len(start.u)} velocities",
+            expected=f"{system.nq} and {system.nu}, those of model '{system.model.name}'",
+            remedy="Give a solution of this model, or an Instant that names its own model",
+        )
     return carried(system, model, start.q, start.u)
 
 
@@ -76,15 +92,21 @@ def _integrator(integrator, formulation):
             name = integrator.__name__ if isinstance(integrator, type) else str(integrator)
             near = did_you_mean(name, INTEGRATORS)
             proposed = near.split("'")[1] if near else INTEGRATORS[0]
-            raise ModelError("simulate", found=f"integrator = {name if isinstance(integrator, type) else integrator!r}",
-                             expected=f"one of {', '.join(f'{known}(...)' for known in INTEGRATORS)}",
-                             remedy=f"Give the object itself: integrator=flexmb.{proposed}()")
+            raise ModelError(
+                "simulate",
+                found=f"integrator = {name if isinstance(integrator, type) else integrator!r}",
+                expected=f"one of {', '.join(f'{known}(...)' for known in INTEGRATORS)}",
+                remedy=f"Give the object itself: integrator=flexmb.{proposed}()",
+            )
         return integrator
     if integrator is not None:
-        raise ModelError("simulate", found=f"both an integrator, {integrator!r}, and a formulation, {formulation!r}",
-                         expected="one of them",
-                         remedy="Write integrator=Explicit(..., formulation=...) or Implicit(...); GeneralizedAlpha and IDA "
-                         "have no use for a formulation, they solve for positions and reactions together")
+        raise ModelError(
+            "simulate",
+            found=f"both an integrator, {integrator!r}, and a formulation, {formulation!r}",
+            expected="one of them",
+            remedy="Write integrator=Explicit(..., formulation=...) or Implicit(...); GeneralizedAlpha and IDA "
+            "have no use for a formulation, they solve for positions and reactions together",
+        )
     return Explicit(formulation=formulation)
 
 
@@ -110,8 +132,8 @@ def simulate(
     integrator : integrator, optional
         `GeneralizedAlpha()` unless given.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
-        How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the joints, as
-        `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
+        How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the
+        joints, as `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
     samples : int or (nt,) s
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s
@@ -129,8 +151,9 @@ def simulate(
     Returns
     -------
     Solution
-        Its ``status`` says how the run ended. Ctrl-C ends it at the next sample with status "interrupted" and all samples
-        so far, in memory and in the file; before the first sample, and the second time, it raises KeyboardInterrupt.
+        Its ``status`` says how the run ended. Ctrl-C ends it at the next sample with status "interrupted" and all
+        samples so far, in memory and in the file; before the first sample, and the second time, it raises
+        KeyboardInterrupt.
 
     Raises
     ------
@@ -154,7 +177,11 @@ def simulate(
     spent = time.perf_counter() - clock
     solution = recorder.solution(status, {**phases.statistics, "seconds": spent, **phases.validity.statistics})
     if status.kind == "failed":
-        raise IntegrationError(f"Model '{model.name}'", found=status.message,
-                               expected="a motion that the integrator can follow", remedy=status.remedy,
-                               solution=solution)
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a motion that the integrator can follow",
+            remedy=status.remedy,
+            solution=solution,
+        )
     return solution

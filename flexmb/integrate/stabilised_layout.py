@@ -93,9 +93,27 @@ def layout(system, extent: np.ndarray, length_rate: float, yielding: np.ndarray)
     own, transposed, gradient = _block_entries(system)
     state = system.state()
     return Stabilised(
-        q=state.q, u=state.u, a=state.a, lam=state.lam, mu=np.zeros(ng), signals=state.signals, held=held,
-        yielding=yielding, metric=1.0 / extent**2, kin=np.zeros(nu), speed=np.zeros(ng),
+        q=state.q,
+        u=state.u,
+        a=state.a,
+        lam=state.lam,
+        mu=np.zeros(ng),
+        signals=state.signals,
+        held=held,
+        yielding=yielding,
+        metric=1.0 / extent**2,
+        kin=np.zeros(nu),
+        speed=np.zeros(ng),
         length_rate=np.array([length_rate]),
-        frame_of=frame_of, offset=offset, coordinate=coordinate, own=own, transposed=transposed, gradient=gradient,
-        K=np.zeros(int(system.program.pattern.row_start[-1])), colour=colour, colours=colours, near=state.q.copy(),
-        turning=np.zeros(len(gradient)))
+        frame_of=frame_of,
+        offset=offset,
+        coordinate=coordinate,
+        own=own,
+        transposed=transposed,
+        gradient=gradient,
+        K=np.zeros(int(system.program.pattern.row_start[-1])),
+        colour=colour,
+        colours=colours,
+        near=state.q.copy(),
+        turning=np.zeros(len(gradient)),
+    )

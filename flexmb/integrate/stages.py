@@ -1,12 +1,12 @@
 """The compiled step of an implicit Runge-Kutta method in the unknowns of a tree: six stages, one matrix.
 
-The method is ESDIRK4(3)6L[2]SA of Kennedy & Carpenter 2003 (the implicit part of their additive pair): order four, error
-estimate of order three, first stage explicit, stage order two, L-stable, the last stage is the end of the step.
+The method is ESDIRK4(3)6L[2]SA of Kennedy & Carpenter 2003 (the implicit part of their additive pair): order four,
+error estimate of order three, first stage explicit, stage order two, L-stable, the last stage is the end of the step.
 
-With the stage's relative acceleration a as unknown, v = v0 + s a and x = x0 + s x'(x, v), s = h / 4, hold by construction.
-Newton's method on the equations of motion in absolute coordinates solves eq. (tree-stage) of the theory of the recursion,
-``[M + s D + s^2 K, -G^T; G, 0] (du', dlam) = -(r, g'')``, whose factorisation goes from the leaves to the roots, and the
-change of a is read from du'.
+With the stage's relative acceleration a as unknown, v = v0 + s a and x = x0 + s x'(x, v), s = h / 4, hold by
+construction. Newton's method on the equations of motion in absolute coordinates solves eq. (tree-stage) of the theory
+of the recursion, ``[M + s D + s^2 K, -G^T; G, 0] (du', dlam) = -(r, g'')``, whose factorisation goes from the leaves to
+the roots, and the change of a is read from du'.
 """
 
 from __future__ import annotations
@@ -26,17 +26,20 @@ from flexmb.tree.settle import coordinate_rates, count_turns, prescribe, read_ch
 __all__ = ["STAGES", "THIRD", "WEIGHTS", "Stages", "new_stages", "run_step"]
 
 GAMMA = 0.25
-WEIGHTS = np.array([
-    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [1 / 4, 1 / 4, 0.0, 0.0, 0.0, 0.0],
-    [8611 / 62500, -1743 / 31250, 1 / 4, 0.0, 0.0, 0.0],
-    [5012029 / 34652500, -654441 / 2922500, 174375 / 388108, 1 / 4, 0.0, 0.0],
-    [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4, 0.0],
-    [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
-])  # fmt: skip
+WEIGHTS = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1 / 4, 1 / 4, 0.0, 0.0, 0.0, 0.0],
+        [8611 / 62500, -1743 / 31250, 1 / 4, 0.0, 0.0, 0.0],
+        [5012029 / 34652500, -654441 / 2922500, 174375 / 388108, 1 / 4, 0.0, 0.0],
+        [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4, 0.0],
+        [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
+    ]
+)
 """Of the stages; the last row is that of the step."""
-THIRD = np.array([4586570599 / 29645900160, 0.0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932,
-                  61727 / 225920])
+THIRD = np.array(
+    [4586570599 / 29645900160, 0.0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920]
+)
 """Weights of the embedded method of order three."""
 STAGES = 6
 MOST = 12
@@ -46,14 +49,17 @@ SLOW = 0.5
 STALLED = 0.3
 """Rate of convergence at which, with corrections far below the tolerance, only rounding is left."""
 UNSEEN = 1e-3
-"""What the iteration may leave of velocities, relative to their error in a step: as that of positions, it is of order h^4."""
+"""What the iteration may leave of velocities, relative to their error in a step:
+as that of positions, it is of order h^4.
+"""
 
 Stages = namedtuple("Stages", "x v a lam x0 v0 y change K V A L W state right extent reach counts error fresh")
 """Storage of the steps.
 
 x, v, a, lam : unknowns of the stage at hand, at the end those of the step; x0, v0: what the stage starts from
 y, change : x with unit Euler parameters; change of a
-K, V, A, L, W (6, n) : rates of x, rates v, second rates, multipliers and powers of the stages; the first is the start of
+K, V, A, L, W (6, n) : rates of x, rates v, second rates, multipliers and powers of the stages; the first is the start
+of
     the step
 state : State of all bodies
 right (nu + ng,) : right-hand side of the iteration
@@ -67,11 +73,28 @@ def new_stages(unknowns, state, extent, reach) -> Stages:
     """Return storage for the unknowns of a state."""
     nx, nv, nu = unknowns.nx, unknowns.nv, len(state.u)
     ng = len(state.lam)
-    return Stages(x=np.zeros(nx), v=np.zeros(nv), a=np.zeros(nv), lam=state.lam.copy(), x0=np.zeros(nx), v0=np.zeros(nv),
-                  y=np.zeros(nx), change=np.zeros(nv), K=np.zeros((STAGES, nx)), V=np.zeros((STAGES, nv)),
-                  A=np.zeros((STAGES, nv)), L=np.zeros((STAGES, ng)), W=np.zeros((STAGES, 3)), state=state,
-                  right=np.zeros(nu + ng),
-                  extent=extent, reach=reach, counts=np.zeros(5, np.int64), error=np.zeros(1), fresh=np.ones(1))
+    return Stages(
+        x=np.zeros(nx),
+        v=np.zeros(nv),
+        a=np.zeros(nv),
+        lam=state.lam.copy(),
+        x0=np.zeros(nx),
+        v0=np.zeros(nv),
+        y=np.zeros(nx),
+        change=np.zeros(nv),
+        K=np.zeros((STAGES, nx)),
+        V=np.zeros((STAGES, nv)),
+        A=np.zeros((STAGES, nv)),
+        L=np.zeros((STAGES, ng)),
+        W=np.zeros((STAGES, 3)),
+        state=state,
+        right=np.zeros(nu + ng),
+        extent=extent,
+        reach=reach,
+        counts=np.zeros(5, np.int64),
+        error=np.zeros(1),
+        fresh=np.ones(1),
+    )
 
 
 @inner_kernel
@@ -115,7 +138,9 @@ def _follow(chart, program, work, r, t, shift, rates):
 
 @inner_kernel
 def _predict(r, c, s):
-    """Write accelerations and multipliers of stage s, at c[s] of the step, by the polynomial through up to three before."""
+    """Write accelerations and multipliers of stage s, at c[s] of the step,
+    by the polynomial through up to three before.
+    """
     first = max(0, s - 3)
     r.a[:], r.lam[:] = 0.0, 0.0
     for j in range(first, s):
@@ -131,8 +156,8 @@ def _predict(r, c, s):
 def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
     """Solve stage s by Newton's method; the matrix is kept while it converges fast. False if it fails.
 
-    It ends when what is left is below `newton` of the tolerance and `settled` of the accelerations, or, below the former,
-    when iterations gain nothing more.
+    It ends when what is left is below `newton` of the tolerance and `settled` of the accelerations, or, below the
+    former, when iterations gain nothing more.
     """
     nu, ng = len(r.extent), len(r.lam)
     size, rate = 0.0, 0.5
@@ -192,8 +217,8 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
 def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, newton, settled):
     """Take a step from x, v, whose rates stand in the first stage; return whether its stages could be solved.
 
-    The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error. `settled` is
-    what the iteration may leave of the accelerations at least; more where the step before erred more.
+    The end of the step stands in r.x, r.v, r.a, r.lam, and its error, relative to the tolerance, in r.error. `settled`
+    is what the iteration may leave of the accelerations at least; more where the step before erred more.
     """
     shift = GAMMA * h
     r.x[:], r.v[:] = x, v  # also after a step that failed

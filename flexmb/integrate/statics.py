@@ -24,20 +24,28 @@ from flexmb.system.program import advance, evaluate, keep_branches
 __all__ = ["statics"]
 
 
-def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None = None, tolerance: float = 1e-9,
-            iterations: int = 400, state: Any = None) -> Solution:
+def statics(
+    model: Model,
+    *,
+    t: float = 0.0,
+    path: ArcLength | LoadSteps | None = None,
+    tolerance: float = 1e-9,
+    iterations: int = 400,
+    state: Any = None,
+) -> Solution:
     """Find the equilibrium at time `t`: all accelerations zero, loads and drives at their values of that time.
 
-    Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion. Every body turns
-    at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
+    Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion. Every body
+    turns at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
     accelerations of that. A mechanism that cannot go on steadily (a crank and its coupler) is refused. The iteration is
-    Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient continuation,
-    Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable equilibrium through
-    large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a step that runs far into
-    one of them is taken back; if that leads nowhere, all steps stand.
+    Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
+    continuation, Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable
+    equilibrium through large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a
+    step that runs far into one of them is taken back; if that leads nowhere, all steps stand.
 
-    With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads that
-    are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is at rest then.
+    With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads
+    that are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is at
+    rest then.
 
     Parameters
     ----------
@@ -69,8 +77,12 @@ def statics(model: Model, *, t: float = 0.0, path: ArcLength | LoadSteps | None 
     if path is None:
         return _descend(model, t, tolerance, iterations, state)
     if not isinstance(path, ArcLength | LoadSteps):
-        raise ModelError("statics", found=f"path = {path!r}", expected="an ArcLength or LoadSteps object",
-                         remedy="Write path=flexmb.ArcLength()")
+        raise ModelError(
+            "statics",
+            found=f"path = {path!r}",
+            expected="an ArcLength or LoadSteps object",
+            remedy="Write path=flexmb.ArcLength()",
+        )
     first = _descend(model, path.start, tolerance, iterations, state, on_path=True)
     system = first.phases[0].system
     start = system.state(path.start, first.final.q, lam=first.final.lam)
@@ -83,8 +95,12 @@ def _check_numbers(t, tolerance, iterations) -> None:
     for name, value, least in (("tolerance", tolerance, 0.0), ("iterations", iterations, 1)):
         whole = isinstance(least, float) or isinstance(value, int | np.integer)
         if not is_number(value) or value < least or not whole:
-            raise ModelError("statics", found=f"{name} = {value!r}",
-                             expected="a whole number >= 1" if least else "a number >= 0", remedy=f"Leave {name} out")
+            raise ModelError(
+                "statics",
+                found=f"{name} = {value!r}",
+                expected="a whole number >= 1" if least else "a number >= 0",
+                remedy=f"Leave {name} out",
+            )
 
 
 def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> Solution:
@@ -96,26 +112,42 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> S
         iteration = _Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
             break
-    status = Status.finished(t) if found else Status.failed(
-        f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
-        f"{iteration.most_unbalanced()}{'' if on_path else _limit_below(model, t)}",
-        "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; follow a structure that "
-        "buckles with path=flexmb.ArcLength()")
+    status = (
+        Status.finished(t)
+        if found
+        else Status.failed(
+            f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
+            f"{iteration.most_unbalanced()}{'' if on_path else _limit_below(model, t)}",
+            "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; "
+            "follow a structure that "
+            "buckles with path=flexmb.ArcLength()",
+        )
+    )
     solution = _solution(model, system, t, iteration.path, status)
     wrong = first_inversion(system, iteration.q[None]) if found else None
     if wrong is not None:
-        raise IntegrationError(wrong.title, found=f"in equilibrium {wrong.found}", expected=EXPECTED, remedy=REMEDY,
-                               solution=solution)
+        raise IntegrationError(
+            wrong.title, found=f"in equilibrium {wrong.found}", expected=EXPECTED, remedy=REMEDY, solution=solution
+        )
     if not found:
-        raise IntegrationError(f"Model '{model.name}'", found=status.message, expected="a stable equilibrium",
-                               remedy=status.remedy, solution=solution)
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a stable equilibrium",
+            remedy=status.remedy,
+            solution=solution,
+        )
     unsteady = unsteady_equation(system, iteration.now, work)
     if unsteady is not None:
         raise IntegrationError(
-            f"Model '{model.name}'", found="its drives move it, but not steadily: going on with constant speeds, "
-            f"'{system.equation_names[unsteady]}' would be violated", expected="drives at rest, or a steady rotation",
-            remedy="Use kinematics, or simulate, for a moving mechanism; for its equilibrium at rest give the drive a number",
-            solution=solution)
+            f"Model '{model.name}'",
+            found="its drives move it, but not steadily: going on with constant speeds, "
+            f"'{system.equation_names[unsteady]}' would be violated",
+            expected="drives at rest, or a steady rotation",
+            remedy="Use kinematics, or simulate, for a moving mechanism; for its equilibrium at "
+            "rest give the drive a number",
+            solution=solution,
+        )
     return solution
 
 
@@ -161,8 +193,12 @@ class _Descent:
             self.wary = self.step > 1e-9 * self.first
             return False
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
-        self.largest = max(self.largest, self._greatest(reactions / self.extent), self._inertia(now.u),
-                           self.unbalanced if not self.path else 0.0)
+        self.largest = max(
+            self.largest,
+            self._greatest(reactions / self.extent),
+            self._inertia(now.u),
+            self.unbalanced if not self.path else 0.0,
+        )
         self.path.append((self.q.copy(), now.u, now.a, self.lam.copy()))
         if len(self.path) == 1:
             # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
@@ -170,15 +206,16 @@ class _Descent:
             self.step = self.first = np.sqrt(0.02 * self.size / max(pull, 1e-30))
         elif np.isfinite(self.unbalanced):
             self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
-        return (self._greatest(self.g) <= 1e-9 * self.size
-                and (self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before)))
+        return self._greatest(self.g) <= 1e-9 * self.size and (
+            self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before)
+        )
 
     def _rounded(self, before: float) -> bool:
         """Are the unbalanced forces what rounding the positions makes? Without any load, these are all there are.
 
         They are below what the stiffest direction makes of the last digit, and either an iteration leaves them as large
-        as they were `before`, or the last digits of these coordinates do make them: a small load on a soft direction, as
-        on a thin plate, is below the first bound too.
+        as they were `before`, or the last digits of these coordinates do make them: a small load on a soft direction,
+        as on a thin plate, is below the first bound too.
         """
         stiffest = self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
         if self.unbalanced > 1e-16 * stiffest:
@@ -239,6 +276,15 @@ class _Descent:
 def _solution(model, system, t, path, status) -> Solution:
     q, u, a, lam = (np.array([row[k] for row in path]) for k in range(4))
     n = len(path)
-    phase = Phase(model=model, system=system, t=np.full(n, t), q=q, u=u, a=a,
-                  lam=lam.reshape(n, system.ng), works=np.zeros((n, 3)), ended=status.kind)
+    phase = Phase(
+        model=model,
+        system=system,
+        t=np.full(n, t),
+        q=q,
+        u=u,
+        a=a,
+        lam=lam.reshape(n, system.ng),
+        works=np.zeros((n, 3)),
+        ended=status.kind,
+    )
     return Solution(phases=(phase,), status=status, statistics={"iterations": n})

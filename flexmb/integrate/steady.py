@@ -1,7 +1,7 @@
 """Steady motion: every body keeps its twist in its own axes, as a rotor at constant speed does.
 
-A body with a frame then has no accelerations. The coordinates of others (a point mass, the nodes of a cable) are vectors
-in W, positions and gradients, which turn with the body: ``u = v + w x r`` and ``u = w x g`` give ``a = w x u``.
+A body with a frame then has no accelerations. The coordinates of others (a point mass, the nodes of a cable) are
+vectors in W, positions and gradients, which turn with the body: ``u = v + w x r`` and ``u = w x g`` give ``a = w x u``.
 """
 
 from __future__ import annotations
@@ -78,8 +78,10 @@ class _RigidMotions:
             rows.append(iu.start + i)
             columns.append(6 * k + j)
             values.append(block[i, j])
-        self.B = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-                                   shape=(system.nu, 6 * len(self.bodies)))
+        self.B = sparse.csr_matrix(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+            shape=(system.nu, 6 * len(self.bodies)),
+        )
 
     def _of_vectors(self, body, q: np.ndarray, k: int) -> np.ndarray:
         """Return the velocities (n, 6) of positions, the first three of a block, and of gradients, the others."""
@@ -92,11 +94,16 @@ class _RigidMotions:
         return block.reshape(-1, 6)
 
     def metric(self, work, elastic: float, hinged: float) -> sparse.csr_matrix:
-        """Return the weights (6 nb, 6 nb) of the squares of relative motions at springs and in joints, turns in lengths."""
+        """Return the weights (6 nb, 6 nb) of the squares of relative motions at springs and in joints,
+        turns in lengths.
+        """
         system, size = self.system, model_size(self.system)
         names = list(system.marker_index)
-        found = [(elastic, names[pair["a"]], names[pair["b"]]) for pair in work.pairs
-                 if pair["active"] == DAMPED and np.any(pair["K"])]
+        found = [
+            (elastic, names[pair["a"]], names[pair["b"]])
+            for pair in work.pairs
+            if pair["active"] == DAMPED and np.any(pair["K"])
+        ]
         found += [(hinged, *joint.markers) for joint in system.model.joints if not (joint.prescribes or joint.couples)]
         blocks, places = [np.zeros((0, 6, 6))], [np.zeros((0, 2), int)]
         for n, (weight, *markers) in enumerate(found):
@@ -110,8 +117,10 @@ class _RigidMotions:
                     places.append(np.array([[n, k]]))
         i, j = np.indices((6, 6))
         rows, columns = 6 * np.concatenate(places).T[:, :, None, None]
-        J = sparse.csr_matrix((np.concatenate(blocks).ravel(), ((rows + i).ravel(), (columns + j).ravel())),
-                              shape=(6 * len(found), 6 * len(self.bodies)))
+        J = sparse.csr_matrix(
+            (np.concatenate(blocks).ravel(), ((rows + i).ravel(), (columns + j).ravel())),
+            shape=(6 * len(found), 6 * len(self.bodies)),
+        )
         return J.T @ J
 
     def spins(self, q: np.ndarray, u: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
@@ -139,8 +148,10 @@ class _RigidMotions:
             rows.append((first + i).ravel())
             columns.append((first + j).ravel())
             values.append(np.tile(_crossing(w[None])[0][i, j], len(first)))
-        return sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-                                 shape=(self.system.nu, self.system.nu))
+        return sparse.csr_matrix(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+            shape=(self.system.nu, self.system.nu),
+        )
 
 
 def _framed(q: np.ndarray) -> np.ndarray:
@@ -168,8 +179,9 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     motions = _RigidMotions(system, state.q)
     if not np.any(state.u if known else rate):
         still = sparse.csr_matrix((system.nu, system.nu))
-        return SteadyMotion(u=np.zeros(system.nu), a=np.zeros(system.nu), turning=still, swinging=still, centripetal=still,
-                            spins={})
+        return SteadyMotion(
+            u=np.zeros(system.nu), a=np.zeros(system.nu), turning=still, swinging=still, centripetal=still, spins={}
+        )
     tangent = tangent_at(system, state, work)
     if known:
         u = state.u
@@ -178,8 +190,14 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     y = _fitted(tangent.M, motions, motions.metric(work, FITTED, FITTED), u)
     turns = motions.turns(y)
     ad = adjoint(system, u)
-    return SteadyMotion(u=u, a=turns @ u, turning=ad + turns, swinging=ad + 2.0 * turns, centripetal=turns @ turns,
-                        spins=motions.spins(state.q, u, y))
+    return SteadyMotion(
+        u=u,
+        a=turns @ u,
+        turning=ad + turns,
+        swinging=ad + 2.0 * turns,
+        centripetal=turns @ turns,
+        spins=motions.spins(state.q, u, y),
+    )
 
 
 def _driven(system, tangent, motions: _RigidMotions, metric, rate: np.ndarray) -> np.ndarray:

@@ -17,14 +17,22 @@ SHARES, WARNINGS = "share of validity", "warnings"
 """Names in the statistics of a solution."""
 
 ADVICE = {
-    "deformation": ("deforms by {percent:.0f} % of its size", "less than 10 %, where its linear strain holds",
-                    "Split it into {parts} (flexmb.reduction.split), or use an ANCF body"),
-    "load": ("carries {value:.2g} times the load under which its reduced stiffness buckles", "less than that load",
-             "Check the load; for motion past buckling split the body (flexmb.reduction.split), or use an ANCF body"),
-    "speed": ("turns {value:.2g} times as fast as its highest retained mode vibrates",
-              "retained modes that vibrate faster than the body turns",
-              "Keep more modes: reduction.reduce(..., modes=...)"),
-}  # fmt: skip
+    "deformation": (
+        "deforms by {percent:.0f} % of its size",
+        "less than 10 %, where its linear strain holds",
+        "Split it into {parts} (flexmb.reduction.split), or use an ANCF body",
+    ),
+    "load": (
+        "carries {value:.2g} times the load under which its reduced stiffness buckles",
+        "less than that load",
+        "Check the load; for motion past buckling split the body (flexmb.reduction.split), or use an ANCF body",
+    ),
+    "speed": (
+        "turns {value:.2g} times as fast as its highest retained mode vibrates",
+        "retained modes that vibrate faster than the body turns",
+        "Keep more modes: reduction.reduce(..., modes=...)",
+    ),
+}
 """Per measure: what is found, what is expected, what to do."""
 
 
@@ -76,8 +84,11 @@ class Validity:
         self._watches = [kind.watch([b for b in system.model.bodies if type(b) is kind], system) for kind in kinds]
 
     def _evaluated(self, rows, k):
-        state = State(float(rows["t"][k]), *(np.ascontiguousarray(rows[name][k]) for name in ("q", "u", "a", "lam")),
-                      np.zeros((max(1, self._system.n_signals), 3)))
+        state = State(
+            float(rows["t"][k]),
+            *(np.ascontiguousarray(rows[name][k]) for name in ("q", "u", "a", "lam")),
+            np.zeros((max(1, self._system.n_signals), 3)),
+        )
         self._work.coefficients[:] = 0.0
         evaluate(self._system.program, state, self._work)
         return state, self._work

@@ -83,7 +83,9 @@ class Watch:
         return (found, at) if found else None
 
     def _past(self, event, values, begins: bool) -> int | None:
-        """Return the first row past the place of an event; coming back makes a repeating one happen at its threshold."""
+        """Return the first row past the place of an event; coming back makes a repeating one happen at its
+        threshold.
+        """
         level = self.passed.get(event.name, 0.0)
         distances = event.distance(values)
         back = np.flatnonzero(distances < 0.0)
@@ -101,8 +103,8 @@ class Watch:
         return events[k], places[k]
 
     def happened(self, event, row) -> None:
-        """Keep a repeating event from happening again until its sensor comes back; but bodies that another impact drives
-        together where they touch must bounce again."""
+        """Keep a repeating event from happening again until its sensor comes back; but bodies that another impact
+        drives together where they touch must bounce again."""
         if event.repeats:
             past = float(event.distance(self._values(event, row))[-1])
             # a little further, so that rounding does not make it happen again in the same place
@@ -135,8 +137,12 @@ class Watch:
         variables = self.integrator.start(system, state, self.work, t)
         outcome = self.integrator.run(system, self.work, variables, np.array([state.t, t]), 1, 2)
         if outcome.failure:
-            raise IntegrationError(f"Model '{self.model.name}'", found=outcome.failure, expected="a step to an event",
-                                   remedy=outcome.remedy)
+            raise IntegrationError(
+                f"Model '{self.model.name}'",
+                found=outcome.failure,
+                expected="a step to an event",
+                remedy=outcome.remedy,
+            )
         return {**outcome.rows, "works": outcome.rows["works"] + before["works"][-1]}
 
 

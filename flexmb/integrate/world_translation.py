@@ -1,7 +1,7 @@
 """Translation of frames in world axes within a step: the group R^3 x SO(3) (Brüls, Cardona & Arnold 2012, section 2).
 
-A frame that travels while it spins has a velocity that changes slowly in W and goes round in its own axes; one that turns about
-a fixed pin has a constant velocity in its own axes, which goes round in W. A step resolves what changes.
+A frame that travels while it spins has a velocity that changes slowly in W and goes round in its own axes; one that
+turns about a fixed pin has a constant velocity in its own axes, which goes round in W. A step resolves what changes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ __all__ = ["frames_in_world_axes", "move", "to_body_axes", "to_increment", "to_w
 
 
 def frames_in_world_axes(system) -> np.ndarray:
-    """Return the frames (n, 2) whose translation is integrated in world axes: of bodies that no joints hold to the ground.
+    """Return the frames (n, 2) whose translation is integrated in world axes: of bodies that no joints hold to the
+    ground.
 
     A joint that rolls holds nothing: its wheel travels.
     """

@@ -78,9 +78,7 @@ class Context:
         try:
             used = expression.names(text)
             if "t" in used:
-                return Expression(
-                    text, {name: self.parameters[name] for name in used if name in self.parameters}
-                )
+                return Expression(text, {name: self.parameters[name] for name in used if name in self.parameters})
             return expression.evaluate_values(text, self.parameters)
         except FlexmbError as error:
             raise located(error, where) from None
@@ -98,7 +96,9 @@ class Context:
         return call(make, values, where)
 
     def line(self, raw: str, where: str) -> tuple[Any, bool]:
-        """Return the points of the one line in a mesh file, or in a group of it ("rope.msh#upper"), and if it is a ring."""
+        """Return the points of the one line in a mesh file, or in a group of it ("rope.msh#upper"),
+        and if it is a ring.
+        """
         from flexmb import fem
 
         name, _, group = raw.partition("#")
@@ -130,9 +130,7 @@ class Context:
 
 def located(error: FlexmbError, where: str) -> ModelError:
     """Return the error with the place in the file before the part."""
-    return ModelError(
-        f"{where}: {error.part}", found=error.found, expected=error.expected, remedy=error.remedy
-    )
+    return ModelError(f"{where}: {error.part}", found=error.found, expected=error.expected, remedy=error.remedy)
 
 
 def find_kind(name: Any, kinds: Mapping[str, type], where: str) -> Callable[..., Any]:
@@ -240,11 +238,7 @@ def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], s
         return {value.word: toml_fields(value, where, data_name)}
     if isinstance(value, Pose):
         at = list(value.at)
-        return (
-            at
-            if value.rotation is None
-            else {"at": at, "rotation": toml_value(value.rotation, where, data_name)}
-        )
+        return at if value.rotation is None else {"at": at, "rotation": toml_value(value.rotation, where, data_name)}
     if isinstance(value, ModalNeutralData):
         return data_name(value)
     if isinstance(value, Path):
@@ -272,9 +266,7 @@ def toml_fields(value: Any, where: str, data_name: Callable[[ModalNeutralData], 
     for f in fields(value):
         own = getattr(value, f.name)
         if f.name == collected:
-            entries.update(
-                {name: toml_value(entry, f"{where}.{name}", data_name) for name, entry in own.items()}
-            )
+            entries.update({name: toml_value(entry, f"{where}.{name}", data_name) for name, entry in own.items()})
             continue
         default = f.default_factory() if f.default_factory is not MISSING else f.default
         unturned = f.name == "rotation" and default is None and same(own, np.eye(3))

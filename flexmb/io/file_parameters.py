@@ -91,9 +91,7 @@ class _Resolver:
         if text in self.raw:
             return self.value(text, asking)
         try:
-            needed = {
-                name: self.value(name, asking) for name in sorted(expression.names(text)) if name in self.raw
-            }
+            needed = {name: self.value(name, asking) for name in sorted(expression.names(text)) if name in self.raw}
             known = {**{name: value for name, value in self.raw.items() if name not in asking}, **needed}
             return expression.evaluate_values(text, known)
         except FlexmbError as error:

@@ -79,11 +79,7 @@ def _shared(entries: Any, path: Path) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for entry in entries if isinstance(entries, list) else [entries]:
         given = {"file": entry} if isinstance(entry, str) else entry
-        if (
-            not isinstance(given, dict)
-            or not isinstance(given.get("file"), str)
-            or not set(given) <= {"file", "table"}
-        ):
+        if not isinstance(given, dict) or not isinstance(given.get("file"), str) or not set(given) <= {"file", "table"}:
             raise ModelError(
                 f"{path.name}, parameters_from",
                 found=repr(entry),

@@ -17,9 +17,7 @@ def _pin(e):
 
 
 def _sleeve(e):
-    return joined(
-        [tube((0, 0, -2.6 * e), (0, 0, 2.6 * e), 0.55 * e), tube((0, 0, -1.2 * e), (0, 0, 1.2 * e), e)]
-    )
+    return joined([tube((0, 0, -2.6 * e), (0, 0, 2.6 * e), 0.55 * e), tube((0, 0, -1.2 * e), (0, 0, 1.2 * e), e)])
 
 
 # kind: the solids at marker a, and those at marker b, of size e

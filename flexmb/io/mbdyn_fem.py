@@ -29,9 +29,7 @@ __all__ = ["read_mbdyn_fem", "write_mbdyn_fem"]
 _SPIN, _ANGULAR, _LINEAR, _FIRST_NODE = 6, 9, 12, 12
 
 
-def write_mbdyn_fem(
-    data: ModalNeutralData, path: str | Path, *, legacy: bool = False, lumped_mass=None
-) -> Path:
+def write_mbdyn_fem(data: ModalNeutralData, path: str | Path, *, legacy: bool = False, lumped_mass=None) -> Path:
     """Write the data for MBDyn and return the path; the markers become its FEM nodes, interfaces first.
 
     Parameters
@@ -149,9 +147,7 @@ def read_mbdyn_fem(path: str | Path) -> ModalNeutralData:
     record = read_groups(path, part)
     g, m = record.groups, record.n_modes
     translation, rotation = record.shapes[:, :3], record.shapes[:, 3:]
-    w2 = np.diag(g[10].reshape(m, m)) / np.where(
-        np.diag(g[9].reshape(m, m)) > 0.0, np.diag(g[9].reshape(m, m)), np.nan
-    )
+    w2 = np.diag(g[10].reshape(m, m)) / np.where(np.diag(g[9].reshape(m, m)) > 0.0, np.diag(g[9].reshape(m, m)), np.nan)
     C = np.diag(g[13].reshape(m, m)) if 13 in g else np.zeros(m)
     critical = 2.0 * np.sqrt(np.diag(g[10].reshape(m, m)) * np.diag(g[9].reshape(m, m)))
     geometric, n_interfaces = _geometric(record, part)

@@ -52,9 +52,7 @@ class Record:
     stress_stiffness: dict[int, np.ndarray] = field(default_factory=dict)
 
 
-def group_text(
-    name: str, labels: list[str], frequencies: np.ndarray, groups: Mapping[int, np.ndarray]
-) -> str:
+def group_text(name: str, labels: list[str], frequencies: np.ndarray, groups: Mapping[int, np.ndarray]) -> str:
     """Return the text of a file.
 
     Parameters
@@ -117,9 +115,7 @@ def read_groups(path: Path, part: str) -> Record:
     n, m, rejected = _sizes(lines[1], part)
     sizes = {3: m, 4: m, 5: n, 6: n, 7: n, 9: m * m, 10: m * m, 11: 6 * n, 12: 13, 13: m * m}
     sizes |= {14: 3 * m, 15: 3 * m, 16: 9 * m, 17: 3 * m * m, 18: 9 * m * m}
-    groups = {
-        number: _numbers(lines[number], sizes[number], number, part) for number in lines if number in sizes
-    }
+    groups = {number: _numbers(lines[number], sizes[number], number, part) for number in lines if number in sizes}
     labels = tuple(" ".join(line for line in lines[2] if not line.startswith("**")).split()[:n])
     if len(labels) < n:
         raise _short(part, 2, n, len(labels))

@@ -81,11 +81,10 @@ def load_simulation(
             remedy="Add [simulation] and t_end = 1.0, or give the end time otherwise",
         )
     integrators = kind_lists.integrators()
-    context = Context(
-        path, resolve(tables, parameters or {}, path.name), {**kind_lists.values(), **integrators}
-    )
-    values = {name: entry if name == "integrator" else context.value(entry, f"{where}, {name}")
-              for name, entry in raw.items()}  # fmt: skip
+    context = Context(path, resolve(tables, parameters or {}, path.name), {**kind_lists.values(), **integrators})
+    values = {
+        name: entry if name == "integrator" else context.value(entry, f"{where}, {name}") for name, entry in raw.items()
+    }
     if "integrator" in values:
         values["integrator"] = _integrator(values["integrator"], context, integrators, f"{where}, integrator")
     return call(Simulation, {**values, **own}, where)
@@ -100,7 +99,8 @@ def _integrator(raw: Any, context: Context, integrators: Mapping[str, type], whe
             where,
             found="the field 'kind' is missing" if "kind" not in given else repr(raw),
             expected=f"One of: {', '.join(integrators)}, as a text or in a table with its settings",
-            remedy=did_you_mean(word, integrators) if word not in integrators and did_you_mean(word, integrators)
+            remedy=did_you_mean(word, integrators)
+            if word not in integrators and did_you_mean(word, integrators)
             else f'Write integrator = {{ kind = "{word if word in integrators else "GeneralizedAlpha"}", ... }}',
         )
     make = find_kind(given.pop("kind"), integrators, where)
@@ -122,9 +122,7 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
     _check_top(tables, path.name)
     context = replace(given, parameters=resolve(tables, given.parameters, path.name))
     context = replace(context, signals=_signals(tables, context))
-    assemblies = [
-        _assembly(raw, where, context, (*chain, own)) for where, raw in _present(tables, "assembly", context)
-    ]
+    assemblies = [_assembly(raw, where, context, (*chain, own)) for where, raw in _present(tables, "assembly", context)]
     families: dict[str, list[Any]] = {
         family: [_part(where, raw, context) for where, raw in _present(tables, table, context)]
         for table, family in kind_lists.FAMILIES.items()
@@ -151,9 +149,7 @@ def _check_top(tables: dict[str, Any], file: str) -> None:
                 file,
                 found=f"there is no table '{name}'",
                 expected=f"One of: {', '.join(kind_lists.TABLES)}",
-                remedy=f"Did you mean '{plural}'?"
-                if plural
-                else near or "Values of your own go into [parameters]",
+                remedy=f"Did you mean '{plural}'?" if plural else near or "Values of your own go into [parameters]",
             )
 
 
@@ -284,9 +280,7 @@ def _assembly(raw: dict[str, Any], where: str, context: Context, chain: tuple[Pa
             own = tables.get("parameters", {})
             given = {**{name: value for name, value in context.parameters.items() if name in own}, **given}
         model = _load(tables, replace(context, path=path, parameters=given), chain)
-        pose = as_pose(
-            {k: v for k, v in values.items() if k in ("at", "rotation", "x", "y", "z")}, where, "placement"
-        )
+        pose = as_pose({k: v for k, v in values.items() if k in ("at", "rotation", "x", "y", "z")}, where, "placement")
         return placed(model, values["prefix"], at=pose.at, rotation=pose.rotation)
     except FlexmbError as error:
         raise located(error, where) from None

@@ -136,9 +136,7 @@ def _coordinates(data) -> str:
         moves = sorted(row["effective_mass"].items(), key=lambda item: -item[1])
         cells = [str(row["number"]), f"{row['frequency']:.6g}", escape(row["kind"]), escape(row["interface"])]
         cells += [percent(row["damping_ratio"], 2), percent(row["compliance"]) + _bar(row["compliance"])]
-        cells += [
-            ", ".join(f"{escape(name)} {percent(share)}" for name, share in moves[:2] if share >= 0.001)
-        ]
+        cells += [", ".join(f"{escape(name)} {percent(share)}" for name, share in moves[:2] if share >= 0.001)]
         cells += [percent(row["participation"].get(name, 0.0)) for name in names]
         rows.append(cells)
     return (
@@ -180,9 +178,7 @@ def _mass(data, q) -> str:
     ]
     rigid = q["rigid_modes"]
     return (
-        "<h2>Mass</h2>"
-        + table(titles, rows)
-        + f"<p>{rigid['removed']} rigid motions removed; they meet a relative "
+        "<h2>Mass</h2>" + table(titles, rows) + f"<p>{rigid['removed']} rigid motions removed; they meet a relative "
         f"force of {rigid['grounding']:.1e} in the FE model.</p>"
     )
 

@@ -35,9 +35,7 @@ def save_model(
     def store(data: ModalNeutralData) -> str:
         if id(data) not in stored:
             safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in data.name) or "body"
-            names = (
-                f"{path.stem}.{safe}{end}.h5" for end in ("", *(f"_{n}" for n in range(2, len(stored) + 3)))
-            )
+            names = (f"{path.stem}.{safe}{end}.h5" for end in ("", *(f"_{n}" for n in range(2, len(stored) + 3))))
             stored[id(data)] = next(name for name in names if name not in stored.values())
             data.save(path.parent / stored[id(data)])
         return stored[id(data)]

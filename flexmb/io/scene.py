@@ -229,7 +229,9 @@ def _joint_size(model, size) -> float:
 
 
 def _parts(model, e, skin_only=False):
-    """Yield the drawn parts of a model; `e` (m) is the size of a joint; with `skin_only` solids without their inside."""
+    """Yield the drawn parts of a model; `e` (m) is the size of a joint;
+    with `skin_only` solids without their inside.
+    """
     supports = []
     for body in model.bodies:
         poses = body.marker_poses()
@@ -238,9 +240,7 @@ def _parts(model, e, skin_only=False):
             nodes, cells = skin_cells(data.cells) if skin_only else (None, data.cells)
             points = data.nodes if nodes is None else data.nodes[nodes]
             carriers = (("body", body.name, None),)
-            yield DrawnPart(
-                body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes
-            )
+            yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes)
         elif not body.n_velocities:
             used = {m for part in (*model.joints, *model.forces) if _joins(part) for m in _markers(part, model)}
             supports += [f"{body.name}.{m}" for m in poses if f"{body.name}.{m}" in used]
@@ -262,9 +262,7 @@ def _parts(model, e, skin_only=False):
                 yield _fixed(body.name, "rigid", [(("body", body.name, None), surface)])
             else:
                 center = next(iter(poses))
-                yield _fixed(
-                    body.name, "rigid", [(("marker", f"{body.name}.{center}", None), solids.sphere(2 * e))]
-                )
+                yield _fixed(body.name, "rigid", [(("marker", f"{body.name}.{center}", None), solids.sphere(2 * e))])
     if supports:
         foot = solids.box((3.4 * e, 3.4 * e, 1.4 * e))
         yield _fixed("supports", "supports", [(("marker", name, None), foot) for name in supports])
@@ -285,7 +283,9 @@ def _parts(model, e, skin_only=False):
 
 
 def _joins(part) -> bool:
-    """Does the part run from marker to marker? A contact along an axis of its first marker is where the shapes touch."""
+    """Does the part run from marker to marker? A contact along an axis of its first marker is where the
+    shapes touch.
+    """
     return getattr(part, "along", None) not in ("x", "y", "z") or hasattr(part, "curve")
 
 
@@ -312,9 +312,7 @@ def _fixed(name, look, pieces) -> DrawnPart:
     pieces = list(pieces)
     carriers = tuple(dict.fromkeys(carrier for carrier, _ in pieces))
     surface = solids.joined(piece for _, piece in pieces)
-    numbers = np.concatenate(
-        [np.full(len(piece.points), carriers.index(carrier)) for carrier, piece in pieces]
-    )
+    numbers = np.concatenate([np.full(len(piece.points), carriers.index(carrier)) for carrier, piece in pieces])
     return DrawnPart(name, look, surface.points, numbers, carriers, surface.cells)
 
 

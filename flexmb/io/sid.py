@@ -168,10 +168,7 @@ def read_sid(path: str | Path) -> ModalNeutralData:
         )
     stiffness, Me = sid.blocks["Ke"].m0, sid.blocks["Me"].m0
     m = len(stiffness)
-    blocks = {
-        name: Taylor(t.m0, t.m1 if len(t.m1) else np.zeros((m, *t.m0.shape)))
-        for name, t in sid.blocks.items()
-    }
+    blocks = {name: Taylor(t.m0, t.m1 if len(t.m1) else np.zeros((m, *t.m0.shape))) for name, t in sid.blocks.items()}
     check_gyroscopic(blocks, part)
     w2 = np.diag(stiffness) / np.diag(Me)
     damping = np.diag(sid.blocks["De"].m0) if "De" in sid.blocks else np.zeros(m)

@@ -76,9 +76,7 @@ def taylor_text(name: str, m0: np.ndarray, m1: np.ndarray | None, n_modes: int, 
     ]
     lines += [f"    m0({i + 1:5d},{j + 1:5d})       = {m0[i, j]:.16e}" for i, j in np.argwhere(m0)]
     if m1 is not None:
-        lines += [
-            f"    m1({i + 1:5d},{k + 1:5d},{j + 1:5d}) = {m1[k, i, j]:.16e}" for k, i, j in np.argwhere(m1)
-        ]
+        lines += [f"    m1({i + 1:5d},{k + 1:5d},{j + 1:5d}) = {m1[k, i, j]:.16e}" for k, i, j in np.argwhere(m1)]
     return [indent + line for line in [*lines, f"end {name}"]]
 
 
@@ -121,11 +119,7 @@ def _parse(text: str, part: str):
             elif key.startswith("ielastq"):
                 sid.labels.append(value)
     if current is not None or not raw:
-        found = (
-            f"the block '{current[1]}' has no end"
-            if current is not None
-            else "no Taylor block (mdCM, J, Ct, ...)"
-        )
+        found = f"the block '{current[1]}' has no end" if current is not None else "no Taylor block (mdCM, J, Ct, ...)"
         raise DataFileError(
             part,
             found=found,

@@ -87,8 +87,7 @@ def sphere(radius: float, at=(0.0, 0.0, 0.0), sides: int = SIDES) -> Surface:
     i = np.arange(sides)
     j = (i + 1) % sides
     quads = [
-        np.stack([k * sides + i, (k + 1) * sides + i, (k + 1) * sides + j, k * sides + j], 1)
-        for k in range(rows - 2)
+        np.stack([k * sides + i, (k + 1) * sides + i, (k + 1) * sides + j, k * sides + j], 1) for k in range(rows - 2)
     ]
     north, south, last = (rows - 1) * sides, (rows - 1) * sides + 1, (rows - 2) * sides
     caps = [

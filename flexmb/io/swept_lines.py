@@ -33,7 +33,20 @@ def section_outline(section: Any, round_section: bool = False) -> tuple[np.ndarr
     if kind == "i":
         width, height, flange, web = sizes[:4]
         y, z, u, v = 0.5 * width, 0.5 * height, 0.5 * web, 0.5 * height - flange
-        outline = [(y, z), (-y, z), (-y, v), (-u, v), (-u, -v), (-y, -v), (-y, -z), (y, -z), (y, -v), (u, -v), (u, v), (y, v)]
+        outline = [
+            (y, z),
+            (-y, z),
+            (-y, v),
+            (-u, v),
+            (-u, -v),
+            (-y, -v),
+            (-y, -z),
+            (y, -z),
+            (y, -v),
+            (u, -v),
+            (u, v),
+            (y, v),
+        ]
         return np.array(outline), None
     if round_section:
         return _circle(4.0 * np.sqrt(section.inertia_y / section.area)), None
@@ -73,12 +86,16 @@ class SweptLine:
         outer, inner = [loop[0] for loop in loops], [loop[1] for loop in loops if loop[1] is not None]
         hollow = len(inner) == len(outer) and len({len(loop) for loop in outer}) == 1
         if len({len(loop) for loop in outer}) > 1:  # a taper from one kind of shape to another: only its size is known
-            outer = [_corners(*np.sqrt(12.0 * np.array([s.inertia_z, s.inertia_y]) / s.area))
-                     for s in (section_at(body.sections, float(x)) for x in self.fractions)]
+            outer = [
+                _corners(*np.sqrt(12.0 * np.array([s.inertia_z, s.inertia_y]) / s.area))
+                for s in (section_at(body.sections, float(x)) for x in self.fractions)
+            ]
         self._build(np.array(outer), np.array(inner) if hollow else None)
 
     def _build(self, outer: np.ndarray, inner: np.ndarray | None) -> None:
-        """Make points in the sections and cells: the sides of every face have points of their own, so edges stay sharp."""
+        """Make points in the sections and cells: the sides of every face have points of their own,
+        so edges stay sharp.
+        """
         stations, n = outer.shape[:2]
         self.offsets: list[np.ndarray] = []
         self.station: list[np.ndarray] = []

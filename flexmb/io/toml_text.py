@@ -32,9 +32,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {path.parent.resolve()}"
-        raise ModelError(
-            part, found="the file does not exist", expected=where, remedy="Correct the path"
-        ) from None
+        raise ModelError(part, found="the file does not exist", expected=where, remedy="Correct the path") from None
     except (IsADirectoryError, PermissionError) as error:
         raise ModelError(
             part,

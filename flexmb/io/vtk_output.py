@@ -23,8 +23,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     """Write the motion of all parts for ParaView and return the file to open.
 
     Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
-    ``von_mises`` (Pa); cables and beams have their sections and carry the section forces (N, N m); rigid bodies, joints,
-    springs and supports are drawn as simple solids. Numbers are float32.
+    ``von_mises`` (Pa); cables and beams have their sections and carry the section forces (N, N m); rigid bodies,
+    joints, springs and supports are drawn as simple solids. Numbers are float32.
 
     Parameters
     ----------
@@ -47,8 +47,13 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     Path
         The .pvd or .xdmf file.
     """
-    check_kind(solution, Solution, f"VTK output '{path}'", "Give what flexmb.simulate returns, or "
-               "flexmb.Solution.load(...)", DataFileError)  # fmt: skip
+    check_kind(
+        solution,
+        Solution,
+        f"VTK output '{path}'",
+        "Give what flexmb.simulate returns, or flexmb.Solution.load(...)",
+        DataFileError,
+    )
     path = Path(path)
     writers = {".pvd": _write_pvd, ".vtkhdf": _write_vtkhdf}
     if path.suffix not in writers:

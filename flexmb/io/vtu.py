@@ -57,21 +57,27 @@ class VtuSeries:
         def entry(name, dtype, components, packed):
             position = sum(len(block) for block in data)
             data.append(packed)
-            return (f'<DataArray type="{TYPE_NAMES[dtype.str[1:]]}" Name="{name}" NumberOfComponents="{components}" '
-                    f'format="appended" offset="{position}"/>\n')
+            return (
+                f'<DataArray type="{TYPE_NAMES[dtype.str[1:]]}" Name="{name}" NumberOfComponents="{components}" '
+                f'format="appended" offset="{position}"/>\n'
+            )
 
-        own = [entry(name, values.dtype, values.shape[1] if values.ndim == 2 else 1, _packed(values))
-               for name, values in fields.items()]
+        own = [
+            entry(name, values.dtype, values.shape[1] if values.ndim == 2 else 1, _packed(values))
+            for name, values in fields.items()
+        ]
         place = entry("Points", points.dtype, 3, _packed(points))
         cells = [entry(name, dtype, 1, packed) for name, dtype, packed in self._cells]
         coloured = next((f' Scalars="{name}"' for name, values in fields.items() if values.ndim == 1), "")
-        head = ('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
-                'header_type="UInt64" compressor="vtkZLibDataCompressor">\n<UnstructuredGrid>\n<FieldData>'
-                f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{t!r}</DataArray>'
-                f'</FieldData>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{self._n_cells}">\n'
-                f"<PointData{coloured}>\n{''.join(own)}</PointData>\n<Points>\n{place}</Points>\n"
-                f"<Cells>\n{''.join(cells)}</Cells>\n</Piece>\n</UnstructuredGrid>\n"
-                '<AppendedData encoding="raw">\n_')
+        head = (
+            '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+            'header_type="UInt64" compressor="vtkZLibDataCompressor">\n<UnstructuredGrid>\n<FieldData>'
+            f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{t!r}</DataArray>'
+            f'</FieldData>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{self._n_cells}">\n'
+            f"<PointData{coloured}>\n{''.join(own)}</PointData>\n<Points>\n{place}</Points>\n"
+            f"<Cells>\n{''.join(cells)}</Cells>\n</Piece>\n</UnstructuredGrid>\n"
+            '<AppendedData encoding="raw">\n_'
+        )
         with path.open("wb") as file:
             file.write(head.encode())
             for packed in data:

@@ -35,9 +35,7 @@ def table(titles: list[tuple[str, bool]], rows: list[list[str]]) -> str:
     """Return a table; a title says whether its column is text, cells are HTML."""
     kind = ['class="text"' if text else "" for _, text in titles]
     head = "".join(f"<th {k}>{escape(title)}</th>" for (title, _), k in zip(titles, kind))
-    body = "".join(
-        "<tr>" + "".join(f"<td {k}>{cell}</td>" for cell, k in zip(row, kind)) + "</tr>\n" for row in rows
-    )
+    body = "".join("<tr>" + "".join(f"<td {k}>{cell}</td>" for cell, k in zip(row, kind)) + "</tr>\n" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"
 
 

@@ -45,9 +45,7 @@ def write_xdmf(path: Path, times, parts) -> None:
             for field, components in fields.items():
                 kind = "Vector" if components == 3 else "Scalar"
                 values = _slab(f"{file}:/VTKHDF/PointData/{field}", FLOAT, k * n, n, components, nt * n)
-                lines.append(
-                    f'<Attribute Name="{field}" AttributeType="{kind}" Center="Node">{values}</Attribute>'
-                )
+                lines.append(f'<Attribute Name="{field}" AttributeType="{kind}" Center="Node">{values}</Attribute>')
             lines.append("</Grid>")
         lines.append("</Grid>")
     lines += ["</Grid>", "</Domain>", "</Xdmf>", ""]

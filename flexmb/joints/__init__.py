@@ -20,8 +20,25 @@ from flexmb.joints.universal import Universal
 
 KINDS = {
     kind.__name__: kind
-    for kind in (Fixed, Revolute, Prismatic, Cylindrical, Spherical, Universal, ConstantVelocity, Planar, InLine, Screw, Rod,
-                 PointOnCurve, Rolling, Drive, Coupler, RackAndPinion, GearPair)
+    for kind in (
+        Fixed,
+        Revolute,
+        Prismatic,
+        Cylindrical,
+        Spherical,
+        Universal,
+        ConstantVelocity,
+        Planar,
+        InLine,
+        Screw,
+        Rod,
+        PointOnCurve,
+        Rolling,
+        Drive,
+        Coupler,
+        RackAndPinion,
+        GearPair,
+    )
 }
 """All joints by name: read by the model files, the contract tests and the reference pages."""
 

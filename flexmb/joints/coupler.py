@@ -50,25 +50,36 @@ class Coupler(Joint):
             if value is None and field == "freedoms":
                 continue
             if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
-                raise ModelError(self.title, found=f"{field} = {value!r}", expected="two names",
-                                 remedy='Write joints=("A", "B")')
+                raise ModelError(
+                    self.title, found=f"{field} = {value!r}", expected="two names", remedy='Write joints=("A", "B")'
+                )
             object.__setattr__(self, field, tuple(value))
         if not is_number(self.ratio) or self.ratio == 0.0:
-            raise ModelError(self.title, found=f"ratio = {self.ratio!r}", expected="a finite number other than 0",
-                             remedy="ratio is the speed of the first joint over that of the second")
+            raise ModelError(
+                self.title,
+                found=f"ratio = {self.ratio!r}",
+                expected="a finite number other than 0",
+                remedy="ratio is the speed of the first joint over that of the second",
+            )
 
     def check(self, model) -> None:
         """Raise ModelError if a joint does not exist or has no such coordinate, or both are the same."""
         first, second = self.joints
         if first == second and (self.freedoms is None or self.freedoms[0] == self.freedoms[1]):
-            raise ModelError(self.title, found=f"joint '{first}' is coupled with itself",
-                             expected="two joints, or two freedoms of one", remedy="Name another joint, or freedoms=")
+            raise ModelError(
+                self.title,
+                found=f"joint '{first}' is coupled with itself",
+                expected="two joints, or two freedoms of one",
+                remedy="Name another joint, or freedoms=",
+            )
         self._coordinates(model)
 
     def _coordinates(self, model):
         wanted = self.freedoms or (None, None)
-        return tuple(joint_coordinate(model.joint(name, self.title), self.title, freedom)
-                     for name, freedom in zip(self.joints, wanted, strict=True))
+        return tuple(
+            joint_coordinate(model.joint(name, self.title), self.title, freedom)
+            for name, freedom in zip(self.joints, wanted, strict=True)
+        )
 
     def resolved_markers(self, model) -> tuple[str, ...]:
         """Return the four markers of both joints."""

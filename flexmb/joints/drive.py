@@ -47,9 +47,12 @@ class Drive(Joint):
     def __post_init__(self):
         Part.__post_init__(self)
         if (self.angle is None) == (self.displacement is None):
-            raise ModelError(self.title, found="both" if self.angle is not None else "neither angle nor displacement",
-                             expected="exactly one of angle= (rad) and displacement= (m)",
-                             remedy="Give the signal of the one freedom to drive")
+            raise ModelError(
+                self.title,
+                found="both" if self.angle is not None else "neither angle nor displacement",
+                expected="exactly one of angle= (rad) and displacement= (m)",
+                remedy="Give the signal of the one freedom to drive",
+            )
         for field in ("angle", "displacement"):
             value = getattr(self, field)
             if value is not None:

@@ -37,6 +37,10 @@ class Fixed(Joint):
                     ends.setdefault(f"{body.name.rpartition('_')[0]}_{marker}", []).append(f"{body.name}.{marker}")
         alone = [names[0] for names in ends.values() if len(names) != 2]
         if alone:
-            raise ModelError(f"Marker '{alone[0]}'", found="no marker of another body to join it with",
-                             expected="all bodies of FloatingBody.split", remedy="Give them all at once")
+            raise ModelError(
+                f"Marker '{alone[0]}'",
+                found="no marker of another body to join it with",
+                expected="all bodies of FloatingBody.split",
+                remedy="Give them all at once",
+            )
         return tuple(cls(name, markers=(a, b)) for name, (a, b) in ends.items())

@@ -41,11 +41,19 @@ class GearPair(Joint):
         given = finite_array(self.radii)
         radii = tuple(given.tolist()) if given.shape == (2,) else ()
         if not radii or min(radii) <= 0.0:
-            raise ModelError(self.title, found=f"radii = {self.radii!r}", expected="two lengths > 0 m",
-                             remedy="Give the pitch radii of both wheels: half of module times teeth")
+            raise ModelError(
+                self.title,
+                found=f"radii = {self.radii!r}",
+                expected="two lengths > 0 m",
+                remedy="Give the pitch radii of both wheels: half of module times teeth",
+            )
         if self.inside and radii[0] == radii[1]:
-            raise ModelError(self.title, found=f"radii = {self.radii!r} of wheels that mesh inside",
-                             expected="two radii that differ", remedy="The ring is larger than the wheel inside it")
+            raise ModelError(
+                self.title,
+                found=f"radii = {self.radii!r} of wheels that mesh inside",
+                expected="two radii that differ",
+                remedy="The ring is larger than the wheel inside it",
+            )
         object.__setattr__(self, "radii", radii)
 
     def equations(self):

@@ -54,22 +54,42 @@ class PointOnCurve(Joint):
         except (TypeError, ValueError):
             points = np.empty(0)
         if points.ndim != 2 or points.shape[1:] != (3,) or len(points) < 3 or not np.all(np.isfinite(points)):
-            raise ModelError(self.title, found=f"a curve with the shape {points.shape}",
-                             expected="three or more points (n, 3), m", remedy="Give x, y, z of each point")
+            raise ModelError(
+                self.title,
+                found=f"a curve with the shape {points.shape}",
+                expected="three or more points (n, 3), m",
+                remedy="Give x, y, z of each point",
+            )
         if np.min(np.linalg.norm(np.diff(points, axis=0), axis=1)) == 0.0 or (
-                self.closed and np.array_equal(points[0], points[-1])):
-            raise ModelError(self.title, found="two neighbouring points of the curve coincide",
-                             expected="points that differ",
-                             remedy="Leave repeated points out, also the last of a closed one")
+            self.closed and np.array_equal(points[0], points[-1])
+        ):
+            raise ModelError(
+                self.title,
+                found="two neighbouring points of the curve coincide",
+                expected="points that differ",
+                remedy="Leave repeated points out, also the last of a closed one",
+            )
         if self.ends not in ("extend", "error"):
-            raise ModelError(self.title, found=f"ends = {self.ends!r}", expected="'extend' or 'error'",
-                             remedy=did_you_mean(str(self.ends), ("extend", "error")) or "Leave ends out for 'extend'")
+            raise ModelError(
+                self.title,
+                found=f"ends = {self.ends!r}",
+                expected="'extend' or 'error'",
+                remedy=did_you_mean(str(self.ends), ("extend", "error")) or "Leave ends out for 'extend'",
+            )
         if self.along not in (None, "x", "y", "z"):
-            raise ModelError(self.title, found=f"along = {self.along!r}", expected="'x', 'y' or 'z'",
-                             remedy="Name the axis of the first marker along which the track is free")
+            raise ModelError(
+                self.title,
+                found=f"along = {self.along!r}",
+                expected="'x', 'y' or 'z'",
+                remedy="Name the axis of the first marker along which the track is free",
+            )
         if self.along is not None and np.ptp(points[:, "xyz".index(self.along)]) > 1e-9 * np.ptp(points, axis=0).max():
-            raise ModelError(self.title, found=f"a curve whose {self.along} varies", expected="a plane curve",
-                             remedy=f"Give all points the same {self.along}: the surface does not depend on it")
+            raise ModelError(
+                self.title,
+                found=f"a curve whose {self.along} varies",
+                expected="a plane curve",
+                remedy=f"Give all points the same {self.along}: the surface does not depend on it",
+            )
         object.__setattr__(self, "curve", tuple(tuple(point) for point in points.tolist()))
 
     @cached_property

@@ -38,12 +38,20 @@ class RackAndPinion(Joint):
     def __post_init__(self):
         Part.__post_init__(self)
         if isinstance(self.joints, str) or len(self.joints) != 2:
-            raise ModelError(self.title, found=f"joints = {self.joints!r}", expected="two names, pinion and rack",
-                             remedy='Write joints=("pinion axis", "rack guide")')
+            raise ModelError(
+                self.title,
+                found=f"joints = {self.joints!r}",
+                expected="two names, pinion and rack",
+                remedy='Write joints=("pinion axis", "rack guide")',
+            )
         object.__setattr__(self, "joints", tuple(self.joints))
         if not is_number(self.radius) or self.radius == 0.0:
-            raise ModelError(self.title, found=f"radius = {self.radius!r}", expected="a length other than 0 m",
-                             remedy="Give the pitch radius: half of module times teeth")
+            raise ModelError(
+                self.title,
+                found=f"radius = {self.radius!r}",
+                expected="a length other than 0 m",
+                remedy="Give the pitch radius: half of module times teeth",
+            )
 
     def check(self, model) -> None:
         """Raise ModelError if a joint does not exist, the first does not turn or the second does not slide."""
@@ -56,5 +64,10 @@ class RackAndPinion(Joint):
     def equations_in(self, model):
         """Return the one equation between slide and turn."""
         pinion, rack = (model.joint(name, self.title) for name in self.joints)
-        return (Coupled(joint_coordinate(rack, self.title, kind="slide"),
-                        joint_coordinate(pinion, self.title, kind="turn"), self.radius),)
+        return (
+            Coupled(
+                joint_coordinate(rack, self.title, kind="slide"),
+                joint_coordinate(pinion, self.title, kind="turn"),
+                self.radius,
+            ),
+        )

@@ -38,8 +38,12 @@ class Screw(Joint):
     def __post_init__(self):
         super().__post_init__()
         if not is_number(self.pitch) or self.pitch == 0.0:
-            raise ModelError(self.title, found=f"pitch = {self.pitch!r}", expected="a length per turn other than 0 m",
-                             remedy="Use Revolute for a joint that turns without advancing")
+            raise ModelError(
+                self.title,
+                found=f"pitch = {self.pitch!r}",
+                expected="a length per turn other than 0 m",
+                remedy="Use Revolute for a joint that turns without advancing",
+            )
 
     @property
     def permits(self):

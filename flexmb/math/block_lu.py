@@ -354,5 +354,7 @@ def stored(S: np.ndarray, p: BlockPattern):
 
 
 def blocks(p: BlockPattern) -> np.ndarray:
-    """Return the block (a body, a node of a body, a joint with its drive) of every unknown in the natural order, (n,)."""
+    """Return the block (a body, a node of a body, a joint with its drive) of every unknown in the natural
+    order, (n,).
+    """
     return p.row_block[np.argsort(p.order)]

@@ -24,8 +24,12 @@ class NotPositiveDefinite(ReductionError):
     """The matrix is singular or indefinite; `freedom` is the row at which the factorisation broke down."""
 
     def __init__(self, freedom: int, found: str):
-        super().__init__("Sparse factorisation", found=found, expected="a symmetric positive definite matrix",
-                         remedy="Look for a mechanism or a missing support at this freedom")  # fmt: skip
+        super().__init__(
+            "Sparse factorisation",
+            found=found,
+            expected="a symmetric positive definite matrix",
+            remedy="Look for a mechanism or a missing support at this freedom",
+        )
         self.freedom = freedom
 
 
@@ -51,9 +55,7 @@ class Backend(Protocol):
         """Factorise K."""
 
 
-def factor(
-    K: sparse.spmatrix, coordinates: np.ndarray | None = None, *, backend: Backend | None = None
-) -> Factor:
+def factor(K: sparse.spmatrix, coordinates: np.ndarray | None = None, *, backend: Backend | None = None) -> Factor:
     """Factorise a symmetric positive definite sparse matrix.
 
     Parameters

@@ -54,9 +54,7 @@ class Cholmod:
 
     def __call__(self, K: sparse.csr_matrix, coordinates: np.ndarray | None = None) -> Factor:
         """Factorise K."""
-        return _CholmodFactor(
-            K, _load("sksparse.cholmod", "install SuiteSparse and pip install scikit-sparse")
-        )
+        return _CholmodFactor(K, _load("sksparse.cholmod", "install SuiteSparse and pip install scikit-sparse"))
 
 
 class _CholmodFactor:

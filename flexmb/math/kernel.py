@@ -15,8 +15,8 @@ def kernel(function):
 
     ``error_model="numpy"`` makes a division by zero give inf or nan as numpy does (found by the residual checks),
     instead of a branch in every division. ``fastmath`` stays off: the order of operations is part of the result.
-    The second entry for callers in C is left out, as nobody uses it and every kernel would pay for compiling it; kernels
-    that are called through their address are `PointerKernel`.
+    The second entry for callers in C is left out, as nobody uses it and every kernel would pay for compiling it;
+    kernels that are called through their address are `PointerKernel`.
     """
     return _compiled(function, called_from_python=True)
 
@@ -31,8 +31,9 @@ def inner_kernel(function):
 
 
 def _compiled(function, called_from_python: bool):
-    compiled = njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True,
-                    no_cpython_wrapper=not called_from_python)(function)  # fmt: skip
+    compiled = njit(
+        cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=not called_from_python
+    )(function)
     watch_sources(compiled._cache, function)
     return compiled
 

@@ -82,9 +82,7 @@ def lowest_modes(
             return 1.0 / theta[order], basis @ S[:, order]
 
 
-def _orthonormal(
-    W: np.ndarray, mass: Operator, V: np.ndarray, scale: float = 0.0
-) -> tuple[np.ndarray, np.ndarray]:
+def _orthonormal(W: np.ndarray, mass: Operator, V: np.ndarray, scale: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Return an M-orthonormal basis Q of W, M-orthogonal to V, and M Q; directions without mass are dropped.
 
     M V is not stored: it would double the memory, and a product with M costs little beside a solve.

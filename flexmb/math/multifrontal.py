@@ -142,8 +142,15 @@ def _panels(first: int, last: int, own: np.ndarray, below: np.ndarray, rows: np.
     for a in range(0, width, _PANEL):
         b = min(a + _PANEL, width)
         later = np.concatenate([np.arange(first + b, last), rows])
-        cut.append(_Panel(first + a, first + b, np.asfortranarray(own[a:b, a:b]),
-                          np.asfortranarray(np.concatenate([own[b:, a:b], below[:, a:b]])), later))  # fmt: skip
+        cut.append(
+            _Panel(
+                first + a,
+                first + b,
+                np.asfortranarray(own[a:b, a:b]),
+                np.asfortranarray(np.concatenate([own[b:, a:b], below[:, a:b]])),
+                later,
+            )
+        )
     return cut
 
 

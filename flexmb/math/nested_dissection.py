@@ -193,9 +193,7 @@ def _half(values: np.ndarray) -> int:
     return int(best) if 0.4 * len(values) <= best <= 0.6 * len(values) else middle
 
 
-def dissect(
-    start: np.ndarray, neighbours: np.ndarray, x: np.ndarray, leaf: int
-) -> tuple[np.ndarray, np.ndarray]:
+def dissect(start: np.ndarray, neighbours: np.ndarray, x: np.ndarray, leaf: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the elimination order of the nodes and the end of each front in it.
 
     Parameters
@@ -212,9 +210,7 @@ def dissect(
     n = len(x)
     order, ends = np.arange(n), []
     side, pair, visited = (np.zeros(n, np.int64) for _ in range(3))
-    counter = np.zeros(
-        2, np.int64
-    )  # marks of sides, stamps of visits: they only grow, so nothing is ever cleared
+    counter = np.zeros(2, np.int64)  # marks of sides, stamps of visits: they only grow, so nothing is ever cleared
     stack = [(0, n)]
     while stack:
         lo, hi = stack.pop()
@@ -271,9 +267,7 @@ def front_tree(start, neighbours, order, ends) -> tuple[np.ndarray, np.ndarray, 
 
 
 @kernel
-def _boundaries(
-    start, neighbours, order, position, owner, ends, rows_start, parent, first_child, next_child, mark
-):
+def _boundaries(start, neighbours, order, position, owner, ends, rows_start, parent, first_child, next_child, mark):
     """The boundaries of `front_tree`, in the order in which they are met; fills `rows_start` and `parent`."""
     n, begin = len(order), 0
     rows = np.empty(8 * n + 64, np.int64)

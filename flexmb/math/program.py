@@ -24,17 +24,34 @@ and 1 for flexible coordinates in a frame
 pattern : BlockPattern of the iteration matrix
 regularisation (ng,) : added to the diagonal of the multipliers (zero unless equations are dependent), with the sign of
 G M^-1 G^T, so that no pivot vanishes near singular configurations
-floor_at (nf, 2) : velocity, and place of its diagonal in the iteration matrix; floor (nf,): what is added there, times the
-weight of the mass, for bodies without inertia in some freedom (see `massless`); the residual does not know it
+floor_at (nf, 2) : velocity, and place of its diagonal in the iteration matrix; floor (nf,): what is added there, times
+the weight of the mass, for bodies without inertia in some freedom (see `massless`); the residual does not know it
 equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
 branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
 evaluation : int, address of the machine code of `evaluate`
 """
 
 PROGRAM = tuple_type(
-    Program, *[INTEGERS] * 5, BYTES, INTEGERS, FLOATS, INTEGERS, INTEGERS, FLOATS, FLOATS, INTEGERS, (INTEGERS, 2),
-    (INTEGERS, 2), tuple_type(BlockPattern, *[INTEGERS] * (len(BlockPattern._fields) - 3), *[FLOATS] * 3), FLOATS,
-    (INTEGERS, 2), FLOATS, INTEGERS, COUNT, COUNT)
+    Program,
+    *[INTEGERS] * 5,
+    BYTES,
+    INTEGERS,
+    FLOATS,
+    INTEGERS,
+    INTEGERS,
+    FLOATS,
+    FLOATS,
+    INTEGERS,
+    (INTEGERS, 2),
+    (INTEGERS, 2),
+    tuple_type(BlockPattern, *[INTEGERS] * (len(BlockPattern._fields) - 3), *[FLOATS] * 3),
+    FLOATS,
+    (INTEGERS, 2),
+    FLOATS,
+    INTEGERS,
+    COUNT,
+    COUNT,
+)
 EVALUATION = void(PROGRAM, STATE, WORK)
 """The signature of the evaluation."""
 

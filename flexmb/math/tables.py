@@ -22,10 +22,32 @@ from numba.extending import intrinsic
 
 from flexmb.math.kernel import watch_sources
 
-__all__ = ["BYTES", "COUNT", "DAMPED", "EQUATION", "FLOATS", "INTEGERS", "LEG", "MARKER", "NUMBER", "PAIR", "ROW_KERNEL",
-           "STATE", "STIFF", "WORK", "PointerKernel", "State", "Work", "array_type", "call_row_kernel", "caller",
-           "pointer_kernel", "row_kernel",
-           "tuple_type", "void"]
+__all__ = [
+    "BYTES",
+    "COUNT",
+    "DAMPED",
+    "EQUATION",
+    "FLOATS",
+    "INTEGERS",
+    "LEG",
+    "MARKER",
+    "NUMBER",
+    "PAIR",
+    "ROW_KERNEL",
+    "STATE",
+    "STIFF",
+    "WORK",
+    "PointerKernel",
+    "State",
+    "Work",
+    "array_type",
+    "call_row_kernel",
+    "caller",
+    "pointer_kernel",
+    "row_kernel",
+    "tuple_type",
+    "void",
+]
 
 MARKER = np.dtype(
     [
@@ -103,13 +125,15 @@ markers, equations, legs, pairs : record tables
 J, H : flat Jacobians of the markers
 residual : (nu,) M a - forces - G^T lam
 S : values of the iteration matrix in the pattern of its factors
-rows : (nu + couplings,) position in S of the first entry of each velocity's own block in its row; then, for each coupling
+rows : (nu + couplings,) position in S of the first entry of each velocity's own block in its row; then, for each
+coupling
     of two blocks of a body, those of the first block's rows in the columns of the second, and the reverse
 transposed, pair_rows : positions in S (see LEG and PAIR)
 branches (nb,) : which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place
     on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has
     no history; whoever accepts a state writes them there (`keep_branches`)
-coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted, 2.0 if only without the constraints;
+coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted, 2.0 if only without the
+constraints;
     half the step size (s), negative if the step translates frames in world axes
 energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
 loads : (nl,) amount of each load shape
@@ -127,9 +151,13 @@ def array_type(dtype: np.dtype, ndim: int = 1):
 
 
 def tuple_type(kind, *fields):
-    """Return the type of a named tuple: of arrays, by dtype or (dtype, number of axes), and of what has a type itself."""
-    made = [array_type(*field) if isinstance(field, tuple) else array_type(field) if isinstance(field, np.dtype) else field
-            for field in fields]
+    """Return the type of a named tuple: of arrays, by dtype or (dtype, number of axes),
+    and of what has a type itself.
+    """
+    made = [
+        array_type(*field) if isinstance(field, tuple) else array_type(field) if isinstance(field, np.dtype) else field
+        for field in fields
+    ]
     return types.NamedTuple(tuple(made), kind)
 
 
@@ -171,7 +199,9 @@ def pointer_kernel(signature):
 
 
 def caller(signature):
-    """Return a function for kernels, ``call(address, ...)``, that calls the function of this signature at an address."""
+    """Return a function for kernels, ``call(address, ...)``, that calls the function of this signature at an
+    address.
+    """
 
     def call(context, address, *arguments):
         def generate(target, builder, _, values):

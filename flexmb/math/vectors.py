@@ -15,7 +15,9 @@ def dot(a, b):
 
 @kernel
 def add_combination(x, rows, out):
-    """Add sum_k x_k rows[k] to `out` (n,), rows (k, n): contiguous, without a chain of sums, so compilers vectorise it."""
+    """Add sum_k x_k rows[k] to `out` (n,), rows (k, n): contiguous, without a chain of sums,
+    so compilers vectorise it.
+    """
     for k in range(len(x)):
         a = x[k]
         if a != 0.0:

@@ -20,7 +20,8 @@ __all__ = ["LineNetwork", "line_network"]
 class LineNetwork(NamedTuple):
     """What `line_network` makes; put bodies and joints into a model.
 
-    bodies : one for every chain of lines. joints : where chains meet. markers : "body.marker" of the named nodes of the mesh.
+    bodies : one for every chain of lines. joints : where chains meet. markers : "body.marker" of the named nodes of the
+    mesh.
     """
 
     bodies: tuple[Body, ...]
@@ -28,8 +29,16 @@ class LineNetwork(NamedTuple):
     markers: Mapping[str, str]
 
 
-def line_network(kind: type, name: str, mesh: Any, *, size: float | None = None, corner: float = 0.5,
-                 joint: type | None = None, **fields: Any) -> LineNetwork:
+def line_network(
+    kind: type,
+    name: str,
+    mesh: Any,
+    *,
+    size: float | None = None,
+    corner: float = 0.5,
+    joint: type | None = None,
+    **fields: Any,
+) -> LineNetwork:
     """Return cables or beams along all line cells of a mesh, from branch to branch and from corner to corner.
 
     Each chain of lines is a body, a spline through its nodes; where chains meet, all are joined to the first of them.
@@ -63,8 +72,12 @@ def line_network(kind: type, name: str, mesh: Any, *, size: float | None = None,
     """
     title = f"line_network '{name}'"
     if kind not in (AncfCable, AncfBeam):
-        raise ModelError(title, found=f"kind = {kind!r}", expected="AncfCable or AncfBeam",
-                         remedy="Write line_network(flexmb.AncfBeam, 'frame', mesh, section=..., material=...)")
+        raise ModelError(
+            title,
+            found=f"kind = {kind!r}",
+            expected="AncfCable or AncfBeam",
+            remedy="Write line_network(flexmb.AncfBeam, 'frame', mesh, section=..., material=...)",
+        )
     points, lines = np.asarray(mesh.points, float), mesh.cells_of("line")
     chains = line_chains(points, lines, corner, title)
     if kind is AncfBeam:
@@ -75,11 +88,18 @@ def line_network(kind: type, name: str, mesh: Any, *, size: float | None = None,
     names = [name] if len(chains) == 1 else [f"{name}_{k + 1}" for k in range(len(chains))]
     bodies, markers = [], {}
     for own, chain in zip(names, chains, strict=True):
-        body = _body(kind, own, points[chain], size, fields, {label: chain.index(node) for node, label in named.items()
-                                                              if node in chain})
+        body = _body(
+            kind,
+            own,
+            points[chain],
+            size,
+            fields,
+            {label: chain.index(node) for node, label in named.items() if node in chain},
+        )
         bodies.append(body)
-        markers.update({label: f"{own}.{label}" for label in body.markers if label in mesh.node_sets
-                        and label not in markers})
+        markers.update(
+            {label: f"{own}.{label}" for label in body.markers if label in mesh.node_sets and label not in markers}
+        )
     joint = joint or (Fixed if kind is AncfBeam else Spherical)
     return LineNetwork(tuple(bodies), tuple(_joints(joint, name, names, chains)), markers)
 
@@ -97,8 +117,11 @@ def _body(kind, name, points, size, fields, places):
     elements = max(3 if ring else 1, round(length[-1] / size))
     closed = {"closed": True} if ring else {}
     own = {**fields, **closed, "points": points[:-1] if ring else points, "elements": elements}
-    at = {"first": 0.0, "last": 1.0, **{label: _fraction(kind(name, **own), points, length, k)
-                                        for label, k in places.items()}}
+    at = {
+        "first": 0.0,
+        "last": 1.0,
+        **{label: _fraction(kind(name, **own), points, length, k) for label, k in places.items()},
+    }
     axes = kind(name, **own, markers=at).marker_poses()
     return kind(name, **own, markers={label: (fraction, axes[label].matrix.T) for label, fraction in at.items()})
 
@@ -109,8 +132,14 @@ def _fraction(body, points, length, k: int) -> float:
         return 0.0 if k == 0 else 1.0
     near = length[[k - 1, k + 1]] / length[-1]
     q = body.initial_state()[0]
-    return float(minimize_scalar(lambda x: np.sum((body.section_axes(q, [x])[0][0] - points[k]) ** 2), bounds=near,
-                                 method="bounded", options={"xatol": 1e-10}).x)
+    return float(
+        minimize_scalar(
+            lambda x: np.sum((body.section_axes(q, [x])[0][0] - points[k]) ** 2),
+            bounds=near,
+            method="bounded",
+            options={"xatol": 1e-10},
+        ).x
+    )
 
 
 def _joints(joint, name, names, chains):

@@ -46,8 +46,12 @@ class _Link:
         for name in ("a", "alpha", "d", "theta"):
             value = getattr(self, name)
             if not isinstance(value, int | float | np.number) or not np.isfinite(value):
-                raise ModelError(type(self).__name__, found=f"{name} = {value!r}", expected="a number, m or rad",
-                                 remedy=f"Give {name} of the table; angles in rad")
+                raise ModelError(
+                    type(self).__name__,
+                    found=f"{name} = {value!r}",
+                    expected="a number, m or rad",
+                    remedy=f"Give {name} of the table; angles in rad",
+                )
 
     @property
     def _along(self) -> tuple[np.ndarray, np.ndarray]:
@@ -104,8 +108,14 @@ def _pose(T: np.ndarray) -> Pose:
     return Pose(tuple(T[:3, 3]), T[:3, :3])
 
 
-def serial_arm(links: Sequence[StandardLink | ModifiedLink], *, gravity=(0.0, 0.0, -9.81), base: Any = (0.0, 0.0, 0.0),
-               tool: Any = (0.0, 0.0, 0.0), name: str = "arm") -> Model:
+def serial_arm(
+    links: Sequence[StandardLink | ModifiedLink],
+    *,
+    gravity=(0.0, 0.0, -9.81),
+    base: Any = (0.0, 0.0, 0.0),
+    tool: Any = (0.0, 0.0, 0.0),
+    name: str = "arm",
+) -> Model:
     """Return a chain of rigid bodies, drawn with all joint coordinates zero.
 
     Bodies are "link_1", "link_2", ... with the frames of the table, joints "joint_1", ...; marker "base" of the ground
@@ -135,8 +145,12 @@ def serial_arm(links: Sequence[StandardLink | ModifiedLink], *, gravity=(0.0, 0.
     """
     rows = tuple(links)
     if not rows or not all(isinstance(link, _Link) for link in rows):
-        raise ModelError("serial_arm", found=f"links = {links!r}", expected="at least one StandardLink or ModifiedLink",
-                         remedy="Write one link for each row of the table")
+        raise ModelError(
+            "serial_arm",
+            found=f"links = {links!r}",
+            expected="at least one StandardLink or ModifiedLink",
+            remedy="Write one link for each row of the table",
+        )
     around = [link.around_joint() for link in rows]
     seats = [_pose(before) for before, _ in around] + [as_pose(tool, "serial_arm", "tool")]
     start = as_pose(base, "serial_arm", "base")
@@ -147,9 +161,17 @@ def serial_arm(links: Sequence[StandardLink | ModifiedLink], *, gravity=(0.0, 0.
     for k, (link, (before, after)) in enumerate(zip(rows, around, strict=True), 1):
         T = T @ before @ after
         last = "tool" if k == len(rows) else "out"
-        bodies.append(RigidBody(f"link_{k}", mass=link.mass, inertia=link.inertia, center_of_mass=link.center_of_mass,
-                                at=tuple(T[:3, 3]), rotation=T[:3, :3],
-                                markers={"in": _pose(np.linalg.inv(after)), last: seats[k]}))
+        bodies.append(
+            RigidBody(
+                f"link_{k}",
+                mass=link.mass,
+                inertia=link.inertia,
+                center_of_mass=link.center_of_mass,
+                at=tuple(T[:3, 3]),
+                rotation=T[:3, :3],
+                markers={"in": _pose(np.linalg.inv(after)), last: seats[k]},
+            )
+        )
         kind = Prismatic if link.slides else Revolute
         joints.append(kind(f"joint_{k}", markers=(f"{bodies[k - 1].name}.out", f"link_{k}.in")))
     return Model(name=name, gravity=gravity, bodies=tuple(bodies), joints=tuple(joints))

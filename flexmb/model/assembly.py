@@ -73,8 +73,7 @@ def placed(model, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None):
     pose = Pose(at, rotation)
     names = {part.name for family in FAMILIES for part in getattr(model, family)} - {GROUND}
     renamed = {
-        family: tuple(_placed_part(part, prefix, names, pose) for part in getattr(model, family))
-        for family in FAMILIES
+        family: tuple(_placed_part(part, prefix, names, pose) for part in getattr(model, family)) for family in FAMILIES
     }
     parameters = {f"{prefix}_{name}": value for name, value in model.parameters.items()}
     return replace(model, **renamed, name=f"{prefix}_{model.name}", parameters=parameters)
@@ -127,9 +126,7 @@ def _one_set_of_markers(grounds) -> dict[str, Pose]:
     for ground in grounds:
         for name, pose in ground.markers.items():
             old = markers.setdefault(name, pose)
-            if not (
-                np.allclose(old.at, pose.at, atol=1e-12) and np.allclose(old.matrix, pose.matrix, atol=1e-12)
-            ):
+            if not (np.allclose(old.at, pose.at, atol=1e-12) and np.allclose(old.matrix, pose.matrix, atol=1e-12)):
                 raise ModelError(
                     f"Ground marker '{name}'",
                     found=f"it lies at {old.at} and at {pose.at}",
@@ -178,12 +175,7 @@ def _moved(part: Part, prefix: str, pose: Pose) -> dict[str, Any]:
         elif "at" in known:
             values["at"] = _times(pose, Pose(known["at"])).at
         values.update({name: tuple(R @ np.array(known[name])) for name in _WORLD_VECTORS if name in known})
-    elif (
-        part.family == "Force"
-        and "axes" in known
-        and known["axes"] is None
-        and not np.array_equal(R, np.eye(3))
-    ):
+    elif part.family == "Force" and "axes" in known and known["axes"] is None and not np.array_equal(R, np.eye(3)):
         values["axes"] = f"{GROUND}.{prefix}_origin"  # components in W turn with the assembly
     return values
 

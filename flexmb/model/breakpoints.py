@@ -17,9 +17,9 @@ COMPARED = (op.MIN, op.MAX, *range(op.LESS, op.NOT_EQUAL + 1))
 def breakpoints(program: Program) -> np.ndarray:
     """Return the times (n,), s, at which a signal jumps or kinks, or passes a point of a table.
 
-    Operations that are made of pieces (step, smooth, abs, sign, min, max, comparisons, tables) change pieces where their
-    argument passes certain values. The times are found where this argument is ``a t + b``, as in all signals of the
-    library but tables of other signals, and in most expressions.
+    Operations that are made of pieces (step, smooth, abs, sign, min, max, comparisons, tables) change pieces where
+    their argument passes certain values. The times are found where this argument is ``a t + b``, as in all signals of
+    the library but tables of other signals, and in most expressions.
     """
     stack: list[tuple[float, float] | None] = []
     found: list[float] = []

@@ -103,9 +103,7 @@ def mirrored(data: ModalNeutralData, plane: Any, name: str | None = None) -> Mod
     return replace(image, name=name or data.name)
 
 
-def rescaled(
-    data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, time: float = 1.0
-) -> ModalNeutralData:
+def rescaled(data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, time: float = 1.0) -> ModalNeutralData:
     """Return the data in other units: how many new units one old unit of length, mass and time is.
 
     From tonnes, millimetres, seconds to SI: ``rescaled(data, length=1e-3, mass=1e3)``. Load shapes keep the unit in
@@ -120,9 +118,7 @@ def rescaled(
         )
     L, m, t = length, mass, time
     power = {"vv": 0, "vw0": 1, "vw1": 0, "vn": 0, "ww0": 2, "ww1": 1, "ww2": 0, "wn0": 1, "wn1": 0, "nn": 0}
-    invariants = InertiaInvariants(
-        **{key: getattr(data.invariants, key) * m * L**p for key, p in power.items()}
-    )
+    invariants = InertiaInvariants(**{key: getattr(data.invariants, key) * m * L**p for key, p in power.items()})
     geometric = data.geometric
     if geometric is not None:
         fields_ = np.where(np.arange(12) < 3, m / L, m)[:, None, None]
@@ -133,12 +129,7 @@ def rescaled(
             loads=geometric.loads * m / t**2,
             preload=geometric.preload * m / t**2,
         )
-    force = (
-        m
-        * L
-        / t**2
-        * np.where((np.arange(6 + data.n_modes) >= 3) & (np.arange(6 + data.n_modes) < 6), L, 1.0)
-    )
+    force = m * L / t**2 * np.where((np.arange(6 + data.n_modes) >= 3) & (np.arange(6 + data.n_modes) < 6), L, 1.0)
     changed = _with_quality(
         replace(
             data,
@@ -260,9 +251,7 @@ def _with_quality(data: ModalNeutralData) -> ModalNeutralData:
             **data.quality,
             "mass": mass,
             "interfaces": interfaces,
-            "fixed_interface_frequencies": [
-                f * factor for f in data.quality["fixed_interface_frequencies"]
-            ],
+            "fixed_interface_frequencies": [f * factor for f in data.quality["fixed_interface_frequencies"]],
             "modes": scale(data.quality["modes"], ["frequency"]),
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
         },

@@ -11,7 +11,16 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 
-__all__ = ["Described", "check_kind", "check_mapping", "entries_of", "finite_array", "has_flag", "is_number", "named_arguments"]
+__all__ = [
+    "Described",
+    "check_kind",
+    "check_mapping",
+    "entries_of",
+    "finite_array",
+    "has_flag",
+    "is_number",
+    "named_arguments",
+]
 
 
 def is_number(value: Any) -> bool:
@@ -47,8 +56,12 @@ def has_flag(value: Any) -> bool:
 def check_mapping(value: Any, part: str, field: str, example: str, error: type[FlexmbError] = ModelError) -> None:
     """Raise an error unless `value` is a mapping of names."""
     if not isinstance(value, Mapping):
-        raise error(part, found=f"{field} = {value!r}", expected="names with what they stand for",
-                    remedy=f"Write {field}={example}")
+        raise error(
+            part,
+            found=f"{field} = {value!r}",
+            expected="names with what they stand for",
+            remedy=f"Write {field}={example}",
+        )
 
 
 def check_kind(value: Any, kind: type, part: str, remedy: str, error: type[FlexmbError] = ModelError) -> None:
@@ -69,19 +82,32 @@ def _complaint(title: str, known: Mapping[str, inspect.Parameter], args, kwargs)
     fields = f"{title} has: {', '.join(known)}"
     for name in kwargs:
         if name not in known:
-            return ModelError(part, found=f"there is no field '{name}'", expected=fields,
-                              remedy=did_you_mean(name, known) or "Correct the field's name, or remove it")
+            return ModelError(
+                part,
+                found=f"there is no field '{name}'",
+                expected=fields,
+                remedy=did_you_mean(name, known) or "Correct the field's name, or remove it",
+            )
     places = [n for n, p in known.items() if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     if len(args) > len(places):
-        named = sorted((name for name in known if name not in places), key=lambda n: known[n].default is not known[n].empty)
-        return ModelError(part, found=f"{len(args)} values without names",
-                          expected=f"at most {len(places)} without a name ({', '.join(places) or 'none'})",
-                          remedy=f"Write {named[0]}=..., and so on" if named else "Remove the others")
+        named = sorted(
+            (name for name in known if name not in places), key=lambda n: known[n].default is not known[n].empty
+        )
+        return ModelError(
+            part,
+            found=f"{len(args)} values without names",
+            expected=f"at most {len(places)} without a name ({', '.join(places) or 'none'})",
+            remedy=f"Write {named[0]}=..., and so on" if named else "Remove the others",
+        )
     given = {*places[: len(args)], *kwargs}
     missing = [name for name, p in known.items() if p.default is p.empty and name not in given]
     if missing:
-        return ModelError(part, found=f"the field {' and '.join(repr(m) for m in missing)} is missing",
-                          expected=fields, remedy=f"Give {missing[0]} a value")
+        return ModelError(
+            part,
+            found=f"the field {' and '.join(repr(m) for m in missing)} is missing",
+            expected=fields,
+            remedy=f"Give {missing[0]} a value",
+        )
     return None
 
 
@@ -107,12 +133,17 @@ class Described(type):
 
 
 def named_arguments(function: Callable) -> Callable:
-    """Give the constructor of a class (below @classmethod) the same messages; it passes other fields on to the class."""
+    """Give the constructor of a class (below @classmethod) the same messages;
+    it passes other fields on to the class.
+    """
 
     @wraps(function)
     def checked(cls, *args, **kwargs):
-        own = {name: p for name, p in list(inspect.signature(function).parameters.items())[1:]
-               if p.kind is not p.VAR_KEYWORD}
+        own = {
+            name: p
+            for name, p in list(inspect.signature(function).parameters.items())[1:]
+            if p.kind is not p.VAR_KEYWORD
+        }
         passed = {name: p.replace(default=None) for name, p in inspect.signature(cls).parameters.items()}
         complaint = _complaint(f"{cls.__name__}.{function.__name__}", {**passed, **own}, args, kwargs)
         if complaint is not None:

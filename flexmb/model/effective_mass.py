@@ -29,9 +29,7 @@ def effective_mass_table(participation: np.ndarray, rigid_mass: np.ndarray) -> d
         by what moves with the interfaces; ``participation`` and ``rigid_mass`` as given.
     """
     size = np.diag(rigid_mass)
-    there = [
-        d for d in range(6) if size[d] > _NOTHING * size[3 * (d // 3) : 3 * (d // 3) + 3].max(initial=0.0)
-    ]
+    there = [d for d in range(6) if size[d] > _NOTHING * size[3 * (d // 3) : 3 * (d // 3) + 3].max(initial=0.0)]
     share = participation[:, there] ** 2 / size[there]
     return {
         "directions": [DIRECTIONS[d] for d in there],

@@ -121,9 +121,7 @@ def evaluate_values(text: str, parameters: Mapping[str, Any]) -> float | tuple[f
     tree = _parse(text)
     inside = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Subscript)}
     whole = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in inside}
-    lists = {
-        name: parameters[name] for name in sorted(whole) if isinstance(parameters.get(name), tuple | list)
-    }
+    lists = {name: parameters[name] for name in sorted(whole) if isinstance(parameters.get(name), tuple | list)}
     if not lists:
         return evaluate(text, parameters)
     lengths = {len(values) for values in lists.values()}
@@ -187,11 +185,7 @@ class _Reader:
         return ModelError(f"Expression '{short.strip()}'", found=found, expected=expected, remedy=remedy)
 
     def node(self, node: ast.expr) -> list[tuple[int, float]]:
-        if (
-            isinstance(node, ast.Constant)
-            and isinstance(node.value, int | float)
-            and not isinstance(node.value, bool)
-        ):
+        if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
             try:
                 return [(op.CONSTANT, self.finite(float(node.value)))]
             except OverflowError:
@@ -214,9 +208,7 @@ class _Reader:
         if name in self.parameters:
             value = self.parameters[name]
             if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-                raise self.error(
-                    f"the parameter '{name}' is {value!r}", "Give the parameter a number", "a number"
-                )
+                raise self.error(f"the parameter '{name}' is {value!r}", "Give the parameter a number", "a number")
             return [(op.CONSTANT, self.finite(float(value)))]
         if name == "t":
             if self.time:
@@ -244,9 +236,7 @@ class _Reader:
         inner: ast.expr = node
         while isinstance(inner, ast.Subscript):
             if not isinstance(inner.slice, ast.Constant) or type(inner.slice.value) is not int:
-                raise self.error(
-                    "square brackets around something else than a whole number", "Write point[0]"
-                )
+                raise self.error("square brackets around something else than a whole number", "Write point[0]")
             indices.insert(0, inner.slice.value)
             inner = inner.value
         name = inner.id if isinstance(inner, ast.Name) else ""
@@ -258,9 +248,7 @@ class _Reader:
                     did_you_mean(name, self.parameters) or "Give the parameter a list",
                 )
             if index >= len(value):
-                raise self.error(
-                    f"{name}[{index}] of a list of {len(value)}", f"Count from 0 to {len(value) - 1}"
-                )
+                raise self.error(f"{name}[{index}] of a list of {len(value)}", f"Count from 0 to {len(value) - 1}")
             value = value[index]
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise self.error(f"{ast.unparse(node)} is {value!r}", "Name a number of the list", "a number")
@@ -318,9 +306,7 @@ class _Reader:
     def apply(self, code: int, *values: list[tuple[int, float]]) -> list[tuple[int, float]]:
         if all(len(value) == 1 and value[0][0] == op.CONSTANT for value in values):
             try:
-                return [
-                    (op.CONSTANT, self.finite(float(op.PYTHON[code](*(value[0][1] for value in values)))))
-                ]
+                return [(op.CONSTANT, self.finite(float(op.PYTHON[code](*(value[0][1] for value in values)))))]
             except (ValueError, ZeroDivisionError, OverflowError):
                 self.finite(math.nan)
         return [step for value in values for step in value] + [(code, 0.0)]

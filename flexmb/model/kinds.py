@@ -60,22 +60,33 @@ class Part(metaclass=Described):
 
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name or "." in self.name:
-            raise ModelError(self.family, found=f"name {self.name!r}", expected="a non-empty text without dots",
-                             remedy="Dots separate body and marker: 'crank.A'")
+            raise ModelError(
+                self.family,
+                found=f"name {self.name!r}",
+                expected="a non-empty text without dots",
+                remedy="Dots separate body and marker: 'crank.A'",
+            )
         for f in fields(self):
             # a text of a model file, "false", would count as true
             if f.type == "bool" and not isinstance(value := getattr(self, f.name), bool | np.bool_):
-                raise ModelError(self.title, found=f"{f.name} = {value!r}", expected="True or False",
-                                 remedy=f"Leave {f.name} out for {f.default}")
+                raise ModelError(
+                    self.title,
+                    found=f"{f.name} = {value!r}",
+                    expected="True or False",
+                    remedy=f"Leave {f.name} out for {f.default}",
+                )
 
     def require_positive(self, *names: str, zero: bool = False) -> None:
         """Raise ModelError if a field is not a positive (or, with `zero`, non-negative) finite number."""
         for name in names:
             value = getattr(self, name)
             if not is_number(value) or value < 0.0 or (value == 0.0 and not zero):
-                raise ModelError(self.title, found=f"{name} = {value!r}",
-                                 expected="a number " + (">= 0" if zero else "> 0") + " in SI units",
-                                 remedy=f"Give {name} a value in kg, m, s, N")
+                raise ModelError(
+                    self.title,
+                    found=f"{name} = {value!r}",
+                    expected="a number " + (">= 0" if zero else "> 0") + " in SI units",
+                    remedy=f"Give {name} a value in kg, m, s, N",
+                )
 
     def fields(self) -> dict[str, Any]:
         """Return the fields by name, as given."""
@@ -86,9 +97,12 @@ class Part(metaclass=Described):
         known = self.fields()
         for name in values:
             if name not in known:
-                raise ModelError(self.title, found=f"there is no field '{name}'",
-                                 expected=f"{type(self).__name__} has: {', '.join(known)}",
-                                 remedy=did_you_mean(name, known) or "Correct the field's name")
+                raise ModelError(
+                    self.title,
+                    found=f"there is no field '{name}'",
+                    expected=f"{type(self).__name__} has: {', '.join(known)}",
+                    remedy=did_you_mean(name, known) or "Correct the field's name",
+                )
         return replace(self, **values)
 
     def check(self, model) -> None:
@@ -160,7 +174,9 @@ class Body(Part):
         raise TypeError(f"{type(self).__name__} does not write a row")
 
     def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
-        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out, and which; or None."""
+        """Return the first sample (nt, nq) at which an element has collapsed or turned inside out,
+        and which; or None.
+        """
         return None
 
     def stiffen(self, compiler, markers: np.ndarray) -> None:
@@ -209,16 +225,24 @@ class Joint(Part):
         super().__post_init__()
         markers = self.markers
         if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
-            raise ModelError(self.title, found=f"markers = {markers!r}", expected="two names 'body.marker'",
-                             remedy="Write markers=('ground.A', 'crank.A')")
+            raise ModelError(
+                self.title,
+                found=f"markers = {markers!r}",
+                expected="two names 'body.marker'",
+                remedy="Write markers=('ground.A', 'crank.A')",
+            )
         object.__setattr__(self, "markers", tuple(markers))
 
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist or both are on one body."""
         (a, _), (b, _) = (model.marker(m, self.title) for m in self.markers)
         if a.name == b.name:
-            raise ModelError(self.title, found=f"both markers are on body '{a.name}'", expected="markers of two bodies",
-                             remedy="Joints act between different bodies")
+            raise ModelError(
+                self.title,
+                found=f"both markers are on body '{a.name}'",
+                expected="markers of two bodies",
+                remedy="Joints act between different bodies",
+            )
 
     def equations(self) -> tuple[Equation, ...]:
         """Return the primitive equations of this joint (of its fields, where they depend on them)."""
@@ -257,8 +281,12 @@ class Force(Part):
         """Raise ModelError if the field `markers` is not a pair of names; store it as a tuple."""
         markers = self.markers  # type: ignore[attr-defined]
         if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
-            raise ModelError(self.title, found=f"markers = {markers!r}", expected="two names 'body.marker'",
-                             remedy="Write markers=('ground.A', 'crank.A')")
+            raise ModelError(
+                self.title,
+                found=f"markers = {markers!r}",
+                expected="two names 'body.marker'",
+                remedy="Write markers=('ground.A', 'crank.A')",
+            )
         object.__setattr__(self, "markers", tuple(markers))
 
     def measure(self, model) -> str | None:
@@ -298,7 +326,9 @@ class Sensor(Part):
         return ()
 
     def followed(self, compiler) -> list[tuple[Table, tuple]]:
-        """Return the rows of what must be followed from step to step (turns of a joint), with the tables they are of."""
+        """Return the rows of what must be followed from step to step (turns of a joint),
+        with the tables they are of.
+        """
         return []
 
     def values(self, series) -> np.ndarray:
@@ -311,8 +341,12 @@ def check_names(parts, family: str) -> None:
     seen: set[str] = set()
     for part in parts:
         if part.name in seen:
-            raise ModelError(f"{family} '{part.name}'", found="the name is used twice",
-                             expected=f"one {family.lower()} of each name", remedy="Rename one of them")
+            raise ModelError(
+                f"{family} '{part.name}'",
+                found="the name is used twice",
+                expected=f"one {family.lower()} of each name",
+                remedy="Rename one of them",
+            )
         seen.add(part.name)
 
 
@@ -320,6 +354,10 @@ def find_part(name: str, parts: Mapping[str, Part], asker: str, family: str):
     """Return the part called `name`; ModelError with the known names and the nearest one otherwise."""
     if not isinstance(name, str) or name not in parts:
         known = listed(name, sorted(parts))
-        raise ModelError(asker, found=f"{family} '{name}' does not exist", expected=f"The model has: {known}",
-                         remedy=did_you_mean(name, parts) or "Correct the name")
+        raise ModelError(
+            asker,
+            found=f"{family} '{name}' does not exist",
+            expected=f"The model has: {known}",
+            remedy=did_you_mean(name, parts) or "Correct the name",
+        )
     return parts[name]

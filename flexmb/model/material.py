@@ -44,11 +44,19 @@ class Material(metaclass=Described):
         for field, unit in (("young", "Pa"), ("density", "kg/m3")):
             value = getattr(self, field)
             if not is_number(value) or value <= 0.0:
-                raise ModelError(part, found=f"{field} = {value!r} {unit}", expected="a positive number",
-                                 remedy="Use SI units: steel has young=210e9 Pa, density=7850 kg/m3")
+                raise ModelError(
+                    part,
+                    found=f"{field} = {value!r} {unit}",
+                    expected="a positive number",
+                    remedy="Use SI units: steel has young=210e9 Pa, density=7850 kg/m3",
+                )
         if not is_number(self.poisson) or not -1.0 < self.poisson < 0.5:
-            raise ModelError(part, found=f"poisson = {self.poisson!r}", expected="-1 < poisson < 0.5",
-                             remedy="For a nearly incompressible material use 0.49 at most")
+            raise ModelError(
+                part,
+                found=f"poisson = {self.poisson!r}",
+                expected="-1 < poisson < 0.5",
+                remedy="For a nearly incompressible material use 0.49 at most",
+            )
 
     @property
     def shear(self) -> float:

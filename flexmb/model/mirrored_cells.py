@@ -27,6 +27,4 @@ ORDERS = {
 
 def mirrored_cells(cells: tuple[tuple[str, np.ndarray], ...]) -> tuple[tuple[str, np.ndarray], ...]:
     """Return the cells (meshio cell type, (ne, nn) int) of the image of a mesh in a mirror."""
-    return tuple(
-        (kind, np.asarray(nodes)[:, ORDERS[kind]] if kind in ORDERS else nodes) for kind, nodes in cells
-    )
+    return tuple((kind, np.asarray(nodes)[:, ORDERS[kind]] if kind in ORDERS else nodes) for kind, nodes in cells)

@@ -49,9 +49,17 @@ class InertiaInvariants:
         """Return the invariants of a subset of the modes (int indices)."""
         j = np.asarray(modes, int)
         return InertiaInvariants(
-            vv=self.vv, vw0=self.vw0, vw1=self.vw1[j], vn=self.vn[:, j], ww0=self.ww0, ww1=self.ww1[j],
-            ww2=self.ww2[np.ix_(j, j)], wn0=self.wn0[:, j], wn1=self.wn1[j][:, :, j],
-            nn=self.nn[np.ix_(j, j)])
+            vv=self.vv,
+            vw0=self.vw0,
+            vw1=self.vw1[j],
+            vn=self.vn[:, j],
+            ww0=self.ww0,
+            ww1=self.ww1[j],
+            ww2=self.ww2[np.ix_(j, j)],
+            wn0=self.wn0[:, j],
+            wn1=self.wn1[j][:, :, j],
+            nn=self.nn[np.ix_(j, j)],
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,22 +148,32 @@ class ModalNeutralData:
 
     def __post_init__(self):
         m, k = self.stiffness.shape[0], len(self.marker_names)
-        shapes = {"shapes": (len(self.nodes), 3, m), "marker_translations": (k, 3, m),
-                  "marker_rotations": (k, 3, m),
-                  "stiffness": (m, m), "frequencies": (m,), "damping_ratios": (m,),
-                  "load_shapes": (len(self.load_names), 6 + m)}
+        shapes = {
+            "shapes": (len(self.nodes), 3, m),
+            "marker_translations": (k, 3, m),
+            "marker_rotations": (k, 3, m),
+            "stiffness": (m, m),
+            "frequencies": (m,),
+            "damping_ratios": (m,),
+            "load_shapes": (len(self.load_names), 6 + m),
+        }
         for name, expected in shapes.items():
             found = getattr(self, name).shape
             if found != expected:
-                raise ModelError(f"Modal neutral data '{self.name}'", found=f"{name} has the shape {found}",
-                                 expected=f"{expected}",
-                                 remedy="Make the data with reduction.reduce, or see its fields")
+                raise ModelError(
+                    f"Modal neutral data '{self.name}'",
+                    found=f"{name} has the shape {found}",
+                    expected=f"{expected}",
+                    remedy="Make the data with reduction.reduce, or see its fields",
+                )
 
     def __repr__(self):
         first = f", first {self.frequencies[0]:.4g} Hz" if self.n_modes else ""
         more = "".join(f"; {word}: {', '.join(names)}" for word, names in (("loads", self.load_names),) if names)
-        return (f"ModalNeutralData('{self.name}': {self.mass:.4g} kg, {self.n_modes} flexible coordinates{first}; markers: "
-                f"{', '.join(self.marker_names) or 'none'}{more})")
+        return (
+            f"ModalNeutralData('{self.name}': {self.mass:.4g} kg, {self.n_modes} flexible coordinates{first}; markers: "
+            f"{', '.join(self.marker_names) or 'none'}{more})"
+        )
 
     @property
     def n_modes(self) -> int:
@@ -186,21 +204,29 @@ class ModalNeutralData:
         except (TypeError, ValueError):
             j = np.array([self.n_modes])
         if len(j) and (j.min() < 0 or j.max() >= self.n_modes):
-            raise ModelError(f"Modal neutral data '{self.name}'", found=f"mode selection {modes!r}",
-                             expected=f"indices below {self.n_modes}",
-                             remedy="Select among the modes of data.frequencies")
+            raise ModelError(
+                f"Modal neutral data '{self.name}'",
+                found=f"mode selection {modes!r}",
+                expected=f"indices below {self.n_modes}",
+                remedy="Select among the modes of data.frequencies",
+            )
         return replace(
-            self, shapes=self.shapes[..., j],
+            self,
+            shapes=self.shapes[..., j],
             rotation_shapes=None if self.rotation_shapes is None else self.rotation_shapes[..., j],
             marker_translations=self.marker_translations[..., j],
             marker_rotations=self.marker_rotations[..., j],
-            stiffness=self.stiffness[np.ix_(j, j)], damping_ratios=self.damping_ratios[j],
-            frequencies=self.frequencies[j], invariants=self.invariants.selected(j),
+            stiffness=self.stiffness[np.ix_(j, j)],
+            damping_ratios=self.damping_ratios[j],
+            frequencies=self.frequencies[j],
+            invariants=self.invariants.selected(j),
             geometric=None if self.geometric is None else self.geometric.selected(j),
             load_shapes=np.hstack([self.load_shapes[:, :6], self.load_shapes[:, 6:][:, j]]),
             stress_modes=None if self.stress_modes is None else self.stress_modes[..., j],
-            quality=self.quality if not self.quality else {
-                **self.quality, "modes": [self.quality["modes"][k] for k in j]})
+            quality=self.quality
+            if not self.quality
+            else {**self.quality, "modes": [self.quality["modes"][k] for k in j]},
+        )
 
     def rotated(self, rotation) -> ModalNeutralData:
         """Return the body turned about its origin, x' = R x; R as matrix, rotation vector (3,) or scipy Rotation."""

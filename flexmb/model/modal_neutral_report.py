@@ -73,8 +73,11 @@ def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
 
 
 def _interfaces(q: dict[str, Any]) -> list[str]:
-    rows = [f"  {i['name']:<16} {i['kind']:<11} {i['nodes']:>6} nodes  {len(i['freedoms'])} freedoms  at "
-            f"({', '.join(f'{x:.6g}' for x in i['position'])}) m" for i in q["interfaces"]]  # fmt: skip
+    rows = [
+        f"  {i['name']:<16} {i['kind']:<11} {i['nodes']:>6} nodes  {len(i['freedoms'])} freedoms  at "
+        f"({', '.join(f'{x:.6g}' for x in i['position'])}) m"
+        for i in q["interfaces"]
+    ]
     return [
         "Interfaces",
         *rows,
@@ -85,15 +88,20 @@ def _interfaces(q: dict[str, Any]) -> list[str]:
 def _frequencies(q: dict[str, Any]) -> list[str]:
     if not q["frequencies"]:
         return ["Frequencies", "  not compared with the full model (compare=0)"]
-    rows = [f"  {n + 1:>4} {r['full']:>14.6g} {r['reduced']:>14.6g} {100 * r['error']:>10.3g} %"
-            for n, r in enumerate(q["frequencies"])]  # fmt: skip
+    rows = [
+        f"  {n + 1:>4} {r['full']:>14.6g} {r['reduced']:>14.6g} {100 * r['error']:>10.3g} %"
+        for n, r in enumerate(q["frequencies"])
+    ]
     good = 0.0
     for row in q["frequencies"]:
         if row["error"] > 0.01:
             break
         good = row["full"]
-    return [f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {q['normal_modes']} fixed-interface modes)",
-            f"  {'mode':>4} {'full model Hz':>14} {'reduced Hz':>14} {'error':>12}", *rows]  # fmt: skip
+    return [
+        f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {q['normal_modes']} fixed-interface modes)",
+        f"  {'mode':>4} {'full model Hz':>14} {'reduced Hz':>14} {'error':>12}",
+        *rows,
+    ]
 
 
 def _effective_mass(q: dict[str, Any]) -> list[str]:

@@ -31,11 +31,7 @@ def mode_table(data: ModalNeutralData) -> list[dict[str, Any]]:
         rows.append(
             {
                 "number": j + 1,
-                "kind": f"normal mode {int(normal) + 1}"
-                if normal.isdigit()
-                else "interface motion"
-                if known
-                else "",
+                "kind": f"normal mode {int(normal) + 1}" if normal.isdigit() else "interface motion" if known else "",
                 "interface": max(interfaces, key=interfaces.get, default=""),
                 "frequency": float(frequency),
                 "damping_ratio": float(data.damping_ratios[j]),
@@ -57,9 +53,7 @@ def _effective_mass(data: ModalNeutralData, number: int) -> dict[str, float]:
 def _compliance_shares(data: ModalNeutralData) -> np.ndarray:
     """Return phi_ij^2 / k_j over its sum over j, mean over the freedoms i of the interfaces, (m,)."""
     k, n = np.diag(data.stiffness), data.n_interfaces
-    shapes = np.concatenate([data.marker_translations[:n], data.marker_rotations[:n]], axis=1).reshape(
-        -1, len(k)
-    )
+    shapes = np.concatenate([data.marker_translations[:n], data.marker_rotations[:n]], axis=1).reshape(-1, len(k))
     terms = shapes**2 / np.where(k > 0.0, k, np.inf)
     total = terms.sum(axis=1)
     moving = total > 1e-20 * total.max(initial=0.0)

@@ -53,15 +53,19 @@ class Model(metaclass=Described):
         for family in FAMILIES:
             given = getattr(self, family)
             if isinstance(given, str | Part) or not isinstance(given, Iterable):
-                raise ModelError(title, found=f"{family} = {given!r:.60}", expected="a list of parts",
-                                 remedy=f"Write {family}=[...]")
+                raise ModelError(
+                    title, found=f"{family} = {given!r:.60}", expected="a list of parts", remedy=f"Write {family}=[...]"
+                )
             parts = tuple(given)
             object.__setattr__(self, family, parts)
             for part in parts:
                 if not isinstance(part, Part):
-                    raise ModelError(title, found=f"{family} holds {part!r:.60}",
-                                     expected="parts such as flexmb.RigidBody(...)",
-                                     remedy="Put the parts themselves into the list")
+                    raise ModelError(
+                        title,
+                        found=f"{family} holds {part!r:.60}",
+                        expected="parts such as flexmb.RigidBody(...)",
+                        remedy="Put the parts themselves into the list",
+                    )
             check_names(parts, parts[0].family if parts else family)
         self._check_ground()
         for family in ("joints", "forces", "sensors", "events"):
@@ -72,13 +76,19 @@ class Model(metaclass=Described):
         """Raise ModelError unless the name "ground" is that of the one body that cannot move."""
         for body in self.bodies:
             if body.n_velocities == 0 and body.name != GROUND:
-                raise ModelError(body.title, found=f"a ground called '{body.name}'",
-                                 expected=f"one Ground, which is called '{GROUND}'",
-                                 remedy="Leave its name out, and put the markers of all grounds into one Ground(markers=...)")
+                raise ModelError(
+                    body.title,
+                    found=f"a ground called '{body.name}'",
+                    expected=f"one Ground, which is called '{GROUND}'",
+                    remedy="Leave its name out, and put the markers of all grounds into one Ground(markers=...)",
+                )
             if body.n_velocities and body.name == GROUND:
-                raise ModelError(body.title, found=f"a {type(body).__name__} called '{GROUND}'",
-                                 expected="another name, for this one is that of the world frame",
-                                 remedy="Rename the body; a body that cannot move is fmb.Ground")
+                raise ModelError(
+                    body.title,
+                    found=f"a {type(body).__name__} called '{GROUND}'",
+                    expected="another name, for this one is that of the world frame",
+                    remedy="Rename the body; a body that cannot move is fmb.Ground",
+                )
 
     def __repr__(self):
         counts = ", ".join(f"{len(getattr(self, family))} {family}" for family in FAMILIES if getattr(self, family))
@@ -105,20 +115,30 @@ class Model(metaclass=Described):
         """Return (body, marker pose) of "body.marker"; ModelError with the known markers of that body otherwise."""
         body_name, dot, marker = str(name).partition(".")
         if not dot:
-            raise ModelError(asker, found=f"marker '{name}' names no body", expected="'body.marker'",
-                             remedy=did_you_mean(name, self.marker_names()) or "Write it as 'body.marker'")
+            raise ModelError(
+                asker,
+                found=f"marker '{name}' names no body",
+                expected="'body.marker'",
+                remedy=did_you_mean(name, self.marker_names()) or "Write it as 'body.marker'",
+            )
         bodies = self._by_name["bodies"]
         if body_name not in bodies:
-            raise ModelError(asker, found=f"marker '{name}': body '{body_name}' does not exist",
-                             expected=f"The model has: {listed(body_name, sorted(bodies))}",
-                             remedy=did_you_mean(body_name, bodies) or "Correct the name")
+            raise ModelError(
+                asker,
+                found=f"marker '{name}': body '{body_name}' does not exist",
+                expected=f"The model has: {listed(body_name, sorted(bodies))}",
+                remedy=did_you_mean(body_name, bodies) or "Correct the name",
+            )
         poses = bodies[body_name].marker_poses()
         if marker not in poses:
             near = did_you_mean(marker, poses)
             remedy = near.replace("'" + near.split("'")[1], f"'{body_name}." + near.split("'")[1], 1) if near else ""
-            raise ModelError(asker, found=f"marker '{name}' does not exist",
-                             expected=f"Body '{body_name}' has: {', '.join(poses) or 'no markers'}",
-                             remedy=remedy or f"Add the marker to body '{body_name}'")
+            raise ModelError(
+                asker,
+                found=f"marker '{name}' does not exist",
+                expected=f"Body '{body_name}' has: {', '.join(poses) or 'no markers'}",
+                remedy=remedy or f"Add the marker to body '{body_name}'",
+            )
         return bodies[body_name], poses[marker]
 
     def marker_names(self) -> list[str]:
@@ -130,8 +150,12 @@ class Model(metaclass=Described):
         every = {p.name for family in FAMILIES for p in getattr(self, family)}
         for name in names:
             if name not in every:
-                raise ModelError(f"Model '{self.name}'", found=f"there is no part '{name}' to leave out",
-                                 expected=f"One of: {listed(name, sorted(every))}", remedy=did_you_mean(name, every))
+                raise ModelError(
+                    f"Model '{self.name}'",
+                    found=f"there is no part '{name}' to leave out",
+                    expected=f"One of: {listed(name, sorted(every))}",
+                    remedy=did_you_mean(name, every),
+                )
         kept: dict[str, Any] = {f: tuple(p for p in getattr(self, f) if p.name not in names) for f in FAMILIES}
         return replace(self, **kept)
 
@@ -148,8 +172,12 @@ class Model(metaclass=Described):
                 new: dict[str, Any] = {family: tuple(p.replaced(**values) if p.name == part else p for p in old)}
                 return replace(self, **new)
         every = [p.name for family in FAMILIES for p in getattr(self, family)]
-        raise ModelError(f"Model '{self.name}'", found=f"there is no part '{part}' to change",
-                         expected=f"One of: {listed(part, sorted(every))}", remedy=did_you_mean(part, every))
+        raise ModelError(
+            f"Model '{self.name}'",
+            found=f"there is no part '{part}' to change",
+            expected=f"One of: {listed(part, sorted(every))}",
+            remedy=did_you_mean(part, every),
+        )
 
     def placed(self, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None) -> Model:
         """Return the model with ``prefix_`` before every name, moved by `at` (m) and turned by `rotation` in W.

@@ -56,16 +56,24 @@ class OrthotropicMaterial(metaclass=Described):
         for field, unit in (("young", "Pa"), ("shear", "Pa")):
             values = np.asarray(getattr(self, field), float)
             if values.shape != (3,) or not np.all(values > 0.0):
-                raise ModelError(part, found=f"{field} = {getattr(self, field)!r} {unit}",
-                                 expected="three positive numbers", remedy="Give the values of the axes in SI units")
+                raise ModelError(
+                    part,
+                    found=f"{field} = {getattr(self, field)!r} {unit}",
+                    expected="three positive numbers",
+                    remedy="Give the values of the axes in SI units",
+                )
         if not self.density > 0.0:
-            raise ModelError(part, found=f"density = {self.density!r} kg/m3", expected="a positive number",
-                             remedy="Use SI units")
+            raise ModelError(
+                part, found=f"density = {self.density!r} kg/m3", expected="a positive number", remedy="Use SI units"
+            )
         smallest = np.linalg.eigvalsh(self.compliance[:3, :3]).min()
         if np.shape(self.poisson) != (3,) or not smallest > 0.0:
-            raise ModelError(part, found=f"poisson = {self.poisson!r} makes the strain energy negative",
-                             expected="nu_ij^2 < E_i / E_j and a positive definite compliance",
-                             remedy="Check the order nu_12, nu_23, nu_13 and which index carries the load")
+            raise ModelError(
+                part,
+                found=f"poisson = {self.poisson!r} makes the strain energy negative",
+                expected="nu_ij^2 < E_i / E_j and a positive definite compliance",
+                remedy="Check the order nu_12, nu_23, nu_13 and which index carries the load",
+            )
 
     @property
     def compliance(self) -> np.ndarray:
@@ -89,6 +97,10 @@ class OrthotropicMaterial(metaclass=Described):
             turn = given if given.shape == (3, 3) else Rotation.from_rotvec(given).as_matrix()
         c = np.linalg.inv(self.compliance)
         # stress' = T stress: row (i, j), column (k, l) of the turn of a symmetric tensor, shear counted twice.
-        t = np.array([[turn[i, k] * turn[j, m] + (turn[i, m] * turn[j, k] if k != m else 0.0)
-                       for k, m in PAIRS] for i, j in PAIRS])
+        t = np.array(
+            [
+                [turn[i, k] * turn[j, m] + (turn[i, m] * turn[j, k] if k != m else 0.0) for k, m in PAIRS]
+                for i, j in PAIRS
+            ]
+        )
         return t @ c @ t.T

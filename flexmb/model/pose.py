@@ -21,8 +21,12 @@ def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
     """Return `value` as three floats; ModelError naming part and field otherwise."""
     array = finite_array(value)
     if array.shape != (3,):
-        raise ModelError(part, found=f"{field} = {value!r}", expected="three finite numbers (x, y, z)",
-                         remedy=f"Write {field} = (0.0, 0.0, 0.0)")
+        raise ModelError(
+            part,
+            found=f"{field} = {value!r}",
+            expected="three finite numbers (x, y, z)",
+            remedy=f"Write {field} = (0.0, 0.0, 0.0)",
+        )
     return float(array[0]), float(array[1]), float(array[2])
 
 
@@ -33,9 +37,12 @@ def rotation3(value: Any, part: str, field: str) -> np.ndarray:
     known = hasattr(value, "as_matrix") or finite_array(value).shape in ((3,), (3, 3))
     R = rotation_matrix(value) if known else np.zeros(0)
     if R.shape != (3, 3) or np.any(np.abs(R @ R.T - np.eye(3)) > ORTHOGONAL) or np.linalg.det(R) < 0.0:
-        raise ModelError(part, found=f"{field} = {value!r} is no right-handed orthogonal rotation",
-                         expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
-                         remedy="Use Pose.axes(at, x=..., z=...) to give two directions")
+        raise ModelError(
+            part,
+            found=f"{field} = {value!r} is no right-handed orthogonal rotation",
+            expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
+            remedy="Use Pose.axes(at, x=..., z=...) to give two directions",
+        )
     return R
 
 
@@ -79,17 +86,24 @@ class Pose(metaclass=Described):
         """
         given = [(k, np.array(vector3(d, "Pose", "xyz"[k]))) for k, d in ((2, z), (0, x), (1, y)) if d is not None]
         if not 1 <= len(given) <= 2:
-            raise ModelError("Pose.axes", found=f"{len(given)} directions", expected="one or two of x=, y=, z=",
-                             remedy="Give the main direction and one to fix the rotation about it")
+            raise ModelError(
+                "Pose.axes",
+                found=f"{len(given)} directions",
+                expected="one or two of x=, y=, z=",
+                remedy="Give the main direction and one to fix the rotation about it",
+            )
         (i, a), *rest = given
         if rest:
             j, b = rest[0]
         else:
             j, b = (i + 1) % 3, np.eye(3)[int(np.argmin(np.abs(a)))]
         if np.linalg.norm(a) == 0.0 or np.linalg.norm(np.cross(a, b)) < 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
-            raise ModelError("Pose.axes", found="directions that are zero or parallel",
-                             expected="two different directions",
-                             remedy="Give another second direction")
+            raise ModelError(
+                "Pose.axes",
+                found="directions that are zero or parallel",
+                expected="two different directions",
+                remedy="Give another second direction",
+            )
         a = a / np.linalg.norm(a)
         b = b - a * (a @ b)
         R = np.empty((3, 3))
@@ -110,6 +124,10 @@ def as_pose(value: Any, part: str, field: str) -> Pose:
             return Pose.axes(at, **entries)
         if set(entries) <= {"rotation"}:
             return Pose(at, entries.get("rotation"))
-        raise ModelError(part, found=f"{field} has the entries {', '.join(value)}",
-                         expected="at, and rotation or one or two of x, y, z", remedy="Remove the others")
+        raise ModelError(
+            part,
+            found=f"{field} has the entries {', '.join(value)}",
+            expected="at, and rotation or one or two of x, y, z",
+            remedy="Remove the others",
+        )
     return Pose(vector3(value, part, field))

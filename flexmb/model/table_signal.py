@@ -79,8 +79,10 @@ class Table(Signal):
 
     def __repr__(self):
         of = "" if self.of is None else f", of {self.of!r}"
-        return (f"Table({len(self.x)} points, x {self.x[0]:.4g} to {self.x[-1]:.4g}, y {min(self.y):.4g} to "
-                f"{max(self.y):.4g}, {self.kind}{of})")
+        return (
+            f"Table({len(self.x)} points, x {self.x[0]:.4g} to {self.x[-1]:.4g}, y {min(self.y):.4g} to "
+            f"{max(self.y):.4g}, {self.kind}{of})"
+        )
 
     @property
     def joint(self) -> str | None:

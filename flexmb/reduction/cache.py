@@ -21,9 +21,7 @@ __all__ = ["fingerprint", "kept"]
 _RELEASE = "6"  # of the reduction: raise it when the same input gives other data
 
 
-def kept(
-    folder: str | Path, fe: FEModel, settings: tuple, work: Callable[[], ModalNeutralData]
-) -> ModalNeutralData:
+def kept(folder: str | Path, fe: FEModel, settings: tuple, work: Callable[[], ModalNeutralData]) -> ModalNeutralData:
     """Return the data of an earlier reduction of the same content, or do the work and keep its result.
 
     A file that cannot be read (cut off, of an older release) is made again.

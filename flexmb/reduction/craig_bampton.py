@@ -32,12 +32,24 @@ __all__ = ["reduce"]
 Progress = Callable[[str, float], None]
 
 
-def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo = 12, *,
-           geometric_stiffness: bool = False, stations: Mapping[str, Any] | None = None,
-           loads: Mapping[str, Any] | None = None, frame: str = "buckens", damping: Any = None,
-           stress: bool = True, residual_vectors: Sequence[str] = (), preload: Mapping[str, float] | None = None,
-           compare: int = 6, cache: str | Path | None = None, backend: Backend | None = None,
-           progress: Progress | None = None) -> ModalNeutralData:  # fmt: skip
+def reduce(
+    fe: FEModel,
+    interfaces: Mapping[str, Any],
+    modes: int | str | UpTo = 12,
+    *,
+    geometric_stiffness: bool = False,
+    stations: Mapping[str, Any] | None = None,
+    loads: Mapping[str, Any] | None = None,
+    frame: str = "buckens",
+    damping: Any = None,
+    stress: bool = True,
+    residual_vectors: Sequence[str] = (),
+    preload: Mapping[str, float] | None = None,
+    compare: int = 6,
+    cache: str | Path | None = None,
+    backend: Backend | None = None,
+    progress: Progress | None = None,
+) -> ModalNeutralData:
     """Reduce an FE model by Craig-Bampton modes to the data of a flexible body (docs/theory/reduction.md).
 
     Parameters
@@ -77,10 +89,26 @@ def reduce(fe: FEModel, interfaces: Mapping[str, Any], modes: int | str | UpTo =
     ReductionError
         The interfaces or the FE model do not allow it; the message names the place.
     """
-    settings = _Settings(interfaces, parse_modes(modes), geometric_stiffness, stations or {}, loads or {}, frame,
-                         damping, stress, tuple(residual_vectors), preload or {}, compare)  # fmt: skip
-    check_kind(fe, FEModel, "Reduction", "Make it with fem.solid(mesh, material), fem.frame, fem.shell or "
-               "fem.from_matrices", ReductionError)
+    settings = _Settings(
+        interfaces,
+        parse_modes(modes),
+        geometric_stiffness,
+        stations or {},
+        loads or {},
+        frame,
+        damping,
+        stress,
+        tuple(residual_vectors),
+        preload or {},
+        compare,
+    )
+    check_kind(
+        fe,
+        FEModel,
+        "Reduction",
+        "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices",
+        ReductionError,
+    )
     for words, given in (("interfaces", interfaces), ("stations", stations or {}), ("loads", loads or {})):
         check_mapping(given, "Reduction", words, f'{{"{EXAMPLES[words]}": "name of a set"}}', ReductionError)
     _check_names(settings)
@@ -128,28 +156,36 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     basis = orthonormal_basis(body, normal, clamped)
     say("geometric stiffness", 0.6)
     constant = forces @ np.array([asked.preload.get(name, 0.0) for name in names])
-    geometric = unit_load_stiffness(body, basis.shapes, markers[: len(couplings)], forces, constant,
-                                    _support(body, clamped)) if asked.geometric_stiffness else None  # fmt: skip
+    geometric = (
+        unit_load_stiffness(body, basis.shapes, markers[: len(couplings)], forces, constant, _support(body, clamped))
+        if asked.geometric_stiffness
+        else None
+    )
     say("full model for comparison", 0.7)
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
-    quality = quality_numbers(body, normal, basis, exact, clamped, stations=markers[len(couplings):])
+    quality = quality_numbers(body, normal, basis, exact, clamped, stations=markers[len(couplings) :])
     data = _data(fe, markers, basis, names, forces, asked.stress)
-    data = replace(data, n_interfaces=len(couplings), damping_ratios=damping_ratios(asked.damping, basis.w2),
-                   geometric=geometric, frame=asked.frame, quality=quality)  # fmt: skip
+    data = replace(
+        data,
+        n_interfaces=len(couplings),
+        damping_ratios=damping_ratios(asked.damping, basis.w2),
+        geometric=geometric,
+        frame=asked.frame,
+        quality=quality,
+    )
     say("done", 1.0)
     return data
 
 
-def _data(fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, load_names: list[str], forces: np.ndarray,
-          stress: bool) -> ModalNeutralData:  # fmt: skip
+def _data(
+    fe: FEModel, markers: Sequence[MarkerMotion], basis: Basis, load_names: list[str], forces: np.ndarray, stress: bool
+) -> ModalNeutralData:
     """Return what follows from the shapes alone."""
     m, field = len(basis.w2), fe.field(basis.shapes)
-    motions = (
-        np.stack([marker.matrix @ basis.shapes for marker in markers]) if markers else np.zeros((0, 6, m))
-    )
+    motions = np.stack([marker.matrix @ basis.shapes for marker in markers]) if markers else np.zeros((0, 6, m))
     rotations = field[:, 3:].copy() if np.any(fe.dofs[:, 1] >= 3) else None
     return ModalNeutralData(
         name=fe.name,

@@ -101,15 +101,11 @@ def geometric_stiffness(
     forces = np.hstack([inertia, *wrenches, loads, preload[:, None]])
     static = body.solve_supported(forces, support)
     displacement, modes = fe.field(static), fe.field(shapes)
-    matrices = np.sum(
-        [block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0
-    )
+    matrices = np.sum([block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0)
     direct = np.hstack([inertia, *(np.zeros_like(w) for w in wrenches), loads, preload[:, None]])
     matrices += _coupling_stiffness(body, static, direct, interfaces, shapes)
     matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))
-    inertia, interface, shape, constant = np.split(
-        matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]])
-    )
+    inertia, interface, shape, constant = np.split(matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]]))
     return GeometricStiffness(
         inertia=inertia,
         interface=interface.reshape(len(interfaces), 6, m, m),

@@ -136,9 +136,7 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     if isinstance(kind, Averaging):
         return [_averaging(fe, name, kind, nodes, rows, point, whole)]
     block = rigid_block(fe, rows, point)
-    freedoms = _full_motion(
-        fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node"
-    )
+    freedoms = _full_motion(fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node")
     return [Coupling(name, point, nodes, rows, block[:, freedoms], freedoms)]
 
 
@@ -183,9 +181,7 @@ def _averaging(fe, name, kind, nodes, rows, point, whole) -> Coupling:
     weight = weights[np.searchsorted(nodes, fe.dofs[rows, 0])]
     scale = np.where(freedoms < 3, 1.0, radius)
     scaled = block[:, freedoms] / scale
-    average = (
-        np.linalg.solve(scaled.T @ (weight[:, None] * scaled), (weight[:, None] * scaled).T) / scale[:, None]
-    )
+    average = np.linalg.solve(scaled.T @ (weight[:, None] * scaled), (weight[:, None] * scaled).T) / scale[:, None]
     center = weights @ fe.nodes[nodes] / weights.sum()
     return Coupling(name, point, nodes, rows, average, freedoms, averaging=True, label="averaging", center=center)
 

@@ -138,9 +138,7 @@ def load_vectors(fe: FEModel, loads: Mapping[str, Any]) -> np.ndarray:
 def _facets(fe: FEModel, name: str, part: str) -> list[np.ndarray]:
     if name in fe.facet_sets:
         facets = np.asarray(fe.facet_sets[name], int)
-        sizes = (
-            np.sum(facets >= 0, axis=1) if facets.ndim == 2 else np.zeros(0)
-        )  # rows of mixed sets end in -1
+        sizes = np.sum(facets >= 0, axis=1) if facets.ndim == 2 else np.zeros(0)  # rows of mixed sets end in -1
         if len(sizes):
             return [facets[sizes == size, :size] for size in np.unique(sizes)]
     elif name in fe.node_sets:

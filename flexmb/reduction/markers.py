@@ -112,9 +112,7 @@ def _arm(arm: np.ndarray) -> sparse.csr_matrix:
     return sparse.csr_matrix(move)
 
 
-def _least_squares(
-    fe: FEModel, nodes: np.ndarray, point: np.ndarray, weights: np.ndarray
-) -> sparse.csr_matrix:
+def _least_squares(fe: FEModel, nodes: np.ndarray, point: np.ndarray, weights: np.ndarray) -> sparse.csr_matrix:
     """Weighted least-squares rigid motion of nodes; motions the nodes do not show are zero."""
     rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
     radius = np.linalg.norm(fe.nodes[nodes] - point, axis=1).max() or 1.0
@@ -194,9 +192,7 @@ def _nearest_line(fe: FEModel, point: np.ndarray) -> tuple[int, int, float] | No
             continue
         first, second = fe.nodes[block.connectivity[:, 0]], fe.nodes[block.connectivity[:, 1]]
         along = second - first
-        fraction = np.clip(
-            np.einsum("ij,ij->i", point - first, along) / np.einsum("ij,ij->i", along, along), 0.0, 1.0
-        )
+        fraction = np.clip(np.einsum("ij,ij->i", point - first, along) / np.einsum("ij,ij->i", along, along), 0.0, 1.0)
         distance = np.linalg.norm(first + fraction[:, None] * along - point, axis=1)
         i = int(np.argmin(distance))
         if distance[i] <= best:

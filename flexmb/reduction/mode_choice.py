@@ -14,9 +14,7 @@ from flexmb.reduction.statics import HeldBody
 __all__ = ["UpTo", "choose_modes", "parse_modes"]
 
 _NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
-_PATTERN = re.compile(
-    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?\s*", re.IGNORECASE
-)
+_PATTERN = re.compile(rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?\s*", re.IGNORECASE)
 _DEFAULT_ACCURACY = 0.01
 
 

@@ -160,8 +160,7 @@ def _frequencies(basis: Basis, exact: NormalModes | None) -> list[dict[str, floa
     count = min(len(exact.w2), len(basis.w2))
     full, reduced = (np.sqrt(w2[:count]) / (2.0 * np.pi) for w2 in (exact.w2, basis.w2))
     return [
-        {"full": float(a), "reduced": float(b), "error": float(b / a - 1.0)}
-        for a, b in zip(full, reduced, strict=True)
+        {"full": float(a), "reduced": float(b), "error": float(b / a - 1.0)} for a, b in zip(full, reduced, strict=True)
     ]
 
 
@@ -171,10 +170,7 @@ def _mode_table(body: HeldBody, normal: NormalModes, basis: Basis) -> list[dict[
     weight /= np.maximum(weight.sum(axis=0), 1e-300)
     rows = []
     for j, w2 in enumerate(basis.w2):
-        shares = {
-            c.name: float(weight[where, j].sum())
-            for c, where in zip(body.couplings, body.slices, strict=True)
-        }
+        shares = {c.name: float(weight[where, j].sum()) for c, where in zip(body.couplings, body.slices, strict=True)}
         inner = weight[body.nq :, j]
         row = {
             "number": j,

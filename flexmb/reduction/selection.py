@@ -67,9 +67,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
             part,
             found=f"{len(free)} of its nodes have no freedoms of their own ({why}), first node {free[0]}",
             expected="nodes of the FE model that move by themselves",
-            remedy="Choose the node that the link hangs on"
-            if linked
-            else "Choose nodes that belong to elements",
+            remedy="Choose the node that the link hangs on" if linked else "Choose nodes that belong to elements",
         )
     return nodes
 

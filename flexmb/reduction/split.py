@@ -18,10 +18,18 @@ from flexmb.reduction.selection import is_point, points_of
 __all__ = ["split"]
 
 
-def split(parts: Sequence[FEModel], interfaces: Mapping[str, Any], modes: int | str | UpTo = 8, *,
-          geometric_stiffness: bool = True, stations: Mapping[str, Any] | None = None,
-          loads: Mapping[str, Any] | None = None, damping: Any = None, stress: bool = True,
-          cache: str | Path | None = None) -> tuple[ModalNeutralData, ...]:  # fmt: skip
+def split(
+    parts: Sequence[FEModel],
+    interfaces: Mapping[str, Any],
+    modes: int | str | UpTo = 8,
+    *,
+    geometric_stiffness: bool = True,
+    stations: Mapping[str, Any] | None = None,
+    loads: Mapping[str, Any] | None = None,
+    damping: Any = None,
+    stress: bool = True,
+    cache: str | Path | None = None,
+) -> tuple[ModalNeutralData, ...]:
     """Reduce the parts of an FE model, each with its cuts as rigid interfaces.
 
     Between two parts the section of the cut keeps its shape; it may turn as far as it likes, since every part has its
@@ -61,10 +69,19 @@ def split(parts: Sequence[FEModel], interfaces: Mapping[str, Any], modes: int | 
         for k in owners:
             own[k][2][name] = load
     return tuple(
-        reduce(part, {**faces, **{cut: cut for cut in part.node_sets if cut.startswith("cut_")}}, modes,
-               geometric_stiffness=geometric_stiffness, stations=points, loads=shapes, damping=damping, stress=stress,
-               cache=cache)
-        for part, (faces, points, shapes) in zip(parts, own))  # fmt: skip
+        reduce(
+            part,
+            {**faces, **{cut: cut for cut in part.node_sets if cut.startswith("cut_")}},
+            modes,
+            geometric_stiffness=geometric_stiffness,
+            stations=points,
+            loads=shapes,
+            damping=damping,
+            stress=stress,
+            cache=cache,
+        )
+        for part, (faces, points, shapes) in zip(parts, own)
+    )
 
 
 def _has(part: FEModel, where) -> bool:
@@ -81,14 +98,20 @@ def _owner(parts: Sequence[FEModel], what: str, name: str, where) -> int:
     if not owners:
         raise _unknown(parts, what, name, selection)
     if len(owners) > 1:
-        raise ReductionError(f"{what} '{name}'",
-                             found=f"the set '{selection}' lies in the parts {[k + 1 for k in owners]}",
-                             expected="a set within one part", remedy="Move the cut, or name one set per part")
+        raise ReductionError(
+            f"{what} '{name}'",
+            found=f"the set '{selection}' lies in the parts {[k + 1 for k in owners]}",
+            expected="a set within one part",
+            remedy="Move the cut, or name one set per part",
+        )
     return owners[0]
 
 
 def _unknown(parts: Sequence[FEModel], what: str, name: str, where) -> ReductionError:
     known = sorted({key for part in parts for key in (*part.node_sets, *part.facet_sets)})
-    return ReductionError(f"{what} '{name}'", found=f"{where!r} is no set of any part",
-                          expected=f"One of: {', '.join(known) or 'none'}, or coordinates",
-                          remedy=did_you_mean(str(where), known) or "Name a set of the mesh, or give coordinates")
+    return ReductionError(
+        f"{what} '{name}'",
+        found=f"{where!r} is no set of any part",
+        expected=f"One of: {', '.join(known) or 'none'}, or coordinates",
+        remedy=did_you_mean(str(where), known) or "Name a set of the mesh, or give coordinates",
+    )

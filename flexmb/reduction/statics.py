@@ -66,18 +66,12 @@ class HeldBody:
             start += len(coupling.freedoms)
         self.slices = tuple(slices)
         rows = [_average_rows(fe, c) for c in self.couplings if c.averaging]
-        held = [
-            rigid_block(fe, c.rows, self.center)[:, self.motions] for c in self.couplings if not c.averaging
-        ]
+        held = [rigid_block(fe, c.rows, self.center)[:, self.motions] for c in self.couplings if not c.averaging]
         held += [row @ self.rigid for row in rows]
         scale = np.where(self.motions < 3, 1.0, self.length)
         motion = np.vstack(held) / scale if held else np.zeros((0, len(scale)))
-        self.free_motions = len(scale) - (
-            np.linalg.matrix_rank(motion, tol=1e-6 * np.abs(motion).max(initial=1.0))
-        )
-        if (
-            self.free_motions
-        ):  # e.g. one bare node of a solid, or no interface: hold the mean motion of the mass
+        self.free_motions = len(scale) - (np.linalg.matrix_rank(motion, tol=1e-6 * np.abs(motion).max(initial=1.0)))
+        if self.free_motions:  # e.g. one bare node of a solid, or no interface: hold the mean motion of the mass
             rows.append(np.linalg.solve(self.rigid_mass, (fe.M @ self.rigid).T))
         self._averages = np.vstack(rows) if rows else np.zeros((0, fe.ndof))
         self.nq = start + (len(scale) if self.free_motions else 0)
@@ -95,9 +89,7 @@ class HeldBody:
         loose = scaled @ turn[rank:].T
         loose[self.prescribed] = 0.0
         self.supports = (
-            np.sort(qr(loose.T, mode="r", pivoting=True)[1][: loose.shape[1]])
-            if loose.shape[1]
-            else np.zeros(0, int)
+            np.sort(qr(loose.T, mode="r", pivoting=True)[1][: loose.shape[1]]) if loose.shape[1] else np.zeros(0, int)
         )
         free = np.ones(fe.ndof, bool)
         free[self.prescribed] = free[self.supports] = False
@@ -168,18 +160,14 @@ class HeldBody:
         fe, X, Y, A = self.fe, self._on_supports, self._multipliers, self._averages
         H = np.block([[X.T @ (fe.K @ X), (A @ X).T], [A @ X, A @ Y]])
         flexibility = np.abs(np.diag(A @ Y)).max(initial=0.0) or 1.0
-        self._scale = np.concatenate(
-            [np.full(X.shape[1], np.sqrt(flexibility)), np.full(len(A), flexibility**-0.5)]
-        )
+        self._scale = np.concatenate([np.full(X.shape[1], np.sqrt(flexibility)), np.full(len(A), flexibility**-0.5)])
         self._small = lu_factor(self._scale[:, None] * H * self._scale) if len(H) else None
 
     def _close(self, forces: np.ndarray, gaps: np.ndarray) -> np.ndarray:
         """Return X_s beta + Y lambda for support forces and gaps of the averages: (ndof, k)."""
         if self._small is None:
             return np.zeros((self.fe.ndof, gaps.shape[1]))
-        unknown = self._scale[:, None] * lu_solve(
-            self._small, self._scale[:, None] * np.vstack([forces, gaps])
-        )
+        unknown = self._scale[:, None] * lu_solve(self._small, self._scale[:, None] * np.vstack([forces, gaps]))
         count = self._on_supports.shape[1]
         return self._on_supports @ unknown[:count] + self._multipliers @ unknown[count:]
 
@@ -238,9 +226,7 @@ class HeldBody:
     def determinate_support(self) -> np.ndarray:
         """Return as many interface coordinates as there are rigid motions, chosen to hold them best."""
         scaled = (
-            self.rigid_coordinates
-            * self.coordinate_scale()[:, None]
-            / np.where(self.motions < 3, 1.0, self.length)
+            self.rigid_coordinates * self.coordinate_scale()[:, None] / np.where(self.motions < 3, 1.0, self.length)
         )
         return np.sort(qr(scaled.T, mode="r", pivoting=True)[1][: scaled.shape[1]])
 
@@ -252,9 +238,7 @@ class HeldBody:
     def without_rigid(self, vectors: np.ndarray) -> np.ndarray:
         """Return vectors (ndof, k) made M-orthogonal to the rigid motions (twice is enough for rounding)."""
         for _ in range(2):
-            vectors = vectors - self.rigid @ np.linalg.solve(
-                self.rigid_mass, self.rigid.T @ (self.fe.M @ vectors)
-            )
+            vectors = vectors - self.rigid @ np.linalg.solve(self.rigid_mass, self.rigid.T @ (self.fe.M @ vectors))
         return vectors
 
 

@@ -13,7 +13,8 @@ SAME = 1e-9
 
 
 def stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
-    """Return the stress xx, yy, zz, xy, yz, zx at the nodes, (n, 6, m), Pa, of a nodal field (n, 6, m); zero without elements.
+    """Return the stress xx, yy, zz, xy, yz, zx at the nodes, (n, 6, m), Pa, of a nodal field (n, 6, m); zero without
+    elements.
 
     The mean over all cells at a node that are of one material. Where materials meet the stress jumps, and a mean would
     be that of neither: the node shows the stiffer one, which carries the larger stress along the joint.

@@ -8,5 +8,15 @@ from flexmb.results.series import MarkerMotion, Series
 from flexmb.results.solution import Solution
 from flexmb.results.status import Status
 
-__all__ = ["Instant", "MarkerMotion", "Phase", "RunFile", "Series", "Solution", "Status", "floating_data", "recover",
-           "stored_body"]
+__all__ = [
+    "Instant",
+    "MarkerMotion",
+    "Phase",
+    "RunFile",
+    "Series",
+    "Solution",
+    "Status",
+    "floating_data",
+    "recover",
+    "stored_body",
+]

@@ -35,13 +35,18 @@ def instant_at(phase: Phase, t: float) -> Instant:
     def between(values):
         return (1.0 - s) * values[k] + s * values[k + 1]
 
-    return Instant(t=float(t), q=q, u=u, a=between(phase.a), lam=between(phase.lam), works=between(phase.works),
-                   model=phase.model)
+    return Instant(
+        t=float(t), q=q, u=u, a=between(phase.a), lam=between(phase.lam), works=between(phase.works), model=phase.model
+    )
 
 
 def _hermite(s, h, x0, dx0, x1, dx1):
-    return ((1.0 + 2.0 * s) * (1.0 - s) ** 2 * x0 + s * (1.0 - s) ** 2 * h * dx0
-            + s * s * (3.0 - 2.0 * s) * x1 - s * s * (1.0 - s) * h * dx1)
+    return (
+        (1.0 + 2.0 * s) * (1.0 - s) ** 2 * x0
+        + s * (1.0 - s) ** 2 * h * dx0
+        + s * s * (3.0 - 2.0 * s) * x1
+        - s * s * (1.0 - s) * h * dx1
+    )
 
 
 def _frames(model):

@@ -82,8 +82,12 @@ class Phase:
         for name in ("q", "u", "a", "lam", "works"):
             found = np.shape(getattr(self, name))
             if len(found) != 2 or found[0] != nt:
-                raise FlexmbError("Phase", found=f"{name} has the shape {found}",
-                                  expected=f"({nt}, ...): one row per time", remedy="Give one row per sample")
+                raise FlexmbError(
+                    "Phase",
+                    found=f"{name} has the shape {found}",
+                    expected=f"({nt}, ...): one row per time",
+                    remedy="Give one row per sample",
+                )
 
     def __repr__(self):
         span = f"t = {self.t[0]:.6g} to {self.t[-1]:.6g} s" if len(self.t) else "no samples"
@@ -91,5 +95,12 @@ class Phase:
 
     def instant(self, k: int) -> Instant:
         """Return sample `k` (negative from the end)."""
-        return Instant(t=float(self.t[k]), q=self.q[k].copy(), u=self.u[k].copy(), a=self.a[k].copy(),
-                       lam=self.lam[k].copy(), works=self.works[k].copy(), model=self.model)
+        return Instant(
+            t=float(self.t[k]),
+            q=self.q[k].copy(),
+            u=self.u[k].copy(),
+            a=self.a[k].copy(),
+            lam=self.lam[k].copy(),
+            works=self.works[k].copy(),
+            model=self.model,
+        )

@@ -50,8 +50,12 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
         statistics = json.loads(file.attrs.get("statistics", "{}"))
     phases = [phase for phase in phases if len(phase.t)]
     if not phases:
-        raise DataFileError(f"Solution file '{path}'", found="there are no samples", expected="at least one",
-                            remedy="The run was cut off before its first sample: run it again")
+        raise DataFileError(
+            f"Solution file '{path}'",
+            found="there are no samples",
+            expected="at least one",
+            remedy="The run was cut off before its first sample: run it again",
+        )
     return tuple(phases), status or Status.interrupted(float(phases[-1].t[-1])), statistics, columns
 
 
@@ -60,9 +64,12 @@ def stored_body(path: str | Path, body: str):
     with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
         numbers = json.loads(file.attrs["bodies"])
         if body not in numbers:
-            raise DataFileError(f"Solution file '{path}'", found=f"there is no body '{body}'",
-                                expected=f"One of: {', '.join(numbers) or 'none'}",
-                                remedy=did_you_mean(body, numbers) or "Name a body of the run")
+            raise DataFileError(
+                f"Solution file '{path}'",
+                found=f"there is no body '{body}'",
+                expected=f"One of: {', '.join(numbers) or 'none'}",
+                remedy=did_you_mean(body, numbers) or "Name a body of the run",
+            )
         return modal_neutral_file.read(file["data"][str(numbers[body])])
 
 
@@ -91,7 +98,7 @@ def _read_phase(group, model, columns) -> Phase:
     if "t" not in group:
         rows["t"] = np.zeros(nt)
     tables = {}
-    for table in (group["sensors"].values() if "sensors" in group else ()):
+    for table in group["sensors"].values() if "sensors" in group else ():
         tables[table.attrs["name"]] = table[()]
         columns[table.attrs["name"]] = tuple(json.loads(table.attrs["columns"]))
     return Phase(model=model, ended=group.attrs.get("ended", "interrupted"), tables=tables, **rows)

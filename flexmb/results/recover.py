@@ -16,9 +16,24 @@ from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.described import finite_array
 
-__all__ = ["Envelope", "displacement", "element_stress", "largest_von_mises", "line_forces", "line_strains", "modal_data",
-           "positions", "principal", "rotation_matrices", "section_forces", "strain_energy", "stress", "velocities",
-           "von_mises", "von_mises_envelope"]
+__all__ = [
+    "Envelope",
+    "displacement",
+    "element_stress",
+    "largest_von_mises",
+    "line_forces",
+    "line_strains",
+    "modal_data",
+    "positions",
+    "principal",
+    "rotation_matrices",
+    "section_forces",
+    "strain_energy",
+    "stress",
+    "velocities",
+    "von_mises",
+    "von_mises_envelope",
+]
 
 CHUNK = 16_000_000
 """Numbers of nodal stress held at once (128 MB); longer series go through in pieces."""
@@ -35,8 +50,12 @@ def modal_data(body):
     """Return the ModalNeutralData that a floating body moves with (its selected modes); ModelError for other bodies."""
     data = getattr(body, "reduced", None)
     if data is None:
-        raise ModelError(body.title, found=f"a {type(body).__name__} has no modes", expected="a FloatingBody",
-                         remedy="Displacement and stress fields exist for bodies with modal neutral data")
+        raise ModelError(
+            body.title,
+            found=f"a {type(body).__name__} has no modes",
+            expected="a FloatingBody",
+            remedy="Displacement and stress fields exist for bodies with modal neutral data",
+        )
     return data
 
 
@@ -136,7 +155,9 @@ def von_mises(sigma) -> np.ndarray:
 
 
 def principal(sigma) -> np.ndarray:
-    """Return the principal stresses (..., 3), Pa, the greatest first, of stresses (..., 6) ordered xx, yy, zz, xy, yz, zx."""
+    """Return the principal stresses (..., 3), Pa, the greatest first, of stresses (..., 6) ordered xx, yy,
+    zz, xy, yz, zx.
+    """
     sigma = np.asarray(sigma, float)
     return np.linalg.eigvalsh(sigma[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])[..., ::-1]
 
@@ -169,7 +190,8 @@ def _von_mises_pieces(data, eta, nodes):
 
 
 def element_stress(data, eta, block, cells=None) -> np.ndarray:
-    """Return the stress xx, yy, zz, xy, yz, zx at the nodes of single elements: (nt, ne, nodes of a cell, 6), Pa, body axes.
+    """Return the stress xx, yy, zz, xy, yz, zx at the nodes of single elements: (nt, ne, nodes of a cell, 6), Pa, body
+    axes.
 
     Nodal stress is a mean over the cells at a node; how far these differ there tells the error of the mesh.
 
@@ -186,14 +208,18 @@ def element_stress(data, eta, block, cells=None) -> np.ndarray:
     shapes = data.shapes
     at_elements = getattr(block, "element_stress", None)
     if at_elements is None or block.connectivity.max() >= len(shapes):
-        raise ModelError(f"Modal neutral data '{data.name}'", found=f"a {type(block).__name__} that cannot give it stress",
-                         expected="the solids or shells of the FE model that was reduced",
-                         remedy="Give fe.blocks[0] of that model; beams have recover.section_forces")
+        raise ModelError(
+            f"Modal neutral data '{data.name}'",
+            found=f"a {type(block).__name__} that cannot give it stress",
+            expected="the solids or shells of the FE model that was reduced",
+            remedy="Give fe.blocks[0] of that model; beams have recover.section_forces",
+        )
     turned = np.zeros_like(shapes) if data.rotation_shapes is None else data.rotation_shapes
     cells = None if cells is None else np.atleast_1d(np.asarray(cells, int))
     modes = at_elements(np.concatenate([shapes, turned], axis=1), cells)  # (ne, c, 6, m)
     return np.einsum("tm,encm->tenc", np.atleast_2d(np.asarray(eta, float)), modes, optimize=True).reshape(
-        -1, *modes.shape[:3])
+        -1, *modes.shape[:3]
+    )
 
 
 def section_forces(data, eta, block) -> np.ndarray:
@@ -208,9 +234,12 @@ def section_forces(data, eta, block) -> np.ndarray:
         The beams of that FE model, ``fe.blocks[0]``.
     """
     if data.rotation_shapes is None or not hasattr(block, "section_forces"):
-        raise ModelError(f"Modal neutral data '{data.name}'", found=f"{type(block).__name__} has no section forces",
-                         expected="beams with rotations at their nodes",
-                         remedy="Give the block of the FE model that fem.frame made and that was reduced")
+        raise ModelError(
+            f"Modal neutral data '{data.name}'",
+            found=f"{type(block).__name__} has no section forces",
+            expected="beams with rotations at their nodes",
+            remedy="Give the block of the FE model that fem.frame made and that was reduced",
+        )
     modes = block.section_forces(np.concatenate([data.shapes, data.rotation_shapes], axis=1))  # (ne, 2, 6, m)
     return np.einsum("tm,ecfm->tecf", np.atleast_2d(np.asarray(eta, float)), modes)
 
@@ -235,24 +264,39 @@ def line_strains(body, q, fractions) -> np.ndarray:
 
 def _along(body, quantity: str, q, fractions) -> np.ndarray:
     if not hasattr(body, quantity):
-        raise ModelError(body.title, found=f"a {type(body).__name__} is no line", expected="an AncfCable or AncfBeam",
-                         remedy="Section forces of reduced frames are given by recover.section_forces")
+        raise ModelError(
+            body.title,
+            found=f"a {type(body).__name__} is no line",
+            expected="an AncfCable or AncfBeam",
+            remedy="Section forces of reduced frames are given by recover.section_forces",
+        )
     given, fractions = fractions, np.atleast_1d(finite_array(fractions))
     if not fractions.size or fractions.ndim > 1 or fractions.min() < 0.0 or fractions.max() > 1.0:
-        raise ModelError(body.title, found=f"fractions = {given!r}", expected="fractions of the length, 0 to 1",
-                         remedy="Write numpy.linspace(0, 1, 21)")
+        raise ModelError(
+            body.title,
+            found=f"fractions = {given!r}",
+            expected="fractions of the length, 0 to 1",
+            remedy="Write numpy.linspace(0, 1, 21)",
+        )
     q, size = np.atleast_2d(np.asarray(q, float)), len(body.initial_state()[0])
     if q.ndim != 2 or q.shape[1] != size:
-        raise ModelError(body.title, found=f"coordinates of shape {q.shape}", expected=f"(nt, {size})",
-                         remedy="Take those of the body: solution.series().coordinates(body.name)[0]")
+        raise ModelError(
+            body.title,
+            found=f"coordinates of shape {q.shape}",
+            expected=f"(nt, {size})",
+            remedy="Take those of the body: solution.series().coordinates(body.name)[0]",
+        )
     return np.array([getattr(body, quantity)(row, fractions) for row in q])
 
 
 def _stress_modes(data, nodes):
     if data.stress_modes is None:
-        raise ModelError(f"Modal neutral data '{data.name}'", found="there are no stress modes",
-                         expected="data reduced from an FE model with elements",
-                         remedy="Reduce a model made by fem.solid or fem.shell; matrices alone carry no stress")
+        raise ModelError(
+            f"Modal neutral data '{data.name}'",
+            found="there are no stress modes",
+            expected="data reduced from an FE model with elements",
+            remedy="Reduce a model made by fem.solid or fem.shell; matrices alone carry no stress",
+        )
     return data.stress_modes if nodes is None else data.stress_modes[_checked(data, nodes)]
 
 
@@ -260,6 +304,10 @@ def _checked(data, nodes):
     nodes = np.atleast_1d(np.asarray(nodes, int))
     if len(nodes) and (nodes.min() < 0 or nodes.max() >= len(data.nodes)):
         wrong = nodes[(nodes < 0) | (nodes >= len(data.nodes))][0]
-        raise ModelError(f"Modal neutral data '{data.name}'", found=f"node {wrong}",
-                         expected=f"node numbers 0 to {len(data.nodes) - 1}", remedy="Choose nodes of data.nodes")
+        raise ModelError(
+            f"Modal neutral data '{data.name}'",
+            found=f"node {wrong}",
+            expected=f"node numbers 0 to {len(data.nodes) - 1}",
+            remedy="Choose nodes of data.nodes",
+        )
     return nodes

@@ -71,8 +71,9 @@ class RunFile:
             run.finish(Status.finished(t), {"steps": 100})
     """
 
-    def __init__(self, path: str | Path, bodies: Mapping[str, Any] | None = None, *, rows: int = ROWS,
-                 seconds: float = SECONDS):
+    def __init__(
+        self, path: str | Path, bodies: Mapping[str, Any] | None = None, *, rows: int = ROWS, seconds: float = SECONDS
+    ):
         self.path = Path(path)
         self._rows, self._seconds = rows, seconds
         self._waiting: list[tuple[np.ndarray, ...]] = []
@@ -139,8 +140,12 @@ class RunFile:
                 self._file.flush()
         self._last = time.monotonic()
 
-    def end(self, reason: str = "finished", tables: Mapping[str, np.ndarray] | None = None,
-            columns: Mapping[str, Sequence[str]] | None = None) -> None:
+    def end(
+        self,
+        reason: str = "finished",
+        tables: Mapping[str, np.ndarray] | None = None,
+        columns: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:
         """End the phase: why it ended, and the values of its sensors by name with the titles of their columns."""
         self.flush()
         with self._complaints("write"):
@@ -199,8 +204,9 @@ class RunFile:
                 width = rows.shape[1:]
                 if 0 not in width:  # HDF5 has no empty chunks: a width of zero is a dataset that is not there
                     chunk = int(np.clip(8192 // max(1, *width, 1), 16, 1024))
-                    group.create_dataset(name, shape=(0, *width), maxshape=(None, *width), chunks=(chunk, *width),
-                                         dtype=float)
+                    group.create_dataset(
+                        name, shape=(0, *width), maxshape=(None, *width), chunks=(chunk, *width), dtype=float
+                    )
             self._phase = (text, group)
             self._n_phases += 1
         return group
@@ -245,9 +251,12 @@ class _Complaints:
         if not isinstance(error, OSError | RuntimeError) or isinstance(error, DataFileError):
             return False
         kept = " What was written before stays readable." if self.doing == "write" else ""
-        raise DataFileError(f"Solution file '{self.run.path}'", found=f"cannot {self.doing} it ({error})",
-                            expected="a writable folder with free space" + kept,
-                            remedy="Free space, or choose another folder for the results") from error
+        raise DataFileError(
+            f"Solution file '{self.run.path}'",
+            found=f"cannot {self.doing} it ({error})",
+            expected="a writable folder with free space" + kept,
+            remedy="Free space, or choose another folder for the results",
+        ) from error
 
 
 def _plain(value):

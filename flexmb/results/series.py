@@ -55,9 +55,12 @@ class Series:
         if self.phase.system is not None:
             return self.phase.system
         if self.model is None:
-            raise FlexmbError("Solution", found="the model is not known, so no new quantity can be evaluated",
-                              expected="a solution with its model",
-                              remedy="Load it with Solution.load(path, read_model=...), or ask for a stored sensor")
+            raise FlexmbError(
+                "Solution",
+                found="the model is not known, so no new quantity can be evaluated",
+                expected="a solution with its model",
+                remedy="Load it with Solution.load(path, read_model=...), or ask for a stored sensor",
+            )
         from flexmb.system import compile as compile_model
 
         return compile_model(self.model)
@@ -96,7 +99,9 @@ class Series:
 
     @property
     def constraint_error(self) -> np.ndarray:
-        """Largest residual of all constraint equations, their rates and second rates, (nt, 3), m or rad, per s, per s2."""
+        """Largest residual of all constraint equations, their rates and second rates, (nt, 3), m or rad,
+        per s, per s2.
+        """
         return self.observation.constraint_error
 
     def coordinates(self, body: str) -> tuple[np.ndarray, np.ndarray]:
@@ -122,6 +127,10 @@ class Series:
 def _index(index, name: str, family: str) -> int:
     if name not in index:
         known = ", ".join(sorted(index)) or "none"
-        raise FlexmbError("Series", found=f"{family} '{name}' does not exist", expected=f"One of: {known}",
-                          remedy=did_you_mean(name, index) or "Correct the name")
+        raise FlexmbError(
+            "Series",
+            found=f"{family} '{name}' does not exist",
+            expected=f"One of: {known}",
+            remedy=did_you_mean(name, index) or "Correct the name",
+        )
     return index[name]

@@ -51,14 +51,20 @@ class Solution:
     def __post_init__(self):
         object.__setattr__(self, "phases", tuple(self.phases))
         if not self.phases or not all(len(phase.t) for phase in self.phases):
-            raise FlexmbError("Solution", found="a solution or phase without samples", expected="at least one sample",
-                              remedy="Give the initial state as the first sample")
+            raise FlexmbError(
+                "Solution",
+                found="a solution or phase without samples",
+                expected="at least one sample",
+                remedy="Give the initial state as the first sample",
+            )
 
     def __repr__(self):
         phases = f" in {len(self.phases)} phases" if len(self.phases) > 1 else ""
         sensors, how = ", ".join(self.sensor_names) or "none", str(self.status).rstrip(".")
-        return (f"Solution({len(self.t)} samples{phases}, t = {self.t[0]:.6g} to {self.t[-1]:.6g} s; {how}; "
-                f"sensors: {sensors})")
+        return (
+            f"Solution({len(self.t)} samples{phases}, t = {self.t[0]:.6g} to {self.t[-1]:.6g} s; {how}; "
+            f"sensors: {sensors})"
+        )
 
     @property
     def t(self) -> np.ndarray:
@@ -94,29 +100,44 @@ class Solution:
         At the time of an event it is the state after the event.
         """
         if np.any(np.diff(self.t) < 0.0):
-            raise FlexmbError("Solution", found="the load goes up and down, so it has several states for one value",
-                              expected="the number of a sample", remedy="Take solution.phases[0].instant(number)")
+            raise FlexmbError(
+                "Solution",
+                found="the load goes up and down, so it has several states for one value",
+                expected="the number of a sample",
+                remedy="Take solution.phases[0].instant(number)",
+            )
         first, last = self.phases[0].t[0], self.phases[-1].t[-1]
         if not first <= t <= last:
-            raise FlexmbError("Solution", found=f"t = {t:.6g} s is outside", expected=f"{first:.6g} to {last:.6g} s",
-                              remedy="Simulate longer, or ask for a time in between")
+            raise FlexmbError(
+                "Solution",
+                found=f"t = {t:.6g} s is outside",
+                expected=f"{first:.6g} to {last:.6g} s",
+                remedy="Simulate longer, or ask for a time in between",
+            )
         phase = next(p for p in reversed(self.phases) if p.t[0] <= t)
         return instant_at(phase, t)
 
     def __getitem__(self, key: str | Sensor) -> np.ndarray:
         if isinstance(key, Sensor):
             if all(phase.model is None for phase in self.phases):
-                raise FlexmbError("Solution", found=f"sensor '{key.name}' asked of a file that was read without its model",
-                                  expected=f"One of those stored: {listed(key.name, self.sensor_names)}",
-                                  remedy='Give the model: Solution.load(path, model=fmb.load_model("run/model.toml"))')
-            return self._values(key.name, [(key if phase.model is not None else None) for phase in self.phases],
-                                stored=False)
+                raise FlexmbError(
+                    "Solution",
+                    found=f"sensor '{key.name}' asked of a file that was read without its model",
+                    expected=f"One of those stored: {listed(key.name, self.sensor_names)}",
+                    remedy='Give the model: Solution.load(path, model=fmb.load_model("run/model.toml"))',
+                )
+            return self._values(
+                key.name, [(key if phase.model is not None else None) for phase in self.phases], stored=False
+            )
         if key not in self._known:
             own = [_sensor(phase.model, key) for phase in self.phases]
             if not any(own) and not any(key in phase.tables for phase in self.phases):
-                raise FlexmbError("Solution", found=f"sensor '{key}' does not exist",
-                                  expected=f"One of: {listed(key, self.sensor_names)}",
-                                  remedy=did_you_mean(key, self.sensor_names) or "Add the sensor to the model")
+                raise FlexmbError(
+                    "Solution",
+                    found=f"sensor '{key}' does not exist",
+                    expected=f"One of: {listed(key, self.sensor_names)}",
+                    remedy=did_you_mean(key, self.sensor_names) or "Add the sensor to the model",
+                )
             self._known[key] = self._values(key, own, stored=True)
         return self._known[key]
 
@@ -135,8 +156,10 @@ class Solution:
         sensor = next((s for s in sensors if s is not None), None)
         shape = next(piece.shape[1:] for piece in pieces if piece is not None)
         absent = sensor.absent if sensor is not None else np.nan
-        full = [np.full((len(phase.t), *shape), absent) if piece is None else piece
-                for phase, piece in zip(self.phases, pieces, strict=True)]
+        full = [
+            np.full((len(phase.t), *shape), absent) if piece is None else piece
+            for phase, piece in zip(self.phases, pieces, strict=True)
+        ]
         return sensor.joined(full) if sensor is not None else np.concatenate(full)
 
     def column_titles(self, name: str) -> tuple[str, ...]:

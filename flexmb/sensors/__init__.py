@@ -12,12 +12,45 @@ from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.stress import Stress
 from flexmb.sensors.stress_resultants import StressResultants
 
-__all__ = ["KINDS", "Acceleration", "ConstraintError", "Deflection", "Distance", "Energy", "ForceOf", "JointCoordinate",
-           "Momentum", "Orientation", "Position", "Reaction", "SectionForces", "SectionStrains", "Stress", "StressResultants",
-           "Velocity"]
+__all__ = [
+    "KINDS",
+    "Acceleration",
+    "ConstraintError",
+    "Deflection",
+    "Distance",
+    "Energy",
+    "ForceOf",
+    "JointCoordinate",
+    "Momentum",
+    "Orientation",
+    "Position",
+    "Reaction",
+    "SectionForces",
+    "SectionStrains",
+    "Stress",
+    "StressResultants",
+    "Velocity",
+]
 
-KINDS = {kind.__name__: kind for kind in (Position, Velocity, Acceleration, Orientation, Distance, JointCoordinate,
-                                          Reaction, ForceOf, Deflection, SectionForces, SectionStrains, Stress,
-                                          StressResultants, Energy,
-                                          Momentum, ConstraintError)}
+KINDS = {
+    kind.__name__: kind
+    for kind in (
+        Position,
+        Velocity,
+        Acceleration,
+        Orientation,
+        Distance,
+        JointCoordinate,
+        Reaction,
+        ForceOf,
+        Deflection,
+        SectionForces,
+        SectionStrains,
+        Stress,
+        StressResultants,
+        Energy,
+        Momentum,
+        ConstraintError,
+    )
+}
 """All kinds of sensors by name."""

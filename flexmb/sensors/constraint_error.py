@@ -22,8 +22,8 @@ class ConstraintError(Sensor):
     ----------
     name : str
     level : str
-        "position" (``max |g|``, m or rad), "velocity" (``max |G u + dg/dt|``, per s) or "acceleration" (``max |G u' + ...|``,
-        per s2).
+        "position" (``max |g|``, m or rad), "velocity" (``max |G u + dg/dt|``, per s) or "acceleration" (``max |G u' +
+        ...|``, per s2).
     """
 
     _: KW_ONLY
@@ -32,8 +32,12 @@ class ConstraintError(Sensor):
     def __post_init__(self):
         super().__post_init__()
         if self.level not in LEVELS:
-            raise ModelError(self.title, found=f"level = {self.level!r}", expected=f"One of: {', '.join(LEVELS)}",
-                             remedy=did_you_mean(str(self.level), LEVELS) or "Leave it away for that of positions")
+            raise ModelError(
+                self.title,
+                found=f"level = {self.level!r}",
+                expected=f"One of: {', '.join(LEVELS)}",
+                remedy=did_you_mean(str(self.level), LEVELS) or "Leave it away for that of positions",
+            )
 
     def columns(self, model) -> tuple[str, ...]:
         """Return the title."""

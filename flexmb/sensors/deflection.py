@@ -44,13 +44,19 @@ class Deflection(Sensor):
         if self.relative_to is not None:
             other, _ = model.marker(self.relative_to, self.title)
             if other.name != body.name:
-                raise ModelError(self.title, found=f"'{self.marker}' and '{self.relative_to}' are on two bodies",
-                                 expected="two markers of one body",
-                                 remedy="Use Position for distances between bodies: deflection is measured within one")
+                raise ModelError(
+                    self.title,
+                    found=f"'{self.marker}' and '{self.relative_to}' are on two bodies",
+                    expected="two markers of one body",
+                    remedy="Use Position for distances between bodies: deflection is measured within one",
+                )
         elif not body.has_frame:
-            raise ModelError(self.title, found=f"body '{body.name}' ({type(body).__name__}) has no axes of its own",
-                             expected="a rigid or floating body, or relative_to=",
-                             remedy=f"Give relative_to='{body.name}.<marker>', or use Position")
+            raise ModelError(
+                self.title,
+                found=f"body '{body.name}' ({type(body).__name__}) has no axes of its own",
+                expected="a rigid or floating body, or relative_to=",
+                remedy=f"Give relative_to='{body.name}.<marker>', or use Position",
+            )
 
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the marker, and the one it is compared with."""

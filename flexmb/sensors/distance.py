@@ -35,11 +35,19 @@ class Distance(Sensor):
     def __post_init__(self):
         super().__post_init__()
         if isinstance(self.markers, str) or len(self.markers) != 2 or not all(isinstance(m, str) for m in self.markers):
-            raise ModelError(self.title, found=f"markers = {self.markers!r}", expected="two names 'body.marker'",
-                             remedy="Write markers=('ground.A', 'crank.A')")
+            raise ModelError(
+                self.title,
+                found=f"markers = {self.markers!r}",
+                expected="two names 'body.marker'",
+                remedy="Write markers=('ground.A', 'crank.A')",
+            )
         if self.along not in ("x", "y", "z", None):
-            raise ModelError(self.title, found=f"along = {self.along!r}", expected="'x', 'y', 'z' or nothing",
-                             remedy="Name an axis of the first marker, or leave it out for the length of the line")
+            raise ModelError(
+                self.title,
+                found=f"along = {self.along!r}",
+                expected="'x', 'y', 'z' or nothing",
+                remedy="Name an axis of the first marker, or leave it out for the length of the line",
+            )
         object.__setattr__(self, "markers", tuple(self.markers))
 
     def check(self, model) -> None:

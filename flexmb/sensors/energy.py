@@ -36,8 +36,12 @@ class Energy(Sensor):
         super().__post_init__()
         known = ("total", *STORED, *WORKS)
         if self.kind not in known:
-            raise ModelError(self.title, found=f"kind = {self.kind!r}", expected=f"One of: {', '.join(known)}",
-                             remedy=did_you_mean(str(self.kind), known) or "Leave it away for the total energy")
+            raise ModelError(
+                self.title,
+                found=f"kind = {self.kind!r}",
+                expected=f"One of: {', '.join(known)}",
+                remedy=did_you_mean(str(self.kind), known) or "Leave it away for the total energy",
+            )
 
     def columns(self, model) -> tuple[str, ...]:
         """Return the title with the unit."""

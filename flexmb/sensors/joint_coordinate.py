@@ -49,11 +49,19 @@ class JointCoordinate(Sensor):
     def __post_init__(self):
         super().__post_init__()
         if self.freedom is not None and self.kind is not None:
-            raise ModelError(self.title, found=f"both kind = {self.kind!r} and freedom = {self.freedom!r}",
-                             expected="one of them", remedy="Leave kind away: it follows from the freedom")
+            raise ModelError(
+                self.title,
+                found=f"both kind = {self.kind!r} and freedom = {self.freedom!r}",
+                expected="one of them",
+                remedy="Leave kind away: it follows from the freedom",
+            )
         if self.kind not in ("turn", "slide", None):
-            raise ModelError(self.title, found=f"kind = {self.kind!r}", expected="'turn', 'slide' or nothing",
-                             remedy="Leave kind away: it follows from the joint")
+            raise ModelError(
+                self.title,
+                found=f"kind = {self.kind!r}",
+                expected="'turn', 'slide' or nothing",
+                remedy="Leave kind away: it follows from the joint",
+            )
 
     def check(self, model) -> None:
         """Raise ModelError if the joint does not exist or neither turns nor slides."""
@@ -105,7 +113,9 @@ class JointCoordinate(Sensor):
         return np.concatenate(pieces)
 
     def _counted(self, series, coordinate, names):
-        """Return the turn as a drive prescribes it, or as the integrator has counted it for a coupler or a force (nt,)."""
+        """Return the turn as a drive prescribes it, or as the integrator has counted it for a coupler or a
+        force (nt,).
+        """
         drive = self._drive(series.model, coordinate, names)
         if drive is not None:
             return drive.angle.sample(series.t)[:, 0]
@@ -136,10 +146,12 @@ class JointCoordinate(Sensor):
         if len(doubtful):
             k = doubtful[0]
             raise FlexmbError(
-                self.title, found=f"samples at {t[k]:.6g} and {t[k + 1]:.6g} s, too far apart to count the turns between "
+                self.title,
+                found=f"samples at {t[k]:.6g} and {t[k + 1]:.6g} s, too far apart to count the turns between "
                 f"them: {steps[k]:.3g} rad by the angles, {told[k]:.3g} rad by velocities and accelerations",
                 expected="a count in every step, or closer samples",
-                remedy="Add the sensor to the model before it is simulated, or take more samples")
+                remedy="Add the sensor to the model before it is simulated, or take more samples",
+            )
         return np.concatenate([angle[:1], angle[0] + np.cumsum(steps)])
 
     def _kind(self, model) -> str:
@@ -153,13 +165,13 @@ class JointCoordinate(Sensor):
         still, here = np.eye(3), np.zeros(3)
         twists = [freedom.twists(still, still, here) for freedom in target.permits]
         if self.kind is None and not twists:
-            raise ModelError(self.title,
-                             found=f"joint '{self.joint}' ({type(joint).__name__}) neither turns nor slides",
-                             expected="a joint that turns or slides",
-                             remedy="Name another joint, or say kind='turn' or kind='slide'")
+            raise ModelError(
+                self.title,
+                found=f"joint '{self.joint}' ({type(joint).__name__}) neither turns nor slides",
+                expected="a joint that turns or slides",
+                remedy="Name another joint, or say kind='turn' or kind='slide'",
+            )
         kind = self.kind or ("turn" if np.any(np.vstack(twists)[:, 3:]) else "slide")
         first = [f for f in target.coordinates if isinstance(f, Turn if kind == "turn" else Slide)]
         # a joint may also be watched where it is stiff: about and along z of its first marker
         return Coordinate.of(first[0]) if first else Coordinate(kind, "x" if kind == "turn" else "z")
-
-

@@ -26,8 +26,14 @@ class Momentum(Sensor):
     name : str
     """
 
-    titles: ClassVar[tuple[str, ...]] = ("px [kg m/s]", "py [kg m/s]", "pz [kg m/s]",
-                                         "Lx [kg m2/s]", "Ly [kg m2/s]", "Lz [kg m2/s]")
+    titles: ClassVar[tuple[str, ...]] = (
+        "px [kg m/s]",
+        "py [kg m/s]",
+        "pz [kg m/s]",
+        "Lx [kg m2/s]",
+        "Ly [kg m2/s]",
+        "Lz [kg m2/s]",
+    )
 
     def values(self, series) -> np.ndarray:
         """Return the momenta (nt, 6)."""
@@ -44,9 +50,12 @@ def _momentum(series, body):
     if hasattr(body, "momentum"):
         return body.momentum(*series.coordinates(body.name))
     if not hasattr(body, "mass"):
-        raise ModelError(body.title, found=f"a {type(body).__name__} does not tell its momentum",
-                         expected="rigid bodies, point masses and floating bodies",
-                         remedy="Leave the Momentum sensor out of models with this kind of body")
+        raise ModelError(
+            body.title,
+            found=f"a {type(body).__name__} does not tell its momentum",
+            expected="rigid bodies, point masses and floating bodies",
+            remedy="Leave the Momentum sensor out of models with this kind of body",
+        )
     center = series.marker(f"{body.name}.center")
     P = body.mass * center.v
     L = np.cross(center.r, P)

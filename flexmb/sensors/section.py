@@ -28,8 +28,12 @@ class _AtSection(Sensor):
     def __post_init__(self):
         super().__post_init__()
         if not is_number(self.at) or not 0.0 <= self.at <= 1.0:
-            raise ModelError(self.title, found=f"at = {self.at!r}", expected="a fraction of the length, 0 to 1",
-                             remedy="Write at=0.5 for the middle")
+            raise ModelError(
+                self.title,
+                found=f"at = {self.at!r}",
+                expected="a fraction of the length, 0 to 1",
+                remedy="Write at=0.5 for the middle",
+            )
 
     def columns(self, model) -> tuple[str, ...]:
         """Return the titles with units."""
@@ -44,9 +48,12 @@ class _AtSection(Sensor):
         """Raise ModelError if the body is not a line."""
         body = model.body(self.body, self.title)
         if not hasattr(body, "section_forces"):
-            raise ModelError(self.title, found=f"body '{self.body}' is a {type(body).__name__}",
-                             expected="an AncfCable or AncfBeam",
-                             remedy="Reduced frames have flexmb.results.recover.section_forces")
+            raise ModelError(
+                self.title,
+                found=f"body '{self.body}' is a {type(body).__name__}",
+                expected="an AncfCable or AncfBeam",
+                remedy="Reduced frames have flexmb.results.recover.section_forces",
+            )
 
 
 @dataclass(frozen=True, eq=False)

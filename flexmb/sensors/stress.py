@@ -43,26 +43,40 @@ class Stress(Sensor):
         super().__post_init__()
         known = ("von_mises", *COMPONENTS, "tensor")
         if self.component not in known:
-            raise ModelError(self.title, found=f"component = {self.component!r}",
-                             expected=f"One of: {', '.join(known)}",
-                             remedy=did_you_mean(str(self.component), known) or "Leave it away for von Mises stress")
+            raise ModelError(
+                self.title,
+                found=f"component = {self.component!r}",
+                expected=f"One of: {', '.join(known)}",
+                remedy=did_you_mean(str(self.component), known) or "Leave it away for von Mises stress",
+            )
         if self.component == "tensor" and not isinstance(self.node, int | np.integer):
-            raise ModelError(self.title, found=f"the tensor at node = {self.node!r}", expected="one node number",
-                             remedy="Name one node, or ask for one component")
+            raise ModelError(
+                self.title,
+                found=f"the tensor at node = {self.node!r}",
+                expected="one node number",
+                remedy="Name one node, or ask for one component",
+            )
 
     def check(self, model) -> None:
         """Raise ModelError if the body has no stress modes or not these nodes."""
         body = model.body(self.body, self.title)
         data: Any = getattr(body, "data", None)
         if getattr(data, "stress_modes", None) is None:
-            raise ModelError(self.title, found=f"body '{self.body}' ({type(body).__name__}) has no stress modes",
-                             expected="a FloatingBody whose data was reduced from a model with elements",
-                             remedy="Reduce a model made by fem.solid; rigid bodies have no stress")
+            raise ModelError(
+                self.title,
+                found=f"body '{self.body}' ({type(body).__name__}) has no stress modes",
+                expected="a FloatingBody whose data was reduced from a model with elements",
+                remedy="Reduce a model made by fem.solid; rigid bodies have no stress",
+            )
         nodes = np.atleast_1d(np.asarray([] if self.node is None else self.node))
         n = len(data.nodes)
         if nodes.size and (nodes.dtype.kind not in "iu" or nodes.min() < 0 or nodes.max() >= n):
-            raise ModelError(self.title, found=f"node = {self.node!r}", expected=f"node numbers 0 to {n - 1}",
-                             remedy="Find the number of a node with numpy: argmin of its distance in data.nodes")
+            raise ModelError(
+                self.title,
+                found=f"node = {self.node!r}",
+                expected=f"node numbers 0 to {n - 1}",
+                remedy="Find the number of a node with numpy: argmin of its distance in data.nodes",
+            )
 
     def columns(self, model) -> tuple[str, ...]:
         """Return the titles with the unit."""

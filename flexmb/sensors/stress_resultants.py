@@ -33,23 +33,39 @@ class StressResultants(Sensor):
     body: str
     at: Any = (0.5, 0.5)
 
-    titles: ClassVar[tuple[str, ...]] = ("N11 [N/m]", "N22 [N/m]", "N12 [N/m]", "M11 [N]", "M22 [N]", "M12 [N]",
-                                         "Q1 [N/m]", "Q2 [N/m]")
+    titles: ClassVar[tuple[str, ...]] = (
+        "N11 [N/m]",
+        "N22 [N/m]",
+        "N12 [N/m]",
+        "M11 [N]",
+        "M22 [N]",
+        "M12 [N]",
+        "Q1 [N/m]",
+        "Q2 [N/m]",
+    )
 
     def __post_init__(self):
         super().__post_init__()
         at = self.at
         if not isinstance(at, tuple | list) or len(at) != 2 or not all(is_number(z) and 0.0 <= z <= 1.0 for z in at):
-            raise ModelError(self.title, found=f"at = {at!r}", expected="two fractions (s, t), 0 to 1",
-                             remedy="Write at=(0.5, 0.5) for the middle")
+            raise ModelError(
+                self.title,
+                found=f"at = {at!r}",
+                expected="two fractions (s, t), 0 to 1",
+                remedy="Write at=(0.5, 0.5) for the middle",
+            )
         object.__setattr__(self, "at", tuple(at))
 
     def check(self, model) -> None:
         """Raise ModelError if the body is not a plate."""
         body = model.body(self.body, self.title)
         if not hasattr(body, "resultants"):
-            raise ModelError(self.title, found=f"body '{self.body}' is a {type(body).__name__}", expected="an AncfPlate",
-                             remedy="Cables and beams have SectionForces, reduced bodies Stress")
+            raise ModelError(
+                self.title,
+                found=f"body '{self.body}' is a {type(body).__name__}",
+                expected="an AncfPlate",
+                remedy="Cables and beams have SectionForces, reduced bodies Stress",
+            )
 
     def values(self, series) -> np.ndarray:
         """Return the resultants (nt, 8)."""

@@ -96,9 +96,7 @@ class StudyFolder:
             known = content["schema"] == SCHEMA and content["schema_version"] == VERSION
             stored = content["settings"]
         except (ValueError, KeyError, TypeError) as error:
-            raise self._error(
-                f"{SETTINGS} is damaged ({error})", "what flexmb wrote", "Give another folder"
-            ) from error
+            raise self._error(f"{SETTINGS} is damaged ({error})", "what flexmb wrote", "Give another folder") from error
         if not known:
             raise self._error(
                 f"{SETTINGS} has the schema {content['schema']} {content['schema_version']}",

@@ -149,9 +149,7 @@ def read_plan(path: str | Path) -> Plan:
     path = Path(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = [
-                [cell.strip() for cell in line] for line in csv.reader(file) if any(map(str.strip, line))
-            ]
+            lines = [[cell.strip() for cell in line] for line in csv.reader(file) if any(map(str.strip, line))]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ModelError(
             f"Plan '{path}'",
@@ -226,9 +224,7 @@ def _plain(value: Any, where: str) -> Any:
     """Return a value as files can hold it."""
     if isinstance(value, np.generic):
         value = value.item()
-    if not isinstance(value, bool | int | float | str) or (
-        isinstance(value, float) and not math.isfinite(value)
-    ):
+    if not isinstance(value, bool | int | float | str) or (isinstance(value, float) and not math.isfinite(value)):
         raise ModelError(
             where,
             found=repr(value),

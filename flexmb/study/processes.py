@@ -134,9 +134,7 @@ class _Crew:
             self.workers.append(Worker(self.task))
         if worker.number is None:
             return None
-        return Row(
-            worker.number, worker.parameters, DIED, seconds=time.monotonic() - worker.began, error=cause
-        )
+        return Row(worker.number, worker.parameters, DIED, seconds=time.monotonic() - worker.began, error=cause)
 
 
 def _cannot_start(found: str) -> FlexmbError:

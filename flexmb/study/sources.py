@@ -196,9 +196,7 @@ def function_in(text: str) -> Callable[..., Any]:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.path.insert(
-        0, str(file.parent)
-    )  # workers get the path of this process, and find the module by its name
+    sys.path.insert(0, str(file.parent))  # workers get the path of this process, and find the module by its name
     sys.modules[file.stem] = module
     spec.loader.exec_module(module)
     known = [n for n, f in vars(module).items() if inspect.isfunction(f) and f.__module__ == file.stem]
@@ -210,9 +208,7 @@ def _check_known(name: str, known: Any, part: str, has: str) -> None:
     if name not in known:
         raise ModelError(
             part,
-            found=f"there is no parameter '{name}' to vary"
-            if has != "The file has" or known
-            else "no parameters",
+            found=f"there is no parameter '{name}' to vary" if has != "The file has" or known else "no parameters",
             expected=f"{has}: {', '.join(known) or 'none'}",
             remedy=did_you_mean(name, known) or "Correct the name",
         )

@@ -111,9 +111,7 @@ def _opened(folder, plan: Plan, origin, outputs, keep_runs: bool) -> StudyFolder
     return StudyFolder(folder, plan, {**origin.identity(), **asked})
 
 
-def _collected(
-    rows: Iterator[Row], plan: Plan, known: dict[int, Row], kept: StudyFolder | None, progress
-) -> Results:
+def _collected(rows: Iterator[Row], plan: Plan, known: dict[int, Row], kept: StudyFolder | None, progress) -> Results:
     """Take the rows as they come, store and count them."""
     began, first = time.monotonic(), len(known)
     try:

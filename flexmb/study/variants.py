@@ -59,7 +59,9 @@ class Task:
 
 @contextmanager
 def _noted_warnings():
-    """Give a function that returns the texts of the warnings so far; in threads, which share filters, there are none."""
+    """Give a function that returns the texts of the warnings so far;
+    in threads, which share filters, there are none.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield list
         return

@@ -28,9 +28,7 @@ class Worker:
     """
 
     def __init__(self, task: bytes):
-        spawning = multiprocessing.get_context(
-            "spawn"
-        )  # compiled code and BLAS threads do not survive a fork
+        spawning = multiprocessing.get_context("spawn")  # compiled code and BLAS threads do not survive a fork
         self.pipe, end = spawning.Pipe()
         self.process = spawning.Process(target=_serve, args=(end, task), name="flexmb study", daemon=True)
         with _environment():
@@ -62,9 +60,7 @@ class Worker:
         if code is None or code >= 0:
             return f"the worker process ended with code {code}"
         name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-        hint = {"SIGKILL": ", often for want of memory", "SIGSEGV": ", a crash of compiled code"}.get(
-            name, ""
-        )
+        hint = {"SIGKILL": ", often for want of memory", "SIGSEGV": ", a crash of compiled code"}.get(name, "")
         return f"the worker process was ended by {name}{hint}"
 
 

@@ -135,7 +135,9 @@ def consistent_start(system: System, state: State, work) -> State:
 
 
 def _require_motion(system: System, residual: np.ndarray, motion: np.ndarray, derivative: str) -> None:
-    """Raise CompileError if velocities or accelerations `motion` (nu,) leave a derivative (ng,) of the equations open."""
+    """Raise CompileError if velocities or accelerations `motion` (nu,) leave a derivative (ng,) of the
+    equations open.
+    """
     worst = float(np.abs(residual).max(initial=0.0))
     if worst > 1e-5 * (1.0 + float(np.abs(motion).max(initial=0.0))):
         k = int(np.argmax(np.abs(residual)))
@@ -143,15 +145,20 @@ def _require_motion(system: System, residual: np.ndarray, motion: np.ndarray, de
             names = ", ".join(system.equation_names[n] for n in system.redundant[:5])
             raise CompileError(
                 f"Equation '{system.equation_names[k]}'",
-                found=f"its {derivative} derivative misses zero by {worst:.3g} in a singular configuration: {names} depend on "
+                found=f"its {derivative} derivative misses zero by {worst:.3g} in a singular "
+                f"configuration: {names} depend on "
                 "other equations here",
                 expected="a start from which all joints and drives can be followed",
-                remedy="Start away from the dead centre (or drive another joint there); if nothing is at a dead centre, "
-                "two drives contradict each other: remove one, or make their signals agree")
+                remedy="Start away from the dead centre (or drive another joint there); if nothing "
+                "is at a dead centre, "
+                "two drives contradict each other: remove one, or make their signals agree",
+            )
         raise CompileError(
-            f"Equation '{system.equation_names[k]}'", found=f"its {derivative} derivative misses zero by {worst:.3g}",
+            f"Equation '{system.equation_names[k]}'",
+            found=f"its {derivative} derivative misses zero by {worst:.3g}",
             expected="equations that can be satisfied together, in position, velocity and acceleration",
-            remedy="Two drives or joints contradict each other: remove one, or make their signals agree")
+            remedy="Two drives or joints contradict each other: remove one, or make their signals agree",
+        )
 
 
 def _size(system: System) -> float:
@@ -162,8 +169,8 @@ def _size(system: System) -> float:
 
 
 def _regularised(system: System, state: State, work) -> System:
-    """Return the system with its dependent equations found at `state`, and its multipliers regularised then, and an inertia
-    for the factorisation where bodies have none."""
+    """Return the system with its dependent equations found at `state`, and its multipliers regularised then, and an
+    inertia for the factorisation where bodies have none."""
     if system.ng == 0:
         return system
     work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)

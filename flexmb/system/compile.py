@@ -242,8 +242,11 @@ class _Constraints:
 
 def _describe(primitive, k: int) -> str:
     """Return how messages call equation `k` of a primitive: "Perpendicular z x", "Coincident[y]", "OnCurve[2]"."""
-    axes = [axis if isinstance(axis, str) else "xyz"[axis] for name, axis in vars(primitive).items()
-            if name.startswith("axis") and axis != -1]
+    axes = [
+        axis if isinstance(axis, str) else "xyz"[axis]
+        for name, axis in vars(primitive).items()
+        if name.startswith("axis") and axis != -1
+    ]
     which = {1: ("",), 2: ("[1]", "[2]"), 3: ("[x]", "[y]", "[z]")}[primitive.count][k]
     return " ".join([type(primitive).__name__, *axes]) + which
 
@@ -280,8 +283,12 @@ def compile(model: Model) -> System:
     compiler = _Compiler(model)
     layout = _Layout(model, compiler)
     if layout.iu[-1] == 0:
-        raise CompileError(f"Model '{model.name}'", found="no body that can move", expected="at least one",
-                           remedy="Add a RigidBody, PointMass or FloatingBody")
+        raise CompileError(
+            f"Model '{model.name}'",
+            found="no body that can move",
+            expected="at least one",
+            remedy="Add a RigidBody, PointMass or FloatingBody",
+        )
     body_tables, body_rows = _body_rows(model, compiler, layout)
     others = len(compiler.signals)
     constraints = _Constraints(model, compiler)
@@ -303,20 +310,43 @@ def compile(model: Model) -> System:
         kernel_table([t.kernels["energy"] for t in body_tables]),
         kernel_table([t.kernels["evaluate"] for t in constraints.tables]),
         kernel_table([t.kernels["apply"] for t in force_tables]),
-        raw, starts, compiler.bulk_data(), *pack(signals), layout.frames,
-        layout.vectors, pattern,
-        np.zeros(len(constraints.names)), np.zeros((0, 2), np.int64), np.zeros(0),
-        np.array(constraints.levels, np.int64), len(layout.q), evaluation.compiled.address)
+        raw,
+        starts,
+        compiler.bulk_data(),
+        *pack(signals),
+        layout.frames,
+        layout.vectors,
+        pattern,
+        np.zeros(len(constraints.names)),
+        np.zeros((0, 2), np.int64),
+        np.zeros(0),
+        np.array(constraints.levels, np.int64),
+        len(layout.q),
+        evaluation.compiled.address,
+    )
     return System(
-        model=model, program=program, q0=np.concatenate([layout.q, list(compiler.branches.values())]), u0=layout.u,
+        model=model,
+        program=program,
+        q0=np.concatenate([layout.q, list(compiler.branches.values())]),
+        u0=layout.u,
         n_signals=len(compiler.signals),
-        n_loads=len(compiler.load_index), size_J=size_J, size_H=compiler.size_H,
+        n_loads=len(compiler.load_index),
+        size_J=size_J,
+        size_H=compiler.size_H,
         tables={"markers": markers, **tables},
-        marker_index=dict(compiler.marker_index), joint_index={j.name: k for k, j in enumerate(model.joints)},
-        force_index={f.name: k for k, f in enumerate(model.forces)}, equation_names=tuple(constraints.names),
+        marker_index=dict(compiler.marker_index),
+        joint_index={j.name: k for k, j in enumerate(model.joints)},
+        force_index={f.name: k for k, f in enumerate(model.forces)},
+        equation_names=tuple(constraints.names),
         force_rows=_force_rows(model, force_tables, starts[len(body_tables) + len(constraints.tables) :]),
-        joint_equations=constraints.slices, joints=tuple(constraints.joints), gaps=np.zeros(len(constraints.names)),
-        body_slices={b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
-                     for k, b in enumerate(model.bodies)},
+        joint_equations=constraints.slices,
+        joints=tuple(constraints.joints),
+        gaps=np.zeros(len(constraints.names)),
+        body_slices={
+            b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
+            for k, b in enumerate(model.bodies)
+        },
         branch_names=tuple(compiler.branches),
-        breakpoints=np.unique([t for signal in signals for t in breakpoints(signal)]), prescribing=prescribing)
+        breakpoints=np.unique([t for signal in signals for t in breakpoints(signal)]),
+        prescribing=prescribing,
+    )

@@ -10,8 +10,15 @@ from flexmb.system.observe import observe
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
-__all__ = ["equations_of_forces", "gaps", "idle_equation", "open_joint", "singular",
-           "without_inertia", "worst_equations"]
+__all__ = [
+    "equations_of_forces",
+    "gaps",
+    "idle_equation",
+    "open_joint",
+    "singular",
+    "without_inertia",
+    "worst_equations",
+]
 
 ZERO = 1e-12
 """Relative to the largest: an inertia below this is none, a gradient below this moves nothing."""
@@ -22,8 +29,11 @@ def worst_equations(system: System, work, count: int = 3) -> str:
     g = work.equations["g"]
     order = np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
     return ", ".join(
-        f"{system.equation_names[k]} = {g[k]:.3g}" if np.isfinite(g[k]) or np.all(np.isnan(g)) else
-        f"{system.equation_names[k]} has no value, the point is beyond the end of the curve" for k in order)
+        f"{system.equation_names[k]} = {g[k]:.3g}"
+        if np.isfinite(g[k]) or np.all(np.isnan(g))
+        else f"{system.equation_names[k]} has no value, the point is beyond the end of the curve"
+        for k in order
+    )
 
 
 def equations_of_forces(system: System, work) -> np.ndarray:
@@ -48,18 +58,24 @@ def open_joint(system: System, work) -> CompileError:
     """Return the error that names the joint that stays open most, and by how much."""
     name, (metres, radians) = max(gaps(system, work).items(), key=lambda item: max(item[1]))
     turned = f" and {radians:.3g} rad" if radians > 0.0 else ""
-    is_open = (f"stays open by {metres:.3g} m{turned}" if np.isfinite(metres) else
-               "has its point beyond the end of its curve")
+    is_open = (
+        f"stays open by {metres:.3g} m{turned}" if np.isfinite(metres) else "has its point beyond the end of its curve"
+    )
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
-    remedy = ("Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
-              "less (Spherical, Cylindrical, Universal)" if system.redundant else
-              "Check lengths and marker positions of these joints, or move the parts nearer to their places")
+    remedy = (
+        "Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
+        "less (Spherical, Cylindrical, Universal)"
+        if system.redundant
+        else "Check lengths and marker positions of these joints, or move the parts nearer to their places"
+    )
     return CompileError(
         f"Model '{system.model.name}'",
         found=f"the mechanism cannot be assembled: joint '{name}' {is_open}{redundant}; "
         f"worst equations: {worst_equations(system, work)}",
-        expected=f"positions near the described ones that satisfy all joints{allowed}", remedy=remedy)
+        expected=f"positions near the described ones that satisfy all joints{allowed}",
+        remedy=remedy,
+    )
 
 
 def idle_equation(system: System, state, work) -> CompileError | None:
@@ -77,10 +93,12 @@ def idle_equation(system: System, state, work) -> CompileError | None:
             continue
         first, second = system.model.joint(name).resolved_markers(system.model)[:2]
         return CompileError(
-            f"Joint '{name}'", found=f"the {axes[0]}-axis of '{first}' and the {axes[1]}-axis of '{second}' are parallel",
+            f"Joint '{name}'",
+            found=f"the {axes[0]}-axis of '{first}' and the {axes[1]}-axis of '{second}' are parallel",
             expected="axes that are perpendicular, or nearly so",
             remedy=f"Turn one of the two markers, for example '{second}': Pose.axes(at=..., z=...), in a model file "
-            "{ at = [...], z = [...] }")
+            "{ at = [...], z = [...] }",
+        )
     return None
 
 
@@ -92,9 +110,11 @@ def singular(system: System, state, work, place: int) -> CompileError:
     unknown = int(system.program.pattern.order[max(place, 0)])
     if unknown >= system.nu:
         return CompileError(
-            system.owner(unknown), found="the equations of motion are singular: it contradicts or repeats others",
+            system.owner(unknown),
+            found="the equations of motion are singular: it contradicts or repeats others",
             expected="equations that do not depend on those of other joints here",
-            remedy="Replace this joint by one that forbids less, or remove a drive of the same loop")
+            remedy="Replace this joint by one that forbids less, or remove a drive of the same loop",
+        )
     return without_inertia(system, state, work, unknown)
 
 
@@ -106,8 +126,12 @@ def _without_number(system: System, state) -> CompileError | None:
         wrench = force[system.force_index[part.name]]
         if not np.all(np.isfinite(wrench)):
             text = np.array2string(wrench, precision=4)
-            return CompileError(part.title, found=part.complaint() or f"its force and moment are {text} at t = {state.t:.6g} s",
-                                expected="finite numbers, N and N m", remedy="Correct its signals, its function or its table")
+            return CompileError(
+                part.title,
+                found=part.complaint() or f"its force and moment are {text} at t = {state.t:.6g} s",
+                expected="finite numbers, N and N m",
+                remedy="Correct its signals, its function or its table",
+            )
     return None
 
 
@@ -120,20 +144,29 @@ def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     body, first = next((b, span.start) for b, span in spans.items() if span.start <= unknown < span.stop)
     if not body.has_frame or unknown - first >= 6:
         return CompileError(
-            body.title, found=f"the equations of motion are singular: its coordinate {unknown - first} has no inertia",
+            body.title,
+            found=f"the equations of motion are singular: its coordinate {unknown - first} has no inertia",
             expected="mass in every coordinate, or joints that hold it",
-            remedy="Give it mass, or check the mass matrix of its data, or its density")
+            remedy="Give it mass, or check the mass matrix of its data, or its density",
+        )
     if not inertia[first : first + 3].any() and unknown - first < 3:
         return CompileError(
-            body.title, found="the equations of motion are singular: no mass",
+            body.title,
+            found="the equations of motion are singular: no mass",
             expected="mass > 0 kg, or joints that hold the body in all directions",
-            remedy=f"Give {body.title} a mass, or fix it to its neighbour")
-    about = [f"its {axis}-axis" for axis, m in zip("xyz", inertia[first + 3 : first + 6], strict=True)
-             if m <= ZERO * inertia[first : first + 6].max()]
+            remedy=f"Give {body.title} a mass, or fix it to its neighbour",
+        )
+    about = [
+        f"its {axis}-axis"
+        for axis, m in zip("xyz", inertia[first + 3 : first + 6], strict=True)
+        if m <= ZERO * inertia[first : first + 6].max()
+    ]
     if not about:
         about = [f"its {'xyz'[(unknown - first) % 3]}-axis"]
     return CompileError(
-        body.title, found=f"the equations of motion are singular: no inertia about {' and '.join(about)}",
+        body.title,
+        found=f"the equations of motion are singular: no inertia about {' and '.join(about)}",
         expected="moments of inertia > 0 about all three axes, or joints that forbid these turns",
         remedy=f"Give {body.title} inertia=(Jxx, Jyy, Jzz) in kg m2, or make it by RigidBody.rod(radius=...), .box, "
-        ".cylinder; a mass without size is a PointMass")
+        ".cylinder; a mass without size is a PointMass",
+    )

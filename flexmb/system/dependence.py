@@ -1,13 +1,14 @@
 """The search for dependent equations: row by row for the first ones that span all, without dense matrices.
 
-What no state of self-stress can reach is taken away: a joint whose equations are independent on one body that no other joint
-holds, and again, from the leaves of a tree to its root. Among the others, those of loops, A^T is triangularised front by
-front (multifrontal QR: Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 5; with dependent columns left out as they
-appear: Heath, Some extensions of an algorithm for sparse linear least squares problems, 1982). A front is one joint: the
-velocities that enter here for the first time, and what the fronts before have left over. The pivot of an equation is its
-distance from the span of all earlier ones. The factor is not kept. Joints come in the order of the model, as "the latest
-equations" are those to be named: an order with less fill would find as many, but others. Pivots tell less than singular
-values where small ones are spread over several: what they leave is looked at once more, by inverse iteration.
+What no state of self-stress can reach is taken away: a joint whose equations are independent on one body that no other
+joint holds, and again, from the leaves of a tree to its root. Among the others, those of loops, A^T is triangularised
+front by front (multifrontal QR: Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 5; with dependent columns
+left out as they appear: Heath, Some extensions of an algorithm for sparse linear least squares problems, 1982). A front
+is one joint: the velocities that enter here for the first time, and what the fronts before have left over. The pivot of
+an equation is its distance from the span of all earlier ones. The factor is not kept. Joints come in the order of the
+model, as "the latest equations" are those to be named: an order with less fill would find as many, but others. Pivots
+tell less than singular values where small ones are spread over several: what they leave is looked at once more, by
+inverse iteration.
 """
 
 from __future__ import annotations
@@ -53,7 +54,9 @@ def _in_loops(A: sparse.csr_matrix, joints: np.ndarray, bodies: np.ndarray, tole
     pairs, firm = _hold(A, joint, body, n_bodies, tolerance)
     holding, held_by = np.divmod(pairs, n_bodies)
     count = np.bincount(held_by, minlength=n_bodies).tolist()
-    total = np.bincount(held_by, weights=holding, minlength=n_bodies).astype(np.int64).tolist()  # with one left: the joint
+    total = (
+        np.bincount(held_by, weights=holding, minlength=n_bodies).astype(np.int64).tolist()
+    )  # with one left: the joint
     starts = np.searchsorted(holding, np.arange(int(joint.max(initial=-1)) + 2)).tolist()
     held = held_by.tolist()
     waiting = [b for b, k in enumerate(count) if k == 1]
@@ -73,12 +76,13 @@ def _in_loops(A: sparse.csr_matrix, joints: np.ndarray, bodies: np.ndarray, tole
     return remains[joint]
 
 
-def _hold(A: sparse.csr_matrix, joint: np.ndarray, body: np.ndarray, n_bodies: int,
-          tolerance: float) -> tuple[np.ndarray, list[bool]]:
+def _hold(
+    A: sparse.csr_matrix, joint: np.ndarray, body: np.ndarray, n_bodies: int, tolerance: float
+) -> tuple[np.ndarray, list[bool]]:
     """Return the pairs joint * n_bodies + body, sorted, and whether the joint's rows are independent on that body.
 
-    They are if the least eigenvalue of B B^T is above `tolerance`: B is the joint's block on the body. Then no row of the
-    joint is nearer than its root to the span of all other rows.
+    They are if the least eigenvalue of B B^T is above `tolerance`: B is the joint's block on the body. Then no row of
+    the joint is nearer than its root to the span of all other rows.
     """
     size = np.bincount(joint)
     order = np.argsort(joint, kind="stable")
@@ -152,8 +156,12 @@ def _latest(A: sparse.csr_matrix, joints: np.ndarray, tolerance: float) -> np.nd
     return np.sort(np.array(dependent, int))
 
 
-def _front(columns: sparse.csc_matrix, first: int, last: int, own: np.ndarray, children) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of equations of a front, its own first, and its matrix: velocities and leftovers by equations."""
+def _front(
+    columns: sparse.csc_matrix, first: int, last: int, own: np.ndarray, children
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of equations of a front, its own first, and its matrix:
+    velocities and leftovers by equations.
+    """
     start, stop = columns.indptr[first], columns.indptr[last]
     entries = columns.indices[start:stop]
     at = np.unique(np.concatenate([own, entries, *(equations for equations, _ in children)]))

@@ -19,14 +19,19 @@ def given_state(given: Any, system, asker: str, *, reactions: bool = True):
     """
     given = getattr(given, "final", given)
     if not all(hasattr(given, name) for name in ("t", "q", "u")):
-        raise ModelError(asker, found=f"a state of the class {type(given).__name__}",
-                         expected="a Solution or an Instant of one",
-                         remedy="Give the result of statics or simulate, or its .final")
+        raise ModelError(
+            asker,
+            found=f"a state of the class {type(given).__name__}",
+            expected="a Solution or an Instant of one",
+            remedy="Give the result of statics or simulate, or its .final",
+        )
     a, lam = getattr(given, "a", None), getattr(given, "lam", None) if reactions else None
     sizes = [np.size(given.q), np.size(given.u), system.ng if lam is None else np.size(lam)]
     if sizes[0] < system.program.branches or sizes[1:] != [system.nu, system.ng]:
         raise ModelError(
-            asker, found=f"a state with {sizes[0]} coordinates, {sizes[1]} velocities and {sizes[2]} multipliers",
+            asker,
+            found=f"a state with {sizes[0]} coordinates, {sizes[1]} velocities and {sizes[2]} multipliers",
             expected=f"{system.nq}, {system.nu} and {system.ng}, those of model '{system.model.name}'",
-            remedy="Give a state of this model")
+            remedy="Give a state of this model",
+        )
     return system.state(given.t, given.q, given.u, a, lam)

@@ -1,8 +1,9 @@
 """Bodies without inertia in some freedom: a weightless link, a rod that is thin as a line.
 
-Such a motion is determined if the joints determine it: M and G together must have full column rank (Udwadia & Phohomsiri
-2006). The factorisation takes bodies before their multipliers and needs a regular block; a small inertia is added to the
-matrix for it, eq. (lent-inertia). The residual does not know it, so that the result is that of the massless body.
+Such a motion is determined if the joints determine it: M and G together must have full column rank (Udwadia &
+Phohomsiri 2006). The factorisation takes bodies before their multipliers and needs a regular block; a small inertia is
+added to the matrix for it, eq. (lent-inertia). The residual does not know it, so that the result is that of the
+massless body.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ def _typical(M: sparse.csr_matrix, bodies) -> tuple[float, ...]:
 
 
 def _without_inertia(M: sparse.csr_matrix, spans: list[slice]) -> list[tuple[np.ndarray, slice]]:
-    """Return the blocks of M that are singular, (n, n) with their velocities: those of all bodies are looked at together."""
+    """Return the blocks of M that are singular, (n, n) with their velocities:
+    those of all bodies are looked at together.
+    """
     found = []
     M = M.tocoo()
     for n in sorted({u.stop - u.start for u in spans}):
@@ -55,8 +58,11 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     """Return the velocities and places in the iteration matrix (nf, 2), the inertia that is added there (nf,), and the
     number of a velocity that has neither inertia nor a constraint (-1: there is none).
     """
-    bodies = [(body, system.body_slices[body.name][1]) for body in system.model.bodies
-              if body.n_velocities in (3, 6) and body.block_size == body.n_velocities]
+    bodies = [
+        (body, system.body_slices[body.name][1])
+        for body in system.model.bodies
+        if body.n_velocities in (3, 6) and body.block_size == body.n_velocities
+    ]
     rows, motions = system.tables["rows"], []
     places: list[tuple[int, int]] = []
     values: list[float] = []
@@ -65,8 +71,9 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
         diagonal = np.diag(block)
         typical = typical or _typical(M, bodies)
         own = (np.max(diagonal[:3]), np.max(diagonal[3:], initial=0.0))
-        floor = np.repeat([x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)],
-                          [3, len(diagonal) - 3])
+        floor = np.repeat(
+            [x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)], [3, len(diagonal) - 3]
+        )
         _, s, V = np.linalg.svd(block / np.sqrt(np.outer(floor, floor)))
         places += [(u.start + k, rows[u.start + k] + k) for k in range(len(floor))]
         values += list(FLOOR * floor)
@@ -76,7 +83,9 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
 
 
 def _loose(motions) -> int:
-    """Return the velocity of a massless motion, (velocity, change of the constraints), that no constraint holds, or -1."""
+    """Return the velocity of a massless motion, (velocity, change of the constraints),
+    that no constraint holds, or -1.
+    """
     if not motions:
         return -1
     changes = np.array([change for _, change in motions])

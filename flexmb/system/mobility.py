@@ -12,8 +12,16 @@ from flexmb.system.dependence import combinations, dependent_rows
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
-__all__ = ["DEPENDENT", "Mobility", "constraint_matrix", "dependent_equations", "equation_scale", "indeterminate_equations",
-           "mass_metric", "mobility"]
+__all__ = [
+    "DEPENDENT",
+    "Mobility",
+    "constraint_matrix",
+    "dependent_equations",
+    "equation_scale",
+    "indeterminate_equations",
+    "mass_metric",
+    "mobility",
+]
 
 DEPENDENT = 1e-6
 """An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent: axes
@@ -52,7 +60,9 @@ def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
 
 
 def _beyond_rounding(G: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Return G with zeros in rows of rounding only: the turn of a cable about its tangent, which moves no coordinate."""
+    """Return G with zeros in rows of rounding only: the turn of a cable about its tangent,
+    which moves no coordinate.
+    """
     if G.shape[0] == 0:
         return G
     largest = abs(G).max(axis=1).toarray().ravel()
@@ -74,8 +84,9 @@ def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.nd
 def indeterminate_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, dependent) -> np.ndarray:
     """Return the numbers of equations whose multipliers are not unique: those that take part in a state of self-stress.
 
-    A dependent gradient is a combination of independent ones, g_d = sum y_i g_i; multipliers (1, -y) do no work. Of many
-    dependent gradients a few random mixtures stand for all: they leave out no equation that takes part in one of them.
+    A dependent gradient is a combination of independent ones, g_d = sum y_i g_i; multipliers (1, -y) do no work. Of
+    many dependent gradients a few random mixtures stand for all: they leave out no equation that takes part in one of
+    them.
     """
     dependent = np.asarray(dependent, int)
     if not len(dependent):

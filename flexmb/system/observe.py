@@ -79,8 +79,27 @@ def _observe_errors(work, u, a, left, error):
 
 
 @kernel
-def _observe(program, work, t, q, u, a, lam, signals, second, joint_of, single, measured,
-             r, R, motion, reaction, force, energy, error):
+def _observe(
+    program,
+    work,
+    t,
+    q,
+    u,
+    a,
+    lam,
+    signals,
+    second,
+    joint_of,
+    single,
+    measured,
+    r,
+    R,
+    motion,
+    reaction,
+    force,
+    energy,
+    error,
+):
     """Evaluate every sample; `single` (nf, 3) is (kind, first byte, last byte) of every force's own row."""
     left = np.empty(len(work.equations))
     for k in range(len(t)):
@@ -136,7 +155,32 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
     # a stored run may be read with a model that has other sensors, which follow other turns: see System.state
     missing = [] if np.shape(q)[1] >= system.nq else [np.tile(system.q0[np.shape(q)[1] :], (nt, 1))]
     arrays = [np.ascontiguousarray(x, float) for x in (t, np.hstack([q, *missing])[:, : system.nq], u, a, lam)]
-    _observe(system.program, work, *arrays, signals, second, joint_of, system.force_rows, measured,
-             r, R, motion, reaction, force, energy, error)
-    return Observation(r=r, R=R, v=motion[..., 0:3], w=motion[..., 3:6], a=motion[..., 6:9], alpha=motion[..., 9:12],
-                       reaction=reaction, force=force, energy=energy, constraint_error=error)
+    _observe(
+        system.program,
+        work,
+        *arrays,
+        signals,
+        second,
+        joint_of,
+        system.force_rows,
+        measured,
+        r,
+        R,
+        motion,
+        reaction,
+        force,
+        energy,
+        error,
+    )
+    return Observation(
+        r=r,
+        R=R,
+        v=motion[..., 0:3],
+        w=motion[..., 3:6],
+        a=motion[..., 6:9],
+        alpha=motion[..., 9:12],
+        reaction=reaction,
+        force=force,
+        energy=energy,
+        constraint_error=error,
+    )

@@ -4,8 +4,8 @@ Nodes of the graph are the bodies (their velocities) and the joints (their multi
 joint). A multiplier has a zero on the diagonal, so it may be eliminated only when its pivot is certain to be regular:
 after all its bodies, or, as the last joint of a body, after that body alone (the equations of one joint are independent
 on one body that no other joint holds). The second rule condenses trees from their leaves, as the O(n) recursions do.
-In a loop it would count the rest of the model as fixed, and take freedoms twice; there joints wait for all their bodies.
-Among the permitted nodes the one with the least fill goes first.
+In a loop it would count the rest of the model as fixed, and take freedoms twice; there joints wait for all their
+bodies. Among the permitted nodes the one with the least fill goes first.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from flexmb.math.block_lu import BlockPattern
 __all__ = ["block_pattern", "elimination_order"]
 
 
-def elimination_order(sizes: list[int], n_bodies: int, neighbours: list[set[int]],
-                      waiting: set[int]) -> tuple[list[int], list[list[int]]]:
+def elimination_order(
+    sizes: list[int], n_bodies: int, neighbours: list[set[int]], waiting: set[int]
+) -> tuple[list[int], list[list[int]]]:
     """Return the order of the nodes and for each node its later neighbours including fill.
 
     Nodes below `n_bodies` are bodies, the others joints; `neighbours` is the symmetric adjacency, which is consumed.

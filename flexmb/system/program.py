@@ -14,13 +14,24 @@ from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import DAMPED, STIFF, call_row_kernel, pointer_kernel
 
-__all__ = ["BODIES", "Program", "accelerations", "advance", "evaluate", "increment", "keep_branches", "kernel_table",
-           "project", "unit_frames"]
+__all__ = [
+    "BODIES",
+    "Program",
+    "accelerations",
+    "advance",
+    "evaluate",
+    "increment",
+    "keep_branches",
+    "kernel_table",
+    "project",
+    "unit_frames",
+]
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
 BODIES = 2.0
-"""Weight in work.coefficients[3] with which the iteration matrix holds the blocks of the bodies, without constraints."""
+"""Weight in work.coefficients[3] with which the iteration matrix holds the blocks of the bodies, without constraints.
+"""
 
 
 def kernel_table(kernels) -> np.ndarray:
@@ -147,8 +158,15 @@ def evaluation(program, state, work):
                 pair.K[:] = 0.0
             if pair.active == DAMPED:
                 pair.D[:] = 0.0
-    sample_signals(state.t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
-                   program.signal_table_starts, state.signals)
+    sample_signals(
+        state.t,
+        program.signal_starts,
+        program.signal_ops,
+        program.signal_args,
+        program.signal_tables,
+        program.signal_table_starts,
+        state.signals,
+    )
     n_bodies, n_equations = len(program.inertia), len(program.equations)
     run_kernels(program.place, 0, program, state, work)
     run_kernels(program.equations, n_bodies, program, state, work)
@@ -256,14 +274,16 @@ def constraint_acceleration(work, a, out):
 def accelerations(program, state, work, right, sweeps):
     """Solve M a - G^T lam = f, G a = -drift for the accelerations and multipliers, in place of state.a and state.lam.
 
-    The equations are linear in both, so one solve suffices; further sweeps (at most so many, fewer where nothing changes
-    any more) refine, and with dependent equations (regularised) converge to the multipliers of least norm. Where the
-    refinement still changes much, forces depend on the multipliers (friction): Newton's method then goes on. Returns -1
-    or the place of a vanishing pivot.
+    The equations are linear in both, so one solve suffices; further sweeps (at most so many, fewer where nothing
+    changes any more) refine, and with dependent equations (regularised) converge to the multipliers of least norm.
+    Where the refinement still changes much, forces depend on the multipliers (friction): Newton's method then goes on.
+    Returns -1 or the place of a vanishing pivot.
     """
     nu, ng = len(state.u), len(state.lam)
     nonlinear = False
-    looked = 2 if len(program.pattern.softness) > 0 else 1  # dependent equations still change a little in the second sweep
+    looked = (
+        2 if len(program.pattern.softness) > 0 else 1
+    )  # dependent equations still change a little in the second sweep
     work.coefficients[0] = 1.0
     work.coefficients[1] = 0.0
     work.coefficients[2] = 0.0
@@ -315,8 +335,8 @@ def project(program, state, work, right, q, tolerance, gaps, iterations):
     """Move q with least motion (in the metric of M, without deformation where that is possible) onto g = 0, then u
     onto G u + dg/dt = 0; q is that of state.
 
-    Where equations depend on each other they may contradict each other by up to `gaps` (ng,), and the nearest q is taken.
-    Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
+    Where equations depend on each other they may contradict each other by up to `gaps` (ng,), and the nearest q is
+    taken. Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
     """
     nu, ng = len(state.u), len(state.lam)
     work.coefficients[0] = 1.0

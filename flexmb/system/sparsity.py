@@ -104,7 +104,9 @@ def _equations(nodes: _Nodes, nu: int, place):
     for group in nodes.unknowns[nodes.n_blocks :]:
         for k, unknown in enumerate(group):
             within[unknown - nu] = k
-    equations["diagonal"] = [place(node, node)[k] + k for node, k in zip(nodes.of_equation, within.tolist(), strict=True)]
+    equations["diagonal"] = [
+        place(node, node)[k] + k for node, k in zip(nodes.of_equation, within.tolist(), strict=True)
+    ]
     return equations, within
 
 
@@ -148,12 +150,20 @@ def _pairs(nodes: _Nodes, compiler, place):
 def sparsity(model, compiler, layout, constraints, markers):
     """Return the pattern of the factors, and the tables of equations, legs, pairs and all positions in the matrix."""
     nodes = _Nodes(model, compiler, layout, constraints, markers)
-    pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(constraints, compiler),
-                                   nodes.waiting)
+    pattern, place = block_pattern(
+        nodes.unknowns, nodes.n_blocks, nodes.neighbours(constraints, compiler), nodes.waiting
+    )
     nu = layout.iu[-1]
     rows, widths = _rows(nodes, nu, place)
     equations, within = _equations(nodes, nu, place)
     legs, transposed = _legs(nodes, constraints, equations, within, place)
     pairs, pair_rows = _pairs(nodes, compiler, place)
-    return pattern, {"equations": equations, "legs": legs, "pairs": pairs, "rows": rows, "widths": widths,
-                     "transposed": transposed, "pair_rows": pair_rows}
+    return pattern, {
+        "equations": equations,
+        "legs": legs,
+        "pairs": pairs,
+        "rows": rows,
+        "widths": widths,
+        "transposed": transposed,
+        "pair_rows": pair_rows,
+    }

@@ -121,7 +121,8 @@ class System:
     def state(self, t=0.0, q=None, u=None, a=None, lam=None) -> State:
         """Return a state with arrays of its own; what is not given is the described start, or zero.
 
-        Branches come last in q, those of sensors after all others: a state of the same model with other sensors will do.
+        Branches come last in q, those of sensors after all others: a state of the same model with other sensors will
+        do.
         """
 
         def array(value, size):
@@ -131,8 +132,13 @@ class System:
         if len(full) != self.nq and len(full) >= self.program.branches:
             full = np.concatenate([full[: self.nq], self.q0[len(full) :]])
         return State(
-            float(t), full, np.array(self.u0 if u is None else u, float),
-            array(a, self.nu), array(lam, self.ng), np.zeros((max(1, self.n_signals), 3)))
+            float(t),
+            full,
+            np.array(self.u0 if u is None else u, float),
+            array(a, self.nu),
+            array(lam, self.ng),
+            np.zeros((max(1, self.n_signals), 3)),
+        )
 
     def own_copy(self) -> System:
         """Return the system with factor storage of its own, for use in another thread."""

@@ -42,7 +42,9 @@ def _axes(row, q, at):
 
 @inner_kernel
 def _turned_inertia(row, S, rows, iu, J):
-    """Write R J R^T to `J` (9,), the inertia about the body's origin; its own axes stand in the lower right block of S."""
+    """Write R J R^T to `J` (9,), the inertia about the body's origin;
+    its own axes stand in the lower right block of S.
+    """
     for i in range(3):
         at = rows[iu + 3 + i] + 3
         x, y, z = S[at], S[at + 1], S[at + 2]
@@ -225,8 +227,19 @@ def factor(tables, state, work, store):
             continue
         m = tables.i_eta[p + 1] - tables.i_eta[p]
         if m > 0:
-            add_to_modes(row, through, m, tables.i_modal[p], tables.i_parent[k], outer, tables.inner[k], work, store,
-                         scratch, half)
+            add_to_modes(
+                row,
+                through,
+                m,
+                tables.i_modal[p],
+                tables.i_parent[k],
+                outer,
+                tables.inner[k],
+                work,
+                store,
+                scratch,
+                half,
+            )
         shift_inertia(through, 0, row[STEP], row[STEP + 1], row[STEP + 2])
         of_parent = store.rows[p]
         for i in range(36):

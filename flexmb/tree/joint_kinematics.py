@@ -11,7 +11,15 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix, matrix_to_euler
 from flexmb.math.vectors import cross, matvec, matvec_t, rotate_columns
 
-__all__ = ["joint_acceleration", "joint_axes", "joint_pose", "joint_twist", "read_acceleration", "read_pose", "read_twist"]
+__all__ = [
+    "joint_acceleration",
+    "joint_axes",
+    "joint_pose",
+    "joint_twist",
+    "read_acceleration",
+    "read_pose",
+    "read_twist",
+]
 
 
 @inner_kernel

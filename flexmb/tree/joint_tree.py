@@ -106,15 +106,19 @@ class JointTree:
         self.model = system.model
         self.system, self._start = system, start
         count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
-        plain = {j.name: not j.prescribes and not j.couples and describable(j, count[j.name])
-                 for j in self.system.joints}
+        plain = {
+            j.name: not j.prescribes and not j.couples and describable(j, count[j.name]) for j in self.system.joints
+        }
         self.tree: Spanning = spanning_tree(self.system, cut, _carriers(self.system, plain, keep))
         self.work = self.system.workspace()
         evaluate(self.system.program, self._start, self.work)
         self.rows = motion_rows(self.system, self.tree, self.work.markers, start.q)
         self.names, self.rate_names = self._labels()
-        self.drives = {f"{j.joint}.{_driven_freedom(j)}": j for j in self.system.joints
-                       if j.prescribes and j.joint in self.tree.joints.values()}
+        self.drives = {
+            f"{j.joint}.{_driven_freedom(j)}": j
+            for j in self.system.joints
+            if j.prescribes and j.joint in self.tree.joints.values()
+        }
 
     def _labels(self):
         q: list[str] = []
@@ -137,8 +141,11 @@ class JointTree:
     def _driven_turns(self):
         """Places of the turns that drives prescribe, and their signals in the form of `sample_signals`."""
         turns = {name: drive.angle for name, drive in self.drives.items() if drive.angle is not None}
-        return ([self.names.index(name) for name in turns], *pack([s.program() for s in turns.values()]),
-                np.zeros((len(turns), 3)))
+        return (
+            [self.names.index(name) for name in turns],
+            *pack([s.program() for s in turns.values()]),
+            np.zeros((len(turns), 3)),
+        )
 
     @property
     def start(self) -> RelativeState:
@@ -148,8 +155,12 @@ class JointTree:
     def index(self, name: str) -> int:
         """Return the place of a coordinate in q; ModelError if there is none of that name."""
         if name not in self.names:
-            raise ModelError("JointTree", found=f"there is no coordinate '{name}'",
-                             expected=f"One of: {', '.join(self.names)}", remedy=did_you_mean(name, self.names))
+            raise ModelError(
+                "JointTree",
+                found=f"there is no coordinate '{name}'",
+                expected=f"One of: {', '.join(self.names)}",
+                remedy=did_you_mean(name, self.names),
+            )
         return self.names.index(name)
 
     def relative(self, state: Any) -> RelativeState:
@@ -215,7 +226,8 @@ class JointTree:
         return seen["r"].copy(), seen["R"].copy()
 
     def jacobian(self, marker: str, q: Any) -> np.ndarray:
-        """Return the twist of a marker per rate, (6, nv): velocity (m/s) and angular velocity (rad/s) in W, at its origin.
+        """Return the twist of a marker per rate, (6, nv): velocity (m/s) and angular velocity (rad/s) in W, at its
+        origin.
 
         Source: Whitney 1972 for joints; modes by eq. (tree-jacobian).
         """
@@ -236,9 +248,12 @@ class JointTree:
             If loops are closed by cut joints: their forces are not determined by the motion of the tree.
         """
         if len(self.tree.tables.cut_equations):
-            raise CompileError(f"Model '{self.model.name}'", found=f"no tree: loops are closed by {', '.join(self.tree.cut)}",
-                               expected="a tree of joints for forces by recursion",
-                               remedy="Use fmb.inverse_dynamics with drives for closed mechanisms")
+            raise CompileError(
+                f"Model '{self.model.name}'",
+                found=f"no tree: loops are closed by {', '.join(self.tree.cut)}",
+                expected="a tree of joints for forces by recursion",
+                remedy="Use fmb.inverse_dynamics with drives for closed mechanisms",
+            )
         state = self.absolute(q, v, a, t)
         self.work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)  # what stiffens bodies belongs to the tangent
         evaluate(self.system.program, state, self.work)
@@ -249,8 +264,8 @@ class JointTree:
     def accelerations(self, q: Any, v: Any = None, tau: Any = None, t: float = 0.0) -> np.ndarray:
         """Return the second rates (nv,) of rigid bodies under the forces of the model and of joints: forward dynamics.
 
-        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), with closed loops; ten times faster than
-        `Recursive`, which also takes flexible bodies, and gives reactions.
+        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), with closed loops; ten times faster
+        than `Recursive`, which also takes flexible bodies, and gives reactions.
 
         Parameters
         ----------
@@ -265,8 +280,12 @@ class JointTree:
             If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
         """
         if self.drives:
-            raise CompileError(f"Model '{self.model.name}'", found=f"prescribed motions: {', '.join(self.drives)}",
-                               expected="joints that forces move", remedy="Leave the drives out, or use fmb.simulate")
+            raise CompileError(
+                f"Model '{self.model.name}'",
+                found=f"prescribed motions: {', '.join(self.drives)}",
+                expected="joints that forces move",
+                remedy="Leave the drives out, or use fmb.simulate",
+            )
         q, v, tau = self._checked(q, v, tau)
         links = self._links
         links.x[:], links.v[:], links.tau[:] = q, v, tau
@@ -300,12 +319,23 @@ class JointTree:
 
     def _without_inertia(self, links: LinkTree) -> CompileError:
         name = self.tree.order[links.links[links.failed[0]]["body"]]
-        return CompileError(f"Body '{name}' (joint '{self.tree.joints[name]}')", found="its articulated inertia is singular",
-                            expected="inertia, its own or carried, in every free motion of its joint",
-                            remedy="Give the body mass and inertia about the free axis")
+        return CompileError(
+            f"Body '{name}' (joint '{self.tree.joints[name]}')",
+            found="its articulated inertia is singular",
+            expected="inertia, its own or carried, in every free motion of its joint",
+            remedy="Give the body mass and inertia about the free axis",
+        )
 
-    def reach(self, marker: str, at: Any, *, start: Any = None, limits: Mapping[str, tuple[float, float]] | None = None,
-              orientation: bool = True, tolerance: float = 1e-10) -> np.ndarray:
+    def reach(
+        self,
+        marker: str,
+        at: Any,
+        *,
+        start: Any = None,
+        limits: Mapping[str, tuple[float, float]] | None = None,
+        orientation: bool = True,
+        tolerance: float = 1e-10,
+    ) -> np.ndarray:
         """Return relative coordinates (nq,) that bring a marker to a pose: inverse kinematics by damped least squares.
 
         Parameters
@@ -344,13 +374,20 @@ class JointTree:
         for name, x, labels in (("q", q, self.names), ("v", v, self.rate_names), ("a or tau", a, self.rate_names)):
             x = np.zeros(len(labels)) if x is None else np.array(x, float)
             if x.shape != (len(labels),):
-                raise ModelError("JointTree", found=f"{name} has the shape {x.shape}",
-                                 expected=f"({len(labels)},): {', '.join(labels)}",
-                                 remedy="Give one number for each coordinate")
+                raise ModelError(
+                    "JointTree",
+                    found=f"{name} has the shape {x.shape}",
+                    expected=f"({len(labels)},): {', '.join(labels)}",
+                    remedy="Give one number for each coordinate",
+                )
             bad = np.flatnonzero(~np.isfinite(x))
             if len(bad):
-                raise ModelError("JointTree", found=f"{name} has {x[bad[0]]} for '{labels[bad[0]]}'", expected="finite numbers",
-                                 remedy="Look at where these numbers come from")
+                raise ModelError(
+                    "JointTree",
+                    found=f"{name} has {x[bad[0]]} for '{labels[bad[0]]}'",
+                    expected="finite numbers",
+                    remedy="Look at where these numbers come from",
+                )
             out.append(x)
         return out
 
@@ -362,7 +399,7 @@ class JointTree:
         for row in self.rows:
             if row["held"] != HINGED or row["turn"] < 0:
                 continue
-            a, b = ((row["other"], row["own"]) if row["forward"] else (row["own"], row["other"]))
+            a, b = (row["other"], row["own"]) if row["forward"] else (row["own"], row["other"])
             axis = "z" if row["turn_b"] >= 0 else "x"
             branch = f"turn on {axis}: {names[a]}, {names[b]}"
             if branch in self.system.branch_names:
@@ -378,11 +415,18 @@ def _carriers(system: System, plain: dict[str, bool], keep: tuple[str, ...]) -> 
     """Return the joints that may carry bodies, and those that must."""
     for name in keep:
         if name not in plain:
-            raise CompileError("JointTree", found=f"joint '{name}' to keep does not exist",
-                               expected=f"one of: {', '.join(plain)}", remedy=did_you_mean(name, plain))
+            raise CompileError(
+                "JointTree",
+                found=f"joint '{name}' to keep does not exist",
+                expected=f"one of: {', '.join(plain)}",
+                remedy=did_you_mean(name, plain),
+            )
         if not plain[name]:
             kind = type(system.joints[system.joint_index[name]]).__name__
-            raise CompileError(f"Joint '{name}'", found=f"{kind} permits no turns or slides that could carry a body",
-                               expected="a joint with relative coordinates in the tree",
-                               remedy=f"Leave '{name}' out of keep: it closes a loop by its equations")
+            raise CompileError(
+                f"Joint '{name}'",
+                found=f"{kind} permits no turns or slides that could carry a body",
+                expected="a joint with relative coordinates in the tree",
+                remedy=f"Leave '{name}' out of keep: it closes a loop by its equations",
+            )
     return tuple(name for name, good in plain.items() if good), keep

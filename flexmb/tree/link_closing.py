@@ -1,9 +1,10 @@
 """Closed loops of rigid links: what multipliers of the cut equations do to the joints, and those that close the loops.
 
-The wrench of a unit multiplier is passed on to the roots as the force in the articulated-body algorithm. At every joint on
-its way it leaves an amount ``b = S^T W``, and with the inertia ``D^-1`` that the joint moves there, the mobility of the cut
-equations is ``A_mn = sum b_m D b_n`` over the joints on both ways: the factors of the inverse mass matrix (Rodriguez,
-Jain & Kreutz-Delgado 1991). A is factorised in its profile; equations that depend on others give no multiplier.
+The wrench of a unit multiplier is passed on to the roots as the force in the articulated-body algorithm. At every joint
+on its way it leaves an amount ``b = S^T W``, and with the inertia ``D^-1`` that the joint moves there, the mobility of
+the cut equations is ``A_mn = sum b_m D b_n`` over the joints on both ways: the factors of the inverse mass matrix
+(Rodriguez, Jain & Kreutz-Delgado 1991). A is factorised in its profile; equations that depend on others give no
+multiplier.
 """
 
 from __future__ import annotations
@@ -26,15 +27,18 @@ RANK = 1e-7
 ROUNDING = 1e-13
 """The same where all equations are dependent."""
 
-Closing = namedtuple("Closing", "equations mobility start link at start_meet equation meet first row A L d push give wrench x")
+Closing = namedtuple(
+    "Closing", "equations mobility start link at start_meet equation meet first row A L d push give wrench x"
+)
 """The cut equations in an order with a small profile.
 
 equations, mobility (nc,) : their numbers; what each does between free bodies, about
-start (nc + 1,), link, at (ne,) : the links on the way of each to the roots, leaves first; first of its numbers in push, give
-start_meet (nl + 1,), equation, meet (nm,) : the ways through each link: which equations, and their `at`
+start (nc + 1,), link, at (ne,) : the links on the way of each to the roots, leaves first; first of its numbers in push,
+give start_meet (nl + 1,), equation, meet (nm,) : the ways through each link: which equations, and their `at`
 first (nc,), row (nc + 1,) : first column of every row of the profile, and where the row begins
 A, L : the matrix and its factor, profiles; d (nc,): pivots, zero for dependent equations
-push, give : S^T W on all ways, and times D; wrench (nl, 6): scratch, zero between calls; x (nc,): right side, multipliers
+push, give : S^T W on all ways, and times D; wrench (nl, 6): scratch, zero between calls; x (nc,): right side,
+multipliers
 """
 
 CLOSING = tuple_type(Closing, INTEGERS, FLOATS, *[INTEGERS] * 8, *[FLOATS] * 5, (FLOATS, 2), FLOATS)
@@ -66,13 +70,24 @@ def closing(links, marks, equations, legs, mobility) -> Closing:
     row = np.concatenate([[0], np.cumsum(np.arange(len(ways)) - first + 1)])
     nc, numbers = len(ways), max(1, int(at[-1]))
     return Closing(
-        equations=np.asarray(equations, np.int64)[order], mobility=np.asarray(mobility, float)[order],
-        start=start.astype(np.int64), link=link, at=at[:-1].astype(np.int64),
+        equations=np.asarray(equations, np.int64)[order],
+        mobility=np.asarray(mobility, float)[order],
+        start=start.astype(np.int64),
+        link=link,
+        at=at[:-1].astype(np.int64),
         start_meet=np.cumsum([0] + [len(met) for met in through]).astype(np.int64),
         equation=np.array([n for met in through for n, _ in met], np.int64),
-        meet=np.array([a for met in through for _, a in met], np.int64), first=first.astype(np.int64), row=row.astype(np.int64),
-        A=np.zeros(int(row[-1])), L=np.zeros(int(row[-1])), d=np.zeros(nc), push=np.zeros(numbers), give=np.zeros(numbers),
-        wrench=np.zeros((len(links), 6)), x=np.zeros(nc))
+        meet=np.array([a for met in through for _, a in met], np.int64),
+        first=first.astype(np.int64),
+        row=row.astype(np.int64),
+        A=np.zeros(int(row[-1])),
+        L=np.zeros(int(row[-1])),
+        d=np.zeros(nc),
+        push=np.zeros(numbers),
+        give=np.zeros(numbers),
+        wrench=np.zeros((len(links), 6)),
+        x=np.zeros(nc),
+    )
 
 
 def _way(links, ends: list[int]) -> list[int]:
@@ -157,7 +172,14 @@ def _pass_on(row, W, of_parent):
 @inner_kernel
 def _responses(tree, c, work):
     """Write what unit multipliers leave at the joints on their ways."""
-    links, rows, blocks, poses, marks, mark_of = tree.links, tree.rows, tree.blocks, tree.poses, tree.marks, tree.mark_of
+    links, rows, blocks, poses, marks, mark_of = (
+        tree.links,
+        tree.rows,
+        tree.blocks,
+        tree.poses,
+        tree.marks,
+        tree.mark_of,
+    )
     for n in range(len(c.equations)):
         equation = work.equations[c.equations[n]]
         for m in range(equation.leg, equation.leg + equation.legs):

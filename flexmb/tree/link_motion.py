@@ -1,6 +1,7 @@
 """The motion of rigid links, compiled: second rates with forces and loops, and the way back onto the loops.
 
-Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on those of the links.
+Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on those of the
+links.
 """
 
 from __future__ import annotations
@@ -90,8 +91,15 @@ def _act(tree, chart, program, work, t):
     """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
     work.energy[:] = 0.0
     work.coefficients[:] = 0.0
-    sample_signals(t, program.signal_starts, program.signal_ops, program.signal_args, program.signal_tables,
-                   program.signal_table_starts, tree.signals)
+    sample_signals(
+        t,
+        program.signal_starts,
+        program.signal_ops,
+        program.signal_args,
+        program.signal_tables,
+        program.signal_table_starts,
+        tree.signals,
+    )
     count_turns(chart, program, t, tree.x, tree.q)
     state = State(t, tree.q, tree.u, tree.u, tree.lam, tree.signals)
     bodies, kinds = len(program.inertia), len(program.equations)
@@ -112,7 +120,9 @@ def _act(tree, chart, program, work, t):
 
 @inner_kernel
 def _closing_rates(tree, closing, work, second):
-    """Write what is left of the cut equations to closing.x, with the opposite sign: of their rates, or of second rates."""
+    """Write what is left of the cut equations to closing.x, with the opposite sign:
+    of their rates, or of second rates.
+    """
     g, marks, mark_of, rows, poses = tree.gravity, tree.marks, tree.mark_of, tree.rows, tree.poses
     for n in range(len(closing.equations)):
         equation = work.equations[closing.equations[n]]
@@ -134,8 +144,11 @@ def _closing_rates(tree, closing, work, second):
             # the velocity of the marker, of which the spatial acceleration does not know that it turns
             u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
             d, e, f = row[RATE], row[RATE + 1], row[RATE + 2]
-            u, v, w = (row[RATE + 3] + e * z - f * y + b * w - c * v, row[RATE + 4] + f * x - d * z + c * u - a * w,
-                       row[RATE + 5] + d * y - e * x + a * v - b * u)
+            u, v, w = (
+                row[RATE + 3] + e * z - f * y + b * w - c * v,
+                row[RATE + 4] + f * x - d * z + c * u - a * w,
+                row[RATE + 5] + d * y - e * x + a * v - b * u,
+            )
             for i in range(3):
                 p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
                 s += leg.gradient[i] * (p * u + q * v + r * w + g[i]) + leg.gradient[3 + i] * (p * d + q * e + r * f)
@@ -198,8 +211,8 @@ def evaluation(tree, work, t):
 def evaluate_links(tree, work, t):
     """Write the second rates tree.a at tree.x, tree.v and time t, with forces tree.tau on the rates.
 
-    Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives are those of their signals, and
-    the forces on them are written to tree.tau. tree.failed is -1, or the link whose motion has no inertia.
+    Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives are those of their signals,
+    and the forces on them are written to tree.tau. tree.failed is -1, or the link whose motion has no inertia.
     """
     call_links(tree.calls[0], tree, work, t)
 
@@ -300,7 +313,8 @@ def closure(tree, work, t, tolerance, gaps, level):
 def close_links(tree, work, t, tolerance, gaps, level):
     """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
 
-    Dependent equations may stay open by up to `gaps` (ng,); `level` (ng,): 1 for those of velocity. Returns if that worked.
+    Dependent equations may stay open by up to `gaps` (ng,); `level` (ng,): 1 for those of velocity. Returns if that
+    worked.
     """
     call_closure(tree.calls[1], tree, work, t, tolerance, gaps, level)
     return tree.failed[0] < 0

@@ -1,7 +1,8 @@
 """The articulated-body algorithm in link axes, for rigid links on joints of one, three or six freedoms.
 
-A motion about or along z is one column of the inertia; a ball or a free frame takes the leading block. Inertias are symmetric:
-``[[J, H], [H^T, M]]`` in (angular, linear), stored as 6 + 9 + 6 numbers. Source: Featherstone 2008, table 7.1.
+A motion about or along z is one column of the inertia; a ball or a free frame takes the leading block. Inertias are
+symmetric: ``[[J, H], [H^T, M]]`` in (angular, linear), stored as 6 + 9 + 6 numbers. Source: Featherstone 2008, table
+7.1.
 """
 
 from __future__ import annotations
@@ -39,9 +40,14 @@ __all__ = ["gather", "solve_factor", "spread"]
 def _column(link, row):
     """Return the column of the inertia (6,) that belongs to the joint's one motion."""
     t, s = link.turn, link.slide
-    return (t * row[MOMENT + 2] + s * row[COUPLING + 2], t * row[MOMENT + 4] + s * row[COUPLING + 5],
-            t * row[MOMENT + 5] + s * row[COUPLING + 8], t * row[COUPLING + 6] + s * row[INERTIA + 2],
-            t * row[COUPLING + 7] + s * row[INERTIA + 4], t * row[COUPLING + 8] + s * row[INERTIA + 5])
+    return (
+        t * row[MOMENT + 2] + s * row[COUPLING + 2],
+        t * row[MOMENT + 4] + s * row[COUPLING + 5],
+        t * row[MOMENT + 5] + s * row[COUPLING + 8],
+        t * row[COUPLING + 6] + s * row[INERTIA + 2],
+        t * row[COUPLING + 7] + s * row[INERTIA + 4],
+        t * row[COUPLING + 8] + s * row[INERTIA + 5],
+    )
 
 
 @inner_kernel
@@ -157,11 +163,19 @@ def _force_with_swing(row):
     J, H, M = MOMENT, COUPLING, INERTIA
     load = row[DRIVE]
     row[FORCE] += row[J] * a + row[J + 1] * b + row[J + 2] * c + row[H] * u + row[H + 1] * v + row[H + 2] * w
-    row[FORCE + 1] += row[J + 1] * a + row[J + 3] * b + row[J + 4] * c + row[H + 3] * u + row[H + 4] * v + row[H + 5] * w
-    row[FORCE + 2] += row[J + 2] * a + row[J + 4] * b + row[J + 5] * c + row[H + 6] * u + row[H + 7] * v + row[H + 8] * w
+    row[FORCE + 1] += (
+        row[J + 1] * a + row[J + 3] * b + row[J + 4] * c + row[H + 3] * u + row[H + 4] * v + row[H + 5] * w
+    )
+    row[FORCE + 2] += (
+        row[J + 2] * a + row[J + 4] * b + row[J + 5] * c + row[H + 6] * u + row[H + 7] * v + row[H + 8] * w
+    )
     row[FORCE + 3] += row[H] * a + row[H + 3] * b + row[H + 6] * c + row[M] * u + row[M + 1] * v + row[M + 2] * w
-    row[FORCE + 4] += row[H + 1] * a + row[H + 4] * b + row[H + 7] * c + row[M + 1] * u + row[M + 3] * v + row[M + 4] * w
-    row[FORCE + 5] += row[H + 2] * a + row[H + 5] * b + row[H + 8] * c + row[M + 2] * u + row[M + 4] * v + row[M + 5] * w
+    row[FORCE + 4] += (
+        row[H + 1] * a + row[H + 4] * b + row[H + 7] * c + row[M + 1] * u + row[M + 3] * v + row[M + 4] * w
+    )
+    row[FORCE + 5] += (
+        row[H + 2] * a + row[H + 5] * b + row[H + 8] * c + row[M + 2] * u + row[M + 4] * v + row[M + 5] * w
+    )
     for i in range(6):
         row[FORCE + i] += row[BIAS + i] * load
 
@@ -170,9 +184,29 @@ def _force_with_swing(row):
 def _turned(row, at, symmetric, out, half):
     """Write R A R^T to `out` (9,); A at row[at] has 6 numbers if symmetric, else 9."""
     if symmetric:
-        A = (row[at], row[at + 1], row[at + 2], row[at + 1], row[at + 3], row[at + 4], row[at + 2], row[at + 4], row[at + 5])
+        A = (
+            row[at],
+            row[at + 1],
+            row[at + 2],
+            row[at + 1],
+            row[at + 3],
+            row[at + 4],
+            row[at + 2],
+            row[at + 4],
+            row[at + 5],
+        )
     else:
-        A = (row[at], row[at + 1], row[at + 2], row[at + 3], row[at + 4], row[at + 5], row[at + 6], row[at + 7], row[at + 8])
+        A = (
+            row[at],
+            row[at + 1],
+            row[at + 2],
+            row[at + 3],
+            row[at + 4],
+            row[at + 5],
+            row[at + 6],
+            row[at + 7],
+            row[at + 8],
+        )
     for j in range(3):
         x, y, z = row[TURN + 3 * j], row[TURN + 3 * j + 1], row[TURN + 3 * j + 2]
         half[j] = A[0] * x + A[1] * y + A[2] * z

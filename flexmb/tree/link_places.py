@@ -1,8 +1,8 @@
 """Rigid links by constants and numbers of a state: where each one is in its parent, how it moves, its own inertia.
 
-Each link has a frame on its joint. Where the joint has one freedom, the z-axis of that frame is the axis of motion; a ball or
-a free frame moves freely about or with its frame. Joints of two or more slides and turns are several links, of which the
-last one carries the body. Source: Featherstone 2008, section 4.4.
+Each link has a frame on its joint. Where the joint has one freedom, the z-axis of that frame is the axis of motion; a
+ball or a free frame moves freely about or with its frame. Joints of two or more slides and turns are several links, of
+which the last one carries the body. Source: Featherstone 2008, section 4.4.
 """
 
 from __future__ import annotations
@@ -12,9 +12,33 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["BALL", "BIAS", "BLOCK", "COUPLING", "DIVISOR", "DRIVE", "FIXED", "FORCE", "FRAME", "GAIN", "INERTIA", "LINK",
-           "LOAD", "MOMENT", "RATE", "SCRATCH", "SINGLE", "SPEED", "SWING", "TURN", "WAY", "carry", "place_links", "reach_axes",
-           "read_axes"]
+__all__ = [
+    "BALL",
+    "BIAS",
+    "BLOCK",
+    "COUPLING",
+    "DIVISOR",
+    "DRIVE",
+    "FIXED",
+    "FORCE",
+    "FRAME",
+    "GAIN",
+    "INERTIA",
+    "LINK",
+    "LOAD",
+    "MOMENT",
+    "RATE",
+    "SCRATCH",
+    "SINGLE",
+    "SPEED",
+    "SWING",
+    "TURN",
+    "WAY",
+    "carry",
+    "place_links",
+    "reach_axes",
+    "read_axes",
+]
 
 FIXED, SINGLE, BALL, FRAME = -1, 1, 3, 6
 """Kinds of links, by their number of freedoms."""
@@ -99,11 +123,16 @@ def reach_axes(link, row, x, y, z):
     if link.sign > 0.0:
         return x, y, z
     R = link.R
-    a, b, c = (-R[0, 0] * x - R[0, 1] * y - R[0, 2] * z, -R[1, 0] * x - R[1, 1] * y - R[1, 2] * z,
-               -R[2, 0] * x - R[2, 1] * y - R[2, 2] * z)
-    return (row[TURN] * a + row[TURN + 3] * b + row[TURN + 6] * c,
-            row[TURN + 1] * a + row[TURN + 4] * b + row[TURN + 7] * c,
-            row[TURN + 2] * a + row[TURN + 5] * b + row[TURN + 8] * c)
+    a, b, c = (
+        -R[0, 0] * x - R[0, 1] * y - R[0, 2] * z,
+        -R[1, 0] * x - R[1, 1] * y - R[1, 2] * z,
+        -R[2, 0] * x - R[2, 1] * y - R[2, 2] * z,
+    )
+    return (
+        row[TURN] * a + row[TURN + 3] * b + row[TURN + 6] * c,
+        row[TURN + 1] * a + row[TURN + 4] * b + row[TURN + 7] * c,
+        row[TURN + 2] * a + row[TURN + 5] * b + row[TURN + 8] * c,
+    )
 
 
 @kernel
@@ -111,12 +140,17 @@ def read_axes(link, row, x, y, z):
     """Return the rates of a ball of an angular velocity in link axes: the inverse of `reach_axes`."""
     if link.sign > 0.0:
         return x, y, z
-    a, b, c = (-row[TURN] * x - row[TURN + 1] * y - row[TURN + 2] * z,
-               -row[TURN + 3] * x - row[TURN + 4] * y - row[TURN + 5] * z,
-               -row[TURN + 6] * x - row[TURN + 7] * y - row[TURN + 8] * z)
+    a, b, c = (
+        -row[TURN] * x - row[TURN + 1] * y - row[TURN + 2] * z,
+        -row[TURN + 3] * x - row[TURN + 4] * y - row[TURN + 5] * z,
+        -row[TURN + 6] * x - row[TURN + 7] * y - row[TURN + 8] * z,
+    )
     R = link.R
-    return (R[0, 0] * a + R[1, 0] * b + R[2, 0] * c, R[0, 1] * a + R[1, 1] * b + R[2, 1] * c,
-            R[0, 2] * a + R[1, 2] * b + R[2, 2] * c)
+    return (
+        R[0, 0] * a + R[1, 0] * b + R[2, 0] * c,
+        R[0, 1] * a + R[1, 1] * b + R[2, 1] * c,
+        R[0, 2] * a + R[1, 2] * b + R[2, 2] * c,
+    )
 
 
 @inner_kernel

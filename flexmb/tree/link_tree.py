@@ -18,27 +18,44 @@ from flexmb.tree.settle import CHART, Chart
 
 __all__ = ["LINK_TREE", "LinkTree", "link_tree", "no_links"]
 
-LinkTree = namedtuple("LinkTree", "links rows blocks poses marks mark_of gravity closing chart program signals lam q "
-                                  "u x v a tau powers failed calls")
+LinkTree = namedtuple(
+    "LinkTree",
+    "links rows blocks poses marks mark_of gravity closing chart program signals lam q u x v a tau powers failed calls",
+)
 """Rigid links with what acts on them.
 
 links : LINK (nl,); rows (nl + 1, SCRATCH), blocks (nb, BLOCK), poses (nl, 12): scratch; axes and origins in W
-marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): their places, -1: does not move or is not seen
-gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
+marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): their places, -1: does not move or is not
+seen gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
 program : the kernels of forces and cut joints, with the signals (ns, 3) that they read
 lam (ng,) zero; q (nq,), u (nu,), x (nx,), v, a, tau (nv,) : scratch; powers (3,): of loads, drives and dissipation
 failed (1,) : see `evaluate_links`; calls (2,): addresses of the evaluation and of what closes loops
 """
 
 LINK_TREE = tuple_type(
-    LinkTree, LINK, *[(FLOATS, 2)] * 3, MARK, INTEGERS, FLOATS, CLOSING, CHART, PROGRAM, (FLOATS, 2), *[FLOATS] * 8, INTEGERS,
-    INTEGERS)
+    LinkTree,
+    LINK,
+    *[(FLOATS, 2)] * 3,
+    MARK,
+    INTEGERS,
+    FLOATS,
+    CLOSING,
+    CHART,
+    PROGRAM,
+    (FLOATS, 2),
+    *[FLOATS] * 8,
+    INTEGERS,
+    INTEGERS,
+)
 
 
 def _cut_program(program, equations: np.ndarray):
     """Return the program with the rows of some equations only: those of the joints in the tree hold by themselves."""
-    kinds = {kind.table.kernels["evaluate"].compiled.address: kind.table.row for kind in EQUATIONS
-             if "compiled" in vars(kind.table.kernels["evaluate"])}
+    kinds = {
+        kind.table.kernels["evaluate"].compiled.address: kind.table.row
+        for kind in EQUATIONS
+        if "compiled" in vars(kind.table.kernels["evaluate"])
+    }
     first, last = len(program.inertia), len(program.inertia) + len(program.equations)
     starts, pieces = [0], []
     for k in range(len(program.starts) - 1):
@@ -68,12 +85,28 @@ def link_tree(tree, chart, links, frames, work) -> LinkTree:
     nx, nv = len(tree.names), len(tree.rate_names)
     blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
     return LinkTree(
-        links=links, rows=np.zeros((len(links) + 1, SCRATCH)), blocks=np.zeros((max(1, blocks), BLOCK)),
-        poses=np.zeros((len(links), 12)), marks=marks, mark_of=mark_of, gravity=np.array(tree.model.gravity, float),
-        closing=closing(links, marks, equations, legs, mobility), chart=chart,
-        program=_cut_program(system.program, equations), signals=np.zeros((max(1, system.n_signals), 3)),
-        lam=np.zeros(system.ng), q=np.zeros(system.nq), u=np.zeros(system.nu), x=np.zeros(nx), v=np.zeros(nv),
-        a=np.zeros(nv), tau=np.zeros(nv), powers=np.zeros(3), failed=np.zeros(1, np.int64), calls=np.zeros(2, np.int64))
+        links=links,
+        rows=np.zeros((len(links) + 1, SCRATCH)),
+        blocks=np.zeros((max(1, blocks), BLOCK)),
+        poses=np.zeros((len(links), 12)),
+        marks=marks,
+        mark_of=mark_of,
+        gravity=np.array(tree.model.gravity, float),
+        closing=closing(links, marks, equations, legs, mobility),
+        chart=chart,
+        program=_cut_program(system.program, equations),
+        signals=np.zeros((max(1, system.n_signals), 3)),
+        lam=np.zeros(system.ng),
+        q=np.zeros(system.nq),
+        u=np.zeros(system.nu),
+        x=np.zeros(nx),
+        v=np.zeros(nv),
+        a=np.zeros(nv),
+        tau=np.zeros(nv),
+        powers=np.zeros(3),
+        failed=np.zeros(1, np.int64),
+        calls=np.zeros(2, np.int64),
+    )
 
 
 def no_links(system, state) -> LinkTree:
@@ -82,6 +115,20 @@ def no_links(system, state) -> LinkTree:
     whole, pairs = np.zeros(0, np.int64), np.zeros((0, 3))
     chart = Chart(np.zeros(0, MOTION), table, whole, whole, none, none, whole, pairs, table, *[none] * 4)
     links = np.zeros(0, LINK)
-    given = (links, pairs, pairs, pairs, np.zeros(0, MARK), whole, none, closing(links, [], [], [], []), chart, system.program,
-             state.signals, *[none] * 8, whole, whole)
+    given = (
+        links,
+        pairs,
+        pairs,
+        pairs,
+        np.zeros(0, MARK),
+        whole,
+        none,
+        closing(links, [], [], [], []),
+        chart,
+        system.program,
+        state.signals,
+        *[none] * 8,
+        whole,
+        whole,
+    )
     return LinkTree(*given)

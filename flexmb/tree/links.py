@@ -31,12 +31,20 @@ def _check(tree) -> None:
         found = "it has no frame" if row["held"] == POINTS else f"{row['modes']} modes" if row["modes"] else ""
         if found:
             joint = f" (joint '{tree.tree.joints[name]}')" if name in tree.tree.joints else ""
-            raise CompileError(f"Body '{name}'{joint}", found=found, expected="rigid bodies with a frame",
-                               remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every tree")
+            raise CompileError(
+                f"Body '{name}'{joint}",
+                found=found,
+                expected="rigid bodies with a frame",
+                remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every tree",
+            )
     for force in tree.model.forces:
         if force.reads_reactions:
-            raise CompileError(force.title, found="a force that depends on reactions", expected="forces of place and motion",
-                               remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every force")
+            raise CompileError(
+                force.title,
+                found="a force that depends on reactions",
+                expected="forces of place and motion",
+                remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every force",
+            )
 
 
 def _frame(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -53,12 +61,16 @@ class _Chain:
     """The links by which a body hangs on its parent: one for each slide and turn, or one for a ball."""
 
     def __init__(self, row, parent: int, r: np.ndarray, R: np.ndarray):
-        """r, R : where the working frame is in the last link so far: at first the parent's marker in the parent's link."""
+        """r, R : where the working frame is in the last link so far:
+        at first the parent's marker in the parent's link.
+        """
         self.row, self.parent, self.r, self.R = row, parent, r, R
         self.links: list[np.ndarray] = []
 
     def add(self, kind: int, place: int = 0, *, turn=0.0, slide=0.0, axis=2) -> None:
-        """Add a link at the working frame, which moves along or about its axis; the working frame goes on from there."""
+        """Add a link at the working frame, which moves along or about its axis;
+        the working frame goes on from there.
+        """
         to_z = np.eye(3)[:, [(axis + 1) % 3, (axis + 2) % 3, axis]]
         link = np.zeros((), LINK)
         link["parent"], link["kind"], link["turn"], link["slide"] = self.parent, kind, turn, slide

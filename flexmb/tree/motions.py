@@ -52,9 +52,12 @@ def describable(joint, equations: int) -> bool:
     kinds = [type(freedom) for freedom in joint.permits]
     count = sum(3 if kind is Ball else 1 for kind in kinds)
     turns = [kind for kind in kinds if kind is not Slide]
-    return (all(kind in DIRECT for kind in kinds) and count + equations == 6
-            and (len(turns) < 2 or (len(turns) == 2 and set(turns) == {Turn, TurnOfSecond}))
-            and all(freedom.axis == "z" for freedom in joint.permits if isinstance(freedom, Turn | TurnOfSecond)))
+    return (
+        all(kind in DIRECT for kind in kinds)
+        and count + equations == 6
+        and (len(turns) < 2 or (len(turns) == 2 and set(turns) == {Turn, TurnOfSecond}))
+        and all(freedom.axis == "z" for freedom in joint.permits if isinstance(freedom, Turn | TurnOfSecond))
+    )
 
 
 def _ordered(joint):

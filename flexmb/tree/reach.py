@@ -33,7 +33,9 @@ def _rotation_vector(R: np.ndarray) -> np.ndarray:
 
 
 def advanced(tree, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Return relative coordinates q (nq,) moved by an increment (nv,) of the rates: Euler parameters on their sphere."""
+    """Return relative coordinates q (nq,) moved by an increment (nv,) of the rates:
+    Euler parameters on their sphere.
+    """
     out = q.copy()
     for row in tree.rows:
         iq, iv, rates, own = (int(row[name]) for name in ("iq", "iv", "rates", "coordinates"))
@@ -58,22 +60,39 @@ class _Search:
         self.tree, self.marker, self.aim, self.orientation = tree, marker, aim, orientation
         J = tree.jacobian(marker, tree.start.q)
         driven = {tree.rate_names.index(name) for name in tree.drives}
-        self.rates = np.array([k for row in tree.rows if row["held"] == HINGED
-                               for k in range(row["iv"], row["iv"] + row["rates"])
-                               if k not in driven and np.any(J[:, k])], int)
+        self.rates = np.array(
+            [
+                k
+                for row in tree.rows
+                if row["held"] == HINGED
+                for k in range(row["iv"], row["iv"] + row["rates"])
+                if k not in driven and np.any(J[:, k])
+            ],
+            int,
+        )
         if not len(self.rates):
-            raise ModelError("JointTree", found=f"no joint moves marker '{marker}'",
-                             expected="a joint with freedoms between it and the ground", remedy="Name another marker")
+            raise ModelError(
+                "JointTree",
+                found=f"no joint moves marker '{marker}'",
+                expected="a joint with freedoms between it and the ground",
+                remedy="Name another marker",
+            )
         self.low, self.high = (np.full(len(tree.rate_names), x) for x in (-np.inf, np.inf))
-        self.q_of = {tree.rate_names.index(name): k for k, name in enumerate(tree.names)
-                     if name in tree.rate_names and "ball_" not in name}
+        self.q_of = {
+            tree.rate_names.index(name): k
+            for k, name in enumerate(tree.names)
+            if name in tree.rate_names and "ball_" not in name
+        }
         for name, (low, high) in limits.items():
             place = tree.index(name)
             rate = next((k for k, i in self.q_of.items() if i == place), None)
             if rate is None or not low < high:
-                raise ModelError("JointTree", found=f"limits of '{name}': {low!r} to {high!r}",
-                                 expected="a turn or slide with a lower limit below the upper one",
-                                 remedy="Write limits={'A.turn': (-1.5, 1.5)}; balls have no limits")
+                raise ModelError(
+                    "JointTree",
+                    found=f"limits of '{name}': {low!r} to {high!r}",
+                    expected="a turn or slide with a lower limit below the upper one",
+                    remedy="Write limits={'A.turn': (-1.5, 1.5)}; balls have no limits",
+                )
             self.low[rate], self.high[rate] = low, high
         self.length = max(1e-9, float(np.linalg.norm(J[:3, self.rates], axis=0).max(initial=0.0)))
 
@@ -141,8 +160,9 @@ class _Search:
         return advanced(self.tree, q, step)
 
 
-def reach(tree, marker: str, aim: Pose, start: np.ndarray, limits: Mapping[str, Any], orientation: bool,
-          tolerance: float) -> np.ndarray:
+def reach(
+    tree, marker: str, aim: Pose, start: np.ndarray, limits: Mapping[str, Any], orientation: bool, tolerance: float
+) -> np.ndarray:
     """Return the coordinates (nq,) that bring a marker to a pose; see `JointTree.reach`."""
     search = _Search(tree, marker, aim, orientation, limits)
     low, high = search.room(start)
@@ -157,6 +177,9 @@ def reach(tree, marker: str, aim: Pose, start: np.ndarray, limits: Mapping[str, 
     gap, angle = np.linalg.norm(least[:3]), np.linalg.norm(least[3:]) / search.length
     turned = f" and {angle:.6g} rad" if orientation else ""
     at = ", ".join(f"{name} = {x:.6g}" for name, x in zip(tree.names, best, strict=True))
-    raise ModelError("JointTree", found=f"marker '{marker}' comes no nearer to its aim than {gap:.6g} m{turned}, at {at}",
-                     expected="a pose within reach and limits",
-                     remedy="Bring the aim nearer, widen the limits, or give another start")
+    raise ModelError(
+        "JointTree",
+        found=f"marker '{marker}' comes no nearer to its aim than {gap:.6g} m{turned}, at {at}",
+        expected="a pose within reach and limits",
+        remedy="Bring the aim nearer, widen the limits, or give another start",
+    )

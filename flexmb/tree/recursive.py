@@ -55,8 +55,12 @@ class Recursive(metaclass=Described):
 
     def __post_init__(self):
         if not isinstance(self.cut, list | tuple) or not all(isinstance(name, str) for name in self.cut):
-            raise ModelError("Recursive", found=f"cut = {self.cut!r}", expected="names of joints",
-                             remedy='Write cut=("A", "B"), or cut=("A",) for one')
+            raise ModelError(
+                "Recursive",
+                found=f"cut = {self.cut!r}",
+                expected="names of joints",
+                remedy='Write cut=("A", "B"), or cut=("A",) for one',
+            )
         object.__setattr__(self, "cut", tuple(self.cut))
 
     def tree(self, system) -> Spanning:
@@ -139,18 +143,27 @@ def _with_friction(system, own, work, closure, lam):
         a, lam = closure.solve(force)
         if np.max(np.abs(lam - before), initial=0.0) <= 1e-12 * np.max(np.abs(lam), initial=1e-9):
             return a, lam
-    raise CompileError("Recursive", found=f"friction by joint reactions does not converge in {TURNS} iterations",
-                       expected="joints that friction does not jam",
-                       remedy="Use Augmented(), or a smaller coefficient of friction")
+    raise CompileError(
+        "Recursive",
+        found=f"friction by joint reactions does not converge in {TURNS} iterations",
+        expected="joints that friction does not jam",
+        remedy="Use Augmented(), or a smaller coefficient of friction",
+    )
 
 
 def _failure(tree: Spanning, place: int, reason: int) -> CompileError:
     name = tree.order[place]
     joint = f" (joint '{tree.joints[name]}')" if name in tree.joints else ""
     if reason == 2:
-        return CompileError(f"Joint '{tree.joints[name]}'", found="its equations, with its drives, are dependent",
-                            expected="independent equations in the joint that carries a body",
-                            remedy=f"Remove a drive, or cut it: Recursive(cut=(...,)), the tree goes on to '{name}'")
-    return CompileError(f"Body '{name}'{joint}", found="its articulated inertia is singular",
-                        expected="inertia, its own or carried, in every free motion of its joint",
-                        remedy="Give the body mass and inertia about the free axis, or cut another joint")
+        return CompileError(
+            f"Joint '{tree.joints[name]}'",
+            found="its equations, with its drives, are dependent",
+            expected="independent equations in the joint that carries a body",
+            remedy=f"Remove a drive, or cut it: Recursive(cut=(...,)), the tree goes on to '{name}'",
+        )
+    return CompileError(
+        f"Body '{name}'{joint}",
+        found="its articulated inertia is singular",
+        expected="inertia, its own or carried, in every free motion of its joint",
+        remedy="Give the body mass and inertia about the free axis, or cut another joint",
+    )

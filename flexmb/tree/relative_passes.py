@@ -172,7 +172,9 @@ def place_bodies(rows, work, before, q, out):
 
 @inner_kernel
 def _own_frame(row, work, q, u, twist, out):
-    """Write the frame's six of `out`, given J u (6,) of its marker C: the modes' part subtracted, moved to the origin."""
+    """Write the frame's six of `out`, given J u (6,) of its marker C:
+    the modes' part subtracted, moved to the origin.
+    """
     C, at = work.markers[row.own], row.u
     s, t, R = np.empty(3), np.empty(3), np.empty((3, 3))
     for i in range(6):
@@ -204,7 +206,9 @@ def _plain(row, v, u):
 
 @kernel
 def move_bodies(rows, work, q, v, u):
-    """Write the velocities of all bodies; `work` holds an evaluation at their coordinates q, whatever the velocities."""
+    """Write the velocities of all bodies; `work` holds an evaluation at their coordinates q,
+    whatever the velocities.
+    """
     d, R = np.empty(3), np.empty((3, 3))
     twist, V, s, t = np.empty(6), np.empty(6), np.empty(3), np.empty(3)
     for k in range(len(rows)):

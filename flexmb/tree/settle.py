@@ -16,8 +16,19 @@ from flexmb.tree.joint_kinematics import read_twist, relative_pose
 from flexmb.tree.motions import FREE, HINGED, MOTION
 from flexmb.tree.relative_passes import accelerate_bodies, marker_rate, move_bodies, place_bodies
 
-__all__ = ["CHART", "Chart", "coordinate_rates", "count_turns", "move", "new_chart", "place", "prescribe", "read_change",
-           "settle", "unit_length"]
+__all__ = [
+    "CHART",
+    "Chart",
+    "coordinate_rates",
+    "count_turns",
+    "move",
+    "new_chart",
+    "place",
+    "prescribe",
+    "read_change",
+    "settle",
+    "unit_length",
+]
 
 Chart = namedtuple("Chart", "rows driven starts ops args tables table_starts sampled counted clock branches pace start")
 """Joint coordinates as unknowns.
@@ -29,18 +40,40 @@ counted (nc, 2) : turns that the model counts, with the numbers of their branche
 clock, branches, pace : see `Followed`; start (nq,): any configuration
 """
 
-CHART = tuple_type(Chart, MOTION, (INTEGERS, 2), INTEGERS, INTEGERS, FLOATS, FLOATS, INTEGERS, (FLOATS, 2), (INTEGERS, 2),
-                   *[FLOATS] * 4)
+CHART = tuple_type(
+    Chart,
+    MOTION,
+    (INTEGERS, 2),
+    INTEGERS,
+    INTEGERS,
+    FLOATS,
+    FLOATS,
+    INTEGERS,
+    (FLOATS, 2),
+    (INTEGERS, 2),
+    *[FLOATS] * 4,
+)
 
 
 def new_chart(tree, start: np.ndarray, followed) -> Chart:
     """Return the chart of a `JointTree`; `start` (nq,) is any configuration, `followed` counts the branches."""
     drives = tree.drives
     signals = [d.displacement if d.angle is None else d.angle for d in drives.values()]
-    driven = np.array([(tree.names.index(name), tree.rate_names.index(name)) for name in drives], np.int64).reshape(-1, 2)
+    driven = np.array([(tree.names.index(name), tree.rate_names.index(name)) for name in drives], np.int64).reshape(
+        -1, 2
+    )
     counted = np.array(tree.counted, np.int64).reshape(-1, 2)
-    return Chart(tree.rows, driven, *pack([s.program() for s in signals]), np.zeros((len(signals), 3)), counted,
-                 followed.clock, followed.branches, followed.pace, start.copy())
+    return Chart(
+        tree.rows,
+        driven,
+        *pack([s.program() for s in signals]),
+        np.zeros((len(signals), 3)),
+        counted,
+        followed.clock,
+        followed.branches,
+        followed.pace,
+        start.copy(),
+    )
 
 
 @kernel
@@ -173,7 +206,9 @@ def prescribe(driven, signals, x, v, a):
 
 @kernel
 def count_turns(chart, program, t, x, q):
-    """Write the branches of a state at time t: turns of tree joints as they are counted in x, others as they went on."""
+    """Write the branches of a state at time t: turns of tree joints as they are counted in x,
+    others as they went on.
+    """
     for k in range(len(chart.branches)):
         q[program.branches + k] = chart.branches[k] + (t - chart.clock[0]) * chart.pace[k]
     for n in range(len(chart.counted)):

@@ -102,9 +102,12 @@ def _refuse_bodies_of_nodes(system) -> None:
     for body in system.model.bodies:
         if body.block_size < body.n_velocities:
             kind = type(body).__name__
-            raise CompileError(body.title, found=f"{kind} has no frame but nodes of {body.block_size} velocities",
-                               expected="bodies with a frame, or points, in the recursion",
-                               remedy="Leave the formulation out: the sparse factorisation goes node by node")
+            raise CompileError(
+                body.title,
+                found=f"{kind} has no frame but nodes of {body.block_size} velocities",
+                expected="bodies with a frame, or points, in the recursion",
+                remedy="Leave the formulation out: the sparse factorisation goes node by node",
+            )
 
 
 Carriers = tuple[tuple[str, ...], tuple[str, ...]]
@@ -132,9 +135,12 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
     _refuse_bodies_of_nodes(system)
     for name in cut:
         if name not in system.joint_index:
-            raise CompileError("Recursive", found=f"joint '{name}' to cut does not exist",
-                               expected=f"one of: {', '.join(system.joint_index)}",
-                               remedy=did_you_mean(name, system.joint_index))
+            raise CompileError(
+                "Recursive",
+                found=f"joint '{name}' to cut does not exist",
+                expected=f"one of: {', '.join(system.joint_index)}",
+                remedy=did_you_mean(name, system.joint_index),
+            )
     allowed, wanted = carriers or (None, ())
     ends, equations = _edges(system, cut, allowed)
     body = system.tables["markers"]["body"]
@@ -144,13 +150,19 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
     for k in still[1:]:
         groups.join(still[0], k)
     candidates = sorted(ends, key=lambda n: (n not in wanted, -len(equations[n])))
-    kept = [n for n in candidates if _has_frame(system, names, ends[n], body)
-            and groups.join(int(body[ends[n][0]]), int(body[ends[n][1]]))]
+    kept = [
+        n
+        for n in candidates
+        if _has_frame(system, names, ends[n], body) and groups.join(int(body[ends[n][0]]), int(body[ends[n][1]]))
+    ]
     for name in wanted:
         if name not in kept:
-            raise CompileError(f"Joint '{name}'", found="it closes a loop, or holds a body that has no frame",
-                               expected="joints to keep that form a tree of bodies with frames",
-                               remedy=f"Cut one of the other joints, or leave '{name}' out of keep")
+            raise CompileError(
+                f"Joint '{name}'",
+                found="it closes a loop, or holds a body that has no frame",
+                expected="joints to keep that form a tree of bodies with frames",
+                remedy=f"Cut one of the other joints, or leave '{name}' out of keep",
+            )
     order, entry, trees = _walk(kept, ends, body, still, moving)
     return _finished(system, names, order, entry, trees, ends, equations)
 
@@ -224,17 +236,34 @@ def _finished(system, names, order, entry, trees, ends, equations) -> Spanning:
     width = np.array([modal[p] if p >= 0 else 0 for p in parent], np.int64)
     cut_equations = np.array(sorted(set(range(system.ng)) - set(rows)), np.int64)
     tables = TreeTables(
-        iu=np.array([u.start for _, u in slices], np.int64), nu=nu, iq=np.array([q.start for q, _ in slices], np.int64),
-        parent=np.array(parent, np.int64), inner=np.array(inner, np.int64), outer=np.array(outer, np.int64),
-        equations=np.array(rows, np.int64), start_equation=np.array(starts, np.int64),
-        i_plain=_offsets(np.where(frame, 0, nu * nu)), i_modal=_offsets(modal * modal + 24 * modal),
-        i_eta=_offsets(modal), i_parent=_offsets(12 * width), trees=np.array(trees, np.int64),
-        cut_equations=cut_equations, **_couplings(system, place, trees, cut_equations))
+        iu=np.array([u.start for _, u in slices], np.int64),
+        nu=nu,
+        iq=np.array([q.start for q, _ in slices], np.int64),
+        parent=np.array(parent, np.int64),
+        inner=np.array(inner, np.int64),
+        outer=np.array(outer, np.int64),
+        equations=np.array(rows, np.int64),
+        start_equation=np.array(starts, np.int64),
+        i_plain=_offsets(np.where(frame, 0, nu * nu)),
+        i_modal=_offsets(modal * modal + 24 * modal),
+        i_eta=_offsets(modal),
+        i_parent=_offsets(12 * width),
+        trees=np.array(trees, np.int64),
+        cut_equations=cut_equations,
+        **_couplings(system, place, trees, cut_equations),
+    )
     closing = set(cut_equations.tolist())
-    of_cut = {j.name for j in system.joints
-              if any(e in closing for e in range(*system.joint_equations[j.name].indices(system.ng)))}
-    return Spanning(order=tuple(names[k] for k in order), joints={names[k]: entry[k] for k in order if k in entry},
-                    cut=tuple(sorted(of_cut)), tables=tables)
+    of_cut = {
+        j.name
+        for j in system.joints
+        if any(e in closing for e in range(*system.joint_equations[j.name].indices(system.ng)))
+    }
+    return Spanning(
+        order=tuple(names[k] for k in order),
+        joints={names[k]: entry[k] for k in order if k in entry},
+        cut=tuple(sorted(of_cut)),
+        tables=tables,
+    )
 
 
 def _couplings(system, place, trees, cut_equations) -> dict[str, np.ndarray]:
@@ -251,7 +280,9 @@ def _couplings(system, place, trees, cut_equations) -> dict[str, np.ndarray]:
         for tree in of_one:
             on_tree.setdefault(tree, []).append(n)
     coupled = [sorted({m for tree in of_one for m in on_tree[tree]}) for of_one in acting]
-    return {"cut_trees": np.array([t for of_one in acting for t in of_one], np.int64),
-            "start_cut_tree": _offsets([len(x) for x in acting]),
-            "rows": np.array([m for of_one in coupled for m in of_one], np.int64),
-            "start_row": _offsets([len(x) for x in coupled])}
+    return {
+        "cut_trees": np.array([t for of_one in acting for t in of_one], np.int64),
+        "start_cut_tree": _offsets([len(x) for x in acting]),
+        "rows": np.array([m for of_one in coupled for m in of_one], np.int64),
+        "start_row": _offsets([len(x) for x in coupled]),
+    }

@@ -8,8 +8,26 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["AXES", "DROP", "FREE", "GAIN", "INVERSE", "LEVER", "LOAD", "RATE", "SPEED", "STEP", "SUM", "TRIANGLE",
-           "WAY", "P", "Store", "U", "modal_views", "new_store"]
+__all__ = [
+    "AXES",
+    "DROP",
+    "FREE",
+    "GAIN",
+    "INVERSE",
+    "LEVER",
+    "LOAD",
+    "RATE",
+    "SPEED",
+    "STEP",
+    "SUM",
+    "TRIANGLE",
+    "WAY",
+    "P",
+    "Store",
+    "U",
+    "modal_views",
+    "new_store",
+]
 
 # Places in the row of a body; vectors at its own marker C, in W.
 AXES = 0  # (3, 3) axes of the body
@@ -45,15 +63,26 @@ def new_store(tables) -> Store:
     def flat(size, kind=float):
         return np.zeros(max(1, int(size)), kind)
 
-    return Store(rows=np.zeros((len(tables.iu), WIDTH)), plain=flat(tables.i_plain[-1]), modal=flat(tables.i_modal[-1]),
-                 pivots=flat(tables.i_eta[-1], np.int64), eta=flat(tables.i_eta[-1]), parent=flat(tables.i_parent[-1]),
-                 failed=np.full(2, -1, np.int64), scratch=np.zeros((8, max(36, int(np.max(tables.nu, initial=0))))))
+    return Store(
+        rows=np.zeros((len(tables.iu), WIDTH)),
+        plain=flat(tables.i_plain[-1]),
+        modal=flat(tables.i_modal[-1]),
+        pivots=flat(tables.i_eta[-1], np.int64),
+        eta=flat(tables.i_eta[-1]),
+        parent=flat(tables.i_parent[-1]),
+        failed=np.full(2, -1, np.int64),
+        scratch=np.zeros((8, max(36, int(np.max(tables.nu, initial=0))))),
+    )
 
 
 @kernel
 def modal_views(modal, at, m):
     """Return views: modal block (m, m), couplings (6, m), (m, 6), modal columns of J_C (6, m), and with stiffening."""
     b = at + m * m
-    return (modal[at:b].reshape((m, m)), modal[b : b + 6 * m].reshape((6, m)),
-            modal[b + 6 * m : b + 12 * m].reshape((m, 6)), modal[b + 12 * m : b + 18 * m].reshape((6, m)),
-            modal[b + 18 * m : b + 24 * m].reshape((6, m)))
+    return (
+        modal[at:b].reshape((m, m)),
+        modal[b : b + 6 * m].reshape((6, m)),
+        modal[b + 6 * m : b + 12 * m].reshape((m, 6)),
+        modal[b + 12 * m : b + 18 * m].reshape((6, m)),
+        modal[b + 18 * m : b + 24 * m].reshape((6, m)),
+    )

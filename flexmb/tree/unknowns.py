@@ -22,8 +22,8 @@ __all__ = ["RelativeUnknowns"]
 class RelativeUnknowns:
     """Joint coordinates x (nx,) and rates v (nv,) of a system, as unknowns of an integrator.
 
-    Bodies are placed through their joints, which therefore cannot open; drives of tree joints are followed exactly. Only
-    equations of cut joints are left to be closed.
+    Bodies are placed through their joints, which therefore cannot open; drives of tree joints are followed exactly.
+    Only equations of cut joints are left to be closed.
 
     Attributes
     ----------
@@ -117,7 +117,12 @@ def _links(tree: JointTree, chart) -> LinkTree | None:
 
 def _angles(rows) -> tuple[np.ndarray, list[int]]:
     """Return the places of all angles among the coordinates, and where the Euler parameters of balls begin."""
-    turns = [int(row["iq"] + row[name]) for row in rows if row["held"] == HINGED for name in ("turn", "turn_b")
-             if row[name] >= 0]
+    turns = [
+        int(row["iq"] + row[name])
+        for row in rows
+        if row["held"] == HINGED
+        for name in ("turn", "turn_b")
+        if row[name] >= 0
+    ]
     balls = [int(row["iq"] + row["ball"]) for row in rows if row["held"] == HINGED and row["ball"] >= 0]
     return np.array(turns, np.int64), balls

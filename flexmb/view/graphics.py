@@ -29,7 +29,9 @@ def require_graphics() -> None:
     code = _outcome()
     if code != 0:
         raise FlexmbError(
-            "Rendering", found=f"a trial picture ended with code {code}",
+            "Rendering",
+            found=f"a trial picture ended with code {code}",
             expected="an OpenGL library that draws without a screen (EGL or OSMesa)",
             remedy="Install it: 'apt-get install libegl1 libgl1-mesa-dri' (Debian, Ubuntu) or 'dnf install "
-                   "mesa-libEGL mesa-dri-drivers' (Fedora); plots and ParaView files work without it")
+            "mesa-libEGL mesa-dri-drivers' (Fedora); plots and ParaView files work without it",
+        )

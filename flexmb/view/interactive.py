@@ -63,9 +63,16 @@ class _Player:
         plotter, last = self.stage.plotter, len(self.stage.scene.times) - 1
         if last:
             self.slider = plotter.add_slider_widget(
-                self.to_time, (self.first, self.first + self.span), value=self.first, title="time [s]",
-                pointa=(0.05, 0.94), pointb=(0.45, 0.94), style="modern", color="#26303a", fmt="%.3f",
-            )  # fmt: skip
+                self.to_time,
+                (self.first, self.first + self.span),
+                value=self.first,
+                title="time [s]",
+                pointa=(0.05, 0.94),
+                pointb=(0.45, 0.94),
+                style="modern",
+                color="#26303a",
+                fmt="%.3f",
+            )
         for key, action in {
             "space": self.start_or_stop,
             "Right": lambda: self.to_frame(self.frame + 1),

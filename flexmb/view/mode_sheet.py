@@ -21,8 +21,7 @@ STILL = (".png", ".jpg")
 LABEL_ROOM = 0.16  # part of the height of each picture that its title takes
 
 
-def mode_sheet(data, path: str | Path, *, modes: int = 6, camera=None, up=(0.0, 0.0, 1.0),
-               size=(1800, 1000)) -> Path:  # fmt: skip
+def mode_sheet(data, path: str | Path, *, modes: int = 6, camera=None, up=(0.0, 0.0, 1.0), size=(1800, 1000)) -> Path:
     """Draw the first modes side by side, coloured by displacement over the undeformed body, and return the path.
 
     Parameters
@@ -86,9 +85,7 @@ def _silent_plotter(size, shape) -> Iterator[Any]:
 
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
-    plotter = pyvista.Plotter(
-        off_screen=True, window_size=size, shape=shape, border=False, lighting="light kit"
-    )
+    plotter = pyvista.Plotter(off_screen=True, window_size=size, shape=shape, border=False, lighting="light kit")
     plotter.enable_anti_aliasing("ssaa")
     try:
         yield plotter
@@ -128,11 +125,7 @@ def _draw(plotter, data, j: int) -> None:
         ambient=0.12,
     )
     rest = _surface(data, data.nodes)
-    edges = (
-        rest
-        if thin
-        else rest.extract_feature_edges(feature_angle=40, boundary_edges=True, manifold_edges=False)
-    )
+    edges = rest if thin else rest.extract_feature_edges(feature_angle=40, boundary_edges=True, manifold_edges=False)
     if edges.n_points:
         plotter.add_mesh(edges, color="#26303a", line_width=1.2, opacity=0.45)
     plotter.add_text(

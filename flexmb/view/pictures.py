@@ -18,8 +18,9 @@ STILL = (".png", ".jpg")
 MOVING = (".gif", ".mp4")
 
 
-def render(solution, path: str | Path, *, times=None, camera=None, size=(1600, 900), scale: float = 1.0,
-           rate: float = 25.0) -> Path:
+def render(
+    solution, path: str | Path, *, times=None, camera=None, size=(1600, 900), scale: float = 1.0, rate: float = 25.0
+) -> Path:
     """Draw a solution and return the path of the picture.
 
     Parameters
@@ -84,8 +85,12 @@ def _checked(path: str | Path, endings: tuple[str, ...]) -> Path:
     """Return the path if its ending can be written and something can be drawn."""
     path = Path(path)
     if path.suffix not in endings:
-        raise FlexmbError(f"Picture '{path}'", found=f"the ending '{path.suffix}'",
-                          expected=f"One of: {', '.join(endings)}", remedy="Use .png for a picture")
+        raise FlexmbError(
+            f"Picture '{path}'",
+            found=f"the ending '{path.suffix}'",
+            expected=f"One of: {', '.join(endings)}",
+            remedy="Use .png for a picture",
+        )
     if path.suffix in MOVING:
         _imageio(path)
     require_graphics()
@@ -100,9 +105,12 @@ def _imageio(path):
         if path.suffix == ".mp4":
             import imageio_ffmpeg  # noqa: F401
     except ImportError as error:
-        raise FlexmbError(f"Animation '{path}'", found=f"the package {error.name} is not installed",
-                          expected="imageio for .gif, imageio with ffmpeg for .mp4",
-                          remedy="pip install 'imageio[ffmpeg]', or render single .png pictures") from error
+        raise FlexmbError(
+            f"Animation '{path}'",
+            found=f"the package {error.name} is not installed",
+            expected="imageio for .gif, imageio with ffmpeg for .mp4",
+            remedy="pip install 'imageio[ffmpeg]', or render single .png pictures",
+        ) from error
     return imageio
 
 

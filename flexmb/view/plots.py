@@ -30,16 +30,20 @@ def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=
 
     names = solution.sensor_names if names is None else (names,) if isinstance(names, str) else tuple(names)
     if not names:
-        raise FlexmbError("Plot", found="there is no sensor to plot", expected="at least one",
-                          remedy="Add sensors to the model")
+        raise FlexmbError(
+            "Plot", found="there is no sensor to plot", expected="at least one", remedy="Add sensors to the model"
+        )
     path = Path(path)
     figure = Figure(figsize=(size[0], size[1] * len(names)), layout="constrained", dpi=130)
     canvas = FigureCanvasAgg(figure)
     known = tuple(ending for ending in canvas.get_supported_filetypes())
     if path.suffix.lstrip(".") not in known:
-        raise FlexmbError(f"Plot '{path}'", found=f"the ending '{path.suffix}'",
-                          expected=f"One of: {', '.join('.' + ending for ending in sorted(known))}",
-                          remedy="Use .png, .svg or .pdf")
+        raise FlexmbError(
+            f"Plot '{path}'",
+            found=f"the ending '{path.suffix}'",
+            expected=f"One of: {', '.join('.' + ending for ending in sorted(known))}",
+            remedy="Use .png, .svg or .pdf",
+        )
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for name, ax in zip(names, axes, strict=True):
         _draw(ax, solution.t, solution[name], name, solution.column_titles(name))
@@ -68,8 +72,16 @@ def _draw(ax, t, values, name, titles):
         pairs = [ax.get_legend_handles_labels()]
         if getattr(ax, "second", None) is not None:
             pairs.append(ax.second.get_legend_handles_labels())
-        ax.legend([h for p in pairs for h in p[0]], [x for p in pairs for x in p[1]], frameon=False, fontsize=8,
-                  ncols=len(titles), loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.1)
+        ax.legend(
+            [h for p in pairs for h in p[0]],
+            [x for p in pairs for x in p[1]],
+            frameon=False,
+            fontsize=8,
+            ncols=len(titles),
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.98),
+            borderaxespad=0.1,
+        )
     ax.margins(x=0)
 
 

@@ -32,7 +32,8 @@ figcaption { font-weight: 600; font-size: 0.93em } figcaption .note { font-weigh
 .event { border-left: 4px solid #1f5fa8; padding: 0.3em 0.8em; background: #eaf1f9; margin: 0.4em 0 }
 .scroll { overflow-x: auto }
 @media print { body { font-size: 11px; margin: 0; max-width: none } .figures { grid-template-columns: 1fr 1fr }
-  h2 { break-after: avoid } tr { break-inside: avoid } details:not([open]) { display: none } .scroll { overflow: visible } }
+  h2 { break-after: avoid } tr { break-inside: avoid } details:not([open]) { display: none } .scroll { overflow: visible
+  } }
 """
 STILLS = 3
 PIXELS = (960, 600)
@@ -63,8 +64,9 @@ def report(
     """
     path, given = Path(path), runs if isinstance(runs, Mapping) else {"run": runs}
     if path.suffix != ".html":
-        raise FlexmbError(f"Report '{path}'", found=f"the ending '{path.suffix}'", expected=".html",
-                          remedy="Name it report.html")  # fmt: skip
+        raise FlexmbError(
+            f"Report '{path}'", found=f"the ending '{path.suffix}'", expected=".html", remedy="Name it report.html"
+        )
     if not given:
         raise FlexmbError("Report", found="there is no run", expected="at least one", remedy="Give a solution")
     named = [Run(str(name), solution, COLORS[k % len(COLORS)]) for k, (name, solution) in enumerate(given.items())]
@@ -73,9 +75,12 @@ def report(
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise DataFileError(f"Report '{path}'", found=f"cannot write it ({error.strerror})",
-                            expected="a writable folder with free space",
-                            remedy="Choose another place") from error  # fmt: skip
+        raise DataFileError(
+            f"Report '{path}'",
+            found=f"cannot write it ({error.strerror})",
+            expected="a writable folder with free space",
+            remedy="Choose another place",
+        ) from error
     return path
 
 
@@ -125,7 +130,9 @@ def _stills(runs: list[Run], camera) -> str:
         return f'<h2>Pictures</h2><p class="note">None: {escape(str(error))}</p>'
     figures = []
     scenes = [(run, Scene(run.solution)) for run in runs if run.solution.model is not None]
-    most = max((largest_stress(scene, range(len(scene.times))) for _, scene in scenes), default=0.0)  # one scale for all
+    most = max(
+        (largest_stress(scene, range(len(scene.times))) for _, scene in scenes), default=0.0
+    )  # one scale for all
     for run, scene in scenes:
         frames = _chosen(scene, run.solution) if len(runs) == 1 else [len(scene.times) - 1]
         stage = Stage(scene, PIXELS, most)

@@ -29,7 +29,9 @@ def notices(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
         found += [name + text for text in solution.statistics.get("warnings", ())]
         report = checks.get(run.name)
         if report is not None and report.redundant:
-            found.append(f"{name}{len(report.redundant)} dependent equations; the reactions of these joints are not unique")
+            found.append(
+                f"{name}{len(report.redundant)} dependent equations; the reactions of these joints are not unique"
+            )
     events = [
         f"{run.name + ': ' if len(runs) > 1 else ''}event '{phase.ended}' at t = {phase.t[-1]:.6g} s"
         for run in runs
@@ -116,10 +118,17 @@ def mobility(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
     titles = [("run", True), ("velocities", False), ("equations", False), ("mobility", False)]
     titles += [("Grübler-Kutzbach", False), ("dependent", False), ("assembly error", False)]
     rows = [
-        [escape(run.name), str(r.velocities), str(r.equations), str(r.mobility), str(r.gruebler),
-         str(len(r.redundant)), f"{r.assembly_error:.1e}"]
+        [
+            escape(run.name),
+            str(r.velocities),
+            str(r.equations),
+            str(r.mobility),
+            str(r.gruebler),
+            str(len(r.redundant)),
+            f"{r.assembly_error:.1e}",
+        ]
         for run, r in known
-    ]  # fmt: skip
+    ]
     more = [
         _folded(f"{run.name}: dependent equations", [("equation", True)], [[escape(name)] for name in r.redundant])
         for run, r in known
@@ -142,10 +151,17 @@ def modes(described) -> str:
         for row in mode_table(data)[:MODES]:
             moves = sorted(row["effective_mass"].items(), key=lambda item: -item[1])
             masses = ", ".join(f"{escape(name)} {percent(share)}" for name, share in moves[:2] if share >= 0.001)
-            rows.append([
-                str(row["number"]), f"{row['frequency']:.5g}", escape(row["kind"]), escape(row["interface"]),
-                percent(row["damping_ratio"], 2), percent(row["compliance"]), masses,
-            ])  # fmt: skip
+            rows.append(
+                [
+                    str(row["number"]),
+                    f"{row['frequency']:.5g}",
+                    escape(row["kind"]),
+                    escape(row["interface"]),
+                    percent(row["damping_ratio"], 2),
+                    percent(row["compliance"]),
+                    masses,
+                ]
+            )
         titles = [("no.", False), ("frequency Hz", False), ("kind", True), ("interface", True), ("damping", False)]
         titles += [("compliance", False), ("effective mass", True)]
         more = f", the first {MODES} of {data.n_modes}" if data.n_modes > MODES else ""
@@ -177,9 +193,7 @@ def solver(runs: Sequence[Run]) -> str:
         for title, measures in run.solution.statistics.get("share of validity", {}).items()
     ]
     held = table([("run", True), ("body", True), ("share of its limits", True)], shares) if shares else ""
-    states = "".join(
-        f'<p class="note">{escape(run.name)}: {escape(str(run.solution.status))}</p>' for run in runs
-    )
+    states = "".join(f'<p class="note">{escape(run.name)}: {escape(str(run.solution.status))}</p>' for run in runs)
     return "<h2>Solver</h2>" + table(titles, rows) + states + held
 
 

@@ -80,7 +80,9 @@ def _compared(name: str, columns) -> list[str]:
             for column in own
             if (column.title, column.unit) == (title, unit)
         ]
-        drawn.append(figure(f"{name} {title}".strip(), svg_curves(lines, y_label=_axis(unit)), f"[{unit}]" if unit else ""))
+        drawn.append(
+            figure(f"{name} {title}".strip(), svg_curves(lines, y_label=_axis(unit)), f"[{unit}]" if unit else "")
+        )
     return drawn
 
 
@@ -197,8 +199,11 @@ def energy(runs: Sequence[Run]) -> str:
         rows.append([title, *cells, unit, f"{100.0 * np.abs(miss).max() / (largest or 1.0):.2g} %"])
         named = [*zip(("kinetic", "strain", "potential"), stored.T), ("work of loads", works[:, 0])]
         named += [("work of drives", works[:, 1]), ("dissipated", works[:, 2]), ("total", total)]
-        lines = [Line(name, t, factor * y, color) for (name, y), color in zip(named, COLORS)
-                 if np.abs(y).max() > 1e-6 * largest]  # fmt: skip
+        lines = [
+            Line(name, t, factor * y, color)
+            for (name, y), color in zip(named, COLORS)
+            if np.abs(y).max() > 1e-6 * largest
+        ]
         svg = svg_curves(lines, y_label=f"[{unit}]", events=event_times(run.solution))
         drawn.append(figure("Energy" + (f", {run.name}" if len(runs) > 1 else ""), svg, f"[{unit}]"))
     if not rows:
@@ -206,7 +211,8 @@ def energy(runs: Sequence[Run]) -> str:
     titles = [("run", True), ("most kinetic", False), ("most strain", False), ("work of loads", False)]
     titles += [("work of drives", False), ("dissipated", False), ("unit", True), ("balance misses", False)]
     return (
-        '<h2>Energy</h2><p class="note">total(t) - total(0) = work of loads + work of drives - dissipated; what is missing is '
+        '<h2>Energy</h2><p class="note">total(t) - total(0) = work of loads + work of drives - dissipated; '
+        "what is missing is "
         "the error of the integration, in percent of the largest energy.</p>"
         + table(titles, rows)
         + f'<div class="figures">{"".join(drawn)}</div>'

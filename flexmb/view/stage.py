@@ -132,12 +132,26 @@ class Stage:
         shading: dict[str, Any] = {"color": look.color or part_color(self.scene, part)}
         if mises is not None and look.color is None and self.largest_stress > 0.0:
             surface.point_data[ELASTIC_LABEL] = mises[ids]
-            shading = {"scalars": ELASTIC_LABEL, "cmap": _colors(), "clim": (0.0, MEGA * self.largest_stress),
-                       "scalar_bar_args": _bar(), "interpolate_before_map": True}
+            shading = {
+                "scalars": ELASTIC_LABEL,
+                "cmap": _colors(),
+                "clim": (0.0, MEGA * self.largest_stress),
+                "scalar_bar_args": _bar(),
+                "interpolate_before_map": True,
+            }
         thin = surface.n_lines > 0
         actor = self.plotter.add_mesh(
-            surface, smooth_shading=not thin, split_sharp_edges=False, opacity=look.opacity, specular=0.35,
-            specular_power=20, ambient=0.12, render_lines_as_tubes=thin, line_width=6 if thin else 1, **shading)
+            surface,
+            smooth_shading=not thin,
+            split_sharp_edges=False,
+            opacity=look.opacity,
+            specular=0.35,
+            specular_power=20,
+            ambient=0.12,
+            render_lines_as_tubes=thin,
+            line_width=6 if thin else 1,
+            **shading,
+        )
         if look.opacity < 1.0:  # a face that lies in that of another state is behind it, not half of it
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.5, 1.0)
@@ -165,7 +179,9 @@ def framed_points(scene: Scene, frames: Sequence[int], scale: float = 1.0) -> np
 
 def _spread(frames: Sequence[int]) -> list[int]:
     """Return frames that stand for all of them: a mechanism goes no detours between one sixtieth and the next."""
-    return [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, FRAMING).round().astype(int))] if frames else []
+    return (
+        [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, FRAMING).round().astype(int))] if frames else []
+    )
 
 
 def _outer(part: DrawnPart) -> np.ndarray:
@@ -194,9 +210,21 @@ def _colors():
 
 
 def _bar():
-    return {"title": ELASTIC_LABEL + "\n", "vertical": False, "position_x": 0.34, "position_y": 0.02, "width": 0.32,
-            "height": 0.08, "title_font_size": 22, "label_font_size": 18, "color": "#26303a", "n_labels": 5,
-            "fmt": "%.4g", "font_family": "arial", "unconstrained_font_size": True}
+    return {
+        "title": ELASTIC_LABEL + "\n",
+        "vertical": False,
+        "position_x": 0.34,
+        "position_y": 0.02,
+        "width": 0.32,
+        "height": 0.08,
+        "title_font_size": 22,
+        "label_font_size": 18,
+        "color": "#26303a",
+        "n_labels": 5,
+        "fmt": "%.4g",
+        "font_family": "arial",
+        "unconstrained_font_size": True,
+    }
 
 
 def camera_position(points, camera, up, aspect: float, room: float):

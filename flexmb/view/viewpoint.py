@@ -13,9 +13,12 @@ __all__ = ["best_direction", "viewpoint"]
 FRAMES = 9
 """Frames by which the motion is judged."""
 HEIGHTS = ((15.0, 1.0), (30.0, 0.85), (50.0, 0.55), (70.0, 0.45))
-"""Angles of sight above the horizon, degrees, and how much each is liked: pictures from the side are read most easily."""
+"""Angles of sight above the horizon, degrees, and how much each is liked: pictures from the side are read most easily.
+"""
 GOOD = 0.93
-"""Share of the best score at which a direction is good enough: then it counts what is in front, and a little obliqueness."""
+"""Share of the best score at which a direction is good enough:
+then it counts what is in front, and a little obliqueness.
+"""
 
 
 def viewpoint(scene: Scene, up) -> np.ndarray:
@@ -35,8 +38,8 @@ def best_direction(places, up) -> np.ndarray:
     """Return the direction to look from that shows most of extent and motion.
 
     The extent is the area over which the points spread in the picture, the motion the root mean square of
-    their paths in it; the product is largest across the plane of a planar mechanism, and for a long wing whose flaps move
-    across the span from the side at some 45 degrees. Of directions that are about as good it is the one that has
+    their paths in it; the product is largest across the plane of a planar mechanism, and for a long wing whose flaps
+    move across the span from the side at some 45 degrees. Of directions that are about as good it is the one that has
     what moves in front, or else an axis that goes to the right, and not quite straight on.
 
     Parameters

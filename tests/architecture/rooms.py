@@ -22,8 +22,21 @@ MAY_KNOW = {
     "tree": ("math", "model", "constraints", "system"),
     "results": ("hdf5", "math", "model", "system"),
     "integrate": ("math", "model", "constraints", "system", "tree", "results"),
-    "io": ("hdf5", "math", "model", "fem", "reduction", "constraints", "bodies", "joints", "forces",
-           "sensors", "events", "system", "results"),
+    "io": (
+        "hdf5",
+        "math",
+        "model",
+        "fem",
+        "reduction",
+        "constraints",
+        "bodies",
+        "joints",
+        "forces",
+        "sensors",
+        "events",
+        "system",
+        "results",
+    ),
     "view": ("math", "model", "bodies", "results", "io"),
     "study": ("math", "model", "results", "io"),
     "cli": (),
@@ -70,6 +83,18 @@ DOORS = {
     "scipy": ("",),
 }
 
-HEAVY = ("pyvista", "vtk", "vtkmodules", "meshio", "skfem", "matplotlib", "sksundae", "h5py", "gmsh", "dask",
-         "distributed", "pyarrow")
+HEAVY = (
+    "pyvista",
+    "vtk",
+    "vtkmodules",
+    "meshio",
+    "skfem",
+    "matplotlib",
+    "sksundae",
+    "h5py",
+    "gmsh",
+    "dask",
+    "distributed",
+    "pyarrow",
+)
 """Packages that `import flexmb` must not load: they are imported where they are used."""

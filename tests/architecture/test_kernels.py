@@ -7,16 +7,20 @@ import pytest
 from architecture.sources import FILES, ROOT, name, tree
 
 COMPILED = {"kernel", "inner_kernel", "pointer_kernel", "row_kernel"}
-OUTSIDE = [path for folder in ("tests", "benchmarks", "examples", "docs") for path in sorted((ROOT / folder).rglob("*.py"))]
+OUTSIDE = [
+    path for folder in ("tests", "benchmarks", "examples", "docs") for path in sorted((ROOT / folder).rglob("*.py"))
+]
 
 
 def compiled(path):
     """Return the compiled functions of a file and their decorator."""
     return {
         node: ast.unparse(decorator).split("(")[0]
-        for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef)
-        for decorator in node.decorator_list if ast.unparse(decorator).split("(")[0] in COMPILED
-    }  # fmt: skip
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.FunctionDef)
+        for decorator in node.decorator_list
+        if ast.unparse(decorator).split("(")[0] in COMPILED
+    }
 
 
 WITH_KERNELS = [path for path in FILES if any("inner" in kind or kind == "kernel" for kind in compiled(path).values())]

@@ -36,6 +36,9 @@ def test_no_path_of_one_machine():
 
 
 def test_no_large_file():
-    large = [f"{path.relative_to(ROOT)} ({path.stat().st_size / 1e6:.1f} MB)" for path in FILES
-             if path.stat().st_size > LARGEST]
+    large = [
+        f"{path.relative_to(ROOT)} ({path.stat().st_size / 1e6:.1f} MB)"
+        for path in FILES
+        if path.stat().st_size > LARGEST
+    ]
     assert not large, "\n".join(large)

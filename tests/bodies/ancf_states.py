@@ -23,9 +23,20 @@ BENT = ((0, 0, 0), (0.4, 0.2, 0.1), (0.9, 0.3, 0.4), (1.2, 0.1, 0.3))
 
 def cable(**fields) -> fmb.AncfCable:
     """A soft, damped, curved cable of three elements with a marker inside the second."""
-    return fmb.AncfCable("b", **{
-        "points": BENT, "elements": 3, "section": ROUND, "material": SOFT, "axial_damping": 5.0,
-        "bending_damping": 0.4, "initial_strain": 0.03, "markers": {"m": (0.45, (0.3, -0.2, 0.5))}, **fields})
+    return fmb.AncfCable(
+        "b",
+        **{
+            "points": BENT,
+            "elements": 3,
+            "section": ROUND,
+            "material": SOFT,
+            "axial_damping": 5.0,
+            "bending_damping": 0.4,
+            "initial_strain": 0.03,
+            "markers": {"m": (0.45, (0.3, -0.2, 0.5))},
+            **fields,
+        },
+    )
 
 
 def disturbed(model, rng, size: float = 0.08):
@@ -57,8 +68,9 @@ def assert_tangent_is_the_derivative(system, state, tolerance=1e-8):
         "K": lambda x, d: moved(system, state, d, x),
     }
     for name, change in changes.items():
-        expected = np.array([derivative(lambda x, d=d, c=change: residual(system, c(x, d), work), H)
-                             for d in np.eye(system.nu)]).T
+        expected = np.array(
+            [derivative(lambda x, d=d, c=change: residual(system, c(x, d), work), H) for d in np.eye(system.nu)]
+        ).T
         found = getattr(tangent, name).toarray()
         np.testing.assert_allclose(found, expected, atol=tolerance * max(1.0, np.abs(expected).max()), err_msg=name)
 

@@ -24,9 +24,20 @@ SECTION = fem.Section.rectangle(0.1, 0.2)
 
 def beam(**fields) -> fmb.AncfBeam:
     """A soft, damped, curved beam of two elements with a marker inside the second."""
-    return fmb.AncfBeam("b", **{
-        "points": BENT, "elements": 2, "section": SECTION, "material": SOFT, "damping": 0.02, "initial_strain": 0.03,
-        "orientation": (0, 0.3, 1), "markers": {"m": (0.7, (0.3, -0.2, 0.5))}, **fields})
+    return fmb.AncfBeam(
+        "b",
+        **{
+            "points": BENT,
+            "elements": 2,
+            "section": SECTION,
+            "material": SOFT,
+            "damping": 0.02,
+            "initial_strain": 0.03,
+            "orientation": (0, 0.3, 1),
+            "markers": {"m": (0.7, (0.3, -0.2, 0.5))},
+            **fields,
+        },
+    )
 
 
 def loaded(**fields):
@@ -67,14 +78,24 @@ def test_no_locking(slenderness):
     L, young = 2.0, 1e9
     h = L / slenderness
     section = fem.Section.rectangle(h, h)
-    body = fmb.AncfBeam("b", points=((0, 0, 0), (L, 0, 0)), elements=4, section=section,
-                        material=fmb.Material(young=young, poisson=0.3, density=1e3))
+    body = fmb.AncfBeam(
+        "b",
+        points=((0, 0, 0), (L, 0, 0)),
+        elements=4,
+        section=section,
+        material=fmb.Material(young=young, poisson=0.3, density=1e3),
+    )
     EI, GA = young * section.inertia_y, body.material.shear * section.area * section.shear_z
     load = 0.05 * EI / L**2
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), body), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
-        forces=(fmb.PointLoad("P", marker="b.end", force=(0, 0, load)),)), tolerance=1e-6)
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), body),
+            gravity=(0, 0, 0),
+            joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
+            forces=(fmb.PointLoad("P", marker="b.end", force=(0, 0, load)),),
+        ),
+        tolerance=1e-6,
+    )
     deflection = body.line(solution.final.q, 1.0)[5][0, 2]
     assert deflection == pytest.approx(load * (L**3 / (3 * EI) + L / GA), rel=0.01)
 
@@ -83,10 +104,14 @@ def test_patch_of_unequal_lines():
     """Pure tension, torsion and bending are exact with any number of elements: constant section forces."""
     body = beam(points=((0, 0, 0), (2, 0, 0)), orientation=None, initial_strain=0.0, elements=3, damping=0.0)
     twist = 0.05 * body.material.shear * SECTION.torsion
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), body), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
-        forces=(fmb.PointLoad("T", marker="b.end", force=(0.4, 0, 0), moment=(twist, 0, 0)),)))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), body),
+            gravity=(0, 0, 0),
+            joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
+            forces=(fmb.PointLoad("T", marker="b.end", force=(0.4, 0, 0), moment=(twist, 0, 0)),),
+        )
+    )
     forces = body.section_forces(solution.final.q, [0.0, 0.3, 1.0])
     expected = [0.4, 0, 0, twist, 0, 0]
     np.testing.assert_allclose(forces, np.tile(expected, (3, 1)), atol=SOLVER)

@@ -25,8 +25,12 @@ from flexmb.system.program import energies
 MODELS = {
     "curved": {},
     "straight without load": {"straight": True},
-    "closed": {"closed": True, "points": ((0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)), "elements": 5,
-               "markers": {"m": 0.93}},
+    "closed": {
+        "closed": True,
+        "points": ((0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)),
+        "elements": 5,
+        "markers": {"m": 0.93},
+    },
     "undamped": {"axial_damping": 0.0, "bending_damping": 0.0},
 }
 
@@ -155,21 +159,41 @@ def test_ring(closed):
 
     A closed line, and two halves whose ends are joined by hinges along the line: without a kink, with their own twist.
     """
-    fields = {"section": fem.Section.solid_circle(0.02), "material": fmb.Material(young=1e9, poisson=0.3, density=1000.0)}
+    fields = {
+        "section": fem.Section.solid_circle(0.02),
+        "material": fmb.Material(young=1e9, poisson=0.3, density=1000.0),
+    }
     if closed:
-        bodies = (fmb.AncfCable("ring", points=ring_arc(0.0, 2.0 * np.pi, 25)[:-1], closed=True, elements=32, **fields),)
+        bodies = (
+            fmb.AncfCable("ring", points=ring_arc(0.0, 2.0 * np.pi, 25)[:-1], closed=True, elements=32, **fields),
+        )
     else:
         along = (0.0, 0.5 * np.pi, 0.0)
         bodies = tuple(
-            fmb.AncfCable(name, points=ring_arc(first, first + np.pi, 13), elements=16, **fields,
-                          tangents=((-np.sin(first), np.cos(first), 0.0), (np.sin(first), -np.cos(first), 0.0)),
-                          markers={"a": (0.0, along), "b": (1.0, along)}) for name, first in (("up", 0.0), ("low", np.pi)))
-    joints = () if closed else tuple(
-        fmb.Revolute(name, markers=(f"{one}.b", f"{other}.a")) for name, one, other in (("l", "up", "low"), ("r", "low", "up")))
+            fmb.AncfCable(
+                name,
+                points=ring_arc(first, first + np.pi, 13),
+                elements=16,
+                **fields,
+                tangents=((-np.sin(first), np.cos(first), 0.0), (np.sin(first), -np.cos(first), 0.0)),
+                markers={"a": (0.0, along), "b": (1.0, along)},
+            )
+            for name, first in (("up", 0.0), ("low", np.pi))
+        )
+    joints = (
+        ()
+        if closed
+        else tuple(
+            fmb.Revolute(name, markers=(f"{one}.b", f"{other}.a"))
+            for name, one, other in (("l", "up", "low"), ("r", "low", "up"))
+        )
+    )
     model = fmb.Model(bodies=(fmb.Ground(), *bodies), joints=joints, gravity=(0, 0, 0))
     found = fmb.linearize(model).frequencies
     section, k = fields["section"], np.array([2.0, 3.0])
-    exact = np.sqrt(1e9 * section.inertia_y / (1000.0 * section.area)) * k * (k**2 - 1) / np.sqrt(k**2 + 1) / (2.0 * np.pi)
+    exact = (
+        np.sqrt(1e9 * section.inertia_y / (1000.0 * section.area)) * k * (k**2 - 1) / np.sqrt(k**2 + 1) / (2.0 * np.pi)
+    )
     np.testing.assert_allclose(np.sort(found[found > 0.05])[:4], np.repeat(exact, 2), rtol=5e-3)
     assert fmb.check(model).redundant == ()
 
@@ -178,12 +202,22 @@ def test_ring(closed):
 def test_clamped_rope_has_one_dependent_equation(marker):
     """A cable has no twist: the equation that would hold it moves no coordinate, on open and on closed lines."""
     angle = np.linspace(0.0, 2.0 * np.pi, 33)[:-1]
-    ring = fmb.AncfCable("r", points=0.5 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1), elements=8,
-                         section=fem.Section.solid_circle(0.01), material=fmb.MATERIALS["steel"], closed=True,
-                         markers={"m": marker})
+    ring = fmb.AncfCable(
+        "r",
+        points=0.5 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1),
+        elements=8,
+        section=fem.Section.solid_circle(0.01),
+        material=fmb.MATERIALS["steel"],
+        closed=True,
+        markers={"m": marker},
+    )
     pose = ring.marker_poses()["m"]
     clamp = fmb.Pose(ring.curve.r[0] + pose.at, pose.matrix)
-    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(markers={"m": clamp}), ring],
-                      joints=[fmb.Fixed("clamp", markers=("ground.m", "r.m"))], sensors=[fmb.Reaction("R", joint="clamp")])
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(markers={"m": clamp}), ring],
+        joints=[fmb.Fixed("clamp", markers=("ground.m", "r.m"))],
+        sensors=[fmb.Reaction("R", joint="clamp")],
+    )
     assert len(fmb.check(model).redundant) == 1
     np.testing.assert_allclose(fmb.statics(model)["R"][-1, :3], (0.0, 0.0, ring.mass * 9.81), rtol=1e-9, atol=1e-6)

@@ -23,16 +23,28 @@ KINDS = pytest.mark.parametrize("shear", [False, True], ids=["thin", "shear"])
 
 def plate(**fields) -> fmb.AncfPlate:
     """A soft, damped, curved and tapered plate of two by two elements with a marker inside one and one of an edge."""
-    return fmb.AncfPlate("b", **{
-        "points": CURVED, "thickness": [[0.1, 0.12], [0.08, 0.05]], "material": SOFT, "damping": 0.02,
-        "initial_strain": 0.03, "markers": {"m": ((0.7, 0.3), (0.3, -0.2, 0.5)), "edge": (1.0, "mean")}, **fields})
+    return fmb.AncfPlate(
+        "b",
+        **{
+            "points": CURVED,
+            "thickness": [[0.1, 0.12], [0.08, 0.05]],
+            "material": SOFT,
+            "damping": 0.02,
+            "initial_strain": 0.03,
+            "markers": {"m": ((0.7, 0.3), (0.3, -0.2, 0.5)), "edge": (1.0, "mean")},
+            **fields,
+        },
+    )
 
 
 def loaded(**fields):
     """The plate with forces and moments on a point and an edge, pressure and a dead load."""
-    forces = (fmb.PointLoad("f", marker="b.m", force=(3.0, -1.0, 2.0), moment=(0.8, 0.5, -0.6)),
-              fmb.PointLoad("e", marker="b.edge", force=(1.0, 0.0, 2.0), moment=(0.3, -0.5, 0.6)),
-              fmb.Pressure("p", load="b.pressure", amount=7.0), fmb.Pressure("y", load="b.load_y", amount=3.0))
+    forces = (
+        fmb.PointLoad("f", marker="b.m", force=(3.0, -1.0, 2.0), moment=(0.8, 0.5, -0.6)),
+        fmb.PointLoad("e", marker="b.edge", force=(1.0, 0.0, 2.0), moment=(0.3, -0.5, 0.6)),
+        fmb.Pressure("p", load="b.pressure", amount=7.0),
+        fmb.Pressure("y", load="b.load_y", amount=3.0),
+    )
     return fmb.Model(bodies=(fmb.Ground(), plate(**fields)), forces=forces, gravity=(1.0, -2.0, -9.0))
 
 
@@ -57,8 +69,9 @@ def test_marker_moves_as_its_jacobian_says(marker, shear, rng):
 @KINDS
 def test_rigid_motion_makes_no_force_and_no_damping(shear, rng):
     R = rotation_matrix((1.0, 2.0, -2.5))
-    body = plate(shear=shear, initial_strain=0.0, at=(3, 2, 1), rotation=R, velocity=(1, 2, 3),
-                 angular_velocity=(4, -5, 6))
+    body = plate(
+        shear=shear, initial_strain=0.0, at=(3, 2, 1), rotation=R, velocity=(1, 2, 3), angular_velocity=(4, -5, 6)
+    )
     system, _ = disturbed(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0)), rng, 0.0)
     work = system.workspace()
     np.testing.assert_allclose(residual(system, system.state(), work), 0.0, atol=MACHINE * SOFT.young)
@@ -71,8 +84,18 @@ def test_rigid_motion_makes_no_force_and_no_damping(shear, rng):
 def test_mass_and_momentum(shear, rng):
     """The kinetic energy, the momenta and the mass of a rotating plate are those of the body it is drawn as."""
     w = np.array((0.3, -0.5, 2.0))
-    body = fmb.AncfPlate.rectangle("b", edges=(2.0, 1.0), elements=(3, 2), thickness=0.3, material=SOFT, shear=shear,
-                                   corner=(-1.0, -0.5, 0.0), at=(1, 2, 3), velocity=(1, -2, 0.5), angular_velocity=w)
+    body = fmb.AncfPlate.rectangle(
+        "b",
+        edges=(2.0, 1.0),
+        elements=(3, 2),
+        thickness=0.3,
+        material=SOFT,
+        shear=shear,
+        corner=(-1.0, -0.5, 0.0),
+        at=(1, 2, 3),
+        velocity=(1, -2, 0.5),
+        angular_velocity=w,
+    )
     system, _ = disturbed(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0)), rng, 0.0)
     work, start = system.workspace(), system.state()
     energies(system.program, start, work)
@@ -119,5 +142,8 @@ def test_unknown_edge_and_load():
         fmb.Model(bodies=(fmb.Ground(), plate()), forces=(fmb.Pressure("p", load="b.presure", amount=1.0),))
     over_joint = fmb.table([0, 1], [0, 1], of="hinge")
     with pytest.raises(ModelError, match="an amount over joint 'hinge' on body 'b'"):
-        fmb.Model(bodies=(fmb.Ground(), plate()), forces=(fmb.Pressure("p", load="b.pressure", amount=over_joint),),
-                  joints=(fmb.Revolute("hinge", markers=("ground.origin", "b.m")),))
+        fmb.Model(
+            bodies=(fmb.Ground(), plate()),
+            forces=(fmb.Pressure("p", load="b.pressure", amount=over_joint),),
+            joints=(fmb.Revolute("hinge", markers=("ground.origin", "b.m")),),
+        )

@@ -44,8 +44,11 @@ def inner_forces(body, q):
     return forces[inside], np.abs(forces).max()
 
 
-@pytest.mark.parametrize(("shear", "points"), [(False, skewed()), (True, skewed()), (True, distorted())],
-                         ids=["thin, skewed", "shear, skewed", "shear, distorted"])
+@pytest.mark.parametrize(
+    ("shear", "points"),
+    [(False, skewed()), (True, skewed()), (True, distorted())],
+    ids=["thin, skewed", "shear, skewed", "shear, distorted"],
+)
 def test_membrane(shear, points):
     """A linear map of the plane, with large strain: no force inside, the same membrane forces everywhere."""
     body = plate(points, shear)
@@ -60,16 +63,26 @@ def test_membrane(shear, points):
     if not np.array_equal(points, distorted()):  # there the axes of the elements differ
         axes = np.stack([e, np.cross(n, e)])
         E = axes @ (0.5 * (F.T @ F - np.eye(3))) @ axes.T
-        stress = SOFT.young * H / (1 - SOFT.poisson**2) * np.array([
-            E[0, 0] + SOFT.poisson * E[1, 1], E[1, 1] + SOFT.poisson * E[0, 0], (1 - SOFT.poisson) * E[0, 1]])
+        stress = (
+            SOFT.young
+            * H
+            / (1 - SOFT.poisson**2)
+            * np.array(
+                [E[0, 0] + SOFT.poisson * E[1, 1], E[1, 1] + SOFT.poisson * E[0, 0], (1 - SOFT.poisson) * E[0, 1]]
+            )
+        )
         np.testing.assert_allclose(found[:, :3], np.tile(stress, (3, 1)), rtol=1e-10)
     np.testing.assert_allclose(found[:, 3:], 0.0, atol=1e-10 * greatest)
 
 
-@pytest.mark.parametrize("curvature", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.4, -0.7, 0.3)],
-                         ids=["x", "y", "twist", "all"])
-@pytest.mark.parametrize(("shear", "points"), [(False, skewed()), (True, skewed()), (True, distorted())],
-                         ids=["thin, skewed", "shear, skewed", "shear, distorted"])
+@pytest.mark.parametrize(
+    "curvature", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.4, -0.7, 0.3)], ids=["x", "y", "twist", "all"]
+)
+@pytest.mark.parametrize(
+    ("shear", "points"),
+    [(False, skewed()), (True, skewed()), (True, distorted())],
+    ids=["thin, skewed", "shear, skewed", "shear, distorted"],
+)
 def test_bending_and_twist(shear, points, curvature):
     """A small deflection w of constant curvature: no force inside, and the moments of the closed form."""
     body = plate(points, shear)
@@ -99,19 +112,36 @@ def test_bending_and_twist(shear, points, curvature):
 def deflection(shear, thickness, n=8):
     """Return the deflection in the middle of a square with hinged edges under pressure, as a multiple of p a4 / D."""
     material = fmb.Material(young=1e9, poisson=0.3, density=1e3)
-    body = fmb.AncfPlate.rectangle("p", edges=(1.0, 1.0), elements=(n, n), thickness=thickness, material=material,
-                                   shear=shear, markers={"m": (0.5, 0.5)})
+    body = fmb.AncfPlate.rectangle(
+        "p",
+        edges=(1.0, 1.0),
+        elements=(n, n),
+        thickness=thickness,
+        material=material,
+        shear=shear,
+        markers={"m": (0.5, 0.5)},
+    )
     ground, joints = {}, ()
-    for edge, turn in {"s0": (-np.pi / 2, 0, 0), "s1": (-np.pi / 2, 0, 0), "t0": (0, np.pi / 2, 0),
-                       "t1": (0, np.pi / 2, 0)}.items():
+    for edge, turn in {
+        "s0": (-np.pi / 2, 0, 0),
+        "s1": (-np.pi / 2, 0, 0),
+        "t0": (0, np.pi / 2, 0),
+        "t1": (0, np.pi / 2, 0),
+    }.items():
         body, own, hinges = body.held(edge, edge, fmb.Revolute, rotation=turn)
         ground, joints = {**ground, **own}, joints + hinges
     D = material.young * thickness**3 / 12.0 / (1.0 - material.poisson**2)
     pressure = 2.0 * D * thickness  # deflects by a hundredth of the thickness
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=ground), body), joints=joints, gravity=(0, 0, 0),
-        forces=(fmb.Pressure("p", load="p.pressure", amount=pressure),),
-        sensors=(fmb.Position("m", marker="p.m"),)), tolerance=1e-7)
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=ground), body),
+            joints=joints,
+            gravity=(0, 0, 0),
+            forces=(fmb.Pressure("p", load="p.pressure", amount=pressure),),
+            sensors=(fmb.Position("m", marker="p.m"),),
+        ),
+        tolerance=1e-7,
+    )
     return solution["m"][-1][2] * D / pressure
 
 

@@ -17,8 +17,9 @@ KINDS = pytest.mark.parametrize("shear", [False, True], ids=["thin", "shear"])
 
 
 def plate(**fields):
-    return fmb.AncfPlate.rectangle("p", **{"edges": (2.0, 1.0), "elements": (4, 2), "thickness": 0.1, "material": SOFT,
-                                           **fields})
+    return fmb.AncfPlate.rectangle(
+        "p", **{"edges": (2.0, 1.0), "elements": (4, 2), "thickness": 0.1, "material": SOFT, **fields}
+    )
 
 
 def quads(ns, nt, rng=None):
@@ -53,12 +54,18 @@ def ring():
 
 
 MESHES = {
-    "triangles": (lambda: fem.Mesh(points=np.eye(3), cells=(("triangle", np.array([[0, 1, 2]])),)), None,
-                  "a mesh of triangle"),
+    "triangles": (
+        lambda: fem.Mesh(points=np.eye(3), cells=(("triangle", np.array([[0, 1, 2]])),)),
+        None,
+        "a mesh of triangle",
+    ),
     "group": (lambda: quads(2, 2), "wing", "has no group 'wing'"),
     "ring": (ring, None, "4 quadrilaterals, of which 0 lie in rows"),
-    "step": (lambda: fem.Mesh(points=quads(2, 2).points, cells=(("quad", quads(2, 2).cells[0][1][:3]),)), None,
-             "3 quadrilaterals, of which"),
+    "step": (
+        lambda: fem.Mesh(points=quads(2, 2).points, cells=(("quad", quads(2, 2).cells[0][1][:3]),)),
+        None,
+        "3 quadrilaterals, of which",
+    ),
 }
 
 
@@ -72,13 +79,21 @@ def test_meshes_that_are_no_grid(mesh, group, found):
 @KINDS
 def test_lumped_mass(shear):
     """The weight that a clamped plate feels, and its moment, are those of plate and mass."""
-    body, supports, clamps = plate(shear=shear, lumped_masses=[((0.75, 0.3), 5.0)], material=fmb.MATERIALS["steel"],
-                                   ).held("root", "s0", fmb.Fixed)
+    body, supports, clamps = plate(
+        shear=shear,
+        lumped_masses=[((0.75, 0.3), 5.0)],
+        material=fmb.MATERIALS["steel"],
+    ).held("root", "s0", fmb.Fixed)
     own = 7850.0 * 0.2
     assert body.mass == pytest.approx(own + 5.0, rel=1e-12)
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=supports), body), joints=clamps, gravity=(0, 0, -10.0),
-        sensors=tuple(fmb.Reaction(j.name, joint=j.name) for j in clamps)))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=supports), body),
+            joints=clamps,
+            gravity=(0, 0, -10.0),
+            sensors=tuple(fmb.Reaction(j.name, joint=j.name) for j in clamps),
+        )
+    )
     wrench = np.array([solution[j.name][-1] for j in clamps])
     assert wrench[:, 2].sum() == pytest.approx(10.0 * body.mass, rel=1e-7)
     arms = np.array([supports[j.name].at for j in clamps])
@@ -98,11 +113,20 @@ def test_resultants_of_a_cantilever(shear):
     """Under an end force, M11 falls linearly to the end, Q1 is the force per width: the sensor at two places."""
     stiff = fmb.Material(young=1e9, poisson=0.0, density=1e3)
     body, supports, clamps = plate(shear=shear, material=stiff, markers={"end": (1.0, "mean")}).held(
-        "root", "s0", fmb.Fixed)
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=supports), body), joints=clamps, gravity=(0, 0, 0),
-        forces=(fmb.PointLoad("F", marker="p.end", force=(6.0, 0, -30.0)),),
-        sensors=(fmb.StressResultants("a", body="p", at=(0.25, 0.5)), fmb.StressResultants("b", body="p", at=(0.6, 0.2)))))
+        "root", "s0", fmb.Fixed
+    )
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=supports), body),
+            joints=clamps,
+            gravity=(0, 0, 0),
+            forces=(fmb.PointLoad("F", marker="p.end", force=(6.0, 0, -30.0)),),
+            sensors=(
+                fmb.StressResultants("a", body="p", at=(0.25, 0.5)),
+                fmb.StressResultants("b", body="p", at=(0.6, 0.2)),
+            ),
+        )
+    )
     for name, s in (("a", 0.25), ("b", 0.6)):
         N11, _, _, M11, M22, _, Q1, _ = solution[name][-1]
         assert N11 == pytest.approx(6.0, rel=0.01)
@@ -125,8 +149,12 @@ def test_inversion_is_named_with_its_time(shear):
     push = fmb.PointLoad("push", marker="p.end", force=(-3e5, 0, 0))
     found = r"Body 'p' at t = (0\.\d+) s: element \(\d, 0\) of \(2, 1\) has (turned|collapsed)"
     with pytest.raises(IntegrationError, match=found) as error:
-        fmb.simulate(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), forces=(push,)), t_end=0.2, samples=201,
-                     integrator=fmb.GeneralizedAlpha(step=1e-3))
+        fmb.simulate(
+            fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), forces=(push,)),
+            t_end=0.2,
+            samples=201,
+            integrator=fmb.GeneralizedAlpha(step=1e-3),
+        )
     time = float(re.search(found, str(error.value))[1])
     assert time == pytest.approx(error.value.solution.t[-1], rel=1e-3)
 
@@ -135,8 +163,18 @@ def test_inversion_is_named_with_its_time(shear):
 def test_files_for_paraview(shear, tmp_path):
     """The sheet has its volume, and its fields those of a plate bent to a radius."""
     radius = 2.0
-    body = fmb.AncfPlate.cylinder("p", radius=radius, angle=0.8, length=1.0, elements=(8, 2), thickness=0.1, shear=shear,
-                                  material=SOFT, flat=True, velocity=(1.0, 0.0, 0.0))
+    body = fmb.AncfPlate.cylinder(
+        "p",
+        radius=radius,
+        angle=0.8,
+        length=1.0,
+        elements=(8, 2),
+        thickness=0.1,
+        shear=shear,
+        material=SOFT,
+        flat=True,
+        velocity=(1.0, 0.0, 0.0),
+    )
     model = fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0))
     solution = fmb.simulate(model, t_end=1e-6, samples=2, integrator=fmb.GeneralizedAlpha(step=1e-6))
     fmb.write_vtk(solution, tmp_path / "out.pvd")
@@ -154,8 +192,11 @@ def test_files_for_paraview(shear, tmp_path):
 def test_loads_sum_up(shear):
     """The forces of pressure and dead load are p A along the turned normal and b A in W: on a square at rest."""
     body = plate(shear=shear, rotation=(0.4, -0.3, 1.2), edges=(1.5, 1.5))
-    forces = (fmb.Pressure("p", load="p.pressure", amount=7.0), fmb.Pressure("y", load="p.load_y", amount=3.0),
-              fmb.Pressure("z", load="p.load_z", amount=-2.0))
+    forces = (
+        fmb.Pressure("p", load="p.pressure", amount=7.0),
+        fmb.Pressure("y", load="p.load_y", amount=3.0),
+        fmb.Pressure("z", load="p.load_z", amount=-2.0),
+    )
     system = compile(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), forces=forces))
     work = system.workspace()
     work.coefficients[3] = 0.0

@@ -14,18 +14,30 @@ EA = 1e5 * np.pi / 4 * 0.05**2
 
 def pressed(kind, force, **fields):
     """A rubber line of one metre along x, held at its start, pushed at its end along itself."""
-    body = KINDS[kind]("b", points=((0, 0, 0), (1, 0, 0)), elements=4, section=fem.Section.solid_circle(0.05),
-                       material=RUBBER, **fields)
-    return fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0),
-                     joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
-                     forces=(fmb.PointLoad("P", marker="b.end", force=(force, 0, 0)),))
+    body = KINDS[kind](
+        "b",
+        points=((0, 0, 0), (1, 0, 0)),
+        elements=4,
+        section=fem.Section.solid_circle(0.05),
+        material=RUBBER,
+        **fields,
+    )
+    return fmb.Model(
+        bodies=(fmb.Ground(), body),
+        gravity=(0, 0, 0),
+        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
+        forces=(fmb.PointLoad("P", marker="b.end", force=(force, 0, 0)),),
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_push_beyond_the_stiffness(kind):
     """Twice EA presses the last element through itself: the run ends there, and keeps its samples."""
-    with pytest.raises(IntegrationError, match=r"Body 'b' at t = 0\.\d+ s: element 3 of 4 has (turned inside out|"
-                       r"collapsed).*positive length and volume.*more elements") as error:
+    with pytest.raises(
+        IntegrationError,
+        match=r"Body 'b' at t = 0\.\d+ s: element 3 of 4 has (turned inside out|"
+        r"collapsed).*positive length and volume.*more elements",
+    ) as error:
         fmb.simulate(pressed(kind, -2.0 * EA), 1.0, samples=1001)
     solution = error.value.solution
     assert solution.status.kind == "failed"
@@ -51,11 +63,21 @@ def test_equilibrium_inside_out():
 
 def test_input_that_is_wrong_as_drawn():
     """Zero length between points, a fold within an element, a section without area: before any computing."""
-    cases = {"zero length between points 0 and 1": {"points": ((0, 0, 0), (0, 0, 0), (1, 0, 0))},
-             "the curve turns by": {"points": ((0, 0, 0), (1, 0, 0), (0, 0.01, 0)), "elements": 2},
-             "without area": {"section": type("Line", (), {"area": 0.0})()}}
+    cases = {
+        "zero length between points 0 and 1": {"points": ((0, 0, 0), (0, 0, 0), (1, 0, 0))},
+        "the curve turns by": {"points": ((0, 0, 0), (1, 0, 0), (0, 0.01, 0)), "elements": 2},
+        "without area": {"section": type("Line", (), {"area": 0.0})()},
+    }
     for found, fields in cases.items():
         for kind in KINDS.values():
             with pytest.raises(ModelError, match=f"Body 'b': .*{found}"):
-                kind("b", **{"points": ((0, 0, 0), (1, 0, 0)), "elements": 4, "material": RUBBER,
-                             "section": fem.Section.solid_circle(0.05), **fields})
+                kind(
+                    "b",
+                    **{
+                        "points": ((0, 0, 0), (1, 0, 0)),
+                        "elements": 4,
+                        "material": RUBBER,
+                        "section": fem.Section.solid_circle(0.05),
+                        **fields,
+                    },
+                )

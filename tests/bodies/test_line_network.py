@@ -16,8 +16,11 @@ EI = STEEL.young * ROD.inertia_y
 
 
 def mesh(points, lines, **sets):
-    return fem.Mesh(points=np.array(points, float), cells=(("line", np.array(lines)),),
-                    node_sets={name: np.array([node]) for name, node in sets.items()})
+    return fem.Mesh(
+        points=np.array(points, float),
+        cells=(("line", np.array(lines)),),
+        node_sets={name: np.array([node]) for name, node in sets.items()},
+    )
 
 
 def polyline(*corners, parts=4, **sets):
@@ -37,11 +40,15 @@ def test_bracket_with_a_corner():
     assert [body.elements for body in bodies] == [5, 3]  # the mean length of the lines
     assert (markers["foot"], markers["tip"]) == ("f_1.foot", "f_2.tip")
     assert [type(joint) for joint in joints] == [fmb.Fixed]
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), *bodies), gravity=(0, 0, 0),
-        joints=(*joints, fmb.Fixed("clamp", markers=("ground.origin", markers["foot"]))),
-        forces=(fmb.PointLoad("P", marker=markers["tip"], force=(0, 0, -P)),),
-        sensors=(fmb.Position("tip", marker=markers["tip"]),)))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), *bodies),
+            gravity=(0, 0, 0),
+            joints=(*joints, fmb.Fixed("clamp", markers=("ground.origin", markers["foot"]))),
+            forces=(fmb.PointLoad("P", marker=markers["tip"], force=(0, 0, -P)),),
+            sensors=(fmb.Position("tip", marker=markers["tip"]),),
+        )
+    )
     sinks = a - solution["tip"][-1, 2]
     assert sinks == pytest.approx(P * b**3 / (3 * EI) + P * b**2 * a / EI, rel=2e-3)
 
@@ -50,16 +57,26 @@ def test_three_ropes_and_a_weight():
     """Three ropes from a ring above to one node: each carries W / (3 cos) of their angle."""
     top = [(np.cos(x), np.sin(x), 0.0) for x in 2 * np.pi * np.arange(3) / 3]
     bodies, joints, markers = fmb.line_network(
-        fmb.AncfCable, "rope", mesh([*top, (0, 0, -2.0)], [(0, 3), (3, 1), (2, 3)], a=0, b=1, c=2, low=3), size=0.6,
-        section=ROD, material=fmb.Material(young=2e11, poisson=0.0, density=1e-3))
+        fmb.AncfCable,
+        "rope",
+        mesh([*top, (0, 0, -2.0)], [(0, 3), (3, 1), (2, 3)], a=0, b=1, c=2, low=3),
+        size=0.6,
+        section=ROD,
+        material=fmb.Material(young=2e11, poisson=0.0, density=1e-3),
+    )
     assert len(bodies) == 3
     assert [type(joint) for joint in joints] == [fmb.Spherical] * 2
     anchors = [fmb.Spherical(f"hold {name}", markers=(f"ground.{name}", markers[name])) for name in "abc"]
     weight = 900.0
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=dict(zip("abc", top, strict=True))), *bodies), gravity=(0, 0, 0),
-        joints=(*joints, *anchors), forces=(fmb.PointLoad("W", marker=markers["low"], force=(0, 0, -weight)),),
-        sensors=[fmb.SectionForces(body.name, body=body.name, at=0.5) for body in bodies]))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=dict(zip("abc", top, strict=True))), *bodies),
+            gravity=(0, 0, 0),
+            joints=(*joints, *anchors),
+            forces=(fmb.PointLoad("W", marker=markers["low"], force=(0, 0, -weight)),),
+            sensors=[fmb.SectionForces(body.name, body=body.name, at=0.5) for body in bodies],
+        )
+    )
     tension = weight / 3.0 * np.sqrt(5.0) / 2.0
     for body in bodies:
         assert solution[body.name][-1, 0] == pytest.approx(tension, rel=1e-3)

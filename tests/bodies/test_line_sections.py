@@ -15,14 +15,26 @@ KINDS = {"cable": fmb.AncfCable, "beam": fmb.AncfBeam}
 
 
 def line(kind, elements=8, **fields):
-    return KINDS[kind]("b", **{"points": ((0, 0, 0), (LENGTH, 0, 0)), "elements": elements,
-                              "section": fem.Section.solid_circle(0.02), "material": STEEL, **fields})
+    return KINDS[kind](
+        "b",
+        **{
+            "points": ((0, 0, 0), (LENGTH, 0, 0)),
+            "elements": elements,
+            "section": fem.Section.solid_circle(0.02),
+            "material": STEEL,
+            **fields,
+        },
+    )
 
 
 def clamped(body, *, forces=(), gravity=(0, 0, 0), sensors=(), joints=()):
-    return fmb.Model(bodies=(fmb.Ground(markers={"end": (LENGTH, 0, 0)}), body), gravity=gravity, forces=forces,
-                     joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")), *joints),
-                     sensors=(fmb.Position("tip", marker="b.end"), fmb.Reaction("root", joint="clamp"), *sensors))
+    return fmb.Model(
+        bodies=(fmb.Ground(markers={"end": (LENGTH, 0, 0)}), body),
+        gravity=gravity,
+        forces=forces,
+        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")), *joints),
+        sensors=(fmb.Position("tip", marker="b.end"), fmb.Reaction("root", joint="clamp"), *sensors),
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -50,8 +62,9 @@ def test_frequency_with_a_mass_at_the_tip(kind, ratio):
     plain = line(kind)
     body = line(kind, lumped_masses=((1.0, ratio * plain.mass),))
     assert body.mass == pytest.approx((1.0 + ratio) * plain.mass, rel=SOLVER)
-    k = brentq(lambda k: 1 + np.cos(k) * np.cosh(k) - ratio * k * (np.sin(k) * np.cosh(k) - np.cos(k) * np.sinh(k)),
-               0.1, 1.875)
+    k = brentq(
+        lambda k: 1 + np.cos(k) * np.cosh(k) - ratio * k * (np.sin(k) * np.cosh(k) - np.cos(k) * np.sinh(k)), 0.1, 1.875
+    )
     rod = plain.section
     expected = k**2 * np.sqrt(STEEL.young * rod.inertia_y / (8000.0 * rod.area * LENGTH**4)) / (2 * np.pi)
     found = fmb.linearize(clamped(body)).frequencies
@@ -72,8 +85,13 @@ def test_weight_of_a_tube_with_a_mass_inside_an_element(kind):
 def test_initial_strain_pulls_at_the_ends(kind):
     """Between two fixed ends the line is under the tension EA times the initial strain."""
     body = line(kind, initial_strain=1e-3)
-    solution = fmb.statics(clamped(body, joints=(fmb.Spherical("far", markers=("ground.end", "b.end")),),
-                                   sensors=(fmb.Reaction("pull", joint="far"),)))
+    solution = fmb.statics(
+        clamped(
+            body,
+            joints=(fmb.Spherical("far", markers=("ground.end", "b.end")),),
+            sensors=(fmb.Reaction("pull", joint="far"),),
+        )
+    )
     tension = STEEL.young * np.pi / 4 * 0.02**2 * 1e-3
     assert solution["pull"][-1, 0] == pytest.approx(tension, rel=SOLVER)
     np.testing.assert_allclose(body.section_forces(solution.final.q, [0.1, 0.6])[:, 0], tension, rtol=SOLVER)

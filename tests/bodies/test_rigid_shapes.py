@@ -29,9 +29,7 @@ def test_a_slender_rod_swings_in_space():
         bodies=[fmb.Ground(markers={"O": (0, 0, 0)}), fmb.RigidBody.rod("rod", length=2.0, mass=3.0)],
         joints=[fmb.Spherical("O", markers=("ground.O", "rod.start"))],
     )
-    np.testing.assert_allclose(
-        fmb.accelerations(model)["rod"][3:], (0.0, 3 * 9.81 / (2 * 2.0), 0.0), atol=SOLVER
-    )
+    np.testing.assert_allclose(fmb.accelerations(model)["rod"][3:], (0.0, 3 * 9.81 / (2 * 2.0), 0.0), atol=SOLVER)
 
 
 @pytest.mark.parametrize("radius", [0.0, -0.1])

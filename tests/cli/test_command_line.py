@@ -25,9 +25,7 @@ def test_overview(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
     printed = capsys.readouterr().out
-    assert all(
-        verb.NAME in printed and verb.SUMMARY in " ".join(printed.split()) for verb in command_line.VERBS
-    )
+    assert all(verb.NAME in printed and verb.SUMMARY in " ".join(printed.split()) for verb in command_line.VERBS)
 
 
 @pytest.mark.parametrize("arguments", [[], ["rune"], ["run"], ["run", "a.toml", "--what"]])

@@ -79,6 +79,7 @@ def test_the_station_can_be_varied(demo):
 def test_pyvista_reads_the_motion(demo):
     """Frames at 0, 0.5 and 1 s: the lever's nodes and stress are there, and the flap is where its sensor says."""
     import pyvista
+
     reader = pyvista.get_reader(demo / "flap_station.pvd")
     solution = open_run(demo / "run")
     assert len(reader.time_values) == 51

@@ -77,6 +77,7 @@ def bracket(tmp_path, monkeypatch):
 def test_mesh_to_paraview(bracket, tmp_path):
     """At rest the bolts carry load and weight: F = (-load, 0, m g)."""
     import pyvista
+
     assert main(["check", "wall.toml"]) == 0
     assert main(["run", "wall.toml", "--out", "run"]) == 0
     solution = open_run("run")
@@ -89,9 +90,7 @@ def test_mesh_to_paraview(bracket, tmp_path):
     assert sorted(path.name for path in Path("run").glob("*.h5")) == ["solution.h5"]
     (tmp_path / "bracket.h5").unlink()
     assert main(["run", "run/model.toml", "--out", "again"]) == 0
-    assert (tmp_path / "again" / "sensors.csv").read_bytes() == (
-        tmp_path / "run" / "sensors.csv"
-    ).read_bytes()
+    assert (tmp_path / "again" / "sensors.csv").read_bytes() == (tmp_path / "run" / "sensors.csv").read_bytes()
 
 
 def test_a_body_of_a_run(bracket, tmp_path, capsys):
@@ -113,7 +112,7 @@ def test_a_run_that_cannot_begin_keeps_its_body(bracket, tmp_path):
     text = (tmp_path / "wall.toml").read_text()
     twice = text[text.index("[[joint]]") : text.index("[[force]]")].replace('"bolts"', '"more"')
     far = twice.replace('"ground.foot"', '"ground.far"')
-    text = text.replace("foot = \"= place\"", "foot = \"= place\", far = [9, 9, 9]").replace("[[force]]", far + "[[force]]")
+    text = text.replace('foot = "= place"', 'foot = "= place", far = [9, 9, 9]').replace("[[force]]", far + "[[force]]")
     (tmp_path / "wrong.toml").write_text(text)
     assert main(["run", "wrong.toml", "--out", "run"]) == 2
     assert [path.name for path in Path("run").glob("*.h5")] == ["model.bracket_hex8.h5"]

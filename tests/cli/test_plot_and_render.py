@@ -36,8 +36,14 @@ def test_plot(run, capsys):
         (["view", "one", "--size", "big"], "--size big: 'big'. Expected: 2 numbers"),
         (["render", "two"], "Run folder 'two': it does not exist"),
         (["render", "one", "-o", "x.bmp"], "the ending '.bmp'"),
-        (["render", "one", "--size", "0x10"], "--size 0x10: '0x10'. Expected: 2 numbers separated by 'x'. Write --size"),
-        (["render", "one", "--camera", "1,2"], "--camera 1,2: '1,2'. Expected: 3 numbers separated by ','. Write --camera"),
+        (
+            ["render", "one", "--size", "0x10"],
+            "--size 0x10: '0x10'. Expected: 2 numbers separated by 'x'. Write --size",
+        ),
+        (
+            ["render", "one", "--camera", "1,2"],
+            "--camera 1,2: '1,2'. Expected: 3 numbers separated by ','. Write --camera",
+        ),
     ],
 )
 def test_messages(run, arguments, message, capsys):
@@ -61,6 +67,7 @@ def test_render(run, capsys):
 @pytest.mark.render
 def test_animation(run):
     import imageio.v2 as imageio
+
     assert main(["render", "one", "--size", "160x90", "-o", "fall.gif"]) == 0
     frames = imageio.mimread("fall.gif")
     assert 1 < len(frames) <= 11  # equal pictures are one picture that lasts longer

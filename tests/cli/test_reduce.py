@@ -87,8 +87,12 @@ def test_shells(thickness, capsys):
     number = np.arange(x.size).reshape(x.shape)
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
     tags = np.where(points[quads].mean(axis=1)[:, 0] < 0.2, 1, 2)
-    mesh = meshio.Mesh(points, [("quad", quads)], cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
-                       field_data={"skin": np.array([1, 2]), "rib": np.array([2, 2])})  # fmt: skip
+    mesh = meshio.Mesh(
+        points,
+        [("quad", quads)],
+        cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
+        field_data={"skin": np.array([1, 2]), "rib": np.array([2, 2])},
+    )
     mesh.write("plate.msh", file_format="gmsh22", binary=False)
     options = [word for text in thickness for word in ("--thickness", text)]
     assert main(["reduce", "plate.msh", *options, "--interface", "a=0", "--interface", "b=26", "--modes", "4"]) == 0

@@ -87,9 +87,7 @@ def test_the_solution_of_a_run_has_its_model(fall):
     main(["run", "fall.toml", "--out", "one"])
     solution = open_run("one")
     assert solution.model.parameters["g"] == 9.81
-    assert solution[fmb.Velocity("v", marker="stone.center")][-1] == pytest.approx(
-        (1.0, 0, -9.81), rel=1e3 * SOLVER
-    )
+    assert solution[fmb.Velocity("v", marker="stone.center")][-1] == pytest.approx((1.0, 0, -9.81), rel=1e3 * SOLVER)
     assert io.model_text(solution.model) == io.model_text(io.load_model("one/model.toml"))
 
 
@@ -124,9 +122,7 @@ stiffness = 400.0
     fall.write_text(springs)
     assert main(["check", "fall.toml"]) == 0
     assert "3.183 Hz" in capsys.readouterr().out
-    fall.write_text(
-        springs + '[[joint]]\nkind = "Spherical"\nname = "s"\nmarkers = ["ground.origin", "m.center"]\n'
-    )
+    fall.write_text(springs + '[[joint]]\nkind = "Spherical"\nname = "s"\nmarkers = ["ground.origin", "m.center"]\n')
     assert main(["check", "fall.toml"]) == 0
     assert "frequencies" not in capsys.readouterr().out
 
@@ -135,9 +131,7 @@ def test_export(fall, tmp_path, capsys):
     main(["run", "fall.toml", "--out", "one"])
     capsys.readouterr()
     assert main(["export", "one", "--csv", "--to", "files"]) == 0
-    assert (tmp_path / "files" / "sensors.csv").read_bytes() == (
-        tmp_path / "one" / "sensors.csv"
-    ).read_bytes()
+    assert (tmp_path / "files" / "sensors.csv").read_bytes() == (tmp_path / "one" / "sensors.csv").read_bytes()
     assert main(["export", "one"]) == 0
     assert (tmp_path / "one" / "one.pvd").is_file()
     assert main(["export", "one", "--vtkhdf", "--to", "files"]) == 0

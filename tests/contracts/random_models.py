@@ -52,8 +52,11 @@ FORCE_FIELDS = {
     },
     "TorsionSpring": {"stiffness": 30.0, "damping": 2.0, "free_angle": 0.4},
     "Motor": {"target": fmb.expression("sin(3*t)"), "stiffness": 40.0, "damping": 3.0, "freedom": "slide"},
-    "Actuator": {"effort": fmb.table([-9, 0, 4, 9], [-3, 1, 7, 2], of="j") * fmb.expression("2 + sin(3*t)"),
-                 "freedom": "slide", "limits": (-40.0, 90.0)},
+    "Actuator": {
+        "effort": fmb.table([-9, 0, 4, 9], [-3, 1, 7, 2], of="j") * fmb.expression("2 + sin(3*t)"),
+        "freedom": "slide",
+        "limits": (-40.0, 90.0),
+    },
     "JointFriction": {
         "moving": 0.2,
         "standing": 0.3,
@@ -73,7 +76,14 @@ FORCE_FIELDS = {
     },
     "UserForce": {"function": lambda t, d, v, R, w: (-30.0 * d - 2.0 * v, -4.0 * (R[:, 0] - R[0]) - 0.3 * w)},
     # the contact laws at overlaps where they are smooth
-    "BiStop": {"length": 0.01, "travel": (-0.01, 0.0), "stiffness": 300.0, "exponent": 1.5, "damping": 3.0, "depth": 9.0},
+    "BiStop": {
+        "length": 0.01,
+        "travel": (-0.01, 0.0),
+        "stiffness": 300.0,
+        "exponent": 1.5,
+        "damping": 3.0,
+        "depth": 9.0,
+    },
     "OneSidedSpring": {"length": 9.0, "backlash": 0.1, "stiffness": 30.0, "damping": 3.0, "depth": 20.0},
     "Bushing": {
         "stiffness": np.diag((300.0, 200.0, 100.0, 30.0, 20.0, 10.0)) + 5.0,

@@ -47,7 +47,9 @@ def test_gradient_is_the_derivative(kind, pair, rng):
 
 @pytest.mark.parametrize(("kind", "pair"), CASES)
 def test_rates_are_those_along_a_motion(kind, pair, rng):
-    """g' = G u + dg/dt and g'' = G a + drift along q [+] (u x + a x^2 / 2); at velocity level the value and its rate."""
+    """g' = G u + dg/dt and g'' = G a + drift along q [+] (u x + a x^2 / 2);
+    at velocity level the value and its rate.
+    """
     system, state = random_state(connected(kind, pair, rng), rng)
     work = system.workspace()
 
@@ -97,9 +99,7 @@ def test_action_is_reaction(kind, pair, rng):
     np.testing.assert_allclose((moment + np.cross(work.markers["r"], force)).sum(axis=0), 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "kind", [name for name, joint in joints.KINDS.items() if joint.permits or name == "Fixed"]
-)
+@pytest.mark.parametrize("kind", [name for name, joint in joints.KINDS.items() if joint.permits or name == "Fixed"])
 def test_what_is_forbidden_and_what_is_permitted_complement_each_other(kind, rng):
     """Relative twists of the assembled joint: G times the permitted ones is zero, and the ranks add up to six."""
     system, state = assemble(connected(kind, "rigid-rigid", rng))

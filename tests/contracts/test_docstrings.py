@@ -37,7 +37,11 @@ def entries(kind) -> dict[str, str]:
 def test_every_field_is_described(name):
     kind = CLASSES[name]
     own = {f.name for f in fields(kind) if f.init}
-    if getattr(kind, "prescribes", False) or getattr(kind, "couples", False) or kind.__name__ in ("FloatingBody", "PointMass"):
+    if (
+        getattr(kind, "prescribes", False)
+        or getattr(kind, "couples", False)
+        or kind.__name__ in ("FloatingBody", "PointMass")
+    ):
         own.discard("markers")
     missing = own - set(entries(kind)) - {"name"}
     assert not missing, f"{kind.__name__} does not describe {sorted(missing)}"

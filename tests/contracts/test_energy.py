@@ -19,9 +19,7 @@ def energy_along(system, state, work):
     """Return the energies (6,) as a function of x along the motion q [+] (u x + a x^2 / 2), u + a x."""
 
     def at(x):
-        later = moved(
-            system, state, state.u * x + 0.5 * state.a * x * x, 1.0, t=state.t + x, u=state.u + x * state.a
-        )
+        later = moved(system, state, state.u * x + 0.5 * state.a * x * x, 1.0, t=state.t + x, u=state.u + x * state.a)
         energies(system.program, later, work)
         return work.energy.copy()
 
@@ -57,9 +55,7 @@ def test_power_of_a_force(kind, pair, rng):
     bare = random_state(still, rng)[0]
     alone = bare.state(state.t, state.q[: bare.nq], state.u, state.a)
     potential = derivative(energy_along(system, state, work), FINE)[2]
-    potential -= derivative(
-        energy_along(bare, alone, bare.workspace()), FINE
-    )[2]
+    potential -= derivative(energy_along(bare, alone, bare.workspace()), FINE)[2]
     evaluate(system.program, state, work)
     m = work.markers
     power = np.sum(m["wrench"][:, :3] * m["v"]) + np.sum(m["wrench"][:, 3:] * m["w"])

@@ -39,6 +39,8 @@ def test_action_is_reaction(kind, pair, rng):
 @pytest.mark.parametrize("kind", [name for name in FORCES if name not in EXTERNAL])
 def test_the_sampled_states_feel_something(kind, rng):
     """So that the test above cannot hold for nothing: in one of the pairs at least the force is not zero."""
-    largest = max(np.abs(wrenches(kind, pair, rng)[0]).max() + np.abs(wrenches(kind, pair, rng)[1]).max() for pair in PAIRS)
+    largest = max(
+        np.abs(wrenches(kind, pair, rng)[0]).max() + np.abs(wrenches(kind, pair, rng)[1]).max() for pair in PAIRS
+    )
     if kind != "JointFriction":  # lives on the reactions, which are zero here
         assert largest > 1e-3

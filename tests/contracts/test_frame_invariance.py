@@ -47,9 +47,7 @@ def test_motion_turns_along(integrator):
         bodies=[
             fmb.Ground(markers={"O": (0, 0, 0), "S": (1, 1, 0)}),
             fmb.RigidBody.rod("one", length=0.6, mass=1.0, radius=0.05, angular_velocity=(1, 2, 3)),
-            fmb.RigidBody.rod(
-                "two", length=0.4, mass=2.0, radius=0.05, at=(0.6, 0, 0), rotation=(0, -1.0, 0)
-            ),
+            fmb.RigidBody.rod("two", length=0.4, mass=2.0, radius=0.05, at=(0.6, 0, 0), rotation=(0, -1.0, 0)),
         ],
         joints=[
             fmb.Spherical("ball", markers=("ground.O", "one.start")),

@@ -99,8 +99,14 @@ MORE = {
     "SectionForces": {"body": "rope"},
     "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},
     "SectionStrains": {"body": "rope"},
-    "LineContact": {"stretch": "rope.wind", "marker": "ground.origin", "radius": 0.1, "offset": 0.005, "stiffness": 1e6,
-                    "friction": 0.3},
+    "LineContact": {
+        "stretch": "rope.wind",
+        "marker": "ground.origin",
+        "radius": 0.1,
+        "offset": 0.005,
+        "stiffness": 1e6,
+        "friction": 0.3,
+    },
     "LineLoad": {"stretch": "rope.wind", "force": (0, 0, fmb.ramp(rate=2.0)), "section_axes": True},
     "Pressure": {"amount": fmb.ramp(rate=1e3)},
     "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
@@ -118,9 +124,7 @@ MORE = {
 @pytest.fixture(scope="module")
 def data():
     fe = fem.solid(fem.read_mesh(MESH), fmb.MATERIALS["steel"])
-    return reduction.reduce(
-        fe, interfaces={"a": "foot", "b": "load"}, modes=2, loads={"push": "load"}, compare=0
-    )
+    return reduction.reduce(fe, interfaces={"a": "foot", "b": "load"}, modes=2, loads={"push": "load"}, compare=0)
 
 
 @pytest.fixture(scope="module")
@@ -175,28 +179,20 @@ def test_round_trip(table, name, stage, data):
         model = stage.with_parts(**{kind_lists.FAMILIES[table]: [part]})
     text = io.model_text(model)
     bodies = {b.name: b.data for b in model.bodies if hasattr(b, "data")}
-    twin = next(
-        p
-        for p in getattr(io.read_model_text(text, bodies), kind_lists.FAMILIES[table])
-        if p.name == part.name
-    )
+    twin = next(p for p in getattr(io.read_model_text(text, bodies), kind_lists.FAMILIES[table]) if p.name == part.name)
     assert type(twin) is kind
     for field, value in part.fields().items():
         assert same(twin.fields()[field], value), f"{field}: {value} became {twin.fields()[field]}"
 
 
 def test_bodies_of_one_file_share_their_data(tmp_path, data):
-    pair = fmb.Model(
-        bodies=[fmb.FloatingBody("left", data=data), fmb.FloatingBody("right", data=data, at=(1, 0, 0))]
-    )
+    pair = fmb.Model(bodies=[fmb.FloatingBody("left", data=data), fmb.FloatingBody("right", data=data, at=(1, 0, 0))])
     io.save_model(pair, tmp_path / "pair.toml")
     assert [p.name for p in tmp_path.glob("*.h5")] == ["pair.bracket_hex8.h5"]
     left, right = io.load_model(tmp_path / "pair.toml").bodies
     assert left.data is right.data
     assert same(left.data, data)
-    selected = fmb.Model(
-        bodies=[fmb.FloatingBody("left", data=data), fmb.FloatingBody("right", data=data.selected(2))]
-    )
+    selected = fmb.Model(bodies=[fmb.FloatingBody("left", data=data), fmb.FloatingBody("right", data=data.selected(2))])
     io.save_model(selected, tmp_path / "two.toml")
     assert sorted(p.name for p in tmp_path.glob("two.*.h5")) == [
         "two.bracket_hex8.h5",

@@ -96,6 +96,4 @@ def test_derivatives_are_exact():
     s, c = np.sin(t), np.cos(t)
     f = np.exp(s**3)
     exact = np.column_stack([f, 3 * s**2 * c * f, (9 * s**4 * c**2 + 6 * s * c**2 - 3 * s**3) * f])
-    assert expression("exp(sin(t)**3)").sample(t) == pytest.approx(
-        exact, rel=100 * MACHINE, abs=100 * MACHINE
-    )
+    assert expression("exp(sin(t)**3)").sample(t) == pytest.approx(exact, rel=100 * MACHINE, abs=100 * MACHINE)

@@ -45,9 +45,7 @@ def assert_tangent(system, state, tolerance=SOLVER, admissible=None, blocks=("M"
         matrix = getattr(tangent, name).toarray() * (-1.0 if name == "L" else 1.0)
         directions = np.eye(system.ng) if name == "L" else np.diag(units(system))
         found = matrix @ directions
-        columns = [
-            derivative(lambda x, d=d, c=change: residual(system, c(x, d), work), H) for d in directions
-        ]
+        columns = [derivative(lambda x, d=d, c=change: residual(system, c(x, d), work), H) for d in directions]
         expected = np.array(columns).reshape(len(directions), system.nu).T
         if name == "K" and admissible is not None:
             found, expected = (

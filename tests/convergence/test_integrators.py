@@ -1,10 +1,10 @@
 """DAE2: orders of convergence of the integrators on a pendulum from 60 degrees; closed form.
 
-Reached with generalized-alpha, rho 0.8, from h = 1/100 to 1/1600: positions, velocities and rod force 2.00. At 1/800 the
-rod force errs by 5.3e-5 N of 5.5 N, which is what the error of the velocity, 2.8e-5 m/s of 1.9 m/s, makes of it.
+Reached with generalized-alpha, rho 0.8, from h = 1/100 to 1/1600: positions, velocities and rod force 2.00. At 1/800
+the rod force errs by 5.3e-5 N of 5.5 N, which is what the error of the velocity, 2.8e-5 m/s of 1.9 m/s, makes of it.
 IDA at rtol 1e-6 to 1e-10: 3e-4 to 1e-8 m.
-Explicit methods: RK45 4.8 to 5.3, Radau 4.2 to 5.5 for h = 1/5 to 1/160; DOP853 7.5 to 10 for h = 1/4 to 1/32 (7.0 for the
-velocity from 1/6 to 1/12, where its error is small by chance at the coarser step).
+Explicit methods: RK45 4.8 to 5.3, Radau 4.2 to 5.5 for h = 1/5 to 1/160; DOP853 7.5 to 10 for h = 1/4 to 1/32 (7.0 for
+the velocity from 1/6 to 1/12, where its error is small by chance at the coarser step).
 """
 
 import numpy as np
@@ -20,9 +20,12 @@ def pendulum():
         gravity=(0, -9.81, 0),
         bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(-np.sin(start), -np.cos(start), 0))],
         joints=[fmb.Rod("rod", markers=("ground.origin", "mass.center"), length=1.0)],
-        sensors=[fmb.Position("p", marker="mass.center"), fmb.Velocity("v", marker="mass.center"),
-                 fmb.Reaction("force", joint="rod")],
-    )  # fmt: skip
+        sensors=[
+            fmb.Position("p", marker="mass.center"),
+            fmb.Velocity("v", marker="mass.center"),
+            fmb.Reaction("force", joint="rod"),
+        ],
+    )
 
 
 def errors(model, case, integrator):
@@ -40,7 +43,9 @@ def errors(model, case, integrator):
 @pytest.mark.parametrize("rho", [0.5, 0.7, 0.8])
 def test_generalized_alpha_is_of_order_two(pendulum, reference, rho):
     """The factor from h = 1/800 to 1/1600, where the multipliers have reached the asymptotic range for all rho."""
-    coarse, fine = (errors(pendulum, reference("DAE2"), fmb.GeneralizedAlpha(step=1 / n, rho_inf=rho)) for n in (800, 1600))
+    coarse, fine = (
+        errors(pendulum, reference("DAE2"), fmb.GeneralizedAlpha(step=1 / n, rho_inf=rho)) for n in (800, 1600)
+    )
     np.testing.assert_allclose(np.log2(coarse / fine), 2.0, atol=0.15)
 
 
@@ -83,14 +88,18 @@ def test_errors_at_the_default(pendulum, reference):
 
 def test_reactions_of_a_driven_crank_do_not_depend_on_the_step_size():
     """Crank with the angle 0.8 sin 5t: the torque J phi'' + m g r cos phi follows from the angle alone."""
-    crank = fmb.RigidBody("crank", mass=2.0, inertia=(0.01, 0.03, 0.03), center_of_mass=(0.4, 0, 0),
-                          markers={"pin": (0, 0, 0)})
+    crank = fmb.RigidBody(
+        "crank", mass=2.0, inertia=(0.01, 0.03, 0.03), center_of_mass=(0.4, 0, 0), markers={"pin": (0, 0, 0)}
+    )
     model = fmb.Model(
-        gravity=(0, -9.81, 0), bodies=[fmb.Ground(), crank],
-        joints=[fmb.Revolute("pin", markers=("ground.origin", "crank.pin")),
-                fmb.Drive("motor", joint="pin", angle=fmb.expression("0.8*sin(5*t)"))],
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), crank],
+        joints=[
+            fmb.Revolute("pin", markers=("ground.origin", "crank.pin")),
+            fmb.Drive("motor", joint="pin", angle=fmb.expression("0.8*sin(5*t)")),
+        ],
         sensors=[fmb.Reaction("torque", joint="motor")],
-    )  # fmt: skip
+    )
     t = np.linspace(0.0, 1.0, 26)
     out = fmb.simulate(model, 1.0, samples=t, integrator=fmb.GeneralizedAlpha(step=0.02))
     angle, rate2 = 0.8 * np.sin(5 * t), -20.0 * np.sin(5 * t)
@@ -114,7 +123,9 @@ def test_orders_of_explicit(pendulum, reference, method, order, steps):
     Steps end at the sample in the middle of the second: their number is even.
     """
     settings = {"method": method, "rtol": 1e3, "atol": 1e3}
-    coarse, fine = (errors(pendulum, reference("DAE2"), fmb.Explicit(**settings, largest=1 / n)) for n in (steps, 2 * steps))
+    coarse, fine = (
+        errors(pendulum, reference("DAE2"), fmb.Explicit(**settings, largest=1 / n)) for n in (steps, 2 * steps)
+    )
     assert np.all(np.log2(coarse / fine) > order - 0.5)
 
 

@@ -1,4 +1,5 @@
-"""Bodies that spin while they travel, against closed forms: parabolic flight, a ball that rolls (also on a turning table).
+"""Bodies that spin while they travel, against closed forms: parabolic flight, a ball that rolls (also on a turning
+table).
 
 Their translation is integrated in W, whatever the spin; what joints hold to the ground keeps its own axes.
 """
@@ -14,9 +15,18 @@ TIME = 2.0
 def flight(integrator, spin, centre=(0.0, 0.0, 0.0)):
     """Return the distance from the parabola (20 m long) at the end, m, and the solution."""
     start = np.array([10.0, 0.0, 10.0])
-    ball = fmb.RigidBody("ball", mass=1.0, inertia=(0.01, 0.02, 0.025), at=-np.array(centre), center_of_mass=centre,
-                         velocity=start - np.cross(spin, centre), angular_velocity=spin)
-    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), ball], sensors=[fmb.Position("r", marker="ball.center")])
+    ball = fmb.RigidBody(
+        "ball",
+        mass=1.0,
+        inertia=(0.01, 0.02, 0.025),
+        at=-np.array(centre),
+        center_of_mass=centre,
+        velocity=start - np.cross(spin, centre),
+        angular_velocity=spin,
+    )
+    model = fmb.Model(
+        gravity=(0, 0, -9.81), bodies=[fmb.Ground(), ball], sensors=[fmb.Position("r", marker="ball.center")]
+    )
     solution = fmb.simulate(model, TIME, samples=3, integrator=integrator)
     place = start * TIME - np.array([0.0, 0.0, 0.5 * 9.81 * TIME**2])
     return float(np.linalg.norm(solution["r"][-1] - place)), solution
@@ -47,27 +57,50 @@ def test_other_methods_keep_to_the_parabola(integrator, bound):
 
 def test_a_ball_rolls_straight_with_steps_of_a_radian():
     radius, spin = 0.1, 20.0
-    ball = fmb.RigidBody("ball", mass=1.0, inertia=(0.004,) * 3, at=(0, 0, radius), velocity=(spin * radius, 0, 0),
-                         angular_velocity=(0, spin, 1.0))
+    ball = fmb.RigidBody(
+        "ball",
+        mass=1.0,
+        inertia=(0.004,) * 3,
+        at=(0, 0, radius),
+        velocity=(spin * radius, 0, 0),
+        angular_velocity=(0, spin, 1.0),
+    )
     rolling = fmb.Rolling("rolling", markers=("ground.origin", "ball.center"), radius=radius, disc=False)
-    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), ball], joints=[rolling],
-                      sensors=[fmb.Position("r", marker="ball.center"), fmb.Reaction("force", joint="rolling")])
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), ball],
+        joints=[rolling],
+        sensors=[fmb.Position("r", marker="ball.center"), fmb.Reaction("force", joint="rolling")],
+    )
     solution = fmb.simulate(model, 5.0, samples=6, integrator=fmb.GeneralizedAlpha(step=1.0 / spin))
     np.testing.assert_allclose(solution["r"][:, 0], spin * radius * solution.t, atol=1e-10)
     np.testing.assert_allclose(solution["force"][:, 2], 9.81, atol=1e-8)
 
 
 def table(turn, integrator):
-    """Return the path of a ball on a table that turns, started where its centre goes round in a circle at 2/7 of the turn."""
+    """Return the path of a ball on a table that turns, started where its centre goes round in a circle at
+    2/7 of the turn.
+    """
     radius, distance = 0.1, 0.5
     disc = fmb.RigidBody("disc", mass=1e4, inertia=(5e5, 5e5, 1e6), angular_velocity=(0, 0, turn))
-    ball = fmb.RigidBody("ball", mass=2.0, inertia=(0.4 * 2.0 * radius**2,) * 3, at=(distance, 0, radius),
-                         velocity=(0, 2.0 / 7.0 * turn * distance, 0),
-                         angular_velocity=(5.0 / 7.0 * turn * distance / radius, 0, 0))
-    joints = [fmb.Revolute("axle", markers=("ground.origin", "disc.center")),
-              fmb.Rolling("rolling", markers=("disc.center", "ball.center"), radius=radius, disc=False)]
-    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), disc, ball], joints=joints,
-                      sensors=[fmb.Position("r", marker="ball.center"), fmb.Reaction("force", joint="rolling")])
+    ball = fmb.RigidBody(
+        "ball",
+        mass=2.0,
+        inertia=(0.4 * 2.0 * radius**2,) * 3,
+        at=(distance, 0, radius),
+        velocity=(0, 2.0 / 7.0 * turn * distance, 0),
+        angular_velocity=(5.0 / 7.0 * turn * distance / radius, 0, 0),
+    )
+    joints = [
+        fmb.Revolute("axle", markers=("ground.origin", "disc.center")),
+        fmb.Rolling("rolling", markers=("disc.center", "ball.center"), radius=radius, disc=False),
+    ]
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), disc, ball],
+        joints=joints,
+        sensors=[fmb.Position("r", marker="ball.center"), fmb.Reaction("force", joint="rolling")],
+    )
     return fmb.simulate(model, 3.0, samples=4, integrator=integrator)
 
 
@@ -86,19 +119,41 @@ def test_ball_on_a_turning_table_circles_at_two_sevenths_of_its_speed():
 def test_multipliers_and_velocities_of_free_bodies_on_a_hinge_are_of_second_order():
     """The two bodies of test_drift, against the explicit method at 1e-11."""
     hinge = (0.3, 0.2, 0.1)
-    a = fmb.RigidBody("a", mass=2.0, inertia=(0.02, 0.05, 0.06), angular_velocity=(3.0, 1.0, -2.0),
-                      markers={"j": fmb.Pose((0.3, 0, 0), hinge)})
-    b = fmb.RigidBody("b", mass=1.0, inertia=(0.01, 0.03, 0.025), at=(0.5, 0.1, 0), velocity=(0.2, 0.5, -0.3),
-                      angular_velocity=(-1.0, 2.0, 4.0), markers={"j": fmb.Pose((-0.2, -0.1, 0), hinge)})
-    model = fmb.Model(bodies=[fmb.Ground(), a, b], joints=[fmb.Revolute("j", markers=("a.j", "b.j"))],
-                      sensors=[fmb.Position("r", marker="b.center"), fmb.Velocity("v", marker="b.center"),
-                               fmb.Reaction("force", joint="j")])
+    a = fmb.RigidBody(
+        "a",
+        mass=2.0,
+        inertia=(0.02, 0.05, 0.06),
+        angular_velocity=(3.0, 1.0, -2.0),
+        markers={"j": fmb.Pose((0.3, 0, 0), hinge)},
+    )
+    b = fmb.RigidBody(
+        "b",
+        mass=1.0,
+        inertia=(0.01, 0.03, 0.025),
+        at=(0.5, 0.1, 0),
+        velocity=(0.2, 0.5, -0.3),
+        angular_velocity=(-1.0, 2.0, 4.0),
+        markers={"j": fmb.Pose((-0.2, -0.1, 0), hinge)},
+    )
+    model = fmb.Model(
+        bodies=[fmb.Ground(), a, b],
+        joints=[fmb.Revolute("j", markers=("a.j", "b.j"))],
+        sensors=[
+            fmb.Position("r", marker="b.center"),
+            fmb.Velocity("v", marker="b.center"),
+            fmb.Reaction("force", joint="j"),
+        ],
+    )
 
     def end(integrator):
         solution = fmb.simulate(model, 1.0, samples=2, integrator=integrator)
         return [solution[name][-1] for name in ("r", "v", "force")]
 
     exact = end(fmb.Explicit(rtol=1e-11, atol=1e-12))
-    errors = np.array([[np.linalg.norm(x - y) for x, y in zip(end(fmb.GeneralizedAlpha(step=h)), exact, strict=True)]
-                       for h in (2e-3, 1e-3)])
+    errors = np.array(
+        [
+            [np.linalg.norm(x - y) for x, y in zip(end(fmb.GeneralizedAlpha(step=h)), exact, strict=True)]
+            for h in (2e-3, 1e-3)
+        ]
+    )
     np.testing.assert_allclose(np.log2(errors[0] / errors[1]), 2.0, atol=0.15)

@@ -14,9 +14,9 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "belt_drive.py"
 def steady_belt(*, axial, line_mass, strain, radius, half, distance, stiffness, friction, transition, speed, torque):
     """Return speed of the driven pulley, tension of tight and slack side: eq. (belt-creep) over both pulleys.
 
-    Leamy & Wasfy, Journal of Applied Mechanics 69 (2002) 763-771, with friction mu v / sqrt(v^2 + v0^2) and a surface that
-    gives way by N / (r k). Unknown are the speed of the unstretched belt, that of the driven pulley and both tensions;
-    known that the belt is closed, how long it is, and the torque.
+    Leamy & Wasfy, Journal of Applied Mechanics 69 (2002) 763-771, with friction mu v / sqrt(v^2 + v0^2) and a surface
+    that gives way by N / (r k). Unknown are the speed of the unstretched belt, that of the driven pulley and both
+    tensions; known that the belt is closed, how long it is, and the torque.
     """
     outside = radius + half
     drawn = 2.0 * distance + 2.0 * np.pi * outside
@@ -42,8 +42,12 @@ def steady_belt(*, axial, line_mass, strain, radius, half, distance, stiffness, 
         v, w, tight, slack = x * unit
         on_driver, on_driven = around(tight, speed, v), around(slack, w, v)
         free = distance / stretch(tight) + distance / stretch(slack)
-        return [(on_driver[0] - slack) / torque, (on_driven[0] - tight) / torque, on_driven[2] / torque - 1.0,
-                100.0 * ((on_driver[1] + on_driven[1] + free) / drawn - 1.0)]
+        return [
+            (on_driver[0] - slack) / torque,
+            (on_driven[0] - tight) / torque,
+            on_driven[2] / torque - 1.0,
+            100.0 * ((on_driver[1] + on_driven[1] + free) / drawn - 1.0),
+        ]
 
     found = root(misfit, [1.0, 0.99, 1.2, 0.8], tol=1e-12)
     assert np.abs(found.fun).max() < 1e-9
@@ -51,12 +55,24 @@ def steady_belt(*, axial, line_mass, strain, radius, half, distance, stiffness, 
 
 
 def assert_steady_belt(elements, tolerance, t_end):
-    """Compare a run with the steady belt; the tolerance is relative to the creep. Return lost power over torque times creep."""
+    """Compare a run with the steady belt; the tolerance is relative to the creep.
+    Return lost power over torque times creep.
+    """
     belt = runpy.run_path(str(EXAMPLE))
     solution = belt["run"](elements, t_end)
-    names = {"axial": "EA", "line_mass": "LINE_MASS", "strain": "STRAIN", "radius": "RADIUS", "half": "HALF",
-             "distance": "DISTANCE", "stiffness": "STIFFNESS", "friction": "FRICTION", "transition": "TRANSITION",
-             "speed": "SPEED", "torque": "TORQUE"}
+    names = {
+        "axial": "EA",
+        "line_mass": "LINE_MASS",
+        "strain": "STRAIN",
+        "radius": "RADIUS",
+        "half": "HALF",
+        "distance": "DISTANCE",
+        "stiffness": "STIFFNESS",
+        "friction": "FRICTION",
+        "transition": "TRANSITION",
+        "speed": "SPEED",
+        "torque": "TORQUE",
+    }
     w, *expected = steady_belt(**{name: belt[constant] for name, constant in names.items()})
     turned = {name: solution[name][-1] - solution[name][-11] for name in ("driver", "driven")}
     creep = 1.0 - turned["driven"] / turned["driver"]

@@ -77,8 +77,12 @@ def test_six_rigid_modes_are_gone(fe, data):
 def test_frequencies_of_the_full_model(fe, data):
     """First six elastic frequencies of the free mesh, 29640 freedoms: within 1 %."""
     shift = -((2 * np.pi * 100.0) ** 2)
-    lu = splu((fe.K - shift * fe.M).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-              options={"SymmetricMode": True})  # fmt: skip
+    lu = splu(
+        (fe.K - shift * fe.M).tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
     inverse = LinearOperator(fe.K.shape, lu.solve)
     w2 = np.sort(eigsh(fe.K, 12, fe.M, sigma=shift, OPinv=inverse, return_eigenvectors=False))
     full = np.sqrt(w2[6:]) / (2 * np.pi)
@@ -101,13 +105,15 @@ def test_static_tip_deflection_is_exact(fe, data):
     load = np.concatenate([-force, -np.cross(arm, force), force, np.zeros(3)])
     free = np.setdiff1d(np.arange(fe.ndof), _supports(fe))
     U = np.zeros(fe.ndof)
-    lu = splu(fe.K[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-              options={"SymmetricMode": True})  # fmt: skip
+    lu = splu(
+        fe.K[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
     right = (C @ load)[free]
     for _ in range(3):  # refined: the mesh's K has a condition of 1e10
         U[free] += lu.solve(right - (fe.K @ U)[free])
-    G = np.vstack([data.marker_translations[0], data.marker_rotations[0], data.marker_translations[1],
-                   data.marker_rotations[1]])  # fmt: skip
+    G = np.vstack(
+        [data.marker_translations[0], data.marker_rotations[0], data.marker_translations[1], data.marker_rotations[1]]
+    )
     reduced = G @ np.linalg.solve(data.stiffness, G.T @ load)
     full, found = (_tip_against_root(q, arm) for q in (C.T @ U, reduced))
     assert full[2] == pytest.approx(_timoshenko(40e3), rel=0.1)  # the hub is stiffer, the bores give way

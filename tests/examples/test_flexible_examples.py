@@ -9,10 +9,13 @@ import pytest
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.mark.parametrize(("name", "expected", "tolerance"), [
-    ("four_bar_flexible", 1.0, 0.02),  # greatest pin force relative to a rigid coupler
-    ("rotating_blade", 13.471129933444166, 5e-4),  # case GS05 at eta = 12
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "expected", "tolerance"),
+    [
+        ("four_bar_flexible", 1.0, 0.02),  # greatest pin force relative to a rigid coupler
+        ("rotating_blade", 13.471129933444166, 5e-4),  # case GS05 at eta = 12
+    ],
+)
 def test_number(name, expected, tolerance):
     assert runpy.run_path(str(EXAMPLES / f"{name}.py"))["main"]() == pytest.approx(expected, rel=tolerance)
 
@@ -25,13 +28,20 @@ def shallow_arch(length, rise, width, thickness, young):
     H = EI * k[1] ** 2
     D = EI * k**4 - (1.0 - 1e-9) * H * k**2
     free, per_load = EI * k**4 * h / D, 2.0 * s / (length * D)
-    roots = np.roots([-0.25 * EA * np.sum((k * per_load) ** 2), 0.5 * EA * np.sum(k**2 * free * per_load),
-                      0.25 * EA * np.sum(k**2 * (h**2 - free**2)) - H])
+    roots = np.roots(
+        [
+            -0.25 * EA * np.sum((k * per_load) ** 2),
+            0.5 * EA * np.sum(k**2 * free * per_load),
+            0.25 * EA * np.sum(k**2 * (h**2 - free**2)) - H,
+        ]
+    )
     return roots.max(), roots.min()
 
 
 def test_snapping_strip():
-    """Both limit points as in the theory of shallow arches, 2 %; a push that grows carries the strip to the other side."""
+    """Both limit points as in the theory of shallow arches, 2 %;
+    a push that grows carries the strip to the other side.
+    """
     strip = runpy.run_path(str(EXAMPLES / "snapping_strip.py"))
     path, motion = strip["path"](), strip["snap"]()
     young = motion.model.body("strip").material.young

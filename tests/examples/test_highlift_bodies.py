@@ -26,7 +26,11 @@ STRIP = np.ptp(FLAP["y_range"]) / 7
 def flap():
     """The finite elements of the inboard flap."""
     wing = DATA["trailing_edge"]
-    ribs = {"root": wing["track_1"]["y"], "tip": wing["track_2"]["y"], "rib": wing["interconnection_strut"]["y_inboard"]}
+    ribs = {
+        "root": wing["track_1"]["y"],
+        "tip": wing["track_2"]["y"],
+        "rib": wing["interconnection_strut"]["y_inboard"],
+    }
     return bodies().flap_model(FLAP, *FLAP["y_range"], ribs, FLAP["nose_points_y"], "inboard_flap")
 
 
@@ -94,7 +98,9 @@ def test_outcome_5_17():
     interfaces, and a residual vector that to the load, exactly."""
     fe, held = flap(), ("root", "tip", "rib")
     interfaces = {name: [node(fe, name)] for name in held}
-    air = {node(fe, f"nose_{k}"): (0, 0, s, 0, -0.4 * s * c, 0) for k, (s, c) in enumerate(zip(STRIP * CHORDS, CHORDS), 1)}
+    air = {
+        node(fe, f"nose_{k}"): (0, 0, s, 0, -0.4 * s * c, 0) for k, (s, c) in enumerate(zip(STRIP * CHORDS, CHORDS), 1)
+    }
     shape = {"air": reduction.NodalForces(air)}
     exact = full_deflection(fe, held, nodal(fe, air))
     errors = []
@@ -130,7 +136,9 @@ def test_outcome_5_18():
 
 
 def test_outcome_5_20():
-    """A load through the shear centre does not twist the flap; at the area centre it does, by its moment over G J / L."""
+    """A load through the shear centre does not twist the flap;
+    at the area centre it does, by its moment over G J / L.
+    """
     fe = flap()
     root, end = int(np.argmin(fe.nodes[:, 1])), int(np.flatnonzero(fe.nodes[:, 1] == FLAP["y_range"][1])[0])
     axis = fe.nodes[end] - fe.nodes[root]

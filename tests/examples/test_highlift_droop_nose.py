@@ -1,7 +1,7 @@
 """Droop nose of the high-lift example: the outcomes 5.11 and 5.12 of the data set, its forces, and its seal.
 
-Reference: the check values of examples/highlift/parameters.toml, the balance of moments about the hinge line, the triangle of
-hinge arm and struts by hand, and the statements of Zierath, Woernle & Heyden (Figs. 22 and 23).
+Reference: the check values of examples/highlift/parameters.toml, the balance of moments about the hinge line, the
+triangle of hinge arm and struts by hand, and the statements of Zierath, Woernle & Heyden (Figs. 22 and 23).
 """
 
 import numpy as np
@@ -33,7 +33,9 @@ def hinge_moment(angle) -> np.ndarray:
 def drive_arm(progress, angle) -> np.ndarray:
     """Return the arm (m) of the drive strut EF about the hinge A."""
     a = np.asarray(angle)
-    E = np.stack([NOSE["E"][0] * np.cos(a) - NOSE["E"][1] * np.sin(a), NOSE["E"][0] * np.sin(a) + NOSE["E"][1] * np.cos(a)])
+    E = np.stack(
+        [NOSE["E"][0] * np.cos(a) - NOSE["E"][1] * np.sin(a), NOSE["E"][0] * np.sin(a) + NOSE["E"][1] * np.cos(a)]
+    )
     lever = np.radians(NOSE["lever_angle_retracted_deg"]) - RANGE * np.asarray(progress)
     F = np.stack([NOSE["lever_axis"][0] + NOSE["lever_length"] * np.sin(lever), NOSE["lever_length"] * np.cos(lever)])
     along = (F - E) / np.linalg.norm(F - E, axis=0)
@@ -87,7 +89,9 @@ def test_side_strut():
 
 
 def test_adjustable_struts_press_the_edge_on_the_seal():
-    """A strut CD 4 mm longer turns the nose about B by 4 mm over the distance of B from the strut, and its edge outwards."""
+    """A strut CD 4 mm longer turns the nose about B by 4 mm over the distance of B from the strut,
+    and its edge outwards.
+    """
     assert not any(np.any(slow()[f"s{k}_contact force"]) for k in range(1, 6))
     solution = slow(load_factor=0.0, adjustment=0.004)
     B, C, D = (np.array(NOSE[name]) for name in "BCD")
@@ -101,7 +105,9 @@ def test_adjustable_struts_press_the_edge_on_the_seal():
 
 
 def test_driven():
-    """A motor turns both levers, a thousand times slower than itself; it carries the sum of their torques over the ratio."""
+    """A motor turns both levers, a thousand times slower than itself;
+    it carries the sum of their torques over the ratio.
+    """
     solution = run("droop_driven")
     assert solution.status.ok
     for k in (2, 4):
@@ -142,8 +148,8 @@ def test_outcome_5_12():
 
 
 def test_the_other_drive_carries_the_sum():
-    """Where the nose stands still after the failure: all that both carried before, less what the load loses with the angle of
-    the inner half, which twists by the moment over its torsional stiffness."""
+    """Where the nose stands still after the failure: all that both carried before, less what the load loses with the
+    angle of the inner half, which twists by the moment over its torsional stiffness."""
     at = 1.3
     t, two, four, sound = failure(("failure_time", at), ("t_end", 2.5))
     stationary = assert_outcome_5_12(t, two, four, sound, at)
@@ -156,8 +162,8 @@ def test_the_other_drive_carries_the_sum():
 
 
 def test_bodies_by_hand():
-    """The mass of the data set; free bending near that of the uniform beam, 28 Hz, from which the offset of the mass departs;
-    a hinge arm like a cantilever of its section."""
+    """The mass of the data set; free bending near that of the uniform beam, 28 Hz, from which the offset of the mass
+    departs; a hinge arm like a cantilever of its section."""
     nose, arm = bodies().droop_nose(DATA), bodies().hinge_arm(DATA)
     assert nose.mass + 6 * bodies().RIB == pytest.approx(NOSE["mass"], rel=1e-9)
     uniform = 22.373 / (2 * np.pi * NOSE["span"] ** 2) * np.sqrt(NOSE["EI_flapwise"] * NOSE["span"] / NOSE["mass"])
@@ -185,7 +191,9 @@ def test_one_parameter_makes_the_nose_elastic(tmp_path):
 
 @pytest.mark.slow
 def test_elastic_nose_and_arms(tmp_path):
-    """Forces and angles of the drives as in the rigid model, which stands for the same elasticity; so the failure too."""
+    """Forces and angles of the drives as in the rigid model, which stands for the same elasticity;
+    so the failure too.
+    """
     folder = elastic_folder(tmp_path, "droop_nose", "hinge_arm")
 
     def elastic(case, **settings):

@@ -1,7 +1,8 @@
 """High-lift system with elastic flaps and tracks: what stays of the outcomes 5.1-5.10, and what the elasticity changes.
 
-Tracks 2-5 yield by several millimetres under their rails and pendulums, track 1 does not: it takes load from track 2 before the
-failure already. So the ratios to the force before are smaller than those of the rigid model (docs/howto/high-lift.md).
+Tracks 2-5 yield by several millimetres under their rails and pendulums, track 1 does not: it takes load from track 2
+before the failure already. So the ratios to the force before are smaller than those of the rigid model
+(docs/howto/high-lift.md).
 """
 
 import numpy as np
@@ -34,7 +35,9 @@ def elastic(folder):
 
 
 def test_one_parameter_makes_the_model_elastic(folder):
-    """Same stations, joints and drives; no equation is dependent, although every flap rests on more than three supports."""
+    """Same stations, joints and drives; no equation is dependent,
+    although every flap rests on more than three supports.
+    """
     rigid = fmb.load_model(folder / "operation.toml")
     model = fmb.load_model(folder / "operation.toml", {"rigid": False})
     flexible = {body.name: body.n_vector for body in model.bodies if body.has_frame and body.n_vector}

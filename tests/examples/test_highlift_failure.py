@@ -1,7 +1,7 @@
 """High-lift system, the drive strut of track 2 breaks at 0.65 s: the outcomes 5.4-5.10 of the data set.
 
-Reference: the statements of Zierath, Woernle & Heyden (Figs. 19-21) with the tolerances that the data set proposes. "Before" is
-0.645 s, "stationary" the mean over 1.6-1.8 s, when the vibration has gone down.
+Reference: the statements of Zierath, Woernle & Heyden (Figs. 19-21) with the tolerances that the data set proposes.
+"Before" is 0.645 s, "stationary" the mean over 1.6-1.8 s, when the vibration has gone down.
 """
 
 from types import SimpleNamespace
@@ -37,9 +37,7 @@ def test_forces_before(failure):
     """7.96 kN and -25.6 kN on the two-freedom model of the data set; the full model is within a tenth."""
     check = DATA["check"]["failure_two_dof"]
     assert failure.before == pytest.approx(check["pre_failure_force_1"], rel=0.1)
-    assert np.interp(0.645, failure.t, failure.two[:, 0]) == pytest.approx(
-        check["pre_failure_force_2"], rel=0.1
-    )
+    assert np.interp(0.645, failure.t, failure.two[:, 0]) == pytest.approx(check["pre_failure_force_2"], rel=0.1)
 
 
 def test_outcome_5_4(failure):
@@ -106,9 +104,7 @@ def test_a_linkage_that_cannot_close():
 def test_a_flap_beyond_the_end_of_its_trace():
     with pytest.raises(IntegrationError) as caught:
         wrong(track_1_drive_lever_range_deg=130.0)
-    assert "inboard_upper trace: OnCurve[1] has no value, the point is beyond the end of the curve" in str(
-        caught.value
-    )
+    assert "inboard_upper trace: OnCurve[1] has no value, the point is beyond the end of the curve" in str(caught.value)
     assert caught.value.solution.t[-1] > 0.7  # what was computed until then is kept
     with pytest.raises(CompileError) as caught:
         wrong(track_1_front_ball_on_flap=(0.0, -0.06))

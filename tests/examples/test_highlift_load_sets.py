@@ -26,7 +26,9 @@ def drives(*settings):
 
 
 def test_gust():
-    """A gust of 1.5 makes the torque half as large again in its middle, by sin^2 before and after, and leaves no trace."""
+    """A gust of 1.5 makes the torque half as large again in its middle, by sin^2 before and after,
+    and leaves no trace.
+    """
     gust = (("load_set", 2), ("gust_start", 9.0), ("gust_duration", 6.0))
     t, one = drives()
     _, two = drives(*gust)
@@ -39,14 +41,18 @@ def test_jam():
     _, one = drives()
     _, two = drives(("load_set", 3))
     np.testing.assert_allclose(two / one, DATA["airloads"]["limit_load_factor"], rtol=0.02)
-    by_set, by_hand = (run("operation", setting, t_end=0.3, samples=31) for setting in (("load_set", 3), ("load_factor", 2.0)))
+    by_set, by_hand = (
+        run("operation", setting, t_end=0.3, samples=31) for setting in (("load_set", 3), ("load_factor", 2.0))
+    )
     for name in ("inboard_t2_strut force", "outboard_t4_strut force"):
         np.testing.assert_array_equal(by_set[name], by_hand[name])
 
 
 @pytest.mark.parametrize("side", ["inboard", "outboard"])
 def test_load_shapes_carry_the_airload(folder, side):
-    """Resultant and moment about the span of the three load shapes, over the angle of the lever: those of the nose points."""
+    """Resultant and moment about the span of the three load shapes, over the angle of the lever:
+    those of the nose points.
+    """
     model = fmb.load_model(folder / f"{side}.toml", {"rigid": False})
     body = model.body("flap_beam")
     assert body.geometric_stiffness is True
@@ -85,6 +91,8 @@ def test_geometric_stiffness_is_one_parameter(folder):
         ]
         assert len(bodies) == 12
         assert all(bool(body.geometric_stiffness) is value for body in bodies)
-        model = fmb.load_model(folder / "droop_nose.toml", {"rigid": False, "geometric_stiffness": value, "load_set": 3})
+        model = fmb.load_model(
+            folder / "droop_nose.toml", {"rigid": False, "geometric_stiffness": value, "load_set": 3}
+        )
         angles.append(fmb.statics(model)["s2_nose angle"][-1])
     assert 0.0 < abs(angles[1] / angles[0] - 1.0) < 1e-2

@@ -24,9 +24,7 @@ def test_kinematics_of_the_data_set():
     assert solution["loop closure"].max() < 1e-9
     np.testing.assert_allclose(at_stations(solution, "inboard_t2_stroke"), CHECK["stroke_2"], atol=1e-4)
     for name in ("inboard_t1_flap angle", "inboard_t2_flap angle"):
-        np.testing.assert_allclose(
-            np.degrees(at_stations(solution, name)), CHECK["angle_inboard_deg"], atol=5e-3
-        )
+        np.testing.assert_allclose(np.degrees(at_stations(solution, name)), CHECK["angle_inboard_deg"], atol=5e-3)
     for track in (3, 4, 5):
         angle = at_stations(solution, f"outboard_t{track}_flap angle")
         np.testing.assert_allclose(np.degrees(angle), CHECK["angle_outboard_deg"], atol=5e-3)
@@ -36,9 +34,7 @@ def test_interconnection_travel_of_the_data_set():
     """Its check values leave out that the yaw of the inboard flap moves the strut in spanwise direction (5 mm, up to
     3 mm of travel): without this displacement the lengths agree."""
     solution = slow_run(*FREE)
-    inner, outer = (
-        solution[fmb.Position("p", marker=f"{side}_flap_rib.strut")] for side in ("inboard", "outboard")
-    )
+    inner, outer = (solution[fmb.Position("p", marker=f"{side}_flap_rib.strut")] for side in ("inboard", "outboard"))
     stations = np.array(CHECK["interconnection_travel_eta"])
     eta = solution["inboard_t2_lever angle"] / RANGE
     travel = np.linalg.norm(outer - inner, axis=1) - np.linalg.norm(outer - inner, axis=1)[0]
@@ -49,9 +45,7 @@ def test_interconnection_travel_of_the_data_set():
     assert np.abs(inner[:, 1] - inner[0, 1]).max() == pytest.approx(4.8e-3, abs=0.3e-3)
 
 
-@pytest.mark.parametrize(
-    ("name", "last"), [("inboard_t2_flap angle", 38.0), ("outboard_t4_flap angle", 35.0)]
-)
+@pytest.mark.parametrize(("name", "last"), [("inboard_t2_flap angle", 38.0), ("outboard_t4_flap angle", 35.0)])
 def test_outcome_5_1(name, last):
     """Both flaps pass 0 deg twice, almost translate between, and turn in the last 40 % of the lever's travel."""
     solution = slow_run()
@@ -89,19 +83,13 @@ def test_forces_of_the_data_set():
     ):
         expected = np.array(CHECK[check], float)
         found = at_stations(solution, name, 0)
-        np.testing.assert_allclose(
-            found[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max()
-        )
+        np.testing.assert_allclose(found[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max())
     pendulum = at_stations(solution, "inboard_t2_pendulum force", 0)
     np.testing.assert_allclose(pendulum[used], CHECK["pendulum_2"][used], rtol=0.02)
     for track in (1, 2):
         torque = at_stations(solution, f"drive {track} torque", 5)
-        expected = np.abs(
-            np.array(CHECK[f"actuator_torque_{track}"], float)
-        )  # both drives work against the load
-        np.testing.assert_allclose(
-            torque[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max()
-        )
+        expected = np.abs(np.array(CHECK[f"actuator_torque_{track}"], float))  # both drives work against the load
+        np.testing.assert_allclose(torque[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max())
 
 
 def test_outcome_5_3():
@@ -122,9 +110,7 @@ def test_outcome_5_3():
 def test_outcome_5_13():
     """The traces of track 1 diverge: the distance of the rear ball from the front ball's path grows to 0.65 m."""
     solution = slow_run(*FREE)
-    front, rear = (
-        solution[fmb.Position("p", marker=f"inboard_flap_root.{ball}_ball")] for ball in ("front", "rear")
-    )
+    front, rear = (solution[fmb.Position("p", marker=f"inboard_flap_root.{ball}_ball")] for ball in ("front", "rear"))
     path = np.gradient(front, axis=0)[:, [0, 2]]
     path /= np.linalg.norm(path, axis=1)[:, None]
     d = (rear - front)[:, [0, 2]]

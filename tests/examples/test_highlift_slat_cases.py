@@ -21,7 +21,9 @@ def driven(variant, t_end=2.0, samples=41):
 
 @pytest.mark.slow
 def test_rigid_shafts_move_all_pinions_alike():
-    """60 turns of the line for one of the pinions; the motor holds back what the airload drives, sum of all pinions / 60."""
+    """60 turns of the line for one of the pinions; the motor holds back what the airload drives,
+    sum of all pinions / 60.
+    """
     solution = driven(1)
     first = solution["line_s1t1_gear angle"]
     speed = np.gradient(first, solution.t)[-5]
@@ -52,19 +54,18 @@ def test_elastic_shafts_lag_by_their_wind_up():
 
 
 def displaced_ball(front, rear):
-    """Return how far the ball of a rack has moved in the landing setting, (2,) m, by the radial displacements of its pairs.
+    """Return how far the ball of a rack has moved in the landing setting, (2,) m, by the radial displacements of its
+    pairs.
 
-    The centre follows from both; the mesh turns the rack by the displacement of the centre along the teeth over R (the line of
-    centres turns by that over R - r, and the rack by (R - r)/R of it).
+    The centre follows from both; the mesh turns the rack by the displacement of the centre along the teeth over R (the
+    line of centres turns by that over R - r, and the rack by (R - r)/R of it).
     """
     rows = np.array([[np.sin(place), np.cos(place)] for _, place in PAIRS])
     centre = np.linalg.solve(rows, [front, rear])
     mesh = np.radians(7.5)
     turn = -(centre @ [np.cos(mesh), -np.sin(mesh)]) / SLATS["rack"]["pitch_radius"]
     full = np.radians(SLATS["max_angle_deg"])
-    ball = np.array(
-        [np.cos(full) * BALL[0] - np.sin(full) * BALL[1], np.sin(full) * BALL[0] + np.cos(full) * BALL[1]]
-    )
+    ball = np.array([np.cos(full) * BALL[0] - np.sin(full) * BALL[1], np.sin(full) * BALL[0] + np.cos(full) * BALL[1]])
     return centre + turn * np.array([ball[1], -ball[0]])
 
 
@@ -85,14 +86,13 @@ def test_before_the_loss_nothing_differs(lost):
     assert not np.any(lost["s1_t2_front outer edge force"][early])
     for track in ("s1_t1", "s1_t2"):
         one = np.interp(0.6, sound.t, sound[f"{track}_front outer left force"][:, 2])
-        assert np.interp(0.6, lost.t, lost[f"{track}_front outer left force"][:, 2]) == pytest.approx(
-            one, rel=0.01
-        )
+        assert np.interp(0.6, lost.t, lost[f"{track}_front outer left force"][:, 2]) == pytest.approx(one, rel=0.01)
 
 
 def test_the_edge_takes_over_the_force_of_the_roller(lost):
-    """Both act through the centre of the rack at the same angle, so equilibrium asks for the same force (the rack has moved by
-    12 mm: 3 %); the fixed track, the other slats and the other pairs carry what they did. The lost roller carries nothing."""
+    """Both act through the centre of the rack at the same angle, so equilibrium asks for the same force (the rack has
+    moved by 12 mm: 3 %); the fixed track, the other slats and the other pairs carry what they did. The lost roller
+    carries nothing."""
     expected = by_hand(1, np.radians(SLATS["max_angle_deg"]), -1)
     after = lost.t > FAILURE
     for side in SIDES:
@@ -111,7 +111,9 @@ def test_the_edge_takes_over_the_force_of_the_roller(lost):
 
 
 def test_the_slat_stands_askew(lost):
-    """By kinematics: the displacements of both racks at their pairs of rollers, from gap, backlash and overlap by hand."""
+    """By kinematics: the displacements of both racks at their pairs of rollers, from gap,
+    backlash and overlap by hand.
+    """
     expected = by_hand(1, np.radians(SLATS["max_angle_deg"]), -1)
     slack = SLATS["rollers"]["backlash_main"] / 2
     balls = []

@@ -71,15 +71,17 @@ def test_no_force_inside_the_backlash():
 
 
 def lift(*settings):
-    """Return how far the airload moves the rack of the free track away from the centre of its path, m, at the front pair."""
+    """Return how far the airload moves the rack of the free track away from the centre of its path, m,
+    at the front pair.
+    """
     rack = fmb.statics(held_slat(*settings))[fmb.Position("left", marker="t2_rack.left")]
     assert np.abs(rack[-1] - rack[0]).max() < 2e-3
     return (rack[-1] - rack[0])[2]
 
 
 def test_the_roller_law_tends_to_an_ideal_contact():
-    """5.19: the overlap of the front pair of the free track is (F/2 / c_N)^(2/3) beyond half the backlash, eq. (one-sided):
-    it falls with c_N; twice the backlash moves the zero point by half of it."""
+    """5.19: the overlap of the front pair of the free track is (F/2 / c_N)^(2/3) beyond half the backlash, eq.
+    (one-sided): it falls with c_N; twice the backlash moves the zero point by half of it."""
     force = -by_hand(1, 0.0, 0).free[0] / 2  # of each of two contacts
     gap = SLATS["rollers"]["backlash_main"] / 2
     overlaps = []
@@ -117,8 +119,8 @@ def folder(tmp_path_factory):
 
 
 def test_an_elastic_slat(folder):
-    """Its mass, and its first free frequency within 3 % (the area centre lies behind the shear centre); on two tracks, which is
-    determinate, it loads rollers and pinions as the rigid one does, but for its bending under them."""
+    """Its mass, and its first free frequency within 3 % (the area centre lies behind the shear centre); on two tracks,
+    which is determinate, it loads rollers and pinions as the rigid one does, but for its bending under them."""
     data = fmb.ModalNeutralData.load(folder / "slat_1.h5")
     assert data.mass == pytest.approx(SLATS["mass"][0], rel=1e-9)
     assert data.frequencies[0] == pytest.approx(euler_bernoulli(1), rel=0.03)
@@ -128,6 +130,4 @@ def test_an_elastic_slat(folder):
         scale = abs(front) + abs(rear)
         assert pair_force(solution, track, "front", -1) == pytest.approx(front, abs=0.01 * scale)
         assert pair_force(solution, track, "rear", -1) == pytest.approx(rear, abs=0.01 * scale)
-        assert solution[f"{track}_tooth force"][-1, 5] == pytest.approx(
-            torque, abs=0.03 * abs(expected.fixed[2])
-        )
+        assert solution[f"{track}_tooth force"][-1, 5] == pytest.approx(torque, abs=0.03 * abs(expected.fixed[2]))

@@ -17,7 +17,9 @@ LEVERS = [f"inboard_t{k}_lever angle" for k in (1, 2)] + [f"outboard_t{k}_lever 
 
 
 def loaded(variant: int, torques):
-    """Return the transmission alone, its motors holding still, in equilibrium with torques (N m) on the actuators' inputs."""
+    """Return the transmission alone, its motors holding still,
+    in equilibrium with torques (N m) on the actuators' inputs.
+    """
     model = fmb.load_model(FOLDER / "transmission.toml", {"variant": variant})
     loads = [
         fmb.Actuator(f"load {k}", joint=f"s{k}_input", effort=torque) for k, torque in enumerate(torques, 1) if torque
@@ -37,7 +39,9 @@ def test_series_rule(station):
 
 
 def test_wind_up_of_the_central_shafts():
-    """Every central shaft winds up by the torque of the stations beyond it over its stiffness; the motor carries the sum."""
+    """Every central shaft winds up by the torque of the stations beyond it over its stiffness;
+    the motor carries the sum.
+    """
     torques = np.array([10.0, 20.0, 30.0, 40.0, 50.0])
     solution = loaded(4, torques)
     for k in range(1, 6):

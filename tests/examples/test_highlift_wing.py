@@ -1,4 +1,5 @@
-"""The complete wing of the high-lift example: it assembles, nothing is dependent, and every device moves as it does alone.
+"""The complete wing of the high-lift example: it assembles, nothing is dependent, and every device moves as it does
+alone.
 
 Reference: the runs of the parts. They hang on the wing, which stands still, so none may feel the others.
 """
@@ -59,7 +60,8 @@ def test_one_parameter_makes_the_wing_elastic(tmp_path):
 def test_extension():
     """In one second: every device as alone, the slats at 27 deg.
 
-    Struts vibrate, and alone a device takes other steps: forces are compared by the root mean square of their difference.
+    Struts vibrate, and alone a device takes other steps: forces are compared by the root mean square of their
+    difference.
     """
     solution = run("wing")
     assert solution.status.ok

@@ -1,7 +1,7 @@
 """The optimum of the example against a search on the closed form of the linkage.
 
-The force along the rail is that of the data set's linkage, strut force times the cosine of its angle to the rail; any other
-linkage needs R / cos a in its strut and R ds/dphi at its drive (virtual work).
+The force along the rail is that of the data set's linkage, strut force times the cosine of its angle to the rail; any
+other linkage needs R / cos a in its strut and R ds/dphi at its drive (virtual work).
 """
 
 import runpy
@@ -24,7 +24,9 @@ def closed_form(l, h, s, rail):
     angle = np.array([phi for _, phi in linkages])
     D = A + h * ACROSS + l * (np.outer(np.sin(angle), ALONG) - np.outer(np.cos(angle), ACROSS))
     strut = E + np.outer(s, ALONG) - D
-    assert np.linalg.norm(strut, axis=1) == pytest.approx(linkages[0][0], abs=1e-6)  # the loop closes; ALONG has six digits
+    assert np.linalg.norm(strut, axis=1) == pytest.approx(
+        linkages[0][0], abs=1e-6
+    )  # the loop closes; ALONG has six digits
     cosine = strut @ ALONG / linkages[0][0]
     return np.abs(rail / cosine).max(), np.abs(rail / np.gradient(angle, s)).max()
 

@@ -21,7 +21,7 @@ def unit_cells(family):
     for order in permutations(range(3)):  # Kuhn's six tetrahedra along the diagonal
         corners = np.zeros((4, 3))
         for k, axis in enumerate(order):
-            corners[k + 1:, axis] += 1.0
+            corners[k + 1 :, axis] += 1.0
         if np.linalg.det(corners[1:] - corners[0]) < 0.0:
             corners = corners[[0, 2, 1, 3]]
         cells.append(corners)

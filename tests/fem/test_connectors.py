@@ -99,9 +99,7 @@ def test_averaging_link_spreads_a_force_statically(linked, rng):
 def test_forces_on_dependent_nodes_reach_the_freedoms(linked, rng):
     """Virtual work: f^T U = F^T u for any motion."""
     load, motion = rng.standard_normal((7, 6, 1)), rng.standard_normal((linked.ndof, 1))
-    assert np.vdot(linked.forces(load), motion) == pytest.approx(
-        np.vdot(load, linked.field(motion)), rel=1e-10
-    )
+    assert np.vdot(linked.forces(load), motion) == pytest.approx(np.vdot(load, linked.field(motion)), rel=1e-10)
 
 
 def test_pressure_on_linked_nodes_reaches_the_freedoms():
@@ -110,7 +108,9 @@ def test_pressure_on_linked_nodes_reaches_the_freedoms():
     hub = fem.with_rigid_link(fe, (0.2, 0.0, 0.1), "right", "hub")
     free, linked = (fem.traction_load(model, "top", (1.0, 2.0, 3.0)) for model in (fe, hub))
     for model, load in ((fe, free), (hub, linked)):
-        np.testing.assert_allclose(model.rigid_motions()[:, :3].T @ load, 0.4 * 0.06 * np.array([1.0, 2.0, 3.0]), rtol=1e-10)
+        np.testing.assert_allclose(
+            model.rigid_motions()[:, :3].T @ load, 0.4 * 0.06 * np.array([1.0, 2.0, 3.0]), rtol=1e-10
+        )
     np.testing.assert_allclose(hub.rigid_motions().T @ linked, fe.rigid_motions().T @ free, rtol=1e-10, atol=1e-12)
 
 
@@ -136,9 +136,7 @@ def test_geometric_stiffness_of_linked_models(linked, rng):
     stress = linked.field(rng.standard_normal((linked.ndof, 1)))
     assembled = linked.blocks[0].geometric_stiffness(stress[..., 0], linked.dofs)
     projected = linked.blocks[0].projected_geometric_stiffness(stress, linked.field(modes))
-    np.testing.assert_allclose(
-        modes.T @ assembled @ modes, projected[0], atol=1e-10 * np.abs(projected).max()
-    )
+    np.testing.assert_allclose(modes.T @ assembled @ modes, projected[0], atol=1e-10 * np.abs(projected).max())
     held = fem.with_supports(linked, "start")
     assert held.blocks[0].geometric_stiffness(stress[..., 0], held.dofs).shape == (held.ndof, held.ndof)
     assert linked.blocks[0].nodal_stress(stress).shape == stress.shape

@@ -25,9 +25,7 @@ OFFSET = Section.values(
 )
 
 
-@pytest.mark.parametrize(
-    "section", [SECTION, OFFSET, (Section.box(0.1, 0.05, 0.004), Section.box(0.05, 0.05, 0.002))]
-)
+@pytest.mark.parametrize("section", [SECTION, OFFSET, (Section.box(0.1, 0.05, 0.004), Section.box(0.05, 0.05, 0.002))])
 @pytest.mark.parametrize("shear", [True, False])
 def test_rigid_motions_are_exact_in_space(rng, section, shear):
     fe = fem.frame(np.cumsum(rng.random((6, 3)), axis=0), section=section, material=STEEL, shear=shear)
@@ -45,8 +43,7 @@ def test_mass_properties_of_a_bar():
     mass = STEEL.density * 2e-4
     found = fe.rigid_motions().T @ fe.M @ fe.rigid_motions()
     expected = np.diag(
-        [mass] * 3
-        + [mass / 12 * (0.02**2 + 0.01**2), mass / 3 + mass / 12 * 0.01**2, mass / 3 + mass / 12 * 0.02**2]
+        [mass] * 3 + [mass / 12 * (0.02**2 + 0.01**2), mass / 3 + mass / 12 * 0.01**2, mass / 3 + mass / 12 * 0.02**2]
     )
     expected[1, 5] = expected[5, 1] = mass / 2
     expected[2, 4] = expected[4, 2] = -mass / 2
@@ -105,9 +102,7 @@ def test_section_forces_of_a_cantilever():
     x = np.linspace(0, 1, 5)
     for end in (0, 1):
         at = x[end : end + 4]
-        expected = np.stack(
-            [0 * at + 5, 0 * at + 2, 0 * at + 3, 0 * at + 0.7, -3 * (1 - at), 2 * (1 - at)], axis=1
-        )
+        expected = np.stack([0 * at + 5, 0 * at + 2, 0 * at + 3, 0 * at + 0.7, -3 * (1 - at), 2 * (1 - at)], axis=1)
         np.testing.assert_allclose(forces[:, end], expected, atol=1e-9)
     stress = fe.blocks[0].fibre_stress(field, (0.01, -0.005))[0, 0, 0]
     # N / A - M_z y / I_z + M_y z / I_y
@@ -172,9 +167,7 @@ def test_messages_of_meshes():
     triangle = Mesh(points=np.eye(3), cells=(("triangle", np.array([(0, 1, 2)])),))
     with pytest.raises(MeshError, match="1 triangle"):
         fem.frame(mesh=triangle, section=SECTION, material=STEEL)
-    lines = Mesh(
-        points=np.eye(3), cells=(("line", np.array([(0, 1), (1, 2)])),), cell_sets={"a": (np.array([0]),)}
-    )
+    lines = Mesh(points=np.eye(3), cells=(("line", np.array([(0, 1), (1, 2)])),), cell_sets={"a": (np.array([0]),)})
     with pytest.raises(MeshError, match="beam 1 has no section"):
         fem.frame(mesh=lines, section={"a": SECTION}, material=STEEL)
 
@@ -185,8 +178,9 @@ def test_planar_beam_of_the_reduction_cases():
     from reduction.beams import planar_beam
 
     expected = planar_beam()
-    fe = fem.frame(straight(20, 2.0), section=Section.rectangle(0.02, 0.04), material=STEEL, shear=False,
-                   rotary_inertia=False)  # fmt: skip
+    fe = fem.frame(
+        straight(20, 2.0), section=Section.rectangle(0.02, 0.04), material=STEEL, shear=False, rotary_inertia=False
+    )
     planar = fem.with_supports(fe, directions=(0, 2, 3, 4))
     np.testing.assert_array_equal(planar.dofs, expected.dofs)
     for found, matrix in ((planar.K, expected.K), (planar.M, expected.M)):

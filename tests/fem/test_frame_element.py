@@ -73,9 +73,7 @@ def test_bending_matrices_are_those_of_scikit_fem():
         fe.K.toarray()[np.ix_(rows, rows)], ei * bending, rtol=0, atol=MACHINE * ei * bending.max()
     )
     expected = STEEL.density * area * mass
-    np.testing.assert_allclose(
-        fe.M.toarray()[np.ix_(rows, rows)], expected, rtol=0, atol=MACHINE * expected.max()
-    )
+    np.testing.assert_allclose(fe.M.toarray()[np.ix_(rows, rows)], expected, rtol=0, atol=MACHINE * expected.max())
     # the other plane: theta_y = -w'
     turn = np.diag([1.0, -1.0, 1.0, -1.0])
     rows = [2, 4, 8, 10]
@@ -90,9 +88,7 @@ def test_bending_matrices_are_those_of_scikit_fem():
     string = hermite_by_skfem(length, lambda u, v, w: dot(d(u), d(v)))
     force = STEEL.young * area * 1e-3 / length
     rows = [1, 5, 7, 11]
-    np.testing.assert_allclose(
-        geometric[np.ix_(rows, rows)], force * string, atol=MACHINE * force * string.max()
-    )
+    np.testing.assert_allclose(geometric[np.ix_(rows, rows)], force * string, atol=MACHINE * force * string.max())
 
 
 def test_rotary_inertia_is_that_of_scikit_fem():
@@ -166,9 +162,7 @@ def test_taper_deflection_against_closed_form():
     def inertia(x):
         return 0.05 * (0.05 - 0.03 * x) ** 3 / 12
 
-    expected = quad(
-        lambda x: (length - x) ** 2 / (STEEL.young * inertia(x)), 0, length, epsabs=0, epsrel=1e-12
-    )[0]
+    expected = quad(lambda x: (length - x) ** 2 / (STEEL.young * inertia(x)), 0, length, epsabs=0, epsrel=1e-12)[0]
     for count, tolerance in ((1, 1e-3), (4, 1e-6)):
         points = np.linspace((0, 0, 0), (1, 0, 0), count + 1)
         fe = fem.frame(points, section=(root, tip), material=STEEL, shear=False)

@@ -24,7 +24,8 @@ def panel(elements=16):
     skin = fem.shell(plate(elements, 2, LENGTH, WIDTH, "quad"), PLAIN, THICKNESS)
     points = straight(elements, LENGTH) + [0.0, 0.5 * WIDTH, 0.0]
     section = fem.Section.rectangle(WEB, HEIGHT).with_offsets(
-        area_center=(0.0, -BETWEEN), shear_center=(0.0, -BETWEEN), mass_center=(0.0, -BETWEEN))  # fmt: skip
+        area_center=(0.0, -BETWEEN), shear_center=(0.0, -BETWEEN), mass_center=(0.0, -BETWEEN)
+    )
     stringer = fem.frame(points, section=section, material=PLAIN, shear=False)
     fe = fem.joined(skin, stringer, name="panel")
     ends = {"left": np.flatnonzero(fe.nodes[:, 0] < 1e-9), "right": np.flatnonzero(fe.nodes[:, 0] > LENGTH - 1e-9)}
@@ -73,9 +74,17 @@ def test_stiffened_sheet_buckles_as_the_composite_column():
     bending = [abs(hub.field(shape)[hub.node_sets["hub"][0], 2, 0]) > 0.5 for shape in shapes.T]
     assert factors[bending][0] == pytest.approx(euler, rel=0.01)
 
-    data = reduction.reduce(fe, {"a": reduction.Rigid("left", at=(0.0, 0.5 * WIDTH, neutral)),
-                                 "b": reduction.Rigid("right", at=(LENGTH, 0.5 * WIDTH, neutral))},
-                            modes=12, geometric_stiffness=True, frame="a", compare=0)  # fmt: skip
+    data = reduction.reduce(
+        fe,
+        {
+            "a": reduction.Rigid("left", at=(0.0, 0.5 * WIDTH, neutral)),
+            "b": reduction.Rigid("right", at=(LENGTH, 0.5 * WIDTH, neutral)),
+        },
+        modes=12,
+        geometric_stiffness=True,
+        frame="a",
+        compare=0,
+    )
     G = -data.geometric.interface[1, 0]
     found = 1.0 / np.linalg.eigvals(-np.linalg.solve(data.stiffness, G)).real.max()
     lowest = min(factors[factors > 0.0])
@@ -88,9 +97,15 @@ def test_beam_on_a_face_of_solids_is_one_cantilever():
     x, y, z = (np.linspace(0.0, s, n + 1) for s, n in ((half, 10), (side, 1), (side, 1)))
     points = np.array([(a, b, c) for c in z for b in y for a in x]) - [0.0, side / 2, side / 2]
     number = np.arange(len(points)).reshape(2, 2, 11)
-    cells = np.array([[number[c, b, i + a] for c, b, a in
-                       ((0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0), (1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0))]
-                      for i in range(10)])  # fmt: skip
+    cells = np.array(
+        [
+            [
+                number[c, b, i + a]
+                for c, b, a in ((0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0), (1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0))
+            ]
+            for i in range(10)
+        ]
+    )
     ends = {"foot": np.flatnonzero(points[:, 0] < 1e-9), "face": np.flatnonzero(points[:, 0] > half - 1e-9)}
     block = fem.solid(Mesh(points=points, cells=(("hexahedron", cells),), node_sets=ends), PLAIN)
     bar = fem.frame([(half, 0, 0), (2 * half, 0, 0)], section=fem.Section.rectangle(side, side), material=PLAIN)
@@ -144,9 +159,13 @@ def test_joined_models_are_cut_like_others():
 def test_cells_of_some_sets():
     sheet = plate(2, 1, 2.0, 1.0, "quad")
     sets = {"left": (np.array([0]), np.zeros(0, int)), "edge": (np.zeros(0, int), np.array([0]))}
-    mesh = Mesh(points=sheet.points, cells=(("quad", sheet.cells[0][1]), ("line", np.array([[4, 5]]))),
-                cell_sets=sets, node_sets={"corner": np.array([5]), "origin": np.array([0])},
-                facet_sets={"both": sheet.cells[0][1]})  # fmt: skip
+    mesh = Mesh(
+        points=sheet.points,
+        cells=(("quad", sheet.cells[0][1]), ("line", np.array([[4, 5]]))),
+        cell_sets=sets,
+        node_sets={"corner": np.array([5]), "origin": np.array([0])},
+        facet_sets={"both": sheet.cells[0][1]},
+    )
     left = mesh.only("left")
     assert len(left.points) == 4
     assert len(left.cells_of("quad")) == 1

@@ -67,16 +67,29 @@ def test_nastran_masses_and_rigid_elements(write):
     assert mesh.node_sets["rbe3_12"].tolist() == [0, 3]
 
 
-@pytest.mark.parametrize(("card", "kind", "nodes"), [
-    ("CQUAD4,1,1,1,2,3,4,0.0,.001", "quad", [0, 1, 2, 3]),
-    ("CQUAD4  1       1       1       2       3       4       30.     0.001", "quad", [0, 1, 2, 3]),
-    ("CTRIA3* 1               1               1               2\n*       3               30.", "triangle", [0, 1, 2]),
-    ("CTRIA3,1,,1,2,3,30.", "triangle", [0, 1, 2]),
-    ("CTRIA6  1       1       1       2       3       5       6       7       30.", "triangle6", [0, 1, 2, 3, 4, 5]),
-    ("CQUAD8,1,1,1,2,3,4,5,6\n,7,8,.01,.01,.01,.01,0.", "quad8", list(range(8))),
-    ("CTUBE,1,1,1,2", "line", [0, 1]), ("CONROD,1,1,2,1,.1", "line", [0, 1]),
-    ("CBEAM,1,1,1,2,0.,0.,1.", "line", [0, 1]), ("CBEAM3,1,1,1,2,5,0.,0.,1.", "line3", [0, 1, 2]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("card", "kind", "nodes"),
+    [
+        ("CQUAD4,1,1,1,2,3,4,0.0,.001", "quad", [0, 1, 2, 3]),
+        ("CQUAD4  1       1       1       2       3       4       30.     0.001", "quad", [0, 1, 2, 3]),
+        (
+            "CTRIA3* 1               1               1               2\n*       3               30.",
+            "triangle",
+            [0, 1, 2],
+        ),
+        ("CTRIA3,1,,1,2,3,30.", "triangle", [0, 1, 2]),
+        (
+            "CTRIA6  1       1       1       2       3       5       6       7       30.",
+            "triangle6",
+            [0, 1, 2, 3, 4, 5],
+        ),
+        ("CQUAD8,1,1,1,2,3,4,5,6\n,7,8,.01,.01,.01,.01,0.", "quad8", list(range(8))),
+        ("CTUBE,1,1,1,2", "line", [0, 1]),
+        ("CONROD,1,1,2,1,.1", "line", [0, 1]),
+        ("CBEAM,1,1,1,2,0.,0.,1.", "line", [0, 1]),
+        ("CBEAM3,1,1,1,2,5,0.,0.,1.", "line3", [0, 1, 2]),
+    ],
+)
 def test_elements_with_angles_and_offsets(write, card, kind, nodes):
     """What follows the nodes of an element is not one of them, in every field format."""
     places = ["0.,0.", "1.,0.", "1.,1.", "0.,1.", ".5,0.", "1.,.5", ".5,1.", "0.,.5"]
@@ -104,7 +117,9 @@ def test_offsets_of_beams_and_plates(write):
     """W1A..W3B of CBAR and ZOFFS of CQUAD4; zeros and blanks are none."""
     bars = "CBAR,7,2,1,2,0.,0.,1.\n,,,0.,0.,0.02,0.,0.,.02\nCBAR,8,2,2,3,0.,0.,1.\n,,,0.,0.,0.,,,\n"
     plate = "CQUAD4,1,1,1,2,3,4,,.001\n"
-    text = "BEGIN BULK\n" + "".join(f"{line}\n" for line in NASTRAN.splitlines() if line.startswith("GRID")) + bars + plate
+    text = (
+        "BEGIN BULK\n" + "".join(f"{line}\n" for line in NASTRAN.splitlines() if line.startswith("GRID")) + bars + plate
+    )
     with pytest.warns(fem.MeshWarning, match="left out were 1 offsets of CBAR, 1 offsets of CQUAD4;"):
         mesh = fem.read_mesh(write("a.bdf", text))
     assert len(mesh.cells_of("line")) == 2
@@ -138,8 +153,10 @@ def test_plain_meshes_leave_nothing_out(write):
     text = "\n".join(line for line in NASTRAN.splitlines() if line.startswith(("BEGIN", "GRID", "CQUAD4", "END")))
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*left out were.*")
-        meshes = [fem.read_mesh(write("a.bdf", text + "\n")),
-                  fem.read_mesh(write("a.inp", ABAQUS.split("*ELEMENT, TYPE=MASS")[0]))]
+        meshes = [
+            fem.read_mesh(write("a.bdf", text + "\n")),
+            fem.read_mesh(write("a.inp", ABAQUS.split("*ELEMENT, TYPE=MASS")[0])),
+        ]
     assert [[(kind, len(cells)) for kind, cells in mesh.cells] for mesh in meshes] == 2 * [[("quad", 1)]]
 
 
@@ -171,17 +188,25 @@ def test_grid_points_at_two_places(write):
         fem.read_mesh(write("a.bdf", NASTRAN.replace("CQUAD4,", "GRID,2,,1.,0.,0.\nCQUAD4,")))
 
 
-@pytest.mark.parametrize(("name", "text"), [("a.bdf", NASTRAN.replace("1,1,1,2,3,4", "1,1,1,2,3,77")),
-                                            ("a.inp", ABAQUS.replace("1, 1, 2, 3, 4", "1, 1, 2, 3, 77"))])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.bdf", NASTRAN.replace("1,1,1,2,3,4", "1,1,1,2,3,77")),
+        ("a.inp", ABAQUS.replace("1, 1, 2, 3, 4", "1, 1, 2, 3, 77")),
+    ],
+)
 def test_missing_nodes_are_named(write, name, text):
     with pytest.raises(MeshError, match="names the node 77, which does not exist"):
         fem.read_mesh(write(name, text))
 
 
-@pytest.mark.parametrize("make", [
-    lambda material: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), material, 0.01),
-    lambda material: fem.frame(straight(2), section=fem.Section.tube(0.05, 0.002), material=material),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda material: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), material, 0.01),
+        lambda material: fem.frame(straight(2), section=fem.Section.tube(0.05, 0.002), material=material),
+    ],
+)
 @pytest.mark.parametrize(("young", "density", "speed"), [(210e3, 7850.0, "5.2"), (210e9, 7.85e-9, "5.2e+09")])
 def test_materials_in_other_units(make, young, density, speed):
     """MPa beside kg/m3, t/mm3 beside Pa: the speed of sound tells."""

@@ -29,9 +29,7 @@ def beam():
 def block():
     """The block of the examples from its mesh, elements without internal modes as other programs have
     them."""
-    return fem.solid(
-        fem.read_mesh(EXAMPLES / "block.inp"), STEEL, elements={"hexahedron": fem.HEX8_COMPATIBLE}
-    )
+    return fem.solid(fem.read_mesh(EXAMPLES / "block.inp"), STEEL, elements={"hexahedron": fem.HEX8_COMPATIBLE})
 
 
 def assert_close(found, expected, tolerance):
@@ -39,9 +37,7 @@ def assert_close(found, expected, tolerance):
 
 
 def test_matrix_market_and_abaqus_are_the_same_block():
-    market = fem.read_matrices(
-        EXAMPLES / "block_K.mtx", EXAMPLES / "block.inp", mass=EXAMPLES / "block_M.mtx"
-    )
+    market = fem.read_matrices(EXAMPLES / "block_K.mtx", EXAMPLES / "block.inp", mass=EXAMPLES / "block_M.mtx")
     abaqus = fem.read_matrices(EXAMPLES / "block_STIF1.mtx", EXAMPLES / "block.inp")
     expected = fem.solid(fem.read_mesh(EXAMPLES / "block.inp"), STEEL)
     for found in (market, abaqus):
@@ -127,9 +123,7 @@ def test_units_are_converted(beam):
 def test_wave_speed_is_that_of_the_material(beam):
     """sqrt(E / rho) = 5172 m/s of a bar; a solid within 25 %."""
     assert wave_speed(beam) == pytest.approx(np.sqrt(210e9 / 7850), rel=1e-6)
-    assert wave_speed(fem.solid(fem.read_mesh(EXAMPLES / "block.inp"), STEEL)) == pytest.approx(
-        5172, rel=0.25
-    )
+    assert wave_speed(fem.solid(fem.read_mesh(EXAMPLES / "block.inp"), STEEL)) == pytest.approx(5172, rel=0.25)
 
 
 def test_supported_matrices_warn(beam):

@@ -50,8 +50,10 @@ def test_three_formats_give_the_same_model(part):
             assert np.abs(force).max() < 1e-9
 
 
-@pytest.mark.parametrize(("part", "mass", "material"), [
-    ("lever_arm", 24.0, "titanium"), ("conrod", 1.310, "steel"), ("bracket_hex20", 1.006, "steel")])
+@pytest.mark.parametrize(
+    ("part", "mass", "material"),
+    [("lever_arm", 24.0, "titanium"), ("conrod", 1.310, "steel"), ("bracket_hex20", 1.006, "steel")],
+)
 def test_parts_weigh_what_the_table_says(part, mass, material):
     fe = fem.solid(fem.read_mesh(MESHES / f"{part}.msh"), MATERIALS[material])
     assert fe.M.sum() / 3.0 == pytest.approx(mass, rel=5e-4)
@@ -68,9 +70,16 @@ def test_bores_are_where_the_table_says():
     assert mesh.points[mid] == pytest.approx([0.30, 0.0, 0.0], abs=1e-12)
 
 
-@pytest.mark.parametrize(("file", "cell_type"), [
-    ("wedge15.msh", "wedge15"), ("wedge15.inp", "wedge15"), ("wedge15.bdf", "wedge15"),
-    ("hexahedron20.msh", "hexahedron20"), ("hexahedron27.msh", "hexahedron27")])
+@pytest.mark.parametrize(
+    ("file", "cell_type"),
+    [
+        ("wedge15.msh", "wedge15"),
+        ("wedge15.inp", "wedge15"),
+        ("wedge15.bdf", "wedge15"),
+        ("hexahedron20.msh", "hexahedron20"),
+        ("hexahedron27.msh", "hexahedron27"),
+    ],
+)
 def test_node_order_of_second_order_cells(file, cell_type):
     """Files written by Gmsh: each node lies where the reference cell has it, and a unit cube weighs 7850 kg."""
     mesh = fem.read_mesh(SMALL / file)
@@ -80,14 +89,19 @@ def test_node_order_of_second_order_cells(file, cell_type):
     linear = SOLID_ELEMENTS[element.family]
     weights = shape_functions(linear, element.nodes)[0]
     for row in mesh.cells_of(cell_type):
-        assert weights @ mesh.points[row[:len(element.corners)]] == pytest.approx(mesh.points[row], abs=1e-6)
+        assert weights @ mesh.points[row[: len(element.corners)]] == pytest.approx(mesh.points[row], abs=1e-6)
     assert fem.solid(mesh, STEEL).M.sum() / 3 == pytest.approx(7850.0)
 
 
 def test_gmsh_groups_of_every_dimension():
     mesh = fem.read_mesh(SMALL / "hexahedron27.msh")
     assert {name: len(nodes) for name, nodes in mesh.node_sets.items()} == {
-        "corner": 1, "edge": 3, "bottom": 9, "surface_3": 9, "block": 27}
+        "corner": 1,
+        "edge": 3,
+        "bottom": 9,
+        "surface_3": 9,
+        "block": 27,
+    }
     assert mesh.facet_sets["bottom"].shape == (1, 9)
     assert mesh.points[mesh.node_sets["corner"]] == pytest.approx(np.zeros((1, 3)))
     assert [len(rows) for rows in mesh.cell_set("edge")] == [1, 0, 0]
@@ -109,9 +123,12 @@ def test_vtu_arrays_become_sets(tmp_path):
     path = tmp_path / "block.vtu"
     at_foot = np.zeros(len(block.points), np.int32)
     at_foot[block.node_sets["z0"]] = 1
-    meshio.Mesh(block.points, [("tetra10", block.cells[0][1])],
-                point_data={"foot": at_foot, "temperature": np.linspace(0, 1, len(at_foot))},
-                cell_data={"core": [np.array([1, 0, 0, 0, 0, 1])], "layer": [np.array([3, 3, 5, 5, 5, 5])]}).write(path)
+    meshio.Mesh(
+        block.points,
+        [("tetra10", block.cells[0][1])],
+        point_data={"foot": at_foot, "temperature": np.linspace(0, 1, len(at_foot))},
+        cell_data={"core": [np.array([1, 0, 0, 0, 0, 1])], "layer": [np.array([3, 3, 5, 5, 5, 5])]},
+    ).write(path)
     mesh = fem.read_mesh(path)
     assert np.array_equal(mesh.node_sets["foot"], block.node_sets["z0"])
     assert "temperature" not in mesh.node_sets
@@ -153,8 +170,12 @@ def test_nastran_sets_names_and_formats(write):
     mesh = fem.read_mesh(write("a.bdf", NASTRAN))
     assert len(mesh.points) == 8
     assert {name: nodes.tolist() for name, nodes in mesh.node_sets.items()} == {
-        "foot of it": [0, 1, 2, 3], "set_4": [4, 5, 6], "set_5": list(range(8)), "bar": list(range(8)),
-        "brick": list(range(8))}
+        "foot of it": [0, 1, 2, 3],
+        "set_4": [4, 5, 6],
+        "set_5": list(range(8)),
+        "bar": list(range(8)),
+        "brick": list(range(8)),
+    }
     assert mesh.cell_set("bar")[0].tolist() == mesh.cell_set("brick")[0].tolist() == [0]
     assert fem.solid(mesh, STEEL).facet_sets["foot of it"].tolist() == [[0, 3, 2, 1]]
 
@@ -235,7 +256,9 @@ def test_unknown_suffix(write):
 
 @pytest.mark.parametrize("suffix", [".msh", ".bdf", ".inp", ".vtu", ".vtk"])
 def test_garbage(write, suffix):
-    assert_refused(write(f"bad{suffix}", "this is\nnot a mesh, 1, 2\n"), f"bad{suffix}", "cannot be read|no cells|no \\*NODE")
+    assert_refused(
+        write(f"bad{suffix}", "this is\nnot a mesh, 1, 2\n"), f"bad{suffix}", "cannot be read|no cells|no \\*NODE"
+    )
 
 
 def test_truncated_file(tmp_path):
@@ -251,9 +274,14 @@ def test_unsupported_cells(write, tmp_path):
     assert_refused(path, "1 cells of the type 'pyramid'", "tetra10", "Mesh again")
 
 
-@pytest.mark.parametrize(("keyword", "name"), [
-    ("*INSTANCE, NAME=a, PART=b\n0., 0., 1.\n", "INSTANCE"), ("*SYSTEM\n0., 0., 1.\n", "SYSTEM"),
-    ("*NODE, SYSTEM=C\n50, 0., 0., 0.\n", "NODE")])
+@pytest.mark.parametrize(
+    ("keyword", "name"),
+    [
+        ("*INSTANCE, NAME=a, PART=b\n0., 0., 1.\n", "INSTANCE"),
+        ("*SYSTEM\n0., 0., 1.\n", "SYSTEM"),
+        ("*NODE, SYSTEM=C\n50, 0., 0., 0.\n", "NODE"),
+    ],
+)
 def test_moved_coordinates(write, keyword, name):
     assert_refused(write("a.inp", keyword + ABAQUS), rf"\*{name} moves or turns", "flat input file")
 
@@ -271,12 +299,17 @@ def test_unknown_set_in_a_set(write):
 
 
 def test_set_of_missing_nodes(write):
-    assert_refused(write("a.bdf", NASTRAN.replace("$HMSET        2        2", "$HMSET        2        1")),
-            "'bar' names the node 100", "type 2")
+    assert_refused(
+        write("a.bdf", NASTRAN.replace("$HMSET        2        2", "$HMSET        2        1")),
+        "'bar' names the node 100",
+        "type 2",
+    )
 
 
 def test_set_that_is_no_list(write):
-    assert_refused(write("a.bdf", NASTRAN.replace("SET 2 = 100", "SET 2 = ALL")), "'bar' reads 'ALL'", "list of numbers")
+    assert_refused(
+        write("a.bdf", NASTRAN.replace("SET 2 = 100", "SET 2 = ALL")), "'bar' reads 'ALL'", "list of numbers"
+    )
 
 
 def test_local_coordinate_systems(write):
@@ -325,15 +358,21 @@ def test_coincident_nodes_are_reported(write):
 
 def test_sets_without_cells_are_reported(write):
     with pytest.warns(fem.MeshWarning, match="'lonely' holds only nodes without cells"):
-        fem.read_mesh(write("a.inp", ABAQUS.replace("*Element, type=C3D8R,", "*NODE, NSET=lonely\n50, 1., 1., 1.5\n"
-                                                    "*Element, type=C3D8R,")))
+        fem.read_mesh(
+            write(
+                "a.inp",
+                ABAQUS.replace("*Element, type=C3D8R,", "*NODE, NSET=lonely\n50, 1., 1., 1.5\n*Element, type=C3D8R,"),
+            )
+        )
 
 
 def test_mesh_from_arrays_is_checked():
-    for change, text in (({"points": np.zeros((4, 2))}, r"shape \(4, 2\)"),
-                         ({"points": np.full((4, 3), np.nan)}, "node 0 is at"),
-                         ({"cells": (("tetra", np.array([[0, 1, 2, 7]])),)}, "name the node 7"),
-                         ({"cells": (("tetra", np.array([[0, 1, 2]])),)}, r"shape \(1, 3\)")):
+    for change, text in (
+        ({"points": np.zeros((4, 2))}, r"shape \(4, 2\)"),
+        ({"points": np.full((4, 3), np.nan)}, "node 0 is at"),
+        ({"cells": (("tetra", np.array([[0, 1, 2, 7]])),)}, "name the node 7"),
+        ({"cells": (("tetra", np.array([[0, 1, 2]])),)}, r"shape \(1, 3\)"),
+    ):
         arguments = {"points": np.eye(4, 3), "cells": (("tetra", np.array([[0, 1, 2, 3]])),), **change}
         with pytest.raises(MeshError, match=text):
             fem.Mesh(**arguments)

@@ -75,14 +75,10 @@ def test_i_torsion_against_elements():
 
     width, height, flange, web = 0.1, 0.1, 0.01, 0.006
     y = np.unique(
-        np.concatenate(
-            [np.linspace(-0.05, -0.003, 24), np.linspace(-0.003, 0.003, 5), np.linspace(0.003, 0.05, 24)]
-        )
+        np.concatenate([np.linspace(-0.05, -0.003, 24), np.linspace(-0.003, 0.003, 5), np.linspace(0.003, 0.05, 24)])
     )
     z = np.unique(
-        np.concatenate(
-            [np.linspace(-0.05, -0.04, 7), np.linspace(-0.04, 0.04, 40), np.linspace(0.04, 0.05, 7)]
-        )
+        np.concatenate([np.linspace(-0.05, -0.04, 7), np.linspace(-0.04, 0.04, 40), np.linspace(0.04, 0.05, 7)])
     )
     mesh = skfem.MeshQuad.init_tensor(y, z)
     centre = mesh.p[:, mesh.t].mean(axis=1)
@@ -116,9 +112,7 @@ def test_shear_factors_by_shear_flow(shape):
     at_corner = in_flange[-1] if shape == "box" else 2 * in_flange[-1]
     z = np.linspace(-h / 2, h / 2, 2001)
     in_web = at_corner + web * (h**2 / 4 - z**2) / 2
-    energy = (
-        4 * np.trapezoid(in_flange**2, s) / flange + webs * np.trapezoid(in_web**2, z) / web
-    ) / inertia**2
+    energy = (4 * np.trapezoid(in_flange**2, s) / flange + webs * np.trapezoid(in_web**2, z) / web) / inertia**2
     area = 2 * b * flange + webs * h * web
     formula = section_shapes.cowper_box if shape == "box" else section_shapes.cowper_i
     assert formula(b, h, flange, web, 0.0) == pytest.approx(1.0 / (energy * area), rel=1e-5)

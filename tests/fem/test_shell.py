@@ -49,9 +49,7 @@ def test_membrane_patch(kind, state):
     assert np.abs(found - exact).max() < 1e-10 * np.abs(exact).max()
     stress = fe.blocks[0].nodal_stress(found)[..., 0]
     expected = plane_stress() @ state
-    np.testing.assert_allclose(
-        stress[:, [0, 1, 3]], np.tile(expected, (len(x), 1)), atol=1e-9 * MATERIAL.young
-    )
+    np.testing.assert_allclose(stress[:, [0, 1, 3]], np.tile(expected, (len(x), 1)), atol=1e-9 * MATERIAL.young)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -69,15 +67,14 @@ def test_bending_patch(kind, state):
     assert np.abs(found - exact).max() < 1e-9 * np.abs(exact).max()
     top = fe.blocks[0].surface_stress(found, 1.0)[..., 0]
     expected = -T / 2 * plane_stress() @ [a, b, c]
-    np.testing.assert_allclose(
-        top[:, [0, 1, 3]], np.tile(expected, (len(x), 1)), atol=1e-8 * MATERIAL.young * T
-    )
+    np.testing.assert_allclose(top[:, [0, 1, 3]], np.tile(expected, (len(x), 1)), atol=1e-8 * MATERIAL.young * T)
     (block,) = fe.blocks
     corner = block.element_stress(found)[..., 0]
     np.testing.assert_allclose(
-        corner[:, :, [0, 1, 3]], np.broadcast_to(block.side * expected, (*corner.shape[:2], 3)),
+        corner[:, :, [0, 1, 3]],
+        np.broadcast_to(block.side * expected, (*corner.shape[:2], 3)),
         atol=1e-8 * MATERIAL.young * T,
-    )  # fmt: skip
+    )
 
 
 def interior_from_boundary(fe, exact):
@@ -182,9 +179,9 @@ def test_lateral_buckling_of_a_strip():
     """In-plane end force on a deep strip: 4.0126 sqrt(E I G J) / L^2 with J = h t^3 / 3; membrane stress
     drives bending and twist.
 
-    The clamp hinders the twist over a length of about h: the excess, 2.4 % and 1.1 % here, halves with h / L. Part of the
-    moment at the tip is carried by rotations of its nodes, which the lever of the link does not see: first order in the
-    mesh size (40 x 4 elements: 2.3 % and 0.9 %).
+    The clamp hinders the twist over a length of about h: the excess, 2.4 % and 1.1 % here, halves with h / L. Part of
+    the moment at the tip is carried by rotations of its nodes, which the lever of the link does not see: first order in
+    the mesh size (40 x 4 elements: 2.3 % and 0.9 %).
     """
     height, t = 0.05, 0.002
     excess = []
@@ -286,6 +283,4 @@ def test_mass_points_integrate_quartics():
     for a, b, exact in ((4, 0, 24 / 720), (2, 2, 4 / 720), (3, 1, 6 / 720), (0, 0, 0.5)):
         assert sum(w * x**a * y**b for x, y, w in mass_points(3)) == pytest.approx(exact, rel=1e-10)
     assert sum(w * x**4 * y**2 for x, y, w in mass_points(4)) == pytest.approx(4 / 15, rel=MACHINE)
-    assert functions(np.array([[(0, 0), (2, 0), (0, 2)]], float), 0.2, 0.3, 0.5).weight[0] == pytest.approx(
-        2.0
-    )
+    assert functions(np.array([[(0, 0), (2, 0), (0, 2)]], float), 0.2, 0.3, 0.5).weight[0] == pytest.approx(2.0)

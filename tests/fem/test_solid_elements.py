@@ -12,11 +12,20 @@ from flexmb.model.orthotropic_material import OrthotropicMaterial
 pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
 
 MATERIAL = Material(young=2.0, poisson=0.3, density=3.0)
-PLY = OrthotropicMaterial(young=(20.0, 3.0, 2.0), poisson=(0.3, 0.35, 0.25), shear=(1.2, 0.7, 0.9), density=3.0,
-                          rotation=(0.3, -0.5, 0.8))
+PLY = OrthotropicMaterial(
+    young=(20.0, 3.0, 2.0), poisson=(0.3, 0.35, 0.25), shear=(1.2, 0.7, 0.9), density=3.0, rotation=(0.3, -0.5, 0.8)
+)
 GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.4, -0.6], [0.25, 0.7, -0.1]])
-STRAIN = np.array([GRADIENT[0, 0], GRADIENT[1, 1], GRADIENT[2, 2], GRADIENT[0, 1] + GRADIENT[1, 0],
-                   GRADIENT[1, 2] + GRADIENT[2, 1], GRADIENT[2, 0] + GRADIENT[0, 2]])
+STRAIN = np.array(
+    [
+        GRADIENT[0, 0],
+        GRADIENT[1, 1],
+        GRADIENT[2, 2],
+        GRADIENT[0, 1] + GRADIENT[1, 0],
+        GRADIENT[1, 2] + GRADIENT[2, 1],
+        GRADIENT[2, 0] + GRADIENT[0, 2],
+    ]
+)
 
 
 @pytest.mark.parametrize("material", [MATERIAL, PLY], ids=["isotropic", "orthotropic"])
@@ -122,27 +131,36 @@ def test_tetrahedra_and_hexahedra_in_one_mesh():
     shifted = right.points + [1.0, 0.0, 0.0]
     points = np.vstack([left.points, shifted])
     _, first, number = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
-    cells = (("hexahedron", number[left.cells[0][1]]),
-             ("wedge", number[right.cells[0][1] + len(left.points)]))
+    cells = (("hexahedron", number[left.cells[0][1]]), ("wedge", number[right.cells[0][1] + len(left.points)]))
     mesh = fem.Mesh(points=points[first], cells=cells)
     fe = fem.solid(mesh, MATERIAL)
     exact = (mesh.points @ GRADIENT.T).ravel()
-    held = fem.fixed_freedoms(fe, np.flatnonzero((np.abs(mesh.points - [1.0, 0.5, 0.5]) > 0.4).any(axis=1)
-                                                 & ~np.isclose(mesh.points, [1.0, 0.5, 0.5]).all(axis=1)))
+    held = fem.fixed_freedoms(
+        fe,
+        np.flatnonzero(
+            (np.abs(mesh.points - [1.0, 0.5, 0.5]) > 0.4).any(axis=1)
+            & ~np.isclose(mesh.points, [1.0, 0.5, 0.5]).all(axis=1)
+        ),
+    )
     u = np.where(held, exact, 0.0)
     u[~held] = fem.static(fe, -fe.K @ u, held)[~held]
     assert np.abs(u - exact).max() < 100 * MACHINE
     stress = [block.nodal_stress(fe.field(u)) for block in fe.blocks]
     assert np.isnan(stress[0]).any()  # nodes of the other block
     assert np.nanmean(np.stack(stress), axis=0)[:, :, 0] == pytest.approx(
-        np.tile(MATERIAL.elasticity @ STRAIN, (len(fe.nodes), 1)), abs=1e-10)
+        np.tile(MATERIAL.elasticity @ STRAIN, (len(fe.nodes), 1)), abs=1e-10
+    )
 
 
 def test_two_materials_by_cell_set():
     """Springs in series: equal bars of E = 1 and E = 3 (nu = 0) under unit stress lengthen by 1 + 1/3."""
     mesh = structured("hexahedron20", (2, 1, 1), (2.0, 1.0, 1.0))
-    left = fem.Mesh(points=mesh.points, cells=mesh.cells, node_sets=mesh.node_sets,
-                    cell_sets={"soft": (np.array([0]),), "hard": (np.array([1]),)})
+    left = fem.Mesh(
+        points=mesh.points,
+        cells=mesh.cells,
+        node_sets=mesh.node_sets,
+        cell_sets={"soft": (np.array([0]),), "hard": (np.array([1]),)},
+    )
     soft, hard = (Material(young=e, poisson=0.0, density=e) for e in (1.0, 3.0))
     fe = fem.solid(left, {"soft": soft, "hard": hard})
     assert fe.M.sum() / 3 == pytest.approx(4.0)
@@ -153,8 +171,13 @@ def test_two_materials_by_cell_set():
 def test_off_axis_modulus_of_a_ply():
     """Jones, Mechanics of Composite Materials, eq. (2.97): 1/E_x = c^4/E1 + (1/G12 - 2 nu12/E1) s^2 c^2 + s^4/E2."""
     angle = np.radians(30.0)
-    ply = OrthotropicMaterial(young=(135e9, 10e9, 10e9), poisson=(0.3, 0.4, 0.3), shear=(5e9, 3.5e9, 5e9),
-                              density=1600.0, rotation=(0.0, 0.0, angle))
+    ply = OrthotropicMaterial(
+        young=(135e9, 10e9, 10e9),
+        poisson=(0.3, 0.4, 0.3),
+        shear=(5e9, 3.5e9, 5e9),
+        density=1600.0,
+        rotation=(0.0, 0.0, angle),
+    )
     c, s = np.cos(angle), np.sin(angle)
     exact = 1.0 / (c**4 / 135e9 + (1 / 5e9 - 2 * 0.3 / 135e9) * s**2 * c**2 + s**4 / 10e9)
     assert 1.0 / np.linalg.inv(ply.elasticity)[0, 0] == pytest.approx(exact, rel=MACHINE * 10)
@@ -163,8 +186,9 @@ def test_off_axis_modulus_of_a_ply():
 def test_orthotropic_with_equal_axes_is_isotropic():
     """Whatever the rotation."""
     e, nu = 2.0, 0.3
-    same = OrthotropicMaterial(young=(e,) * 3, poisson=(nu,) * 3, shear=(e / 2 / (1 + nu),) * 3, density=1.0,
-                               rotation=(0.4, -1.0, 2.0))
+    same = OrthotropicMaterial(
+        young=(e,) * 3, poisson=(nu,) * 3, shear=(e / 2 / (1 + nu),) * 3, density=1.0, rotation=(0.4, -1.0, 2.0)
+    )
     assert same.elasticity == pytest.approx(MATERIAL.elasticity, abs=MACHINE * 10)
 
 

@@ -36,8 +36,12 @@ def skfem_basis(mesh, order):
     """Vector basis of scikit-fem with our integration rule, and the place of each of our freedoms in it."""
     ((cell_type, cells),) = mesh.cells
     element = SOLID_ELEMENTS[cell_type]
-    cls = {"tetra": skfem.MeshTet, "tetra10": skfem.MeshTet2, "hexahedron27": skfem.MeshHex2,
-           "wedge": skfem.MeshWedge1}.get(cell_type, skfem.MeshHex)
+    cls = {
+        "tetra": skfem.MeshTet,
+        "tetra10": skfem.MeshTet2,
+        "hexahedron27": skfem.MeshHex2,
+        "wedge": skfem.MeshWedge1,
+    }.get(cell_type, skfem.MeshHex)
     if element.family == "hexahedron":
         from skfem.io.meshio import INV_HEX_MAPPING
 

@@ -94,8 +94,11 @@ def test_stiff_elements_are_reported(cell_type, better):
 def test_separate_pieces_are_reported():
     block = structured("tetra10", (1, 1, 1))
     cells = block.cells[0][1]
-    two = fem.Mesh(points=np.vstack([block.points, block.points + 3.0]),
-                   cells=(("tetra10", np.vstack([cells, cells + len(block.points)])),), name="two")
+    two = fem.Mesh(
+        points=np.vstack([block.points, block.points + 3.0]),
+        cells=(("tetra10", np.vstack([cells, cells + len(block.points)])),),
+        name="two",
+    )
     with pytest.warns(fem.MeshWarning, match="Mesh 'two': the solid cells form 2 separate pieces of 27, 27 nodes"):
         fem.solid(two, STEEL)
 
@@ -120,10 +123,15 @@ def test_supports_and_loads():
         fem.buckling(bare, load, [0])
 
 
-@pytest.mark.parametrize(("change", "text"), [
-    ({"young": (1.0, -1.0, 1.0)}, r"young = \(1\.0, -1\.0, 1\.0\) Pa"),
-    ({"shear": (1.0, 1.0)}, "three positive numbers"),
-    ({"density": 0.0}, "density = 0.0 kg/m3"), ({"poisson": (0.9, 0.9, 0.9)}, "strain energy negative.*nu_12")])
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"young": (1.0, -1.0, 1.0)}, r"young = \(1\.0, -1\.0, 1\.0\) Pa"),
+        ({"shear": (1.0, 1.0)}, "three positive numbers"),
+        ({"density": 0.0}, "density = 0.0 kg/m3"),
+        ({"poisson": (0.9, 0.9, 0.9)}, "strain energy negative.*nu_12"),
+    ],
+)
 def test_orthotropic_material_is_checked(change, text):
     good = {"young": (1.0,) * 3, "poisson": (0.3,) * 3, "shear": (0.4,) * 3, "density": 1.0}
     OrthotropicMaterial(**good)

@@ -21,10 +21,16 @@ def beam():
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        (lambda fe: fem.static(fe, np.zeros(4), "start"), r"a load of the shape \(4,\).*Expected: finite numbers, \(24,\)"),
+        (
+            lambda fe: fem.static(fe, np.zeros(4), "start"),
+            r"a load of the shape \(4,\).*Expected: finite numbers, \(24,\)",
+        ),
         (lambda fe: fem.static(fe, np.full(24, np.nan), "start"), r"a load that is not finite"),
         (lambda fe: fem.buckling(fe, np.zeros(24), "start"), r"a load that is zero at all free freedoms"),
-        (lambda fe: fem.buckling(fe, np.eye(24)[0], "start"), r"zero at all free freedoms.*Load nodes that are not held"),
+        (
+            lambda fe: fem.buckling(fe, np.eye(24)[0], "start"),
+            r"zero at all free freedoms.*Load nodes that are not held",
+        ),
         (lambda fe: fem.buckling(fe, np.ones((24, 2)), "start"), r"a load of several columns"),
         (lambda fe: fem.buckling(fe, np.ones(24), "start", 18), r"18 buckling modes asked for\. Expected: 1 to 17"),
         (lambda fe: fem.eigenmodes(fe, "start", 19), r"19 eigenmodes asked for\. Expected: 1 to 18"),
@@ -39,7 +45,10 @@ def test_loads_and_counts(beam, act, message):
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        (lambda: fem.frame([(0, 0, 0), (np.nan, 0, 0)], section=TUBE, material=STEEL), r"point 1 is at \[nan, 0\.0, 0\.0\]"),
+        (
+            lambda: fem.frame([(0, 0, 0), (np.nan, 0, 0)], section=TUBE, material=STEEL),
+            r"point 1 is at \[nan, 0\.0, 0\.0\]",
+        ),
         (lambda: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), "steel", 0.01), r"material: the text 'steel'"),
         (lambda: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), STEEL, "thin"), r"the thickness 'thin'.*a number, m"),
         (lambda: fem.shell(plate(1, 1, 1.0, 1.0, "quad"), STEEL, {"skin": None}), r"the thickness None"),

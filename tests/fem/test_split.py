@@ -74,12 +74,15 @@ def test_labels_instead_of_planes():
         np.testing.assert_array_equal(a.nodes, b.nodes)
 
 
-@pytest.mark.parametrize(("options", "told"), [
-    ({"at": (0.5, 0.5)}, r"at = \(0.5, 0.5\).*increasing distances"),
-    ({"at": (0.5, 3.0)}, r"elements in the parts \[1, 2\].*inside the body"),
-    ({}, "at = None"),
-    ({"labels": [1, 2]}, "2 labels.*8 integers"),
-])
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"at": (0.5, 0.5)}, r"at = \(0.5, 0.5\).*increasing distances"),
+        ({"at": (0.5, 3.0)}, r"elements in the parts \[1, 2\].*inside the body"),
+        ({}, "at = None"),
+        ({"labels": [1, 2]}, "2 labels.*8 integers"),
+    ],
+)
 def test_messages(options, told):
     with pytest.raises(fmb.MeshError, match=told):
         fem.split(bar(), **options)
@@ -93,7 +96,11 @@ def test_more_than_elements_is_refused():
 
 
 def test_separate_pieces_are_refused():
-    two = fem.frame([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], connectivity=[[0, 1], [2, 3]],
-                    section=fem.Section.rectangle(0.1, 0.1), material=STEEL)  # fmt: skip
+    two = fem.frame(
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]],
+        connectivity=[[0, 1], [2, 3]],
+        section=fem.Section.rectangle(0.1, 0.1),
+        material=STEEL,
+    )
     with pytest.raises(fmb.MeshError, match="part 1 shares no node"):
         fem.split(two, at=(1.5,))

@@ -49,9 +49,7 @@ def test_torsion_spring_counts_turns(integrator):
 
 
 def test_torsion_spring_rests_at_its_free_angle():
-    model = block(
-        fmb.Revolute, forces=[fmb.TorsionSpring("s", joint="j", stiffness=4.0, damping=1.0, free_angle=0.7)]
-    )
+    model = block(fmb.Revolute, forces=[fmb.TorsionSpring("s", joint="j", stiffness=4.0, damping=1.0, free_angle=0.7)])
     assert fmb.statics(model)["x"][-1] == pytest.approx(0.7, abs=1e-8)
 
 
@@ -68,8 +66,8 @@ def test_actuator_and_its_limits():
 
 @pytest.mark.parametrize("joint", [fmb.Prismatic, fmb.Revolute])
 def test_actuator_with_a_characteristic(joint):
-    """F = -300 x^3 (a cubic table is exact): m v0^2 / 2 = 75 a^4 gives the amplitude a, and the period of x'' = -c x^3 is
-    7.4163 / (a sqrt(c)) (a complete elliptic integral; Nayfeh & Mook, Nonlinear Oscillations, 1979, ch. 2)."""
+    """F = -300 x^3 (a cubic table is exact): m v0^2 / 2 = 75 a^4 gives the amplitude a, and the period of x'' = -c x^3
+    is 7.4163 / (a sqrt(c)) (a complete elliptic integral; Nayfeh & Mook, Nonlinear Oscillations, 1979, ch. 2)."""
     x = np.linspace(-3.0, 3.0, 7)
     bent = fmb.Actuator("a", joint="j", effort=fmb.table(x, -300.0 * x**3, of="j") * fmb.step(value=1.0, at=-1.0))
     speed, inertia = ("velocity", 2.0) if joint is fmb.Prismatic else ("angular_velocity", 0.5)
@@ -146,10 +144,7 @@ def test_bistop(place):
         "line": {"markers": ("ground.far", "block.center")},
     }[place]
     model = block(velocity=(1.0, 0, 0), forces=[])
-    bodies = [
-        b.replaced(markers={**b.markers, "far": (-5.0, 0, 0)}) if b.name == "ground" else b
-        for b in model.bodies
-    ]
+    bodies = [b.replaced(markers={**b.markers, "far": (-5.0, 0, 0)}) if b.name == "ground" else b for b in model.bodies]
     stop = fmb.BiStop("stop", travel=(-0.05, 0.1), stiffness=200.0, **where)
     model = fmb.Model(
         bodies=bodies,
@@ -173,9 +168,7 @@ def test_stops_dissipate_and_never_pull():
         velocity=(1.0, 0, 0),
         sensors=[fmb.ForceOf("f", force="stop")],
         forces=[
-            fmb.BiStop(
-                "stop", joint="j", travel=(-0.1, 0.1), stiffness=1e4, exponent=1.5, damping=60.0, depth=1e-3
-            )
+            fmb.BiStop("stop", joint="j", travel=(-0.1, 0.1), stiffness=1e4, exponent=1.5, damping=60.0, depth=1e-3)
         ],
     )
     solution = fmb.simulate(model, 2.0, samples=4001, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, step=1e-4))
@@ -216,9 +209,7 @@ def test_friction_of_a_loaded_slide():
     """On a slope: a = g (sin - mu cos); the normal force is the reaction of the joint."""
     slope, mu, g = 0.6, 0.25, 9.81
     gravity = (g * np.sin(slope), 0, -g * np.cos(slope))
-    model = block(
-        gravity=gravity, velocity=(1.0, 0, 0), forces=[fmb.JointFriction("mu", joint="j", moving=mu)]
-    )
+    model = block(gravity=gravity, velocity=(1.0, 0, 0), forces=[fmb.JointFriction("mu", joint="j", moving=mu)])
     a = g * (np.sin(slope) - mu * np.cos(slope))
     for formulation in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri()):
         assert fmb.accelerations(model, formulation=formulation)["block"][0] == pytest.approx(a, rel=1e-9)
@@ -244,9 +235,7 @@ def test_friction_of_a_bearing():
 
 def test_stribeck_coefficient():
     """mu(v) = mu_k + (mu_s - mu_k) exp(-(v/v_s)^2) times the preload."""
-    friction = fmb.JointFriction(
-        "mu", joint="j", moving=0.1, standing=0.3, stribeck=0.2, transition=1e-4, preload=50.0
-    )
+    friction = fmb.JointFriction("mu", joint="j", moving=0.1, standing=0.3, stribeck=0.2, transition=1e-4, preload=50.0)
     for v in (0.01, 0.2, 1.0):
         a = fmb.accelerations(block(velocity=(v, 0, 0), forces=[friction]))["block"][0]
         assert a == pytest.approx(-50.0 * (0.1 + 0.2 * np.exp(-((v / 0.2) ** 2))) / 2.0, rel=1e-9)
@@ -261,9 +250,7 @@ def test_load_over_an_angle():
         gravity=(0, 0, -9.81),
         bodies=[
             fmb.Ground(markers={"O": axis}),
-            fmb.RigidBody(
-                "arm", mass=0.5, inertia=(0.1, 0.1, 0.1), center_of_mass=(0, 0, -0.4), markers={"O": axis}
-            ),
+            fmb.RigidBody("arm", mass=0.5, inertia=(0.1, 0.1, 0.1), center_of_mass=(0, 0, -0.4), markers={"O": axis}),
         ],
         joints=[fmb.Revolute("hinge", markers=("ground.O", "arm.O"))],
         forces=[
@@ -309,9 +296,7 @@ def test_hunt_crossley_restitution():
             fmb.Ground(),
             fmb.RigidBody("b", mass=1.0, inertia=(1, 1, 1), at=(0, 0, 0.1), velocity=(0, 0, -v)),
         ],
-        forces=[
-            fmb.Contact("hit", markers=("ground.origin", "b.center"), radius=0.1, stiffness=1e8, damping=D)
-        ],
+        forces=[fmb.Contact("hit", markers=("ground.origin", "b.center"), radius=0.1, stiffness=1e8, damping=D)],
         sensors=[fmb.Velocity("v", marker="b.center")],
     )
     solution = fmb.simulate(model, 0.01, samples=3, integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=1e-6))

@@ -21,13 +21,22 @@ def cantilever(kind, *, elements=8, stretch=(0.0, 1.0), body=None, **load):
     """A slender cantilever along x, stiff against stretch and shear, with a load per length."""
     young = 1e9
     area, inertia = 1e4 * EI / LENGTH**2 / young, EI / young
-    line = KINDS[kind]("b", points=((0, 0, 0), (LENGTH, 0, 0)), elements=elements, stretches={"s": stretch},
-                       section=fem.Section.values(area, inertia, inertia, 2 * inertia),
-                       material=fmb.Material(young=young, poisson=0.0, density=1000.0), **(body or {}))
-    return fmb.Model(bodies=(fmb.Ground(), line), gravity=(0, 0, 0),
-                     joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
-                     forces=(fmb.LineLoad("q", stretch="b.s", **load),),
-                     sensors=(fmb.Position("tip", marker="b.end"), fmb.Reaction("root", joint="clamp")))
+    line = KINDS[kind](
+        "b",
+        points=((0, 0, 0), (LENGTH, 0, 0)),
+        elements=elements,
+        stretches={"s": stretch},
+        section=fem.Section.values(area, inertia, inertia, 2 * inertia),
+        material=fmb.Material(young=young, poisson=0.0, density=1000.0),
+        **(body or {}),
+    )
+    return fmb.Model(
+        bodies=(fmb.Ground(), line),
+        gravity=(0, 0, 0),
+        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
+        forces=(fmb.LineLoad("q", stretch="b.s", **load),),
+        sensors=(fmb.Position("tip", marker="b.end"), fmb.Reaction("root", joint="clamp")),
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -53,15 +62,22 @@ def test_dead_load_far_from_straight(kind):
     """EI angle'' = -q (L - s) cos(angle), q L^3 / EI = 8, solved as a boundary value problem."""
     q = 8.0 * EI / LENGTH**3
     s = np.linspace(0.0, LENGTH, 41)
-    line = solve_bvp(lambda s, y: np.array([y[1], -q * (LENGTH - s) * np.cos(y[0]) / EI, np.cos(y[0]), np.sin(y[0])]),
-                     lambda a, b: np.array([a[0], b[1], a[2], a[3]]), s, np.zeros((4, len(s))), tol=1e-9)
+    line = solve_bvp(
+        lambda s, y: np.array([y[1], -q * (LENGTH - s) * np.cos(y[0]) / EI, np.cos(y[0]), np.sin(y[0])]),
+        lambda a, b: np.array([a[0], b[1], a[2], a[3]]),
+        s,
+        np.zeros((4, len(s))),
+        tol=1e-9,
+    )
     solution = fmb.statics(cantilever(kind, elements=16, force=(0, 0, q)))
     np.testing.assert_allclose(solution["tip"][-1, [0, 2]], line.y[2:, -1], atol=2e-3 * LENGTH)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_pressure_that_turns_with_the_section(kind):
-    """N' = k Q, Q' = -k N - q, M' = -Q with k = M / EI, from the free tip; the tip is the integral of the directions."""
+    """N' = k Q, Q' = -k N - q, M' = -Q with k = M / EI, from the free tip;
+    the tip is the integral of the directions.
+    """
     q = 6.0 * EI / LENGTH**3
 
     def forces(s, y):
@@ -69,8 +85,13 @@ def test_pressure_that_turns_with_the_section(kind):
         return -M / EI * Q, M / EI * N + q, Q  # s runs from the tip
 
     found = solve_ivp(forces, (0.0, LENGTH), np.zeros(3), rtol=1e-10, atol=1e-12, dense_output=True)
-    line = solve_ivp(lambda s, y: (found.sol(LENGTH - s)[2] / EI, np.cos(y[0]), np.sin(y[0])), (0.0, LENGTH), np.zeros(3),
-                     rtol=1e-10, atol=1e-12)
+    line = solve_ivp(
+        lambda s, y: (found.sol(LENGTH - s)[2] / EI, np.cos(y[0]), np.sin(y[0])),
+        (0.0, LENGTH),
+        np.zeros(3),
+        rtol=1e-10,
+        atol=1e-12,
+    )
     solution = fmb.statics(cantilever(kind, elements=16, force=(0, 0, q), section_axes=True))
     tip = solution["tip"][-1]
     np.testing.assert_allclose([tip[0], abs(tip[2])], [line.y[1, -1], abs(line.y[2, -1])], atol=2e-3 * LENGTH)

@@ -1,7 +1,7 @@
 """`Pressure` over the coordinate of a joint: an airload that follows an angle.
 
-Reference: a rod on a hinge with a spring, the load a couple M(theta) about it: equilibrium k theta = M(theta), and small
-vibrations with the stiffness k - M'(theta) in closed form; and `PointLoad` with the same tables.
+Reference: a rod on a hinge with a spring, the load a couple M(theta) about it: equilibrium k theta = M(theta), and
+small vibrations with the stiffness k - M'(theta) in closed form; and `PointLoad` with the same tables.
 """
 
 import numpy as np
@@ -65,10 +65,11 @@ def test_same_motion_as_a_point_load(rod):
         fmb.simulate(model(rod, load), t_end=0.3, samples=31, integrator=fmb.GeneralizedAlpha(rtol=1e-8))
         for load in (
             fmb.Pressure("air", load="rod.air", amount=AIR * fmb.step(value=1.0, rise=0.05)),
-            fmb.PointLoad("air", marker="rod.tip", axes="rod.root",
-                          force=(0.0, AIR * fmb.step(value=1.0, rise=0.05), 0.0)),
+            fmb.PointLoad(
+                "air", marker="rod.tip", axes="rod.root", force=(0.0, AIR * fmb.step(value=1.0, rise=0.05), 0.0)
+            ),
         )
-    ]  # fmt: skip
+    ]
     assert np.ptp(runs[0]["angle"]) > 0.02
     np.testing.assert_allclose(runs[0]["angle"], runs[1]["angle"], atol=SOLVER)
 

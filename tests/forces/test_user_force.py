@@ -24,9 +24,7 @@ def spring(t, d, v, R, w):
     return -40.0 * d - 2.0 * v, -0.4 * w
 
 
-@pytest.mark.parametrize(
-    "integrator", [fmb.GeneralizedAlpha(step=2e-3), fmb.IDA(rtol=1e-8)], ids=["alpha", "IDA"]
-)
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(step=2e-3), fmb.IDA(rtol=1e-8)], ids=["alpha", "IDA"])
 def test_equals_the_bushing_it_describes(integrator):
     ends = ("ground.origin", "b.center")
     bushing = fmb.Bushing(
@@ -71,9 +69,7 @@ def test_a_function_by_name():
 @pytest.fixture(scope="module")
 def bracket():
     fe = fem.solid(fem.read_mesh(MESH), fmb.MATERIALS["steel"])
-    return reduction.reduce(
-        fe, interfaces={"foot": "foot", "load": "load"}, modes=2, loads={"push": "load"}, compare=0
-    )
+    return reduction.reduce(fe, interfaces={"foot": "foot", "load": "load"}, modes=2, loads={"push": "load"}, compare=0)
 
 
 def test_pressure_is_carried_by_the_support(bracket):
@@ -106,11 +102,24 @@ def zero_division(t, d, v, R, w):
     return 1.0 / 0.0
 
 
-@pytest.mark.parametrize(("force", "found"), [
-    (fmb.UserForce("mine", markers=("ground.origin", "b.center"), function=zero_division), "ZeroDivisionError.* at t = 0 s"),
-    (fmb.UserForce("mine", markers=("ground.origin", "b.center"), function=lambda t: 0.0), "takes 1 positional argument"),
-    (fmb.PointLoad("mine", marker="b.center", force=(fmb.expression("log(t - 1)"), 0, 0)), "its force and moment are .nan"),
-], ids=["raises", "arguments", "signal"])
+@pytest.mark.parametrize(
+    ("force", "found"),
+    [
+        (
+            fmb.UserForce("mine", markers=("ground.origin", "b.center"), function=zero_division),
+            "ZeroDivisionError.* at t = 0 s",
+        ),
+        (
+            fmb.UserForce("mine", markers=("ground.origin", "b.center"), function=lambda t: 0.0),
+            "takes 1 positional argument",
+        ),
+        (
+            fmb.PointLoad("mine", marker="b.center", force=(fmb.expression("log(t - 1)"), 0, 0)),
+            "its force and moment are .nan",
+        ),
+    ],
+    ids=["raises", "arguments", "signal"],
+)
 def test_what_is_no_number_at_the_start_is_named(force, found):
     with pytest.raises(fmb.CompileError, match=f"Force 'mine': .*{found}"):
         fmb.simulate(model(force), 1.0)

@@ -18,12 +18,20 @@ BALANCE = 1e-4
 
 
 def four_bar(free: bool) -> fmb.Model:
-    """Crank 0.2 m driven at 20 rad/s, coupler 0.5 m, rocker 0.4 m, ground 0.5 m; with `free`, no equation is redundant."""
+    """Crank 0.2 m driven at 20 rad/s, coupler 0.5 m, rocker 0.4 m, ground 0.5 m;
+    with `free`, no equation is redundant.
+    """
     crank = fmb.RigidBody.rod("crank", length=0.2, mass=0.5, radius=0.01, rotation=(0, 0, np.pi / 2))
     C = np.array([0.5 + 0.4 * np.cos(1.9), 0.4 * np.sin(1.9)])
     along = C - (0.0, 0.2)
-    coupler = fmb.RigidBody.rod("coupler", length=float(np.linalg.norm(along)), mass=1.0, radius=0.01, at=(0, 0.2, 0),
-                                rotation=(0, 0, np.arctan2(along[1], along[0])))  # fmt: skip
+    coupler = fmb.RigidBody.rod(
+        "coupler",
+        length=float(np.linalg.norm(along)),
+        mass=1.0,
+        radius=0.01,
+        at=(0, 0.2, 0),
+        rotation=(0, 0, np.arctan2(along[1], along[0])),
+    )
     rocker = fmb.RigidBody.rod("rocker", length=0.4, mass=0.8, radius=0.01, at=(0.5, 0, 0), rotation=(0, 0, 1.9))
     b, c = (fmb.Spherical, fmb.Universal) if free else (fmb.Revolute, fmb.Revolute)
     # a universal joint keeps z-axes perpendicular: that of its second marker lies along the rocker
@@ -97,10 +105,16 @@ def test_loop_stays_closed(solutions, name, tolerance):
 def test_long_runs_do_not_drift(integrator):
     """A double pendulum over 100 s: constraints stay closed, energy falls by numerical damping only."""
     rods = [fmb.RigidBody.rod(f"rod{k}", length=1.0, mass=1.0, radius=0.05, at=(k, 0, 0)) for k in range(2)]
-    joints = [fmb.Revolute("top", markers=("ground.origin", "rod0.start")),
-              fmb.Revolute("mid", markers=("rod0.end", "rod1.start"))]  # fmt: skip
-    model = fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *rods], joints=joints,
-                      sensors=[fmb.Energy("energy"), fmb.ConstraintError("closure")])  # fmt: skip
+    joints = [
+        fmb.Revolute("top", markers=("ground.origin", "rod0.start")),
+        fmb.Revolute("mid", markers=("rod0.end", "rod1.start")),
+    ]
+    model = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), *rods],
+        joints=joints,
+        sensors=[fmb.Energy("energy"), fmb.ConstraintError("closure")],
+    )
     solution = fmb.simulate(model, 100.0, samples=101, integrator=integrator)
     assert solution["closure"].max() < 1e-8
     assert np.ptp(solution["energy"]) < 0.2

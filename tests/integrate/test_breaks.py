@@ -11,32 +11,50 @@ from flexmb.integrate.breaks import just_before, with_breaks
 from flexmb.model.breakpoints import RECORD, breakpoints
 from flexmb.system import compile
 
-INTEGRATORS = [fmb.GeneralizedAlpha(), fmb.GeneralizedAlpha(step=0.01), fmb.Implicit(), fmb.Implicit(step=0.01),
-               fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive()), fmb.IDA()]  # fmt: skip
+INTEGRATORS = [
+    fmb.GeneralizedAlpha(),
+    fmb.GeneralizedAlpha(step=0.01),
+    fmb.Implicit(),
+    fmb.Implicit(step=0.01),
+    fmb.Explicit(),
+    fmb.Explicit(formulation=fmb.Recursive()),
+    fmb.IDA(),
+]
 
 
 def slide(load, **parts):
     """Return a mass of 1 kg on a slide along z with a load."""
     mass = fmb.RigidBody("mass", mass=1.0, inertia=(1, 1, 1))
-    return fmb.Model(bodies=[fmb.Ground(), mass], joints=[fmb.Prismatic("A", markers=("ground.origin", "mass.center"))],
-                     forces=[fmb.PointLoad("F", marker="mass.center", force=(0, 0, load))], gravity=(0, 0, 0),
-                     sensors=[fmb.JointCoordinate("x", joint="A"), fmb.Acceleration("a", marker="mass.center"),
-                              fmb.Energy("energy")], **parts)
+    return fmb.Model(
+        bodies=[fmb.Ground(), mass],
+        joints=[fmb.Prismatic("A", markers=("ground.origin", "mass.center"))],
+        forces=[fmb.PointLoad("F", marker="mass.center", force=(0, 0, load))],
+        gravity=(0, 0, 0),
+        sensors=[
+            fmb.JointCoordinate("x", joint="A"),
+            fmb.Acceleration("a", marker="mass.center"),
+            fmb.Energy("energy"),
+        ],
+        **parts,
+    )
 
 
-@pytest.mark.parametrize(("signal", "times"), [
-    (fmb.ramp(rate=2.0, rise=0.5, start=1.0), [1.0, 1.5]),
-    (fmb.ramp(rate=2.0, start=1.0), [1.0]),
-    (fmb.step(3.0, at=0.3), [0.3]),
-    (fmb.step(3.0, at=0.3, rise=0.1), [0.3, 0.4]),
-    (fmb.harmonic(2.0, 5.0, start=0.2), [0.2]),
-    (2.0 * fmb.table([0.0, 1.0, 3.0], [0, 1, 0], kind="linear") - fmb.step(1.0, at=2.0), [0.0, 1.0, 2.0, 3.0]),
-    (fmb.table([0.0, 1.0, 3.0], [0, 1, 0], of=fmb.expression("1 - 2*t")), [-1.0, 0.0, 0.5]),
-    (fmb.expression("where(t < 2, sin(t), max(1 - t/4, 0)) + abs(3*t - 6)"), [2.0, 4.0]),
-    (fmb.expression("step(0.5 - t) * sign(t - 0.1) + smooth((t - 1) / 2)"), [0.1, 0.5, 1.0, 3.0]),
-    (fmb.expression("step(sin(t)) + t**2"), []),
-    (fmb.table(np.arange(RECORD + 1), np.zeros(RECORD + 1), kind="linear"), [0.0, RECORD]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("signal", "times"),
+    [
+        (fmb.ramp(rate=2.0, rise=0.5, start=1.0), [1.0, 1.5]),
+        (fmb.ramp(rate=2.0, start=1.0), [1.0]),
+        (fmb.step(3.0, at=0.3), [0.3]),
+        (fmb.step(3.0, at=0.3, rise=0.1), [0.3, 0.4]),
+        (fmb.harmonic(2.0, 5.0, start=0.2), [0.2]),
+        (2.0 * fmb.table([0.0, 1.0, 3.0], [0, 1, 0], kind="linear") - fmb.step(1.0, at=2.0), [0.0, 1.0, 2.0, 3.0]),
+        (fmb.table([0.0, 1.0, 3.0], [0, 1, 0], of=fmb.expression("1 - 2*t")), [-1.0, 0.0, 0.5]),
+        (fmb.expression("where(t < 2, sin(t), max(1 - t/4, 0)) + abs(3*t - 6)"), [2.0, 4.0]),
+        (fmb.expression("step(0.5 - t) * sign(t - 0.1) + smooth((t - 1) / 2)"), [0.1, 0.5, 1.0, 3.0]),
+        (fmb.expression("step(sin(t)) + t**2"), []),
+        (fmb.table(np.arange(RECORD + 1), np.zeros(RECORD + 1), kind="linear"), [0.0, RECORD]),
+    ],
+)
 def test_breakpoints_of_signals(signal, times):
     np.testing.assert_allclose(breakpoints(signal.program()), times, atol=1e-14)
 
@@ -76,18 +94,28 @@ def test_a_sudden_load(integrator, at):
 
 
 def test_the_order_holds_over_kinks():
-    """A rotor on a spring under a zigzag moment, 1 s: half the step, a sixteenth of the error, wherever the kinks lie."""
+    """A rotor on a spring under a zigzag moment, 1 s: half the step, a sixteenth of the error,
+    wherever the kinks lie.
+    """
     at, moment, n = np.array([0.0, 0.137, 0.291, 0.553, 0.9]), np.array([0.0, 30.0, -20.0, 25.0, 0.0]), np.sqrt(40.0)
     zigzag = fmb.table(at, moment, kind="linear")
     rotor = fmb.RigidBody("rotor", mass=1.0, inertia=(1, 1, 1))
-    model = fmb.Model(bodies=[fmb.Ground(), rotor], joints=[fmb.Revolute("A", markers=("ground.origin", "rotor.center"))],
-                      forces=[fmb.TorsionSpring("k", joint="A", stiffness=40.0),
-                              fmb.PointLoad("M", marker="rotor.center", moment=(0, 0, zigzag))],
-                      sensors=[fmb.JointCoordinate("x", joint="A")], gravity=(0, 0, 0))
+    model = fmb.Model(
+        bodies=[fmb.Ground(), rotor],
+        joints=[fmb.Revolute("A", markers=("ground.origin", "rotor.center"))],
+        forces=[
+            fmb.TorsionSpring("k", joint="A", stiffness=40.0),
+            fmb.PointLoad("M", marker="rotor.center", moment=(0, 0, zigzag)),
+        ],
+        sensors=[fmb.JointCoordinate("x", joint="A")],
+        gravity=(0, 0, 0),
+    )
     corners = np.diff([0.0, *np.diff(moment) / np.diff(at), 0.0])
     exact = np.sum(corners * ((1.0 - at) - np.sin(n * (1.0 - at)) / n)) / n**2
-    errors = [abs(fmb.simulate(model, 1.0, samples=2, integrator=fmb.Implicit(step=h))["x"][-1] - exact)
-              for h in (0.02, 0.01, 0.005, 0.0025)]
+    errors = [
+        abs(fmb.simulate(model, 1.0, samples=2, integrator=fmb.Implicit(step=h))["x"][-1] - exact)
+        for h in (0.02, 0.01, 0.005, 0.0025)
+    ]
     assert min(np.divide(errors[:-1], errors[1:])) > 13.0
     assert errors[-1] < 1e-8
 
@@ -102,9 +130,13 @@ def test_an_event_at_a_jump(integrator):
 
 
 def test_where_methods_begin_anew():
-    """Jumps of loads, of second rates of drives; rates of loads only for methods that remember; smooth changes for none."""
+    """Jumps of loads, of second rates of drives; rates of loads only for methods that remember;
+    smooth changes for none.
+    """
     drive = fmb.Drive("d", joint="A", displacement=fmb.expression("where(t < 0.5, t**2, t - 0.25)"))
-    load = fmb.step(1.0, at=0.2) + fmb.step(1.0, at=0.3, rise=0.05) + fmb.table([0.7, 0.8, 0.9], [0, 1, 0], kind="linear")
+    load = (
+        fmb.step(1.0, at=0.2) + fmb.step(1.0, at=0.3, rise=0.05) + fmb.table([0.7, 0.8, 0.9], [0, 1, 0], kind="linear")
+    )
     system = compile(slide(load).with_parts(joints=[drive]))
     times = np.array([0.0, 0.5 + 1e-14, 1.0])
     marks, anew = with_breaks(system, times, False)
@@ -115,21 +147,30 @@ def test_where_methods_begin_anew():
     assert not len(with_breaks(compile(slide(1.0)), times, True)[1])
 
 
-@pytest.mark.parametrize("integrator", [fmb.Implicit(step=0.05), fmb.Implicit(), fmb.Explicit(),
-                                        fmb.IDA(rtol=1e-10, atol=1e-11)], ids=repr)  # fmt: skip
+@pytest.mark.parametrize(
+    "integrator", [fmb.Implicit(step=0.05), fmb.Implicit(), fmb.Explicit(), fmb.IDA(rtol=1e-10, atol=1e-11)], ids=repr
+)
 def test_a_drive_whose_acceleration_jumps(integrator):
     """A bead of 2 kg that slides on a driven mass and is pulled by 1 N: it moves as if the mass were not there."""
     drive = fmb.Drive("d", joint="A", displacement=fmb.expression("where(t < 0.53, t**2, 1.06*t - 0.2809)"))
     mass = fmb.RigidBody("mass", mass=1.0, inertia=(1, 1, 1), markers={"ring": (1, 0, 0)})
     bead = fmb.RigidBody("bead", mass=2.0, inertia=(1, 1, 1), at=(1, 0, 0))
-    model = fmb.Model(bodies=[fmb.Ground(), mass, bead], gravity=(0, 0, 0),
-                      joints=[fmb.Prismatic("A", markers=("ground.origin", "mass.center")), drive,
-                              fmb.Prismatic("B", markers=("mass.ring", "bead.center"))],
-                      forces=[fmb.PointLoad("F", marker="bead.center", force=(0, 0, 1.0))],
-                      sensors=[fmb.JointCoordinate("x", joint="B"), fmb.Position("p", marker="bead.center")])
+    model = fmb.Model(
+        bodies=[fmb.Ground(), mass, bead],
+        gravity=(0, 0, 0),
+        joints=[
+            fmb.Prismatic("A", markers=("ground.origin", "mass.center")),
+            drive,
+            fmb.Prismatic("B", markers=("mass.ring", "bead.center")),
+        ],
+        forces=[fmb.PointLoad("F", marker="bead.center", force=(0, 0, 1.0))],
+        sensors=[fmb.JointCoordinate("x", joint="B"), fmb.Position("p", marker="bead.center")],
+    )
     solution = fmb.simulate(model, 1.0, samples=5, integrator=integrator)
     np.testing.assert_allclose(solution["p"][:, 2], 0.25 * solution.t**2, atol=1e-8)  # the drive does not push the bead
-    np.testing.assert_allclose(solution["x"], 0.25 * solution.t**2 - drive.displacement.sample(solution.t)[:, 0], atol=1e-8)
+    np.testing.assert_allclose(
+        solution["x"], 0.25 * solution.t**2 - drive.displacement.sample(solution.t)[:, 0], atol=1e-8
+    )
 
 
 def test_times_just_before_are_before():

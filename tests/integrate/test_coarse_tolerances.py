@@ -1,8 +1,9 @@
-"""Coarse tolerances of generalized-alpha in long chains of small links: tolerances are relative to the length of the whole.
+"""Coarse tolerances of generalized-alpha in long chains of small links: tolerances are relative to the length of the
+whole.
 
-References: the energy, which does not change, and the explicit method of order eight at a tolerance of 1e-8. Reached: energy
-3e-4 of the greatest kinetic energy, the free end 2e-4 of the length. With rotations judged by the length of the whole, such
-runs ended in errors or with half as much energy again.
+References: the energy, which does not change, and the explicit method of order eight at a tolerance of 1e-8. Reached:
+energy 3e-4 of the greatest kinetic energy, the free end 2e-4 of the length. With rotations judged by the length of the
+whole, such runs ended in errors or with half as much energy again.
 """
 
 import numpy as np
@@ -23,7 +24,9 @@ def falling(n: int) -> fmb.Model:
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("n", [30, 60])
 def test_a_falling_chain_keeps_its_energy(n, rtol):
-    run, exact = (fmb.simulate(falling(n), 0.5, samples=6, integrator=integrator)
-                  for integrator in (fmb.GeneralizedAlpha(rtol=rtol), fmb.Explicit(rtol=1e-8, atol=1e-9)))
+    run, exact = (
+        fmb.simulate(falling(n), 0.5, samples=6, integrator=integrator)
+        for integrator in (fmb.GeneralizedAlpha(rtol=rtol), fmb.Explicit(rtol=1e-8, atol=1e-9))
+    )
     assert np.ptp(run["total"]) < 1e-3 * run["kinetic"].max()
     np.testing.assert_allclose(run["tip"], exact["tip"], atol=5e-4 * 0.1 * n)

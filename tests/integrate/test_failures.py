@@ -20,7 +20,9 @@ def four_parts(error: FlexmbError) -> str:
 def overstretched() -> fmb.Model:
     """A crank of 1 m and a rod of 1 m; the slider is pulled to 2.5 m: beyond its reach of 2 m at t = 0.7 s."""
     along = fmb.Pose.axes((0, 0, 0), x=(0, 1, 0), z=(1, 0, 0))
-    slider = fmb.RigidBody("slider", mass=1.0, inertia=(1, 1, 1), at=(1.6, 0, 0), markers={"rail": along, "pin": (0, 0, 0)})
+    slider = fmb.RigidBody(
+        "slider", mass=1.0, inertia=(1, 1, 1), at=(1.6, 0, 0), markers={"rail": along, "pin": (0, 0, 0)}
+    )
     crank = fmb.RigidBody.rod("crank", length=1.0, mass=1.0, radius=0.05, rotation=(0, 0, np.arccos(0.8)))
     return fmb.Model(
         name="stretch",

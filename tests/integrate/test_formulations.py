@@ -60,10 +60,16 @@ def test_baumgarte_pulls_back_a_drifted_state():
 
 
 def test_a_large_model_in_a_singular_position():
-    """Twelve four-bars with all bars in one line, 335 unknowns: Augmented softens what depends, and agrees with the others."""
+    """Twelve four-bars with all bars in one line, 335 unknowns:
+    Augmented softens what depends, and agrees with the others.
+    """
     model = mechanisms.four_bars(12)
-    bars = [b.replaced(rotation=(0, 0, 0)) if b.name[0] == "c" else
-            b.replaced(at=(int(b.name[1:]) + 1, 0, 0), velocity=(0, -1, 0)) for b in model.bodies[1:]]
+    bars = [
+        b.replaced(rotation=(0, 0, 0))
+        if b.name[0] == "c"
+        else b.replaced(at=(int(b.name[1:]) + 1, 0, 0), velocity=(0, -1, 0))
+        for b in model.bodies[1:]
+    ]
     system, start = assemble(replace(model, bodies=(model.bodies[0], *bars)))
     equations = equations_at(system, start, system.workspace())
     assert len(system.redundant) == 48  # twelve more than in other positions

@@ -19,8 +19,10 @@ def oscillator(k=400.0, d=3.0, m=2.0):
     return fmb.Model(
         bodies=[fmb.Ground(markers={"a": slide, "above": (0, 0, 1)}), ball],
         joints=[fmb.Prismatic("guide", markers=("ground.a", "ball.a"))],
-        forces=[fmb.SpringDamper("spring", markers=("ground.above", "ball.center"), stiffness=k, damping=d,
-                                 length=1.0)])  # fmt: skip
+        forces=[
+            fmb.SpringDamper("spring", markers=("ground.above", "ball.center"), stiffness=k, damping=d, length=1.0)
+        ],
+    )
 
 
 def test_one_freedom():
@@ -34,11 +36,18 @@ def test_one_freedom():
 
 
 def cantilever(modes=8, damping=0.0):
-    fe = fem.frame(np.linspace([0, 0, 0], [LENGTH, 0, 0], 41), section=fem.Section.rectangle(SIDE, SIDE),
-                   material=STEEL, shear=False, rotary_inertia=False)  # fmt: skip
+    fe = fem.frame(
+        np.linspace([0, 0, 0], [LENGTH, 0, 0], 41),
+        section=fem.Section.rectangle(SIDE, SIDE),
+        material=STEEL,
+        shear=False,
+        rotary_inertia=False,
+    )
     data = reduction.reduce(fe, {"root": "start", "tip": "end"}, modes, stress=False)
-    return fmb.Model(bodies=[fmb.Ground(), fmb.FloatingBody("beam", data=data, damping=damping)],
-                     joints=[fmb.Fixed("clamp", markers=("ground.origin", "beam.root"))])  # fmt: skip
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("beam", data=data, damping=damping)],
+        joints=[fmb.Fixed("clamp", markers=("ground.origin", "beam.root"))],
+    )
 
 
 def tip_receptance(frequency):
@@ -64,9 +73,14 @@ def test_state_space_says_the_same():
     linear = fmb.linearize(cantilever(4, damping=0.02))
     A, B, C, D = linear.state_space
     s = 2j * np.pi * 40.0
-    H = linear.motion_of("beam.tip") @ (C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D) @ linear.force_on("beam.tip")
-    np.testing.assert_allclose(linear.frequency_response(40.0, "beam.tip", "beam.tip")[0], H, rtol=0,
-                               atol=1e-8 * np.abs(H).max())  # fmt: skip
+    H = (
+        linear.motion_of("beam.tip")
+        @ (C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)
+        @ linear.force_on("beam.tip")
+    )
+    np.testing.assert_allclose(
+        linear.frequency_response(40.0, "beam.tip", "beam.tip")[0], H, rtol=0, atol=1e-8 * np.abs(H).max()
+    )
 
 
 def test_reciprocity():
@@ -86,9 +100,13 @@ def shaft(speed):
     axis = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 1, 0))
     clamped = cantilever(4)
     body = clamped.bodies[1].replaced(markers={"root": axis})
-    return fmb.Model(bodies=[fmb.Ground(markers={"bearing": axis}), body], joints=[
-        fmb.Revolute("bearing", markers=("ground.bearing", "beam.root")),
-        fmb.Drive("spin", joint="bearing", angle=fmb.expression("w * t", w=speed))])  # fmt: skip
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"bearing": axis}), body],
+        joints=[
+            fmb.Revolute("bearing", markers=("ground.bearing", "beam.root")),
+            fmb.Drive("spin", joint="bearing", angle=fmb.expression("w * t", w=speed)),
+        ],
+    )
 
 
 def test_campbell_of_a_shaft():
@@ -113,9 +131,11 @@ def test_section_forces_of_a_loaded_beam():
     """M = F (L - x), V = F: statics under a tip force, everywhere in the beam."""
     fe = fem.frame(np.linspace([0, 0, 0], [LENGTH, 0, 0], 5), section=fem.Section.rectangle(SIDE, SIDE), material=STEEL)
     data = reduction.reduce(fe, {"root": "start", "tip": "end"}, 0, frame="root")
-    model = fmb.Model(bodies=[fmb.Ground(), fmb.FloatingBody("beam", data=data)],
-                      joints=[fmb.Fixed("clamp", markers=("ground.origin", "beam.root"))],
-                      forces=[fmb.PointLoad("F", marker="beam.tip", force=(0, 1e-3, 0))])  # fmt: skip
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("beam", data=data)],
+        joints=[fmb.Fixed("clamp", markers=("ground.origin", "beam.root"))],
+        forces=[fmb.PointLoad("F", marker="beam.tip", force=(0, 1e-3, 0))],
+    )
     eta = fmb.statics(model).final.q[7:]
     (forces,) = recover.section_forces(data, eta, fe.blocks[0])
     ends = np.column_stack([np.linspace(0, 0.75, 4), np.linspace(0.25, 1, 4)])

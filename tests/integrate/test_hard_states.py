@@ -1,4 +1,5 @@
-"""Hard states: dead centres, vanishing steps, events at the start and at one time, mechanisms that an event makes impossible.
+"""Hard states: dead centres, vanishing steps, events at the start and at one time, mechanisms that an event makes
+impossible.
 
 Whatever cannot be followed says who, what, what was expected and what to do, and the samples before it are kept.
 """
@@ -29,15 +30,23 @@ def crank_slider(angle: float, drive: str = "") -> fmb.Model:
     crank = fmb.RigidBody.rod("crank", length=1.0, mass=1.0, radius=0.05, rotation=(0, 0, angle))
     rod = fmb.RigidBody.rod("rod", length=1.5, mass=1.0, radius=0.05, at=knee, rotation=(0, 0, tilt))
     x = knee[0] + 1.5 * np.cos(tilt)
-    slider = fmb.RigidBody("slider", mass=1.0, inertia=(1, 1, 1), at=(x, 0, 0), markers={"rail": along, "pin": (0, 0, 0)})
-    joints = [fmb.Revolute("pivot", markers=("ground.origin", "crank.start")),
-              fmb.Spherical("knee", markers=("crank.end", "rod.start")),
-              fmb.Spherical("wrist", markers=("rod.end", "slider.pin")),
-              fmb.Prismatic("rail", markers=("ground.rail", "slider.rail"))]  # fmt: skip
+    slider = fmb.RigidBody(
+        "slider", mass=1.0, inertia=(1, 1, 1), at=(x, 0, 0), markers={"rail": along, "pin": (0, 0, 0)}
+    )
+    joints = [
+        fmb.Revolute("pivot", markers=("ground.origin", "crank.start")),
+        fmb.Spherical("knee", markers=("crank.end", "rod.start")),
+        fmb.Spherical("wrist", markers=("rod.end", "slider.pin")),
+        fmb.Prismatic("rail", markers=("ground.rail", "slider.rail")),
+    ]
     if drive:
         joints.append(fmb.Drive("push", joint="rail", displacement=fmb.expression(f"{x:.16g} {drive}")))
-    return fmb.Model(name="crank drive", bodies=[fmb.Ground(markers={"rail": along}), crank, rod, slider], joints=joints,
-                     sensors=[fmb.JointCoordinate("angle", joint="pivot"), fmb.JointCoordinate("stroke", joint="rail")])
+    return fmb.Model(
+        name="crank drive",
+        bodies=[fmb.Ground(markers={"rail": along}), crank, rod, slider],
+        joints=joints,
+        sensors=[fmb.JointCoordinate("angle", joint="pivot"), fmb.JointCoordinate("stroke", joint="rail")],
+    )
 
 
 def test_a_driven_start_at_a_dead_centre():
@@ -75,15 +84,22 @@ def test_a_dead_centre_that_a_driven_slider_reaches(integrator):
 
 def hinged(*drives) -> fmb.Model:
     """A body that turns freely about z at 2 rad/s, and drives of its hinge."""
-    body = fmb.RigidBody("arm", mass=1.0, inertia=(0.1, 0.1, 0.1), angular_velocity=(0, 0, 2.0), markers={"pin": (0, 0, 0)})
+    body = fmb.RigidBody(
+        "arm", mass=1.0, inertia=(0.1, 0.1, 0.1), angular_velocity=(0, 0, 2.0), markers={"pin": (0, 0, 0)}
+    )
     joints = [fmb.Revolute("pivot", markers=("ground.origin", "arm.pin")), *drives]
-    return fmb.Model(bodies=[fmb.Ground(), body], joints=joints,
-                     sensors=[fmb.JointCoordinate("angle", joint="pivot"), fmb.ConstraintError("gap")])
+    return fmb.Model(
+        bodies=[fmb.Ground(), body],
+        joints=joints,
+        sensors=[fmb.JointCoordinate("angle", joint="pivot"), fmb.ConstraintError("gap")],
+    )
 
 
-@pytest.mark.parametrize("other", [
-    fmb.Drive("two", joint="pivot", angle=fmb.ramp(rate=2.5)),
-    fmb.Fixed("two", markers=("ground.origin", "arm.pin"))], ids=["drive", "fixed"])
+@pytest.mark.parametrize(
+    "other",
+    [fmb.Drive("two", joint="pivot", angle=fmb.ramp(rate=2.5)), fmb.Fixed("two", markers=("ground.origin", "arm.pin"))],
+    ids=["drive", "fixed"],
+)
 def test_speeds_that_contradict_each_other_at_the_start(other):
     with pytest.raises(CompileError) as caught:
         fmb.simulate(hinged(fmb.Drive("one", joint="pivot", angle=fmb.ramp(rate=2.0)), other), 1.0)
@@ -95,8 +111,10 @@ def test_speeds_that_contradict_each_other_at_the_start(other):
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
 def test_drives_that_part_on_the_way(integrator):
     """From t = 0.5 s on the second drive runs ahead: by 10 s^3 - 15 s^4 + 6 s^5 with s = 2 t - 1."""
-    model = hinged(fmb.Drive("one", joint="pivot", angle=fmb.ramp(rate=2.0)),
-                   fmb.Drive("two", joint="pivot", angle=fmb.expression("2*t + smooth(2*t - 1)")))
+    model = hinged(
+        fmb.Drive("one", joint="pivot", angle=fmb.ramp(rate=2.0)),
+        fmb.Drive("two", joint="pivot", angle=fmb.expression("2*t + smooth(2*t - 1)")),
+    )
     with pytest.raises(IntegrationError) as caught:
         fmb.simulate(model, 1.0, samples=101, integrator=integrator)
     text = four_parts(caught.value)
@@ -111,9 +129,11 @@ def test_drives_that_part_on_the_way(integrator):
 
 def spring(stiffness: float, length: float = 1.001) -> fmb.Model:
     return fmb.Model(
-        gravity=(0, 0, -9.81), bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(0, 0, -length))],
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(0, 0, -length))],
         forces=[fmb.SpringDamper("spring", markers=("ground.origin", "mass.center"), stiffness=stiffness, length=1.0)],
-        sensors=[fmb.Position("p", marker="mass.center")])
+        sensors=[fmb.Position("p", marker="mass.center")],
+    )
 
 
 def test_a_stiffness_at_which_explicit_steps_vanish():
@@ -140,15 +160,23 @@ def test_a_stiffness_that_is_no_number():
 def dropped(events) -> fmb.Model:
     """A mass on a rod, at rest beside it."""
     return fmb.Model(
-        gravity=(0, 0, -9.81), bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(1.0, 0, 0))],
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, at=(1.0, 0, 0))],
         joints=[fmb.Rod("rod", markers=("ground.origin", "mass.center"))],
-        sensors=[fmb.Position("p", marker="mass.center"), fmb.Velocity("v", marker="mass.center")], events=events)
+        sensors=[fmb.Position("p", marker="mass.center"), fmb.Velocity("v", marker="mass.center")],
+        events=events,
+    )
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
 @pytest.mark.parametrize(
-    "event", [fmb.Event("cut", at=0.0, then=fmb.Release("rod")),
-              fmb.Event("cut", sensor="p", column=0, above=0.5, then=fmb.Release("rod"))], ids=["time", "sensor"])
+    "event",
+    [
+        fmb.Event("cut", at=0.0, then=fmb.Release("rod")),
+        fmb.Event("cut", sensor="p", column=0, above=0.5, then=fmb.Release("rod")),
+    ],
+    ids=["time", "sensor"],
+)
 def test_events_at_the_start(event, integrator):
     """The rod breaks before anything moves: free fall."""
     solution = fmb.simulate(dropped([event]), 0.5, samples=6, integrator=integrator)
@@ -159,10 +187,14 @@ def test_events_at_the_start(event, integrator):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
 def test_two_events_at_one_time_happen_in_their_order(integrator):
-    """At 0.2 s the rod breaks and the mass becomes heavy, which changes nothing in free fall; at 0.2 s again it stops."""
-    events = [fmb.Event("cut", at=0.2, then=fmb.Release("rod")),
-              fmb.Event("heavy", at=0.2, then=fmb.Change("mass", mass=5.0)),
-              fmb.Event("end", at=0.2, then=fmb.Stop())]
+    """At 0.2 s the rod breaks and the mass becomes heavy, which changes nothing in free fall;
+    at 0.2 s again it stops.
+    """
+    events = [
+        fmb.Event("cut", at=0.2, then=fmb.Release("rod")),
+        fmb.Event("heavy", at=0.2, then=fmb.Change("mass", mass=5.0)),
+        fmb.Event("end", at=0.2, then=fmb.Stop()),
+    ]
     solution = fmb.simulate(dropped(events), 0.5, samples=6, integrator=integrator)
     assert [phase.ended for phase in solution.phases] == ["cut", "heavy", "end"]
     assert solution.status.kind == "stopped"
@@ -175,9 +207,11 @@ def test_an_event_happens_once():
     mass = fmb.PointMass("mass", mass=1.0, velocity=(0, 0, 5.0))
     load = fmb.Change("load", force=(0, 0, -9.81))
     model = fmb.Model(
-        bodies=[fmb.Ground(), mass], forces=[fmb.PointLoad("load", marker="mass.center", force=(0, 0, -9.81))],
+        bodies=[fmb.Ground(), mass],
+        forces=[fmb.PointLoad("load", marker="mass.center", force=(0, 0, -9.81))],
         sensors=[fmb.Position("p", marker="mass.center")],
-        events=[fmb.Event("high", sensor="p", column=2, above=0.5, then=load)])
+        events=[fmb.Event("high", sensor="p", column=2, above=0.5, then=load)],
+    )
     solution = fmb.simulate(model, 1.2, samples=13)
     assert [phase.ended for phase in solution.phases] == ["high", "finished"]
 
@@ -200,8 +234,10 @@ def test_a_drive_that_an_event_lets_begin_elsewhere():
     """2 rad/s for 0.5 s is 1 rad; a ramp with 3 rad/s from t = 0 would be at 1.5 rad. One from 1 rad on is right."""
     drive = fmb.Drive("motor", joint="pivot", angle=fmb.ramp(rate=2.0))
     faster = [fmb.ramp(rate=3.0), fmb.expression("1 + 3*(t - 0.5)")]
-    models = [replace(hinged(drive), events=(fmb.Event("faster", at=0.5, then=fmb.Change("motor", angle=angle)),))
-              for angle in faster]
+    models = [
+        replace(hinged(drive), events=(fmb.Event("faster", at=0.5, then=fmb.Change("motor", angle=angle)),))
+        for angle in faster
+    ]
     with pytest.raises(IntegrationError) as caught:
         fmb.simulate(models[0], 1.0, samples=11)
     text = four_parts(caught.value)
@@ -219,12 +255,13 @@ def test_an_event_that_releases_what_another_has_released():
     assert caught.value.solution.t[-1] >= 0.1
 
 
-
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)
 def test_numbers_that_are_none_from_a_load(integrator):
     model = fmb.Model(
-        bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0)], sensors=[fmb.Position("p", marker="mass.center")],
-        forces=[fmb.PointLoad("load", marker="mass.center", force=(fmb.expression("sqrt(0.1 - t)"), 0, 0))])
+        bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0)],
+        sensors=[fmb.Position("p", marker="mass.center")],
+        forces=[fmb.PointLoad("load", marker="mass.center", force=(fmb.expression("sqrt(0.1 - t)"), 0, 0))],
+    )
     with pytest.raises(IntegrationError) as caught:
         fmb.simulate(model, 0.5, samples=51, integrator=integrator)
     four_parts(caught.value)
@@ -236,7 +273,11 @@ def test_dependent_equations_of_joints_in_one_point():
     shaft = fmb.RigidBody("shaft", mass=1.0, inertia=(0.1, 0.1, 0.1))
     bearings = [fmb.Revolute(name, markers=("ground.origin", "shaft.center")) for name in ("A", "B")]
     motor = fmb.Drive("motor", joint="A", angle=fmb.expression("20*t"))
-    model = fmb.Model(bodies=[fmb.Ground(), shaft], joints=[*bearings, motor], gravity=(1.0, 2.0, 3.0),
-                      sensors=[fmb.JointCoordinate("turn", joint="B")])
+    model = fmb.Model(
+        bodies=[fmb.Ground(), shaft],
+        joints=[*bearings, motor],
+        gravity=(1.0, 2.0, 3.0),
+        sensors=[fmb.JointCoordinate("turn", joint="B")],
+    )
     solution = fmb.simulate(model, 1.0, samples=3, integrator=fmb.Explicit())
     np.testing.assert_allclose(np.ravel(solution["turn"]), [0.0, 10.0, 20.0], atol=1e-8)

@@ -8,7 +8,9 @@ import flexmb as fmb
 
 def struck(restitution, **fields):
     """A rod hinged at its end at rest, and a ball that flies at it, 0.7 m from the hinge; both in the plane x-y."""
-    rod = fmb.RigidBody.rod("rod", length=1.0, mass=3.0, markers={"face": fmb.Pose.axes((0.7, 0, 0), x=(1, 0, 0), z=(0, 0, 1))})
+    rod = fmb.RigidBody.rod(
+        "rod", length=1.0, mass=3.0, markers={"face": fmb.Pose.axes((0.7, 0, 0), x=(1, 0, 0), z=(0, 0, 1))}
+    )
     ball = fmb.PointMass("ball", mass=0.5, at=(0.7, -0.2, 0), velocity=(0.3, 2.0, 0))
     impact = fmb.Impact(("rod.face", "ball.center"), restitution=restitution, along="y")
     # the ball is on the side -y: seen along -y of the face
@@ -17,14 +19,21 @@ def struck(restitution, **fields):
     return fmb.Model(
         bodies=[fmb.Ground(), rod, ball],
         joints=[fmb.Revolute("hinge", markers=("ground.origin", "rod.start"))],
-        sensors=[fmb.Distance("gap", markers=("rod.face", "ball.center"), along="y"), fmb.Velocity("v", marker="ball.center"),
-                 fmb.JointCoordinate("angle", joint="hinge"), fmb.Velocity("tip", marker="rod.end"),
-                 fmb.Energy("kinetic", kind="kinetic")],
-        events=[fmb.Event("hit", sensor="gap", below=0.0, repeats=True, then=impact)], **fields,
-    )  # fmt: skip
+        sensors=[
+            fmb.Distance("gap", markers=("rod.face", "ball.center"), along="y"),
+            fmb.Velocity("v", marker="ball.center"),
+            fmb.JointCoordinate("angle", joint="hinge"),
+            fmb.Velocity("tip", marker="rod.end"),
+            fmb.Energy("kinetic", kind="kinetic"),
+        ],
+        events=[fmb.Event("hit", sensor="gap", below=0.0, repeats=True, then=impact)],
+        **fields,
+    )
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Explicit()], ids=["alpha", "IDA", "explicit"])
+@pytest.mark.parametrize(
+    "integrator", [fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Explicit()], ids=["alpha", "IDA", "explicit"]
+)
 @pytest.mark.parametrize("e", [0.0, 0.6, 1.0])
 def test_a_ball_strikes_a_hinged_rod(e, integrator):
     """Angular momentum about the hinge is kept: w = (1 + e) m v s / (J + m s^2); the hinge takes the rest."""
@@ -45,9 +54,11 @@ def test_events_in_one_interval_happen_in_their_order():
     model = fmb.Model(
         bodies=[fmb.Ground(), fmb.PointMass("mass", mass=1.0, velocity=(1.0, 0, 0))],
         sensors=[fmb.Position("p", marker="mass.center")],
-        events=[fmb.Event(name, sensor="p", column=0, above=x, then=fmb.Change("mass", mass=mass))
-                for name, x, mass in (("late", 0.50037, 3.0), ("early", 0.50023, 2.0))],
-    )  # fmt: skip
+        events=[
+            fmb.Event(name, sensor="p", column=0, above=x, then=fmb.Change("mass", mass=mass))
+            for name, x, mass in (("late", 0.50037, 3.0), ("early", 0.50023, 2.0))
+        ],
+    )
     solution = fmb.simulate(model, 1.0, samples=3)
     assert [phase.ended for phase in solution.phases] == ["early", "late", "finished"]
     np.testing.assert_allclose([phase.t[-1] for phase in solution.phases[:2]], [0.50023, 0.50037], atol=1e-11)
@@ -71,9 +82,16 @@ def test_a_contact_that_lasts_ends_the_run_and_keeps_it():
     model = struck(0.0, gravity=(0, 9.81, 0))
     model = model.changed("ball", velocity=(0, 2.0, 0))
     joint = fmb.Fixed("held", markers=("ground.origin", "rod.start"))
-    model = fmb.Model(gravity=model.gravity, bodies=model.bodies, joints=[joint], events=model.events,
-                      sensors=[s for s in model.sensors if s.name != "angle"])
-    with pytest.raises(fmb.IntegrationError, match=r"Event 'hit' happens again and again at t = 0\.0.*Contact") as caught:
+    model = fmb.Model(
+        gravity=model.gravity,
+        bodies=model.bodies,
+        joints=[joint],
+        events=model.events,
+        sensors=[s for s in model.sensors if s.name != "angle"],
+    )
+    with pytest.raises(
+        fmb.IntegrationError, match=r"Event 'hit' happens again and again at t = 0\.0.*Contact"
+    ) as caught:
         fmb.simulate(model, 1.0)
     assert all((caught.value.part, caught.value.found, caught.value.expected, caught.value.remedy))
     assert caught.value.solution.t[-1] > 0.05
@@ -84,7 +102,9 @@ def test_an_impulse_that_moves_nothing():
     wall = fmb.Fixed("wall", markers=("ground.origin", "rod.start"))
     pin = fmb.RigidBody("pin", mass=0.1, inertia=(1, 1, 1), at=(0.5, 0.5, 0))
     sensor = fmb.Distance("gap", markers=("rod.start", "pin.center"), along="y")
-    event = fmb.Event("hit", sensor="gap", above=0.4, then=fmb.Impact(("rod.start", "pin.center"), restitution=0.5, along="y"))
+    event = fmb.Event(
+        "hit", sensor="gap", above=0.4, then=fmb.Impact(("rod.start", "pin.center"), restitution=0.5, along="y")
+    )
     held = fmb.Fixed("held", markers=("ground.there", "pin.center"))
     ground = fmb.Ground(markers={"there": (0.5, 0.5, 0)})
     model = fmb.Model(bodies=[ground, model.bodies[1], pin], joints=[wall, held], sensors=[sensor], events=[event])

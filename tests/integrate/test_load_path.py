@@ -1,4 +1,6 @@
-"""Equilibria along a load: von Mises' truss of two springs against its closed form, and what is said at limit points."""
+"""Equilibria along a load: von Mises' truss of two springs against its closed form,
+and what is said at limit points.
+"""
 
 import numpy as np
 import pytest
@@ -24,13 +26,20 @@ LOWEST = np.sqrt((FREE * HALF**2) ** (2 / 3) - HALF**2)
 def truss(*, guide="ground.C", load=None, joints=(), bodies=()):
     load = fmb.expression(f"-{LOAD}*t") if load is None else load
     return fmb.Model(
-        bodies=(fmb.Ground(markers={"A": (-HALF, 0, 0), "B": (HALF, 0, 0), "C": (0, 0, HEIGHT)}),
-                fmb.PointMass("apex", mass=1.0, at=(0, 0, HEIGHT)), *bodies),
-        joints=((fmb.InLine("guide", markers=(guide, "apex.center")),) if guide else ()) + tuple(joints), gravity=(0, 0, 0),
-        forces=(fmb.SpringDamper("left", markers=("ground.A", "apex.center"), stiffness=STIFFNESS),
-                fmb.SpringDamper("right", markers=("ground.B", "apex.center"), stiffness=STIFFNESS),
-                fmb.PointLoad("P", marker="apex.center", force=(0, 0, load))),
-        sensors=(fmb.Position("apex", marker="apex.center"),))
+        bodies=(
+            fmb.Ground(markers={"A": (-HALF, 0, 0), "B": (HALF, 0, 0), "C": (0, 0, HEIGHT)}),
+            fmb.PointMass("apex", mass=1.0, at=(0, 0, HEIGHT)),
+            *bodies,
+        ),
+        joints=((fmb.InLine("guide", markers=(guide, "apex.center")),) if guide else ()) + tuple(joints),
+        gravity=(0, 0, 0),
+        forces=(
+            fmb.SpringDamper("left", markers=("ground.A", "apex.center"), stiffness=STIFFNESS),
+            fmb.SpringDamper("right", markers=("ground.B", "apex.center"), stiffness=STIFFNESS),
+            fmb.PointLoad("P", marker="apex.center", force=(0, 0, load)),
+        ),
+        sensors=(fmb.Position("apex", marker="apex.center"),),
+    )
 
 
 def test_snap_through_of_the_truss():
@@ -50,11 +59,12 @@ def test_snap_through_of_the_truss():
 
 def test_snap_under_prescribed_displacement_has_no_limit_point():
     """Time drives the height; the reaction of the drive follows the closed form through its extrema."""
-    carrier = fmb.RigidBody("carrier", mass=1.0, inertia=(1.0, 1.0, 1.0), at=(0, 0, HEIGHT),
-                            markers={"m": (0, 0, 0)})
-    joints = (fmb.Prismatic("lift", markers=("ground.C", "carrier.m")),
-              fmb.Drive("height", joint="lift", displacement=fmb.expression("-t")),
-              fmb.Spherical("hold", markers=("carrier.m", "apex.center")))
+    carrier = fmb.RigidBody("carrier", mass=1.0, inertia=(1.0, 1.0, 1.0), at=(0, 0, HEIGHT), markers={"m": (0, 0, 0)})
+    joints = (
+        fmb.Prismatic("lift", markers=("ground.C", "carrier.m")),
+        fmb.Drive("height", joint="lift", displacement=fmb.expression("-t")),
+        fmb.Spherical("hold", markers=("carrier.m", "apex.center")),
+    )
     model = truss(guide=None, load=0.0, joints=joints, bodies=(carrier,))
     path = fmb.statics(model, t=1.0, path=fmb.LoadSteps(steps=10))
     np.testing.assert_allclose(path.t, np.linspace(0.0, 1.0, 11), atol=1e-12)
@@ -71,8 +81,11 @@ def test_load_steps_below_the_limit():
 
 
 def test_load_steps_name_the_limit_point():
-    with pytest.raises(IntegrationError, match=r"limit point at the load factor 0\.214572 \(of 1\), where Body 'apex' "
-                       r"buckles.*path=flexmb\.ArcLength\(\)") as error:
+    with pytest.raises(
+        IntegrationError,
+        match=r"limit point at the load factor 0\.214572 \(of 1\), where Body 'apex' "
+        r"buckles.*path=flexmb\.ArcLength\(\)",
+    ) as error:
         fmb.statics(truss(), t=1.0, path=fmb.LoadSteps(steps=10))
     np.testing.assert_allclose(error.value.solution.t, [0.0, 0.1, 0.2], atol=1e-12)
 
@@ -82,23 +95,42 @@ def test_statics_without_equilibrium_tells_the_load_that_was_reached():
     hold = fmb.table([-1.0, 0.0, 0.1, 0.2, 0.3, 9.0], [0.0, 0.0, -50.0, -20.0, 0.0, 0.0], of="slide")
     model = fmb.Model(
         bodies=(fmb.Ground(), fmb.RigidBody("cart", mass=1.0, inertia=(1, 1, 1), markers={"m": (0, 0, 0)})),
-        joints=(fmb.Prismatic("slide", markers=("ground.origin", "cart.m")),), gravity=(0, 0, 0),
-        forces=(fmb.PointLoad("hold", marker="cart.m", force=(0, 0, hold)),
-                fmb.PointLoad("pull", marker="cart.m", force=(0, 0, fmb.expression("100*t")))))
-    with pytest.raises(IntegrationError, match=r"no equilibrium.*Body 'cart'.*limit point at the load factor 0\.5.* "
-                       r"\(of 1\), where Body 'cart' buckles.*ArcLength"):
+        joints=(fmb.Prismatic("slide", markers=("ground.origin", "cart.m")),),
+        gravity=(0, 0, 0),
+        forces=(
+            fmb.PointLoad("hold", marker="cart.m", force=(0, 0, hold)),
+            fmb.PointLoad("pull", marker="cart.m", force=(0, 0, fmb.expression("100*t"))),
+        ),
+    )
+    with pytest.raises(
+        IntegrationError,
+        match=r"no equilibrium.*Body 'cart'.*limit point at the load factor 0\.5.* "
+        r"\(of 1\), where Body 'cart' buckles.*ArcLength",
+    ):
         fmb.statics(model, t=1.0, iterations=30)
 
 
 def test_perfect_column_passes_a_bifurcation():
-    """A rigid bar on a torsion spring under an axial load: the straight path branches at the load stiffness / length."""
-    bar = fmb.RigidBody("bar", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(0, 0, 0),
-                        markers={"foot": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0)), "top": (0, 0, 2.0)})
+    """A rigid bar on a torsion spring under an axial load: the straight path branches at the load stiffness
+    / length.
+    """
+    bar = fmb.RigidBody(
+        "bar",
+        mass=1.0,
+        inertia=(0.1, 0.1, 0.1),
+        at=(0, 0, 0),
+        markers={"foot": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0)), "top": (0, 0, 2.0)},
+    )
     ground = fmb.Ground(markers={"O": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0))})
-    model = fmb.Model(bodies=(ground, bar), gravity=(0, 0, 0),
-                      joints=(fmb.Revolute("hinge", markers=("ground.O", "bar.foot")),),
-                      forces=(fmb.TorsionSpring("spring", joint="hinge", stiffness=10.0),
-                              fmb.PointLoad("P", marker="bar.top", force=(0, 0, fmb.expression("-10*t")))))
+    model = fmb.Model(
+        bodies=(ground, bar),
+        gravity=(0, 0, 0),
+        joints=(fmb.Revolute("hinge", markers=("ground.O", "bar.foot")),),
+        forces=(
+            fmb.TorsionSpring("spring", joint="hinge", stiffness=10.0),
+            fmb.PointLoad("P", marker="bar.top", force=(0, 0, fmb.expression("-10*t"))),
+        ),
+    )
     (point,) = fmb.statics(model, t=1.0, path=fmb.ArcLength()).limit_points
     assert point.kind == "bifurcation"
     assert point.load == pytest.approx(0.5, rel=1e-4)
@@ -137,7 +169,9 @@ def test_messages():
         fmb.statics(truss(), path=fmb.ArcLength())
     with pytest.raises(ModelError, match=r"path = 'riks'.*path=flexmb.ArcLength\(\)"):
         fmb.statics(truss(), t=1.0, path="riks")
-    with pytest.raises(IntegrationError, match=r"no regular equilibrium: nothing holds Body 'apex', freedom 1.*Support"):
+    with pytest.raises(
+        IntegrationError, match=r"no regular equilibrium: nothing holds Body 'apex', freedom 1.*Support"
+    ):
         fmb.statics(truss(guide=None), t=1.0, path=fmb.ArcLength())
     path = fmb.statics(truss(), t=1.0, path=fmb.ArcLength())
     with pytest.raises(FlexmbError, match=r"the load goes up and down.*phases\[0\]\.instant"):

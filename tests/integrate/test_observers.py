@@ -1,7 +1,7 @@
 """Rotors in casings: linear models whose joint couples axes that turn against each other.
 
-References: rigid rotors on isotropic bearings in closed form (Genta, Dynamics of Rotating Systems, 2005, ch. 2), Euler's
-equations linearised about the spin.
+References: rigid rotors on isotropic bearings in closed form (Genta, Dynamics of Rotating Systems, 2005, ch. 2),
+Euler's equations linearised about the spin.
 """
 
 import numpy as np
@@ -14,14 +14,23 @@ K, KR, M, HUB, HUB_J, SPEED = 1e5, 500.0, 2.0, 1.0, 1e-3, 200.0
 
 def rotor(inertia, stiffness=(K, K, K, KR, KR, KR), hub=HUB, speed=SPEED) -> fmb.Model:
     """A disc that turns about z in a hub on springs, which does not turn."""
-    bodies = [fmb.Ground(), fmb.RigidBody("hub", mass=hub, inertia=(HUB_J,) * 3),
-              fmb.RigidBody("disc", mass=M, inertia=inertia, angular_velocity=(0, 0, speed))]
-    return fmb.Model(name="rotor", bodies=bodies, joints=[fmb.Revolute("bearing", markers=("hub.center", "disc.center"))],
-                     forces=[fmb.Bushing("springs", markers=("ground.origin", "hub.center"), stiffness=stiffness)])
+    bodies = [
+        fmb.Ground(),
+        fmb.RigidBody("hub", mass=hub, inertia=(HUB_J,) * 3),
+        fmb.RigidBody("disc", mass=M, inertia=inertia, angular_velocity=(0, 0, speed)),
+    ]
+    return fmb.Model(
+        name="rotor",
+        bodies=bodies,
+        joints=[fmb.Revolute("bearing", markers=("hub.center", "disc.center"))],
+        forces=[fmb.Bushing("springs", markers=("ground.origin", "hub.center"), stiffness=stiffness)],
+    )
 
 
 def test_a_round_rotor_in_a_casing():
-    """Whirl seen from W: J p^2 - Jp w p - k = 0 forwards and backwards; lateral and axial sqrt(k / m); the hub's own turn."""
+    """Whirl seen from W: J p^2 - Jp w p - k = 0 forwards and backwards; lateral and axial sqrt(k / m);
+    the hub's own turn.
+    """
     linear = fmb.linearize(rotor((0.01, 0.01, 0.018)))
     whirl = np.abs(np.roots([0.01 + HUB_J, -0.018 * SPEED, -KR]))
     bounce = np.sqrt(K / (M + HUB))
@@ -32,24 +41,34 @@ def test_a_round_rotor_in_a_casing():
 
 
 def test_its_whirl_is_that_of_a_simulation():
-    """The same rotor, disturbed a little: the tilt of the hub is made of the two whirls of the closed form, within 1 %."""
-    model = rotor((0.01, 0.01, 0.018)).changed("hub", angular_velocity=(1e-4, 0, 0)).changed(
-        "disc", angular_velocity=(1e-4, 0, SPEED))
-    model = fmb.Model(bodies=model.bodies, joints=model.joints, forces=model.forces,
-                      sensors=[fmb.Orientation("tilt", marker="hub.center")])
+    """The same rotor, disturbed a little: the tilt of the hub is made of the two whirls of the closed form,
+    within 1 %.
+    """
+    model = (
+        rotor((0.01, 0.01, 0.018))
+        .changed("hub", angular_velocity=(1e-4, 0, 0))
+        .changed("disc", angular_velocity=(1e-4, 0, SPEED))
+    )
+    model = fmb.Model(
+        bodies=model.bodies,
+        joints=model.joints,
+        forces=model.forces,
+        sensors=[fmb.Orientation("tilt", marker="hub.center")],
+    )
     solution = fmb.simulate(model, 0.4, samples=4001, integrator=fmb.GeneralizedAlpha(step=1e-4, rho_inf=0.95))
     tilt = 2.0 * (solution["tilt"][:, 1] + 1j * solution["tilt"][:, 2])
     whirl = np.roots([0.01 + HUB_J, -0.018 * SPEED, -KR])
     shapes = np.exp(1j * np.outer(solution.t, whirl))
     parts, left = np.linalg.lstsq(shapes, tilt, rcond=None)[:2]
     assert np.sqrt(left[0] / len(tilt)) < 1e-2 * np.abs(parts).max()
-    np.testing.assert_allclose(np.sort(np.abs(whirl)) / (2.0 * np.pi),
-                               fmb.linearize(rotor((0.01, 0.01, 0.018))).frequencies[[1, 5]], rtol=1e-9)
+    np.testing.assert_allclose(
+        np.sort(np.abs(whirl)) / (2.0 * np.pi), fmb.linearize(rotor((0.01, 0.01, 0.018))).frequencies[[1, 5]], rtol=1e-9
+    )
 
 
 def test_a_rotor_that_is_not_round_is_seen_from_its_own_axes():
-    """Euler's equations in its axes, I1 w1' + (I3 - I2) W w2 = m1 and so on, w1 = t1' - W t2, w2 = t2' + W t1; the hub, round,
-    turns against these axes."""
+    """Euler's equations in its axes, I1 w1' + (I3 - I2) W w2 = m1 and so on, w1 = t1' - W t2, w2 = t2' + W t1; the hub,
+    round, turns against these axes."""
     first, second, polar = 0.013, 0.01, 0.018
     linear = fmb.linearize(rotor((first, second, polar)))
     assert linear.observer == "Body 'disc'"
@@ -68,15 +87,26 @@ def test_a_rotor_that_is_not_round_is_seen_from_its_own_axes():
 
 
 def test_rotors_in_gear_are_seen_from_rest():
-    """Two round wheels on one sprung casing, 100 and -200 rad/s: the casing tilts with their angular momenta, J, Jp w."""
+    """Two round wheels on one sprung casing, 100 and -200 rad/s:
+    the casing tilts with their angular momenta, J, Jp w.
+    """
     at = (0.3, 0.0, 0.0)
-    bodies = [fmb.Ground(), fmb.RigidBody("case", mass=1.0, inertia=(0.02,) * 3, markers={"b": at}),
-              fmb.RigidBody("one", mass=1e-6, inertia=(4e-3, 4e-3, 8e-3), angular_velocity=(0, 0, 100.0)),
-              fmb.RigidBody("two", mass=1e-6, inertia=(1e-3, 1e-3, 2e-3), at=at, angular_velocity=(0, 0, -200.0))]
-    joints = [fmb.Revolute("a", markers=("case.center", "one.center")), fmb.Revolute("b", markers=("case.b", "two.center")),
-              fmb.Coupler("mesh", joints=("a", "b"), ratio=-0.5)]
-    model = fmb.Model(bodies=bodies, joints=joints, forces=[
-        fmb.Bushing("springs", markers=("ground.origin", "case.center"), stiffness=(1e6, 1e6, 1e6, KR, KR, 0))])
+    bodies = [
+        fmb.Ground(),
+        fmb.RigidBody("case", mass=1.0, inertia=(0.02,) * 3, markers={"b": at}),
+        fmb.RigidBody("one", mass=1e-6, inertia=(4e-3, 4e-3, 8e-3), angular_velocity=(0, 0, 100.0)),
+        fmb.RigidBody("two", mass=1e-6, inertia=(1e-3, 1e-3, 2e-3), at=at, angular_velocity=(0, 0, -200.0)),
+    ]
+    joints = [
+        fmb.Revolute("a", markers=("case.center", "one.center")),
+        fmb.Revolute("b", markers=("case.b", "two.center")),
+        fmb.Coupler("mesh", joints=("a", "b"), ratio=-0.5),
+    ]
+    model = fmb.Model(
+        bodies=bodies,
+        joints=joints,
+        forces=[fmb.Bushing("springs", markers=("ground.origin", "case.center"), stiffness=(1e6, 1e6, 1e6, KR, KR, 0))],
+    )
     linear = fmb.linearize(model)
     tilts = np.abs(np.roots([0.02 + 5e-3, -(8e-3 * 100.0 - 2e-3 * 200.0), -KR])) / (2.0 * np.pi)
     assert linear.observer == "W"
@@ -93,10 +123,20 @@ def test_a_top_nutates_about_its_precession(precession):
     spin = (about * precession**2 * np.cos(tilt) + mass * g * lever) / (J3 * precession)
     axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     w = spin * axis + precession * (np.array([0.0, 0.0, 1.0]) - np.cos(tilt) * axis)
-    top = fmb.RigidBody("top", mass=mass, inertia=(J, J, J3), center_of_mass=(0, 0, lever), rotation=(0, tilt, 0),
-                        angular_velocity=w, markers={"tip": (0, 0, 0)})
-    model = fmb.Model(gravity=(0, 0, -g), bodies=[fmb.Ground(), top],
-                      joints=[fmb.Spherical("tip", markers=("ground.origin", "top.tip"))])
+    top = fmb.RigidBody(
+        "top",
+        mass=mass,
+        inertia=(J, J, J3),
+        center_of_mass=(0, 0, lever),
+        rotation=(0, tilt, 0),
+        angular_velocity=w,
+        markers={"tip": (0, 0, 0)},
+    )
+    model = fmb.Model(
+        gravity=(0, 0, -g),
+        bodies=[fmb.Ground(), top],
+        joints=[fmb.Spherical("tip", markers=("ground.origin", "top.tip"))],
+    )
     linear = fmb.linearize(model)
     p, p3 = about * precession * np.sin(tilt) ** 2 + J3 * spin * np.cos(tilt), J3 * spin
 
@@ -113,5 +153,7 @@ def test_a_top_nutates_about_its_precession(precession):
 def test_coefficients_that_change_with_time_are_told():
     """Neither rotor nor bearing is round: the equations are Mathieu's for every observer."""
     stiffness = (K, 3.0 * K, K, KR, 3.0 * KR, KR)
-    with pytest.warns(fmb.ValidityWarning, match="Model 'rotor', linearize: the coefficients of this motion change with time"):
+    with pytest.warns(
+        fmb.ValidityWarning, match="Model 'rotor', linearize: the coefficients of this motion change with time"
+    ):
         fmb.linearize(rotor((0.013, 0.01, 0.018), stiffness))

@@ -22,13 +22,17 @@ def pendulum(**options):
     a = fmb.RigidBody.rod("a", length=1.0, mass=1.0, radius=0.02)
     b = fmb.RigidBody.rod("b", length=1.0, mass=1.0, radius=0.02)
     return fmb.Model(
-        name="double pendulum", gravity=(0, -9.81, 0),
+        name="double pendulum",
+        gravity=(0, -9.81, 0),
         bodies=[fmb.Ground(markers={"far": (4, 0, 0)}), a, replace(b, at=(1.5, 0, 0))],
-        joints=[fmb.Revolute("A", markers=("ground.origin", "a.start")),
-                fmb.Revolute("B", markers=("a.end", "b.start"))],
+        joints=[
+            fmb.Revolute("A", markers=("ground.origin", "a.start")),
+            fmb.Revolute("B", markers=("a.end", "b.start")),
+        ],
         forces=[fmb.SpringDamper("damper", markers=("ground.far", "b.end"), stiffness=0.0, damping=0.2, length=1.0)],
         sensors=[fmb.Position("tip", marker="b.end"), fmb.JointCoordinate("angle", joint="A"), fmb.Energy("energy")],
-        **options)  # fmt: skip
+        **options,
+    )
 
 
 def simulate(model, t_end, **options):
@@ -61,8 +65,10 @@ def test_a_solution_goes_on(whole):
 
 def test_events_before_and_after():
     """The second rod is let go at 0.3 s; the run is cut off in the second phase, and an event ends it in the third."""
-    events = [fmb.Event("break", at=0.3, then=[fmb.Release("B")]),
-              fmb.Event("far", sensor="angle", below=-2.0, then=[fmb.Stop()])]  # fmt: skip
+    events = [
+        fmb.Event("break", at=0.3, then=[fmb.Release("B")]),
+        fmb.Event("far", sensor="angle", below=-2.0, then=[fmb.Stop()]),
+    ]
     model = pendulum(events=events)
     expected = simulate(model, 2.0, samples=101)
     assert expected.status.kind == "stopped"

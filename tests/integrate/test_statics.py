@@ -11,15 +11,25 @@ STEEL = fmb.MATERIALS["steel"]
 
 def pinned_plate(load, **fields):
     """A square plate on pins at the nodes of all edges."""
-    plate = fmb.AncfPlate.rectangle("p", edges=(SIDE, SIDE), elements=(2, 2), thickness=THICKNESS, material=STEEL,
-                                    markers={"mid": (0.5, 0.5)}, **fields)
+    plate = fmb.AncfPlate.rectangle(
+        "p",
+        edges=(SIDE, SIDE),
+        elements=(2, 2),
+        thickness=THICKNESS,
+        material=STEEL,
+        markers={"mid": (0.5, 0.5)},
+        **fields,
+    )
     nodes = [(s, t) for s in (0.0, 0.5, 1.0) for t in (0.0, 0.5, 1.0) if (s, t) != (0.5, 0.5)]
     pins = {f"pin_{k}": place for k, place in enumerate(nodes)}
     ground = fmb.Ground(markers={name: (SIDE * s, SIDE * t, 0.0) for name, (s, t) in pins.items()})
     joints = [fmb.Spherical(name, markers=(f"ground.{name}", f"p.{name}")) for name in pins]
-    return fmb.Model(bodies=[ground, plate.replaced(markers={**plate.markers, **pins})], joints=joints,
-                     forces=[fmb.Pressure("load", load="p.load_z", amount=load)],
-                     sensors=[fmb.Position("mid", marker="p.mid"), *(fmb.Reaction(j.name, joint=j.name) for j in joints)])
+    return fmb.Model(
+        bodies=[ground, plate.replaced(markers={**plate.markers, **pins})],
+        joints=joints,
+        forces=[fmb.Pressure("load", load="p.load_z", amount=load)],
+        sensors=[fmb.Position("mid", marker="p.mid"), *(fmb.Reaction(j.name, joint=j.name) for j in joints)],
+    )
 
 
 @pytest.mark.parametrize("shear", [False, True])
@@ -41,9 +51,12 @@ def test_equilibrium_without_load_stays_where_it_is():
     """A mass on a prestressed spring that hangs in balance, free to turn: rounding is no reason to move it."""
     mass, stiffness, g = 0.3, 7e6, 9.81
     hung = fmb.RigidBody("b", mass=mass, inertia=(0.1, 0.1, 0.1), at=(1 / 3, 0.0, -0.7 - mass * g / stiffness))
-    model = fmb.Model(gravity=(0, 0, -g), bodies=[fmb.Ground(markers={"A": (1 / 3, 0.0, 0.0)}), hung],
-                      forces=[fmb.SpringDamper("s", markers=("ground.A", "b.center"), stiffness=stiffness, length=0.7)],
-                      sensors=[fmb.Position("x", marker="b.center"), fmb.Orientation("p", marker="b.center")])
+    model = fmb.Model(
+        gravity=(0, 0, -g),
+        bodies=[fmb.Ground(markers={"A": (1 / 3, 0.0, 0.0)}), hung],
+        forces=[fmb.SpringDamper("s", markers=("ground.A", "b.center"), stiffness=stiffness, length=0.7)],
+        sensors=[fmb.Position("x", marker="b.center"), fmb.Orientation("p", marker="b.center")],
+    )
     solution = fmb.statics(model)
     np.testing.assert_allclose(solution["x"][-1], hung.at, atol=1e-12)
     np.testing.assert_allclose(solution["p"][-1], (1, 0, 0, 0), atol=1e-12)

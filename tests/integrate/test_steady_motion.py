@@ -22,12 +22,17 @@ def rotor(body, joints=(), forces=(), speed=SPEED, sensors=()) -> fmb.Model:
 
 
 def test_a_mass_on_a_rotating_spring():
-    """Radius r of k (r - e - l0) = m W^2 r; x'' - 2 W y' + (k/m - W^2) x = 0, y'' + 2 W x' + (F/(m s) - W^2) y = 0 about it."""
+    """Radius r of k (r - e - l0) = m W^2 r; x'' - 2 W y' + (k/m - W^2) x = 0,
+    y'' + 2 W x' + (F/(m s) - W^2) y = 0 about it.
+    """
     m, k, free = 0.5, 1500.0, 0.2
     mass = fmb.PointMass("mass", mass=m, at=(0.55, 0, 0))
     spring = fmb.SpringDamper("spring", markers=("hub.rim", "mass.center"), stiffness=k, length=free)
-    model = rotor(mass, forces=[spring], sensors=[fmb.Position("r", marker="mass.center"),
-                                                  fmb.Acceleration("a", marker="mass.center")])
+    model = rotor(
+        mass,
+        forces=[spring],
+        sensors=[fmb.Position("r", marker="mass.center"), fmb.Acceleration("a", marker="mass.center")],
+    )
     steady = fmb.statics(model)
     r = k * (HUB + free) / (k - m * SPEED**2)
     np.testing.assert_allclose(steady["r"][-1], (r, 0, 0), atol=1e-7)
@@ -44,7 +49,9 @@ def test_a_mass_on_a_rotating_rod():
     length = 0.25
     mass = fmb.PointMass("mass", mass=0.5, at=(HUB + 0.8 * length, 0.6 * length, 0))
     rod = fmb.Rod("rod", markers=("hub.rim", "mass.center"))
-    model = rotor(mass, joints=[rod], sensors=[fmb.Position("r", marker="mass.center"), fmb.Reaction("pull", joint="rod")])
+    model = rotor(
+        mass, joints=[rod], sensors=[fmb.Position("r", marker="mass.center"), fmb.Reaction("pull", joint="rod")]
+    )
     steady = fmb.statics(model)
     np.testing.assert_allclose(steady["r"][-1], (HUB + length, 0, 0), atol=1e-7)
     np.testing.assert_allclose(steady["pull"][-1, 0], -0.5 * SPEED**2 * (HUB + length), rtol=1e-7)
@@ -53,13 +60,15 @@ def test_a_mass_on_a_rotating_rod():
 
 
 def test_a_rotating_string():
-    """Heavy string from the axis, no stiffness in bending: W sqrt(n (2 n - 1)) across, W sqrt(n (2 n - 1) - 1) in the plane.
+    """Heavy string from the axis, no stiffness in bending: W sqrt(n (2 n - 1)) across, W sqrt(n (2 n - 1) - 1) in the
+    plane.
 
     Southwell & Gough 1921. Its tension at the axis is P = m W^2 L / 2, more by 5/6 P / EA as it stretches.
     """
     steel = fmb.Material(young=2e9, poisson=0.3, density=7850.0)
-    string = fmb.AncfCable("string", points=((0, 0, 0), (2, 0, 0)), elements=10, section=fem.Section.solid_circle(0.001),
-                           material=steel)
+    string = fmb.AncfCable(
+        "string", points=((0, 0, 0), (2, 0, 0)), elements=10, section=fem.Section.solid_circle(0.001), material=steel
+    )
     ball = fmb.Spherical("ball", markers=("hub.center", "string.start"))
     model = rotor(string, joints=[ball], sensors=[fmb.Reaction("pull", joint="ball")])
     steady = fmb.statics(model)
@@ -73,21 +82,30 @@ def test_a_rotating_string():
 
 
 def test_what_hangs_on_a_rotor_turns_with_it():
-    """A lag hinge parallel to the axis of the rotor does not turn, although less energy would be in a blade that stays."""
+    """A lag hinge parallel to the axis of the rotor does not turn,
+    although less energy would be in a blade that stays.
+    """
     blade = fmb.RigidBody.rod("blade", mass=1.0, length=1.0, at=(HUB, 0, 0))
     hinge = fmb.Revolute("hinge", markers=("hub.rim", "blade.start"))
     model = rotor(blade, joints=[hinge])
     steady = fmb.statics(model)
     assert steady.final.u[-1] == pytest.approx(SPEED, rel=1e-7)
     # W sqrt(e S / J) with S = m l / 2 and J = m l^2 / 3 about the hinge
-    assert fmb.linearize(model, steady).frequencies[0] == pytest.approx(SPEED * np.sqrt(1.5 * HUB) / (2 * np.pi), rel=1e-4)
+    assert fmb.linearize(model, steady).frequencies[0] == pytest.approx(
+        SPEED * np.sqrt(1.5 * HUB) / (2 * np.pi), rel=1e-4
+    )
 
 
 def test_a_mechanism_that_cannot_go_on_steadily_is_refused():
     """A slider-crank."""
     coupler = fmb.RigidBody.rod("coupler", mass=1.0, length=1.0, at=(HUB, 0, 0))
-    model = rotor(coupler, joints=[fmb.Revolute("pin", markers=("hub.rim", "coupler.start")),
-                                   fmb.InLine("slider", markers=("ground.track", "coupler.end"))])
+    model = rotor(
+        coupler,
+        joints=[
+            fmb.Revolute("pin", markers=("hub.rim", "coupler.start")),
+            fmb.InLine("slider", markers=("ground.track", "coupler.end")),
+        ],
+    )
     with pytest.raises(fmb.IntegrationError) as caught:
         fmb.statics(model)
     assert "not steadily" in str(caught.value)

@@ -1,7 +1,7 @@
 """A block on a rough rail, pulled by a spring whose end moves slowly: it sticks, breaks away, slips and sticks again.
 
-References: the spring breaks the block away at the largest friction, ``standing N`` but for the regularisation; the equation of
-this one freedom solved by SciPy's Radau (Hairer & Wanner 1996, IV.8).
+References: the spring breaks the block away at the largest friction, ``standing N`` but for the regularisation; the
+equation of this one freedom solved by SciPy's Radau (Hairer & Wanner 1996, IV.8).
 """
 
 import numpy as np
@@ -15,18 +15,36 @@ MASS, K, NORMAL, STANDING, MOVING, STRIBECK, SPEED = 1.0, 100.0, 10.0, 0.4, 0.2,
 
 def block(transition: float) -> fmb.Model:
     along = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
-    parts = [fmb.RigidBody(name, mass=MASS, inertia=(1, 1, 1), at=(x, 0, 0), markers={"rail": along})
-             for name, x in (("block", 0.0), ("end", 1.0))]
+    parts = [
+        fmb.RigidBody(name, mass=MASS, inertia=(1, 1, 1), at=(x, 0, 0), markers={"rail": along})
+        for name, x in (("block", 0.0), ("end", 1.0))
+    ]
     return fmb.Model(
         bodies=[fmb.Ground(markers={"rail": along}), *parts],
-        joints=[fmb.Prismatic("rail", markers=("ground.rail", "block.rail")),
-                fmb.Prismatic("guide", markers=("ground.rail", "end.rail")),
-                fmb.Drive("pull", joint="guide", displacement=fmb.expression(f"1 + {SPEED} * t"))],
-        forces=[fmb.SpringDamper("spring", markers=("block.rail", "end.rail"), stiffness=K, length=1.0),
-                fmb.JointFriction("rub", joint="rail", moving=MOVING, standing=STANDING, stribeck=STRIBECK,
-                                  transition=transition, preload=NORMAL, from_reaction=False)],
-        sensors=[fmb.JointCoordinate("x", joint="rail"), fmb.Velocity("v", marker="block.rail"),
-                 fmb.ForceOf("F", force="spring")])
+        joints=[
+            fmb.Prismatic("rail", markers=("ground.rail", "block.rail")),
+            fmb.Prismatic("guide", markers=("ground.rail", "end.rail")),
+            fmb.Drive("pull", joint="guide", displacement=fmb.expression(f"1 + {SPEED} * t")),
+        ],
+        forces=[
+            fmb.SpringDamper("spring", markers=("block.rail", "end.rail"), stiffness=K, length=1.0),
+            fmb.JointFriction(
+                "rub",
+                joint="rail",
+                moving=MOVING,
+                standing=STANDING,
+                stribeck=STRIBECK,
+                transition=transition,
+                preload=NORMAL,
+                from_reaction=False,
+            ),
+        ],
+        sensors=[
+            fmb.JointCoordinate("x", joint="rail"),
+            fmb.Velocity("v", marker="block.rail"),
+            fmb.ForceOf("F", force="spring"),
+        ],
+    )
 
 
 @pytest.mark.parametrize("rho_inf", [0.8, 0.4])

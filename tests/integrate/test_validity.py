@@ -15,14 +15,18 @@ EULER = np.pi**2 * STEEL.young * WIDTH * HEIGHT**3 / 12 / (4 * LENGTH**2)
 
 def cantilever(load, frame="buckens", **options):
     """A steel strip clamped at its root; `load` (3,) acts at its tip."""
-    fe = fem.frame(np.linspace([0, 0, 0], [LENGTH, 0, 0], 11), section=fem.Section.rectangle(WIDTH, HEIGHT),
-                   material=STEEL, shear=False)  # fmt: skip
-    data = reduction.reduce(fe, {"root": "start", "tip": "end"}, 6, geometric_stiffness=True, stress=False,
-                            frame=frame)  # fmt: skip
+    fe = fem.frame(
+        np.linspace([0, 0, 0], [LENGTH, 0, 0], 11),
+        section=fem.Section.rectangle(WIDTH, HEIGHT),
+        material=STEEL,
+        shear=False,
+    )
+    data = reduction.reduce(fe, {"root": "start", "tip": "end"}, 6, geometric_stiffness=True, stress=False, frame=frame)
     return fmb.Model(
         bodies=[fmb.Ground(), fmb.FloatingBody("strip", data=data, damping=0.5, **options)],
         joints=[fmb.Fixed("clamp", markers=("ground.origin", "strip.root"))],
-        forces=[fmb.PointLoad("load", marker="strip.tip", force=load)])  # fmt: skip
+        forces=[fmb.PointLoad("load", marker="strip.tip", force=load)],
+    )
 
 
 def largest(solution, measure):
@@ -76,8 +80,9 @@ def test_each_warning_comes_once(tmp_path):
 
 def test_faster_than_its_modes():
     """One bending pair of a strip, free-free about 52 Hz; it turns with 100 Hz."""
-    fe = fem.frame(np.linspace([0, 0, 0], [LENGTH, 0, 0], 11), section=fem.Section.rectangle(HEIGHT, HEIGHT),
-                   material=STEEL)  # fmt: skip
+    fe = fem.frame(
+        np.linspace([0, 0, 0], [LENGTH, 0, 0], 11), section=fem.Section.rectangle(HEIGHT, HEIGHT), material=STEEL
+    )
     data = reduction.reduce(fe, {"root": "start", "tip": "end"}, 0, geometric_stiffness=True, stress=False)
     body = fmb.FloatingBody("strip", data=data, modes=2, angular_velocity=(0, 0, 200 * np.pi))
     told = "turns .* times as fast as its highest retained mode.*Keep more modes"

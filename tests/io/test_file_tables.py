@@ -170,9 +170,7 @@ def test_lists_in_expressions():
         ("q[0]", "which is no list"),
         ("z[0]", "z[0] is (1, 2)"),
     ):
-        with pytest.raises(
-            ModelError, match=message.replace("[", r"\[").replace("(", r"\(").replace(")", r"\)")
-        ):
+        with pytest.raises(ModelError, match=message.replace("[", r"\[").replace("(", r"\(").replace(")", r"\)")):
             evaluate(text, known)
     with pytest.raises(ModelError, match="lists of different length"):
         evaluate_values("x + w", known)
@@ -180,5 +178,9 @@ def test_lists_in_expressions():
 
 def test_flat_parameters():
     assert flat_parameters({"a": 1, "b": {"c": [1, 2], "d": {"e": "f"}}, "g": [{"h": 1}, {"h": 2}]}) == {
-        "a": 1, "b_c": [1, 2], "b_d_e": "f", "g_1_h": 1, "g_2_h": 2,
-    }  # fmt: skip
+        "a": 1,
+        "b_c": [1, 2],
+        "b_d_e": "f",
+        "g_1_h": 1,
+        "g_2_h": 2,
+    }

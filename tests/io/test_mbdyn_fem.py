@@ -239,7 +239,10 @@ these were labels
         (lambda t: t.replace("REV0 3", "REV0 4"), r"3 of 4 values in record group 5\. Expected: 4, as the header says"),
         (lambda t: t.replace("  a\n  b\n  m_p\n", " a b\n"), r"2 of 3 values in record group 2"),
         (lambda t: t[: t.rindex("** END") - 2000], r"\d+ of \d+ values in record group 19"),
-        (lambda t: re.sub(r"GROUP 12,.*\n", "GROUP 99,\n", t), r"neither record group 11 nor 12\. Expected: lumped masses"),
+        (
+            lambda t: re.sub(r"GROUP 12,.*\n", "GROUP 99,\n", t),
+            r"neither record group 11 nor 12\. Expected: lumped masses",
+        ),
         (lambda t: t.replace("\n  23\n", "\n  99\n"), r"index 99 in record group 19\. Expected: 1 to 30"),
     ],
 )

@@ -57,7 +57,12 @@ def test_frames_turn(tmp_path):
 @pytest.mark.parametrize(
     ("change", "name", "modes", "match"),
     [
-        ({}, "x.vtu", None, r"VTK output '.*x\.vtu': the ending '\.vtu'\. Expected: \.pvd\. Modes are written as a PVD"),
+        (
+            {},
+            "x.vtu",
+            None,
+            r"VTK output '.*x\.vtu': the ending '\.vtu'\. Expected: \.pvd\. Modes are written as a PVD",
+        ),
         ({"cells": ()}, "x.pvd", None, r"Modes of 'block': the data has no cells\. Expected: a mesh to draw"),
         ({}, "x.pvd", [99], r"Modes of 'block': modes \[99\]\. Expected: some of 0 to 3\. Choose among data\.freq"),
         ({}, "x.pvd", 0, r"Modes of 'block': modes 0"),

@@ -215,8 +215,7 @@ def test_text_with_every_kind_of_character(tmp_path):
 
 def test_numbers_keep_every_digit(tmp_path, rng):
     markers = {
-        f"m{k}": tuple(x)
-        for k, x in enumerate(rng.normal(size=(50, 3)) * 10.0 ** rng.integers(-20, 20, (50, 1)))
+        f"m{k}": tuple(x) for k, x in enumerate(rng.normal(size=(50, 3)) * 10.0 ** rng.integers(-20, 20, (50, 1)))
     }
     model = Model(bodies=[Ground(markers=markers)])
     assert_same(io.load_model(io.save_model(model, tmp_path / "m.toml")), model)
@@ -236,9 +235,7 @@ def test_constructors_of_kinds(write):
 def test_what_a_file_cannot_hold(tmp_path):
     from flexmb.errors import ModelError
 
-    model = Model(bodies=[Ground()], parameters={"f": 1.0}).with_parts(
-        sensors=[Position("p", marker="ground.origin")]
-    )
+    model = Model(bodies=[Ground()], parameters={"f": 1.0}).with_parts(sensors=[Position("p", marker="ground.origin")])
     object.__setattr__(model.sensors[0], "marker", lambda: 0)
     with pytest.raises(
         ModelError,

@@ -47,8 +47,14 @@ def test_box_and_tube():
 def model():
     house = fmb.Box(size=(1, 1, 1), at=(3, 0, 0), on="A")
     ground = fmb.Ground(markers={"A": fmb.Pose((0, 0, 1), (0, 0, np.pi / 2))}, shape=house)
-    wing = fmb.RigidBody("wing", mass=1, inertia=(1, 1, 1), at=(0, 0, 1), velocity=(0, 0, 2),
-                         shape=[fmb.Extrusion(outline=SQUARE, depth=(0, 1)), fmb.Box(size=(1, 1, 1))])
+    wing = fmb.RigidBody(
+        "wing",
+        mass=1,
+        inertia=(1, 1, 1),
+        at=(0, 0, 1),
+        velocity=(0, 0, 2),
+        shape=[fmb.Extrusion(outline=SQUARE, depth=(0, 1)), fmb.Box(size=(1, 1, 1))],
+    )
     return fmb.Model(bodies=[ground, wing])
 
 

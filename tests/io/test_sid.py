@@ -56,9 +56,7 @@ def test_identities_of_the_format(data, tmp_path):
     assert np.abs(b["Ge"].m0.reshape(m, 3, m) - 2 * Cr1).max() < MACHINE
     assert np.abs(Cr1 + Cr1.transpose(2, 1, 0)).max() < 100 * MACHINE * np.abs(Cr1).max()
     J1 = b["J"].m1[:, :, 0]  # xx yy zz xy xz yz
-    expected = np.column_stack(
-        [-0.5 * J1[:, 0], -0.5 * J1[:, 1], -0.5 * J1[:, 2], -J1[:, 3], -J1[:, 5], -J1[:, 4]]
-    )
+    expected = np.column_stack([-0.5 * J1[:, 0], -0.5 * J1[:, 1], -0.5 * J1[:, 2], -J1[:, 3], -J1[:, 5], -J1[:, 4]])
     np.testing.assert_allclose(b["Oe"].m0, expected, atol=MACHINE * np.abs(J1).max())
 
 
@@ -97,9 +95,7 @@ def test_there_and_back(data, tmp_path):
         "frequencies",
         "damping_ratios",
     ):
-        np.testing.assert_allclose(
-            getattr(back, name), getattr(data, name), rtol=MACHINE, atol=MACHINE, err_msg=name
-        )
+        np.testing.assert_allclose(getattr(back, name), getattr(data, name), rtol=MACHINE, atol=MACHINE, err_msg=name)
     assert back.geometric is None
 
 
@@ -136,7 +132,9 @@ def test_what_geometric_stiffness_costs_in_inertia(stiffened, tmp_path):
     off = [np.linalg.norm(inertia(back, s * eta) - inertia(stiffened, s * eta)) for s in (1.0, 2.0)]
     assert off[1] == pytest.approx(4.0 * off[0], rel=1e-4)
     both = inertia(stiffened, eta) + inertia(stiffened, eta).T
-    np.testing.assert_allclose(inertia(plain, eta) + inertia(plain, eta).T, both, rtol=1e-9, atol=1e-9 * np.abs(both).max())
+    np.testing.assert_allclose(
+        inertia(plain, eta) + inertia(plain, eta).T, both, rtol=1e-9, atol=1e-9 * np.abs(both).max()
+    )
     moved = np.linalg.norm(stiffened.shapes @ eta, axis=1).max()
     assert 0.0 < off[0] < np.sqrt(2.0) * stiffened.mass * moved**2  # |u^2 I - u u^T| = sqrt(2) u^2
 
@@ -221,7 +219,5 @@ def test_damaged_files(data, tmp_path, change, match):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(
-        DataFileError, match=r"SID file '.*nothing\.sid': the file does not exist\..*Check the path"
-    ):
+    with pytest.raises(DataFileError, match=r"SID file '.*nothing\.sid': the file does not exist\..*Check the path"):
         read_sid(tmp_path / "nothing.sid")

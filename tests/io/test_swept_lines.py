@@ -24,13 +24,17 @@ SECTIONS = {
 
 
 def beam(section, kind=fmb.AncfBeam, **fields):
-    return kind("b", **{"points": ((0, 0, 0), (2, 0, 0)), "elements": 4, "section": section, "material": STEEL, **fields})
+    return kind(
+        "b", **{"points": ((0, 0, 0), (2, 0, 0)), "elements": 4, "section": section, "material": STEEL, **fields}
+    )
 
 
 def volume(line, q) -> float:
     """Volume inside a surface with outward normals: one third of the flux of x."""
     points = line.points(q)
-    faces = [cells if name == "triangle" else np.vstack([cells[:, :3], cells[:, [0, 2, 3]]]) for name, cells in line.cells]
+    faces = [
+        cells if name == "triangle" else np.vstack([cells[:, :3], cells[:, [0, 2, 3]]]) for name, cells in line.cells
+    ]
     a, b, c = (points[np.vstack(faces)][:, k] for k in range(3))
     return float(np.einsum("ni,ni->", a, np.cross(b, c)) / 6.0)
 
@@ -41,7 +45,9 @@ def test_surface_is_closed_and_has_the_volume(name):
     body = beam(SECTIONS[name])
     line, q = SweptLine(body), body.initial_state()[0]
     polygon = np.sin(np.pi / 10) / (np.pi / 10) if name in ("tube", "circle") else 1.0
-    assert volume(line, q) == pytest.approx(polygon * body.mass / STEEL.density, rel=2e-3 if name == "taper" else SOLVER)
+    assert volume(line, q) == pytest.approx(
+        polygon * body.mass / STEEL.density, rel=2e-3 if name == "taper" else SOLVER
+    )
     cells = np.vstack([np.pad(c, ((0, 0), (0, 4 - c.shape[1])), mode="edge") for _, c in line.cells])
     grid = pyvista.PolyData(line.points(q), faces=np.hstack([np.full((len(cells), 1), 4), cells]).ravel())
     edges = grid.clean().extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False)
@@ -49,14 +55,21 @@ def test_surface_is_closed_and_has_the_volume(name):
 
 
 def test_belt_closes():
-    belt = beam(SECTIONS["circle"], fmb.AncfCable, closed=True, elements=12,
-                points=((0, 0, 0), (1, 0, -0.4), (2, 0, 0), (1, 0, 0.4)))
+    belt = beam(
+        SECTIONS["circle"],
+        fmb.AncfCable,
+        closed=True,
+        elements=12,
+        points=((0, 0, 0), (1, 0, -0.4), (2, 0, 0), (1, 0, 0.4)),
+    )
     inside = volume(SweptLine(belt), belt.initial_state()[0])
     assert inside == pytest.approx(np.sin(np.pi / 10) / (np.pi / 10) * belt.mass / STEEL.density, rel=0.02)
 
 
 def test_belt_in_space_closes_without_a_twist():
-    """Axes that go around without twist come back turned; that turn is shared by all sections, the seam like the others."""
+    """Axes that go around without twist come back turned; that turn is shared by all sections,
+    the seam like the others.
+    """
     x = 2 * np.pi * np.arange(16) / 16
     bent = np.stack([np.cos(x), np.sin(x), 0.5 * np.sin(2 * x + 0.4) + 0.3 * np.cos(x)], axis=1)
     belt = beam(SECTIONS["circle"], fmb.AncfCable, closed=True, elements=16, points=bent)
@@ -71,11 +84,16 @@ def test_belt_in_space_closes_without_a_twist():
 
 @pytest.fixture(scope="module")
 def loaded():
-    return fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), beam(SECTIONS["box"])), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
-        forces=(fmb.PointLoad("P", marker="b.end", force=(0, 0, fmb.expression("-1e5*t"))),)),
-        t=1.0, path=fmb.LoadSteps(steps=3))
+    return fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), beam(SECTIONS["box"])),
+            gravity=(0, 0, 0),
+            joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
+            forces=(fmb.PointLoad("P", marker="b.end", force=(0, 0, fmb.expression("-1e5*t"))),),
+        ),
+        t=1.0,
+        path=fmb.LoadSteps(steps=3),
+    )
 
 
 def test_files_have_the_section_forces(loaded, tmp_path):
@@ -100,8 +118,16 @@ def test_path_with_a_falling_load_is_numbered(loaded):
     """Frames need increasing times: the numbers of the samples where the load goes down."""
     assert list(Scene(loaded).times) == pytest.approx([0.0, 1 / 3, 2 / 3, 1.0])
     phase = loaded.phases[0]
-    turned = type(phase)(model=phase.model, system=phase.system, t=np.array([0.0, 1.0, 0.5, 0.7]), q=phase.q, u=phase.u,
-                         a=phase.a, lam=phase.lam, works=phase.works)
+    turned = type(phase)(
+        model=phase.model,
+        system=phase.system,
+        t=np.array([0.0, 1.0, 0.5, 0.7]),
+        q=phase.q,
+        u=phase.u,
+        a=phase.a,
+        lam=phase.lam,
+        works=phase.works,
+    )
     assert list(Scene(fmb.Solution(phases=(turned,))).times) == [0.0, 1.0, 2.0, 3.0]
 
 

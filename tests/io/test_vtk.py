@@ -63,8 +63,12 @@ np.savez(out, times=np.array(times if times else []), **arrays)
 def read(kind, path, time, folder):
     """Read a file in another process by VTK's reader; its complaints go to stderr, which stays empty."""
     out = folder / "read.npz"
-    child = subprocess.run([sys.executable, "-c", READER, kind, str(path), repr(float(time)), str(out)],
-                           capture_output=True, text=True, check=False)
+    child = subprocess.run(
+        [sys.executable, "-c", READER, kind, str(path), repr(float(time)), str(out)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert child.returncode == 0, child.stderr
     assert "ERR" not in child.stderr
     with np.load(out) as arrays:
@@ -186,6 +190,7 @@ def test_a_lost_joint_shrinks_to_nothing(monkeypatch):
 
 def test_closed_surfaces():
     """Tubes, boxes and spheres are closed and outward: their volume by the divergence theorem is positive and right."""
+
     def volume(surface):
         triangles = [surface.triangles, surface.quads[:, [0, 1, 2]], surface.quads[:, [0, 2, 3]]]
         a, b, c = (surface.points[np.vstack(triangles)[:, k]] for k in range(3))
@@ -222,7 +227,9 @@ def test_names_are_escaped(tmp_path):
 
 
 def test_the_skin_of_a_block(solution, tmp_path):
-    """3 x 3 x 3 cells of every solid kind: the nodes on the outer faces, facets that enclose the volume, same values."""
+    """3 x 3 x 3 cells of every solid kind: the nodes on the outer faces, facets that enclose the volume,
+    same values.
+    """
     for cell_type in CELL_TYPES:
         mesh = structured(cell_type, (3, 3, 3), (1.0, 2.0, 3.0))
         nodes, cells = skin_cells(mesh.cells)
@@ -230,9 +237,16 @@ def test_the_skin_of_a_block(solution, tmp_path):
         assert np.all(np.isin(points, [0.0]).any(axis=1) | np.isclose(points, [1.0, 2.0, 3.0]).any(axis=1))
         outer = np.isclose(mesh.points, 0.0).any(axis=1) | np.isclose(mesh.points, [1.0, 2.0, 3.0]).any(axis=1)
         assert len(nodes) == outer.sum()
-        grid = pyvista.PolyData(points, faces=np.concatenate([
-            np.column_stack([np.full(len(rows), n), rows[:, :n]]).ravel()
-            for name, rows in cells for n in [3 if name.startswith("tri") else 4]]))  # fmt: skip
+        grid = pyvista.PolyData(
+            points,
+            faces=np.concatenate(
+                [
+                    np.column_stack([np.full(len(rows), n), rows[:, :n]]).ravel()
+                    for name, rows in cells
+                    for n in [3 if name.startswith("tri") else 4]
+                ]
+            ),
+        )
         assert grid.n_open_edges == 0
         assert grid.triangulate().volume == pytest.approx(6.0, rel=1e-6)
 

@@ -29,7 +29,9 @@ def driven_rack(teeth, guide, *more, forces=(), bodies=(), markers=None):
 
 
 def test_on_fixed_axes_it_moves_like_a_coupler_and_loads_the_bearings():
-    """alpha = T / (J_p + J_r i^2), i = r_p / r_r; the teeth push with F = J_r alpha i / r_r across the line of centres."""
+    """alpha = T / (J_p + J_r i^2), i = r_p / r_r; the teeth push with F = J_r alpha i / r_r across the line
+    of centres.
+    """
     guide = fmb.Revolute("guide", markers=("ground.origin", "rack.center"))
     i = PINION / RING
     pair = fmb.GearPair("teeth", markers=("rack.center", "pinion.center"), radii=(RING, PINION), inside=True)
@@ -41,19 +43,16 @@ def test_on_fixed_axes_it_moves_like_a_coupler_and_loads_the_bearings():
         assert result["pinion"][5] == pytest.approx(alpha, rel=SOLVER)
         assert result["rack"][5] == pytest.approx(alpha * i, rel=SOLVER)
     # the pinion pushes the rack upwards, so the teeth push the pinion downwards, at 50 mm from its axis
-    np.testing.assert_allclose(
-        one.reactions["teeth"], [0, -force, 0, 0, 0, -PINION * force], rtol=1e-8, atol=1e-6
-    )
+    np.testing.assert_allclose(one.reactions["teeth"], [0, -force, 0, 0, 0, -PINION * force], rtol=1e-8, atol=1e-6)
     np.testing.assert_allclose(one.reactions["guide"][:3], [0, -force, 0], rtol=1e-8, atol=1e-6)
     np.testing.assert_allclose(two.reactions["guide"][:3], 0.0, atol=1e-6)
 
 
 def test_an_auxiliary_linkage_does_the_same():
     """A rack on springs: a telescopic crank from the pinion's axis to the rack's centre carries two couplers' worth of
-    teeth, R (theta_R - phi) = r (theta_P - phi) with its angle phi. Same motion, and the crank's push is the tooth force."""
-    spring = [
-        fmb.Bushing("spring", markers=("ground.origin", "rack.center"), stiffness=(5e4, 5e4, 0, 0, 0, 0))
-    ]
+    teeth, R (theta_R - phi) = r (theta_P - phi) with its angle phi. Same motion, and the crank's push is the tooth
+    force."""
+    spring = [fmb.Bushing("spring", markers=("ground.origin", "rack.center"), stiffness=(5e4, 5e4, 0, 0, 0, 0))]
     guide = fmb.Planar("guide", markers=("ground.origin", "rack.center"))
     pair = fmb.GearPair("teeth", markers=("rack.center", "pinion.center"), radii=(RING, PINION), inside=True)
     one = fmb.simulate(driven_rack(pair, guide, forces=spring), 0.03, samples=31)
@@ -75,15 +74,15 @@ def test_an_auxiliary_linkage_does_the_same():
     centre = fmb.Position("centre", marker="rack.center")
     assert np.abs(one[centre][:, 1]).max() > 0.01  # the centre yields to the tooth force
     np.testing.assert_allclose(two[centre], one[centre], atol=1e-5 * np.abs(one[centre]).max())
-    push, crank_push = (
-        s[fmb.Reaction("r", joint=name)] for s, name in ((one, "teeth"), (two, "crank to rack"))
-    )
+    push, crank_push = (s[fmb.Reaction("r", joint=name)] for s, name in ((one, "teeth"), (two, "crank to rack")))
     np.testing.assert_allclose(crank_push[1:, :2], -push[1:, :2], atol=1e-4 * np.abs(push).max())
 
 
 @pytest.mark.parametrize(("inside", "turns"), [(False, 2.0), (True, -1.0)])
 def test_a_wheel_that_rolls_round_another(inside, turns):
-    """Once round: a coin of the same size turns twice, a wheel of half the size inside a ring once backwards; no carrier."""
+    """Once round: a coin of the same size turns twice, a wheel of half the size inside a ring once
+    backwards; no carrier.
+    """
     R, r = (0.4, 0.2) if inside else (0.2, 0.2)
     arm = R - r if inside else R + r
     model = fmb.Model(

@@ -167,9 +167,7 @@ def test_turns_are_kept_through_an_event_and_a_file(tmp_path):
         sensors=[fmb.Position("nut", marker="nut.center"), fmb.ForceOf("torque", force="spring")],
         events=[fmb.Event("break", at=1.0, then=fmb.Release("nothing"))],
     )
-    solution = fmb.simulate(
-        model.changed("spring", stiffness=1e-9), 2.0, samples=41, output=tmp_path / "run.h5"
-    )
+    solution = fmb.simulate(model.changed("spring", stiffness=1e-9), 2.0, samples=41, output=tmp_path / "run.h5")
     assert len(solution.phases) == 2
     assert solution["nut"][-1, 2] == pytest.approx(40.0 * 0.2 / (2 * np.pi), rel=SOLVER)
     assert solution["torque"][-1, 5] == pytest.approx(-40e-9, rel=1e-5)

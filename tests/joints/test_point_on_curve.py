@@ -107,9 +107,7 @@ def test_beyond_the_end_the_track_goes_on_straight():
 
 
 def test_leaving_a_track_with_hard_ends_is_an_error():
-    model = bead([(0, 0, 0), (1, 0, 0), (2, 0, 0)], (1, 0, 0), ends="error").changed(
-        "bead", velocity=(2.0, 0, 0)
-    )
+    model = bead([(0, 0, 0), (1, 0, 0), (2, 0, 0)], (1, 0, 0), ends="error").changed("bead", velocity=(2.0, 0, 0))
     with pytest.raises(fmb.IntegrationError, match="track: OnCurve") as error:
         fmb.simulate(model, 2.0, samples=201)
     assert error.value.solution.t[-1] == pytest.approx(0.5, abs=0.02)
@@ -127,9 +125,7 @@ def test_curve_on_a_moving_body():
         joints=[
             fmb.Revolute("axis", markers=("ground.origin", "tube.center")),
             fmb.Drive("motor", joint="axis", angle=fmb.ramp(rate=w)),
-            fmb.PointOnCurve(
-                "bore", markers=("tube.center", "bead.center"), curve=[(0, 0, 0), (1, 0, 0), (2, 0, 0)]
-            ),
+            fmb.PointOnCurve("bore", markers=("tube.center", "bead.center"), curve=[(0, 0, 0), (1, 0, 0), (2, 0, 0)]),
         ],
         sensors=[fmb.Position("r", marker="bead.center"), fmb.Reaction("force", joint="bore")],
     )

@@ -49,7 +49,9 @@ def mixed_freedoms():
 
 
 def linked_panel():
-    """Shells, a stringer, a rigid link, an averaging link and a mass: six freedoms per node, dense rows at the links."""
+    """Shells, a stringer, a rigid link, an averaging link and a mass:
+    six freedoms per node, dense rows at the links.
+    """
     n = 18
     sheet = plate(n, 4, 2.0, 0.4, "quad")
     skin = fem.shell(sheet, STEEL, 0.002)
@@ -211,6 +213,4 @@ def test_foreign_code_gives_the_same_solution(backend, package, rng):
     K, x = held_solid()
     B = rng.standard_normal((K.shape[0], 3))
     expected = factor(K, x).solve(B)
-    np.testing.assert_allclose(
-        factor(K, x, backend=backend).solve(B), expected, atol=1e-9 * np.abs(expected).max()
-    )
+    np.testing.assert_allclose(factor(K, x, backend=backend).solve(B), expected, atol=1e-9 * np.abs(expected).max())

@@ -8,6 +8,7 @@ from flexmb.math.kernel import kernel
 
 def test_first_compilation_is_announced(tmp_path, monkeypatch):
     monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))  # nothing was compiled there before
+
     @kernel
     def twice(x):
         return 2.0 * x

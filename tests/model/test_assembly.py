@@ -116,9 +116,7 @@ def test_what_is_drawn_of_the_ground_goes_along(arm):
 
 def test_one_name_for_two_places(arm):
     other = Model(bodies=[Ground(markers={"A": (0, 0, 9)})])
-    with pytest.raises(
-        ModelError, match=r"Ground marker 'A': it lies at .* and at .*one place.*different prefixes"
-    ):
+    with pytest.raises(ModelError, match=r"Ground marker 'A': it lies at .* and at .*one place.*different prefixes"):
         arm + other
 
 

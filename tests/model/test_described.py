@@ -29,8 +29,9 @@ POINT = fmb.Model(bodies=[fmb.PointMass("m", mass=1.0)])
 
 
 def rope(**fields):
-    return fmb.AncfCable("r", **{"points": LINE, "elements": 2, "section": fem.Section.solid_circle(0.01), "material": STEEL,
-                                 **fields})
+    return fmb.AncfCable(
+        "r", **{"points": LINE, "elements": 2, "section": fem.Section.solid_circle(0.01), "material": STEEL, **fields}
+    )
 
 
 def blade(**fields):
@@ -38,8 +39,9 @@ def blade(**fields):
 
 
 def plate(**fields):
-    return fmb.AncfPlate.rectangle("p", **{"edges": (1.0, 1.0), "elements": (1, 1), "thickness": 0.01, "material": STEEL,
-                                           **fields})
+    return fmb.AncfPlate.rectangle(
+        "p", **{"edges": (1.0, 1.0), "elements": (1, 1), "thickness": 0.01, "material": STEEL, **fields}
+    )
 
 
 FIELDS = [
@@ -107,7 +109,11 @@ VALUES = [
 ]
 ELASTIC = [
     (lambda: fmb.RigidBody("b", **GOOD, rotation="x"), "rotation = 'x' is no", "Pose.axes"),
-    (lambda: fmb.RigidBody("b", **GOOD, rotation=(0, float("nan"), 0)), "Body 'b': rotation = (0, nan, 0)", "Pose.axes"),
+    (
+        lambda: fmb.RigidBody("b", **GOOD, rotation=(0, float("nan"), 0)),
+        "Body 'b': rotation = (0, nan, 0)",
+        "Pose.axes",
+    ),
     (lambda: fmb.Pose(rotation=0.3), "Pose: rotation = 0.3", "Pose.axes"),
     (lambda: rope(markers={"m": (0.5, 1.2)}), "Body 'r': rotation of marker m = 1.2", "Pose.axes"),
     (lambda: rope(straight="false"), "straight = 'false'", "Leave straight out for False"),
@@ -124,9 +130,21 @@ ELASTIC = [
     (lambda: plate(initial_strain=None), "initial_strain = None", "Write initial_strain="),
     (lambda: fmb.GearPair("g", markers=ENDS, radii=(0.1, "x")), "radii = (0.1, 'x')", "Give the pitch radii"),
     (lambda: fmb.Recursive(cut=3), "cut = 3", "Write cut="),
-    (lambda: fmb.Pressure("w", load="p.pressure", amount=1.0, freedom="turn"), "freedom = 'turn' without", "leave freedom out"),
-    (lambda: fmb.Model(bodies=[rope()], sensors=[fmb.SectionForces("s", body=3)]), "body '3' does not exist", "Correct"),
-    (lambda: fmb.Model(bodies=[rope()], sensors=[fmb.SectionForces("s", body=["r"])]), "body '['r']' does not", "Correct"),
+    (
+        lambda: fmb.Pressure("w", load="p.pressure", amount=1.0, freedom="turn"),
+        "freedom = 'turn' without",
+        "leave freedom out",
+    ),
+    (
+        lambda: fmb.Model(bodies=[rope()], sensors=[fmb.SectionForces("s", body=3)]),
+        "body '3' does not exist",
+        "Correct",
+    ),
+    (
+        lambda: fmb.Model(bodies=[rope()], sensors=[fmb.SectionForces("s", body=["r"])]),
+        "body '['r']' does not",
+        "Correct",
+    ),
 ]
 OFFLINE = [
     (lambda: fem.solid(None, STEEL), MeshError, "nothing (None)", "fem.read_mesh"),
@@ -136,16 +154,32 @@ OFFLINE = [
     (lambda: fem.Section.solid_circle(0.0), MeshError, "a length of 0.0 m", "in metres"),
     (lambda: fem.Section.rectangle("2 cm", 0.01), MeshError, "a length of '2 cm' m", "in metres"),
     (lambda: fem.Section.values(None, 1.0, 1.0, 1.0), MeshError, "area = None m2", "in metres"),
-    (lambda: reduction.reduce(beam(), interfaces=["start"]), ReductionError, "interfaces = ['start']", "Write interfaces={"),
-    (lambda: reduction.reduce(beam(), interfaces="start"), ReductionError, "interfaces = 'start'", "Write interfaces={"),
-    (lambda: reduction.reduce(beam(), interfaces={"a": "start"}, stations=[1]), ReductionError, "stations = [1]", "mid"),
+    (
+        lambda: reduction.reduce(beam(), interfaces=["start"]),
+        ReductionError,
+        "interfaces = ['start']",
+        "Write interfaces={",
+    ),
+    (
+        lambda: reduction.reduce(beam(), interfaces="start"),
+        ReductionError,
+        "interfaces = 'start'",
+        "Write interfaces={",
+    ),
+    (
+        lambda: reduction.reduce(beam(), interfaces={"a": "start"}, stations=[1]),
+        ReductionError,
+        "stations = [1]",
+        "mid",
+    ),
     (lambda: reduction.reduce(LINE, interfaces={"a": "start"}), ReductionError, "class list", "fem.solid(mesh"),
     (lambda: fmb.write_vtk(None, "x.pvd"), FlexmbError, "nothing (None)", "flexmb.simulate returns"),
 ]
 
 
-@pytest.mark.parametrize(("make", "found", "remedy"), FIELDS + VALUES + ELASTIC,
-                         ids=[case[1] for case in FIELDS + VALUES + ELASTIC])
+@pytest.mark.parametrize(
+    ("make", "found", "remedy"), FIELDS + VALUES + ELASTIC, ids=[case[1] for case in FIELDS + VALUES + ELASTIC]
+)
 def test_descriptions(make, found, remedy):
     with pytest.raises(ModelError) as caught:
         make()

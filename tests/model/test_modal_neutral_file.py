@@ -127,9 +127,7 @@ def test_foreign_schema(tmp_path):
         ModalNeutralData.load(tmp_path / "y.h5")
 
 
-@pytest.mark.parametrize(
-    ("version", "remedy"), [(VERSION + 1, "Update flexmb"), (VERSION - 1, "Make the file again")]
-)
+@pytest.mark.parametrize(("version", "remedy"), [(VERSION + 1, "Update flexmb"), (VERSION - 1, "Make the file again")])
 def test_other_version(tmp_path, version, remedy):
     with hdf5.writing(tmp_path / "x.h5", schema=SCHEMA, version=version):
         pass

@@ -30,9 +30,7 @@ def test_ramp():
     tau = T - 0.5
     during, after = (tau > 0) & (tau < 0.2), tau >= 0.2
     assert np.all(x[tau <= 0] == 0.0)
-    assert x[during, 0] == pytest.approx(
-        15 * (tau - 0.2 / np.pi * np.sin(np.pi * tau / 0.2))[during], abs=MACHINE
-    )
+    assert x[during, 0] == pytest.approx(15 * (tau - 0.2 / np.pi * np.sin(np.pi * tau / 0.2))[during], abs=MACHINE)
     assert x[after, 0] == pytest.approx(30 * (tau[after] - 0.1), abs=MACHINE)
     assert x[after, 1] == pytest.approx(30.0, abs=MACHINE)
 
@@ -62,9 +60,7 @@ def test_cubic_table_is_the_not_a_knot_spline(rng):
     x, y = np.cumsum(rng.uniform(0.1, 0.3, 9)), rng.normal(size=9)
     t = rng.uniform(x[0], x[-1], 50)
     spline = CubicSpline(x, y)
-    assert table(x, y).sample(t) == pytest.approx(
-        np.column_stack([spline(t, k) for k in range(3)]), rel=1e-9, abs=1e-9
-    )
+    assert table(x, y).sample(t) == pytest.approx(np.column_stack([spline(t, k) for k in range(3)]), rel=1e-9, abs=1e-9)
     held = table(x, y).sample([x[0] - 1, x[-1] + 1])
     assert held == pytest.approx(np.array([[y[0], 0, 0], [y[-1], 0, 0]]), abs=MACHINE)
 
@@ -111,9 +107,7 @@ def test_as_signal():
 
 @pytest.mark.parametrize("value", [None, True, float("nan"), [1.0]])
 def test_what_is_no_signal(value):
-    with pytest.raises(
-        ModelError, match=r"Joint 'A': angle = .*a signal: a number, ramp.*Write angle = fmb.ramp"
-    ):
+    with pytest.raises(ModelError, match=r"Joint 'A': angle = .*a signal: a number, ramp.*Write angle = fmb.ramp"):
         as_signal(value, "Joint 'A'", "angle")
 
 

@@ -13,9 +13,7 @@ def block_mesh(size=(0.4, 0.06, 0.04), divisions=(6, 2, 1)) -> Mesh:
     """tet10 block from the origin: sets "left", "right", "mid" (a ring of nodes), facets "top" (z = height)."""
     from skfem import MeshTet, MeshTet2
 
-    straight = MeshTet.init_tensor(
-        *(np.linspace(0.0, s, n + 1) for s, n in zip(size, divisions, strict=True))
-    )
+    straight = MeshTet.init_tensor(*(np.linspace(0.0, s, n + 1) for s, n in zip(size, divisions, strict=True)))
     mesh = MeshTet2.from_mesh(straight)
     points = mesh.doflocs.T.copy()
     edges = len(straight.p.T) + straight.t2e[[0, 1, 2, 3, 4, 5]].T

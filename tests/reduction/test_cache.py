@@ -21,9 +21,7 @@ def fe():
 
 def stages(fe, folder, **options):
     said = []
-    data = reduction.reduce(
-        fe, ENDS, cache=folder, progress=lambda stage, fraction: said.append(stage), **options
-    )
+    data = reduction.reduce(fe, ENDS, cache=folder, progress=lambda stage, fraction: said.append(stage), **options)
     return data, said
 
 

@@ -23,14 +23,10 @@ def reduced(points=lambda x: x, material=STEEL, **options):
     mesh = block_mesh((0.4, 0.06, 0.04), (4, 2, 1))
     cells, tops = mesh.cells[0][1], mesh.facet_sets["top"]
     moved = points(mesh.points)
-    if (
-        np.linalg.det(points(np.eye(3)) - points(np.zeros((3, 3)))) < 0
-    ):  # a mirror turns cells and facets inside out
+    if np.linalg.det(points(np.eye(3)) - points(np.zeros((3, 3)))) < 0:  # a mirror turns cells and facets inside out
         cells, tops = cells[:, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]], tops[:, [0, 2, 1, 5, 4, 3]]
     model = fem.solid(
-        fem.Mesh(
-            points=moved, cells=(("tetra10", cells),), node_sets=mesh.node_sets, facet_sets={"top": tops}
-        ),
+        fem.Mesh(points=moved, cells=(("tetra10", cells),), node_sets=mesh.node_sets, facet_sets={"top": tops}),
         material,
     )
     return reduction.reduce(model, {"a": "left", "b": "right"}, **(OPTIONS | options))
@@ -46,9 +42,7 @@ def assert_same_body(found, expected, tolerance=1e-7):
     both = np.outer(signs, signs)
 
     def close(a, b, sign, name):
-        np.testing.assert_allclose(
-            a * sign, b, atol=tolerance * max(np.abs(b).max(initial=0.0), 1e-12), err_msg=name
-        )
+        np.testing.assert_allclose(a * sign, b, atol=tolerance * max(np.abs(b).max(initial=0.0), 1e-12), err_msg=name)
 
     for name in ("shapes", "marker_translations", "marker_rotations", "stress_modes"):
         close(getattr(found, name), getattr(expected, name), signs, name)
@@ -70,9 +64,7 @@ def assert_same_body(found, expected, tolerance=1e-7):
         )
     for name, sign in (("inertia", both), ("interface", both), ("loads", both), ("preload", both)):
         close(getattr(found.geometric, name), getattr(expected.geometric, name), sign, name)
-    np.testing.assert_allclose(
-        found.quality["mass"]["inertia"], expected.quality["mass"]["inertia"], atol=1e-9 * size
-    )
+    np.testing.assert_allclose(found.quality["mass"]["inertia"], expected.quality["mass"]["inertia"], atol=1e-9 * size)
     np.testing.assert_allclose(
         found.quality["modes"][0]["frequency"], expected.quality["modes"][0]["frequency"], rtol=1e-9
     )
@@ -141,14 +133,10 @@ def test_rescaled_from_tonnes_and_millimetres():
         np.diag(found.stiffness) / np.diag(found.invariants.nn), np.diag(expected.stiffness), rtol=1e-9
     )
     tip = [
-        d.marker_translations[1] @ np.linalg.solve(d.stiffness, d.marker_translations[1].T)
-        for d in (found, expected)
+        d.marker_translations[1] @ np.linalg.solve(d.stiffness, d.marker_translations[1].T) for d in (found, expected)
     ]
     np.testing.assert_allclose(tip[0], tip[1], atol=1e-9 * np.abs(tip[1]).max())  # flexibility, m/N
-    turn = [
-        d.marker_rotations[1] @ np.linalg.solve(d.stiffness, d.marker_translations[1].T)
-        for d in (found, expected)
-    ]
+    turn = [d.marker_rotations[1] @ np.linalg.solve(d.stiffness, d.marker_translations[1].T) for d in (found, expected)]
     np.testing.assert_allclose(turn[0], turn[1], atol=1e-9 * np.abs(turn[1]).max())  # rad/N
     unit = np.sqrt(np.diag(found.invariants.nn))  # modes of unit mass in tonnes have 1000 kg
     both = np.outer(unit, unit)
@@ -167,9 +155,7 @@ def test_rescaled_from_tonnes_and_millimetres():
 
 def test_refused_changes():
     data = reduced()
-    with pytest.raises(
-        ReductionError, match=r"(?s)a rotation .*a proper orthogonal matrix.*Use data\.mirrored"
-    ):
+    with pytest.raises(ReductionError, match=r"(?s)a rotation .*a proper orthogonal matrix.*Use data\.mirrored"):
         reduction.moved(data, np.diag([1.0, 1.0, -1.0]))
     for plane in ((0, 0, 0), "xw", (1, 0)):
         with pytest.raises(ReductionError, match=r"the plane .* 'xy', 'yz', 'xz', or a normal: three numbers, not all"):

@@ -79,9 +79,7 @@ def test_rotating_cantilever(spin):
     flap = np.abs(tip[2]) > np.abs(tip[1])
     # the axial force is constant within each of the 40 elements: second order in their length
     np.testing.assert_allclose(np.sqrt(w2[flap][:3]), published, rtol=2.5e-4)
-    lag = np.sqrt(
-        w2[np.abs(tip[1]) > np.abs(tip[2])][:3] - spin**2
-    )  # in the plane: the frame turns, w2 - spin^2
+    lag = np.sqrt(w2[np.abs(tip[1]) > np.abs(tip[2])][:3] - spin**2)  # in the plane: the frame turns, w2 - spin^2
     np.testing.assert_allclose(lag, np.sqrt(w2[flap][:3] - spin**2), rtol=1e-9)
 
 
@@ -99,7 +97,10 @@ MODELS = {
         block(divisions=(4, 2, 1)),
         {"a": "left", "b": "right", "c": reduction.Averaging("mid", at=(0.25, 0.1, -0.1))},
     ),
-    "frame": lambda: (cantilever(0.02, 0.03, n=6), {"a": "start", "b": reduction.Rigid("end", at=(2.5, 0.1, 0.0)), "c": [3]}),
+    "frame": lambda: (
+        cantilever(0.02, 0.03, n=6),
+        {"a": "start", "b": reduction.Rigid("end", at=(2.5, 0.1, 0.0)), "c": [3]},
+    ),
     "shells with a beam": lambda: (stiffened_sheet(), {"a": "left", "b": "right", "c": reduction.Averaging("mid")}),
 }
 
@@ -126,23 +127,17 @@ def test_the_sum_does_not_depend_on_the_support(kind, rng):
         np.array([0, 1, 2, 3, 7, 8]),
         np.array([12, 13, 14, 15, 16, 17]),
     ]
-    sets = [
-        geometric_stiffness(body, shapes, markers, nothing, np.zeros(fe.ndof), support)
-        for support in supports
-    ]
+    sets = [geometric_stiffness(body, shapes, markers, nothing, np.zeros(fe.ndof), support) for support in supports]
     acceleration = rng.standard_normal(12)
     loads = rng.standard_normal((3, 6)) * 100.0
     rigid = fe.rigid_motions()
     forces = inertia_loads(fe) @ acceleration
     for marker, load in zip(markers, loads, strict=True):
         forces = forces + marker.matrix.T @ load
-    at_a = np.linalg.solve(
-        rigid.T @ markers[0].matrix.T.toarray(), -rigid.T @ forces
-    )  # what holds the body, at a
+    at_a = np.linalg.solve(rigid.T @ markers[0].matrix.T.toarray(), -rigid.T @ forces)  # what holds the body, at a
     loads[0] += at_a
     sums = [
-        np.einsum("i,iab->ab", acceleration, g.inertia) + np.einsum("ik,ikab->ab", loads, g.interface)
-        for g in sets
+        np.einsum("i,iab->ab", acceleration, g.inertia) + np.einsum("ik,ikab->ab", loads, g.interface) for g in sets
     ]
     parts = [np.abs(np.einsum("i,iab->ab", acceleration, g.inertia)).max() for g in sets]
     assert max(parts) > 1.5 * min(parts)  # the parts differ ...
@@ -193,12 +188,19 @@ def test_weight_above_a_column():
 def test_rigid_links_and_rigid_interfaces_are_the_same(frame):
     """The same ends, tied by the model or by the reduction: the same stiffness of the same axial load."""
     fe = block(size=(0.4, 0.06, 0.04), divisions=(6, 1, 1))
-    linked = fem.with_rigid_link(fem.with_rigid_link(fe, (0.0, 0.03, 0.02), "left", "A"), (0.4, 0.03, 0.02), "right", "B")
+    linked = fem.with_rigid_link(
+        fem.with_rigid_link(fe, (0.0, 0.03, 0.02), "left", "A"), (0.4, 0.03, 0.02), "right", "B"
+    )
     found = []
     for model, (a, b) in ((fe, ("left", "right")), (linked, ("A", "B"))):
-        data = reduction.reduce(model, {"a": reduction.Rigid(a, at=(0.0, 0.03, 0.02)),
-                                        "b": reduction.Rigid(b, at=(0.4, 0.03, 0.02))},
-                                modes=8, geometric_stiffness=True, compare=0, frame=frame)  # fmt: skip
+        data = reduction.reduce(
+            model,
+            {"a": reduction.Rigid(a, at=(0.0, 0.03, 0.02)), "b": reduction.Rigid(b, at=(0.4, 0.03, 0.02))},
+            modes=8,
+            geometric_stiffness=True,
+            compare=0,
+            frame=frame,
+        )
         G = data.geometric.interface[0, 0] - data.geometric.interface[1, 0]
         found.append(np.sort(np.linalg.eigvals(np.linalg.solve(data.stiffness, G)).real))
     np.testing.assert_allclose(found[1], found[0], atol=1e-8 * np.abs(found[0]).max())
@@ -211,9 +213,7 @@ def test_inertia_loads_balance_the_rigid_body(rng):
     matrix = np.cross(alpha, np.eye(3)).T
     np.testing.assert_allclose(matrix @ np.ones(3), np.cross(alpha, np.ones(3)))
     forces = inertia_loads(fe)
-    np.testing.assert_allclose(
-        forces[:, 3:] @ matrix.ravel(), -fe.M @ (fe.rigid_motions()[:, 3:] @ alpha), atol=1e-12
-    )
+    np.testing.assert_allclose(forces[:, 3:] @ matrix.ravel(), -fe.M @ (fe.rigid_motions()[:, 3:] @ alpha), atol=1e-12)
     np.testing.assert_allclose(forces[:, :3], -(fe.M @ fe.rigid_motions()[:, :3]), atol=1e-15)
 
 
@@ -227,21 +227,15 @@ def test_preload_and_load_shapes_are_linear():
     }
     data = reduction.reduce(fe, {"a": "left", "b": "right"}, preload={"air": 5e3, "tip": -20.0}, **options)
     g = data.geometric
-    np.testing.assert_allclose(
-        g.preload, 5e3 * g.loads[0] - 20.0 * g.loads[1], atol=1e-10 * np.abs(g.preload).max()
-    )
+    np.testing.assert_allclose(g.preload, 5e3 * g.loads[0] - 20.0 * g.loads[1], atol=1e-10 * np.abs(g.preload).max())
     twice = reduction.reduce(fe, {"a": "left", "b": "right"}, preload={"air": 1e4, "tip": -40.0}, **options)
-    np.testing.assert_allclose(
-        twice.geometric.preload, 2.0 * g.preload, rtol=1e-9, atol=1e-9 * np.abs(g.preload).max()
-    )
+    np.testing.assert_allclose(twice.geometric.preload, 2.0 * g.preload, rtol=1e-9, atol=1e-9 * np.abs(g.preload).max())
 
 
 def test_euler_column_of_solids():
     """Clamped-free column of tet10, length / width = 20: within 2 % of Euler's load (coarse mesh)."""
     fe = block((0.4, 0.02, 0.02), (10, 1, 1))
-    data = reduction.reduce(
-        fe, {"a": "left", "b": "right"}, modes=10, frame="a", geometric_stiffness=True, compare=0
-    )
+    data = reduction.reduce(fe, {"a": "left", "b": "right"}, modes=10, frame="a", geometric_stiffness=True, compare=0)
     np.testing.assert_allclose(
         buckling_load(data, -data.geometric.interface[1, 0]),
         np.pi**2 * 210e9 * 0.02**4 / 12 / (4 * 0.4**2),

@@ -44,9 +44,7 @@ def test_stations_follow_rigid_motion(fe, beam):
     assert_rigid(fe, station_motions(fe, EVERY_STATION))
     assert_rigid(
         beam,
-        station_motions(
-            beam, {"node": [2], "on": (0.45, 0.225, 0.09), "off": (0.5, 0.3, 0.4), "set": [1, 2, 4]}
-        ),
+        station_motions(beam, {"node": [2], "on": (0.45, 0.225, 0.09), "off": (0.5, 0.3, 0.4), "set": [1, 2, 4]}),
     )
 
 
@@ -69,9 +67,7 @@ def test_station_in_a_quadratic_displacement(fe, station):
     x, y, z = fe.nodes.T
     field = np.zeros((len(fe.nodes), 6, 1))
     field[:, 0, 0], field[:, 1, 0], field[:, 2, 0] = a * x * z, b * x * y, -a * x**2 / 2 + c * y * z
-    marker = station_motions(fe, EVERY_STATION | {"inside": (0.213, 0.021, 0.017)})[
-        list(EVERY_STATION).index(station)
-    ]
+    marker = station_motions(fe, EVERY_STATION | {"inside": (0.213, 0.021, 0.017)})[list(EVERY_STATION).index(station)]
     x, y, z = marker.position
     expected = [
         a * x * z,
@@ -127,9 +123,7 @@ def test_pressure_has_the_resultant_of_the_surface(fe):
 
 
 def test_nodal_forces_and_line_load(fe, beam):
-    np.testing.assert_allclose(
-        resultant(fe, {7: (1.0, 2.0, 3.0)}), [1, 2, 3, *np.cross(fe.nodes[7], [1, 2, 3])]
-    )
+    np.testing.assert_allclose(resultant(fe, {7: (1.0, 2.0, 3.0)}), [1, 2, 3, *np.cross(fe.nodes[7], [1, 2, 3])])
     np.testing.assert_allclose(resultant(beam, {2: (0, 0, 0, 1.0, 2.0, 3.0)}), [0, 0, 0, 1, 2, 3])
     L, middle = np.linalg.norm([1.0, 0.5, 0.2]), np.array([0.5, 0.25, 0.1])
     force = np.array([0.0, 0.0, -L])
@@ -185,9 +179,7 @@ def test_damping_proposals(fe):
     middle = np.sqrt(w[1] * w[2]) / (2 * np.pi)
     bands = reduction.Bands(((middle, 0.01), (2 * middle, 0.02), (3 * middle, 0.05)))
     f = w / (2 * np.pi)
-    np.testing.assert_array_equal(
-        ratios(bands, fe)[0], np.select([f <= middle, f <= 2 * middle], [0.01, 0.02], 0.05)
-    )
+    np.testing.assert_array_equal(ratios(bands, fe)[0], np.select([f <= middle, f <= 2 * middle], [0.01, 0.02], 0.05))
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,7 @@ def beam(n=12):
 def plate(n=6):
     x, y = np.meshgrid(np.linspace(0, 0.6, n + 1), np.linspace(0, 0.3, n + 1), indexing="ij")
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(
-        -1, 4
-    )
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
     mesh = fem.Mesh(
         points=np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]),
         cells=(("quad", quads),),
@@ -35,7 +33,7 @@ MODELS = {
     "beam with a rigid link": (lambda: fem.with_rigid_link(beam(), 6, [9]), 0, 12),
     "shell": (plate, "a", "b"),
     "matrices of a solid": (lambda: replace(block(), blocks=()), "left", "right"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", MODELS)

@@ -73,9 +73,7 @@ def test_effective_mass():
     table = data.quality["effective_mass"]
     assert table["directions"] == ["y", "rotation z"]
     np.testing.assert_allclose(table["per_mode"][0][0], 0.6904, atol=5e-3)
-    np.testing.assert_allclose(
-        table["sum"][0], 1.0, atol=0.05
-    )  # the consistent mass couples to the end nodes
+    np.testing.assert_allclose(table["sum"][0], 1.0, atol=0.05)  # the consistent mass couples to the end nodes
 
 
 def test_rows_of_the_mode_table(data):
@@ -95,9 +93,7 @@ def test_clamped_frame_is_compared_by_its_free_frequencies():
 
 def test_poor_frequencies_are_warned_about():
     data = reduction.reduce(planar_beam(), BOTH, modes=0)
-    assert data.quality["warnings"][0].startswith(
-        "The reduced frequency 1 (31.88 Hz) is 19.9 % above the full model."
-    )
+    assert data.quality["warnings"][0].startswith("The reduced frequency 1 (31.88 Hz) is 19.9 % above the full model.")
     assert "modes='up to 26.6 Hz within 1 %'" in data.report()
 
 

@@ -99,9 +99,7 @@ def test_statics_is_exact_at_the_interfaces(fe, data):
     load = np.zeros(len(free))
     load[-6:] = [100.0, -40.0, 70.0, 3.0, -5.0, 2.0]
     exact = np.linalg.solve(K[np.ix_(free, free)], load)[-6:]
-    np.testing.assert_allclose(
-        held_response(data, load[-6:]), exact, rtol=1e-8, atol=1e-8 * np.abs(exact).max()
-    )
+    np.testing.assert_allclose(held_response(data, load[-6:]), exact, rtol=1e-8, atol=1e-8 * np.abs(exact).max())
 
 
 def held_response(data, load):

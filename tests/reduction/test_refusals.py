@@ -78,7 +78,9 @@ def test_node_numbers_out_of_range(fe):
 
 
 def test_selection_of_another_kind(fe):
-    assert_refused(r"Interface 'a': \['x'\]\. Expected: a set name, node numbers \(int\) or coordinates", fe, {"a": ["x"]})
+    assert_refused(
+        r"Interface 'a': \['x'\]\. Expected: a set name, node numbers \(int\) or coordinates", fe, {"a": ["x"]}
+    )
 
 
 def test_coordinates_without_a_node(fe):
@@ -212,7 +214,8 @@ def test_grounded_stiffness():
     K = fe.K.tolil()
     K[4, 4] *= 1.5
     assert_refused(
-        r"rigid motion in y meets a force \(relative .*\): the stiffness is grounded\. Expected: a free body.*Remove supports",
+        r"rigid motion in y meets a force \(relative .*\): the stiffness is grounded\. Expected: a "
+        r"free body.*Remove supports",
         replace(fe, K=K.tocsr()),
     )
 
@@ -224,9 +227,7 @@ def test_massless_model():
 
 def test_massless_interface():
     """A beam without mass hangs a third node on: its interface moves no mass at all."""
-    beam = fem.frame(
-        [(0, 0, 0), (1, 0, 0), (2, 0, 0)], section=fem.Section.rectangle(0.02, 0.02), material=STEEL
-    )
+    beam = fem.frame([(0, 0, 0), (1, 0, 0), (2, 0, 0)], section=fem.Section.rectangle(0.02, 0.02), material=STEEL)
     M = sparse.lil_matrix((18, 18))
     M[:6, :6] = np.diag([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
     assert_refused(

@@ -8,14 +8,23 @@ from flexmb import fem, reduction
 
 
 def parts():
-    fe = fem.frame(np.linspace([0, 0, 0], [2, 0, 0], 9), section=fem.Section.rectangle(0.02, 0.03),
-                   material=fmb.MATERIALS["steel"], node_sets={"all": np.arange(9)})  # fmt: skip
+    fe = fem.frame(
+        np.linspace([0, 0, 0], [2, 0, 0], 9),
+        section=fem.Section.rectangle(0.02, 0.03),
+        material=fmb.MATERIALS["steel"],
+        node_sets={"all": np.arange(9)},
+    )
     return fem.split(fe, at=(1.0,))
 
 
 def test_everything_finds_its_part():
-    inner, outer = reduction.split(parts(), {"root": "start", "tip": (2.0, 0.0, 0.0)}, 3, stations={"mid": (1.6, 0, 0)},
-                                   loads={"air": reduction.LineLoad("all", (0, 0, 1))})  # fmt: skip
+    inner, outer = reduction.split(
+        parts(),
+        {"root": "start", "tip": (2.0, 0.0, 0.0)},
+        3,
+        stations={"mid": (1.6, 0, 0)},
+        loads={"air": reduction.LineLoad("all", (0, 0, 1))},
+    )
     assert inner.marker_names == ("root", "cut_1_2")
     assert outer.marker_names == ("tip", "cut_1_2", "mid")
     assert inner.load_names == outer.load_names == ("air",)
@@ -36,10 +45,13 @@ def test_bodies_and_joints():
         fmb.Fixed.at_cuts(bodies[:1])
 
 
-@pytest.mark.parametrize(("interfaces", "told"), [
-    ({"root": "strat"}, "Interface 'root'.*Did you mean 'start'"),
-    ({"root": "all"}, r"'all' lies in the parts \[1, 2\]"),
-])
+@pytest.mark.parametrize(
+    ("interfaces", "told"),
+    [
+        ({"root": "strat"}, "Interface 'root'.*Did you mean 'start'"),
+        ({"root": "all"}, r"'all' lies in the parts \[1, 2\]"),
+    ],
+)
 def test_messages(interfaces, told):
     with pytest.raises(fmb.ReductionError, match=told):
         reduction.split(parts(), interfaces)

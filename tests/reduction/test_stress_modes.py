@@ -41,8 +41,10 @@ def test_cells_of_two_kinds_average_as_cells(rng):
     fe = fem.joined(fem.solid(hexa, STEEL), fem.solid(Mesh(points=wedge.points + shift, cells=wedge.cells), STEEL))
     field = 1e-4 * rng.standard_normal((len(fe.nodes), 6, 2))
     got = stress_modes(fe, field)
-    parts = [(block.nodal_stress(field), np.bincount(block.connectivity.ravel(), minlength=len(fe.nodes)))
-             for block in fe.blocks]  # fmt: skip
+    parts = [
+        (block.nodal_stress(field), np.bincount(block.connectivity.ravel(), minlength=len(fe.nodes)))
+        for block in fe.blocks
+    ]
     for node in range(len(fe.nodes)):
         cells = [(stress[node], count[node]) for stress, count in parts if count[node]]
         mean = sum(stress * count for stress, count in cells) / sum(count for _, count in cells)

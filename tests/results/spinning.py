@@ -35,16 +35,34 @@ def block_data(stress=True):
     stress_modes = np.random.default_rng(3).normal(size=(n, 6, m)) * 1e9
     rng = np.random.default_rng(5)
     invariants = InertiaInvariants(
-        vv=MASS * np.eye(3), vw0=np.zeros((3, 3)), vw1=rng.random((m, 3, 3)), vn=rng.random((3, m)), ww0=np.eye(3),
-        ww1=rng.random((m, 3, 3)), ww2=rng.random((m, m, 3, 3)), wn0=rng.random((3, m)), wn1=rng.random((m, 3, m)),
-        nn=np.eye(m))
+        vv=MASS * np.eye(3),
+        vw0=np.zeros((3, 3)),
+        vw1=rng.random((m, 3, 3)),
+        vn=rng.random((3, m)),
+        ww0=np.eye(3),
+        ww1=rng.random((m, 3, 3)),
+        ww2=rng.random((m, m, 3, 3)),
+        wn0=rng.random((3, m)),
+        wn1=rng.random((m, 3, m)),
+        nn=np.eye(m),
+    )
     return ModalNeutralData(
-        name="block", nodes=nodes,
-        cells=(("hexahedron", np.arange(8)[None]), ("tetra", np.array([[4, 5, 6, 8]]))), shapes=shapes,
-        marker_names=("root", "tip"), n_interfaces=2, marker_positions=np.array([[0.0, 0, 0], [1.0, 0, 0]]),
+        name="block",
+        nodes=nodes,
+        cells=(("hexahedron", np.arange(8)[None]), ("tetra", np.array([[4, 5, 6, 8]]))),
+        shapes=shapes,
+        marker_names=("root", "tip"),
+        n_interfaces=2,
+        marker_positions=np.array([[0.0, 0, 0], [1.0, 0, 0]]),
         marker_translations=np.array([np.zeros((3, m)), [[1.0, 0], [0, 1.0], [0, 0]]]),
-        marker_rotations=np.zeros((2, 3, m)), stiffness=np.eye(m), damping_ratios=np.zeros(m), frequencies=np.ones(m),
-        invariants=invariants, load_shapes=np.zeros((0, 6 + m)), stress_modes=stress_modes if stress else None)
+        marker_rotations=np.zeros((2, 3, m)),
+        stiffness=np.eye(m),
+        damping_ratios=np.zeros(m),
+        frequencies=np.ones(m),
+        invariants=invariants,
+        load_shapes=np.zeros((0, 6 + m)),
+        stress_modes=stress_modes if stress else None,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +90,20 @@ def spinning_model(sensors=(), stress=True, name="spinning"):
     """Ground, rod on a hinge about z, block fixed to the rod, slider along z."""
     rod = RigidBody.rod("rod", length=LENGTH, mass=MASS, radius=0.05)
     return Model(
-        bodies=[Ground(markers={"hinge": POINT}), rod, Block("block", data=block_data(stress)),
-                RigidBody("slider", mass=1.0, inertia=(1.0, 1.0, 1.0))],
-        joints=[Revolute("hinge", markers=("ground.hinge", "rod.start")),
-                Fixed("weld", markers=("rod.end", "block.root")),
-                Prismatic("guide", markers=("ground.origin", "slider.center"))],
-        sensors=sensors, name=name)
+        bodies=[
+            Ground(markers={"hinge": POINT}),
+            rod,
+            Block("block", data=block_data(stress)),
+            RigidBody("slider", mass=1.0, inertia=(1.0, 1.0, 1.0)),
+        ],
+        joints=[
+            Revolute("hinge", markers=("ground.hinge", "rod.start")),
+            Fixed("weld", markers=("rod.end", "block.root")),
+            Prismatic("guide", markers=("ground.origin", "slider.center")),
+        ],
+        sensors=sensors,
+        name=name,
+    )
 
 
 def angle_at(t):
@@ -109,8 +135,16 @@ def spinning_phase(model=None, t=None, system=True):
     a[:, 6] = 0.0
     works = np.stack([t, 2 * t, 3 * t], 1)
     lam = np.tile(np.arange(16.0), (nt, 1)) * (1.0 + t[:, None])
-    return Phase(model=model, t=t, q=q, u=u, a=a, lam=lam, works=works,
-                 system=spinning_system(model, along, across) if system else None)
+    return Phase(
+        model=model,
+        t=t,
+        q=q,
+        u=u,
+        a=a,
+        lam=lam,
+        works=works,
+        system=spinning_system(model, along, across) if system else None,
+    )
 
 
 def spinning_system(model, along=None, across=None):
@@ -121,9 +155,13 @@ def spinning_system(model, along=None, across=None):
         slices[body.name] = (slice(iq, iq + nq), slice(iu, iu + nu))
         iq, iu = iq + nq, iu + nu
     return SimpleNamespace(
-        model=model, marker_index={name: k for k, name in enumerate(model.marker_names())},
-        joint_index={j.name: k for k, j in enumerate(model.joints)}, force_index={"push": 0}, body_slices=slices,
-        branch_names=())
+        model=model,
+        marker_index={name: k for k, name in enumerate(model.marker_names())},
+        joint_index={j.name: k for k, j in enumerate(model.joints)},
+        force_index={"push": 0},
+        body_slices=slices,
+        branch_names=(),
+    )
 
 
 def observe(system, t, q, u, a, lam, works):
@@ -152,14 +190,25 @@ def observe(system, t, q, u, a, lam, works):
             r[:, k], v[:, k] = POINT + lever, np.cross(w[:, k], lever)
             acc[:, k] = np.cross(alpha[:, k], lever) + np.cross(w[:, k], v[:, k])
     reaction = np.arange(3 * 6.0).reshape(1, 3, 6) * (1.0 + t[:, None, None])
-    return SimpleNamespace(r=r, R=R, v=v, w=w, a=acc, alpha=alpha, reaction=reaction,
-                           force=-np.ones((nt, 1, 6)) * t[:, None, None], energy=np.stack([t, 10 * t, 100 * t], 1),
-                           constraint_error=1e-9 * t[:, None] * (1.0, 10.0, 100.0))
+    return SimpleNamespace(
+        r=r,
+        R=R,
+        v=v,
+        w=w,
+        a=acc,
+        alpha=alpha,
+        reaction=reaction,
+        force=-np.ones((nt, 1, 6)) * t[:, None, None],
+        energy=np.stack([t, 10 * t, 100 * t], 1),
+        constraint_error=1e-9 * t[:, None] * (1.0, 10.0, 100.0),
+    )
 
 
 def split(phase, k, **changes):
     """The phase as two phases which share sample `k`, the second with changed fields."""
+
     def part(rows, **values):
         cut = {name: getattr(phase, name)[rows] for name in ("t", "q", "u", "a", "lam", "works")}
         return replace(phase, **{**cut, **values})
+
     return part(slice(0, k + 1), ended="break"), part(slice(k, None), **changes)

@@ -78,12 +78,15 @@ def test_principal_stresses(rng):
     np.testing.assert_allclose(von_mises, recover.von_mises(sigma), rtol=1e-10)
 
 
-@pytest.mark.parametrize(("sigma", "expected"), [
-    ((5.0, 0, 0, 0, 0, 0), 5.0),  # uniaxial: the stress itself
-    ((0, 0, 0, 0, -2.0, 0), 2.0 * np.sqrt(3.0)),  # pure shear: sqrt(3) tau
-    ((7.0, 7.0, 7.0, 0, 0, 0), 0.0),  # hydrostatic: nothing
-    ((4.0, -4.0, 0, 0, 0, 0), 4.0 * np.sqrt(3.0)),  # shear at 45 degrees
-])
+@pytest.mark.parametrize(
+    ("sigma", "expected"),
+    [
+        ((5.0, 0, 0, 0, 0, 0), 5.0),  # uniaxial: the stress itself
+        ((0, 0, 0, 0, -2.0, 0), 2.0 * np.sqrt(3.0)),  # pure shear: sqrt(3) tau
+        ((7.0, 7.0, 7.0, 0, 0, 0), 0.0),  # hydrostatic: nothing
+        ((4.0, -4.0, 0, 0, 0, 0), 4.0 * np.sqrt(3.0)),  # shear at 45 degrees
+    ],
+)
 def test_von_mises_of_simple_states(sigma, expected):
     np.testing.assert_allclose(recover.von_mises(np.array(sigma)[None]), [expected], rtol=MACHINE, atol=MACHINE)
 

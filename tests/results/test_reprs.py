@@ -25,11 +25,20 @@ def things():
     )
     solution = fmb.simulate(model, 0.01, samples=3)
     return {
-        "mesh": mesh, "fe": fe, "data": data, "body": body, "model": model, "solution": solution,
-        "instant": solution.final, "linear": fmb.linearize(model), "accelerations": fmb.accelerations(model),
-        "system": assemble(model)[0], "report": fmb.check(model), "section": TUBE,
+        "mesh": mesh,
+        "fe": fe,
+        "data": data,
+        "body": body,
+        "model": model,
+        "solution": solution,
+        "instant": solution.final,
+        "linear": fmb.linearize(model),
+        "accelerations": fmb.accelerations(model),
+        "system": assemble(model)[0],
+        "report": fmb.check(model),
+        "section": TUBE,
         "table": fmb.table(np.linspace(0, 1, 500), np.linspace(0, 3, 500)),
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize(

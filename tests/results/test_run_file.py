@@ -93,8 +93,10 @@ def test_readable_while_it_is_written(tmp_path):
         run.begin()
         fill(run, phase, slice(0, 5))
         fill(run, phase, slice(5, 7))  # waits in memory
-        code = (f"from flexmb.results import Solution; s = Solution.load({str(tmp_path / 'run.h5')!r}); "
-                "print(len(s.t), s.status.kind)")
+        code = (
+            f"from flexmb.results import Solution; s = Solution.load({str(tmp_path / 'run.h5')!r}); "
+            "print(len(s.t), s.status.kind)"
+        )
         environment = {**os.environ, "HDF5_USE_FILE_LOCKING": "FALSE"}
         command = [sys.executable, "-c", code]
         child = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)

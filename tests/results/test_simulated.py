@@ -32,19 +32,36 @@ def beam():
 def pendulum(beam):
     """A flexible pendulum with a mass at its tip, driven sideways by a spring; gravity along -y."""
     model = fmb.Model(
-        name="pendulum", gravity=(0, -9.81, 0),
-        bodies=[fmb.Ground(markers={"hinge": (0, 0, 0), "far": (2.0, 0.5, 0.3)}), fmb.FloatingBody("beam", data=beam),
-                fmb.PointMass("ball", mass=0.5, at=(1, 0, 0))],
-        joints=[fmb.Revolute("hinge", markers=("ground.hinge", "beam.root")),
-                fmb.Spherical("ball joint", markers=("beam.tip", "ball.center"))],
-        forces=[fmb.SpringDamper("spring", markers=("ground.far", "beam.mid"), stiffness=4000.0, damping=2.0,
-                                 length=1.0)],
-        sensors=[fmb.Position("r", marker="beam.tip"), fmb.Velocity("v", marker="beam.tip"),
-                 fmb.Acceleration("a", marker="beam.tip"), fmb.Reaction("hinge", joint="hinge"),
-                 fmb.Reaction("ball joint", joint="ball joint"), fmb.ForceOf("spring", force="spring"),
-                 fmb.Momentum("momentum"), fmb.Energy("total"), fmb.Energy("dissipated", kind="dissipated"),
-                 fmb.Deflection("bow", marker="beam.mid"), fmb.JointCoordinate("angle", joint="hinge"),
-                 fmb.ConstraintError("g"), fmb.Orientation("p", marker="beam.tip")])
+        name="pendulum",
+        gravity=(0, -9.81, 0),
+        bodies=[
+            fmb.Ground(markers={"hinge": (0, 0, 0), "far": (2.0, 0.5, 0.3)}),
+            fmb.FloatingBody("beam", data=beam),
+            fmb.PointMass("ball", mass=0.5, at=(1, 0, 0)),
+        ],
+        joints=[
+            fmb.Revolute("hinge", markers=("ground.hinge", "beam.root")),
+            fmb.Spherical("ball joint", markers=("beam.tip", "ball.center")),
+        ],
+        forces=[
+            fmb.SpringDamper("spring", markers=("ground.far", "beam.mid"), stiffness=4000.0, damping=2.0, length=1.0)
+        ],
+        sensors=[
+            fmb.Position("r", marker="beam.tip"),
+            fmb.Velocity("v", marker="beam.tip"),
+            fmb.Acceleration("a", marker="beam.tip"),
+            fmb.Reaction("hinge", joint="hinge"),
+            fmb.Reaction("ball joint", joint="ball joint"),
+            fmb.ForceOf("spring", force="spring"),
+            fmb.Momentum("momentum"),
+            fmb.Energy("total"),
+            fmb.Energy("dissipated", kind="dissipated"),
+            fmb.Deflection("bow", marker="beam.mid"),
+            fmb.JointCoordinate("angle", joint="hinge"),
+            fmb.ConstraintError("g"),
+            fmb.Orientation("p", marker="beam.tip"),
+        ],
+    )
     # samples every 20 microseconds: the integrals below see the body's highest modes, at 10 kHz
     return fmb.simulate(model, t_end=0.04, samples=2001, integrator=fmb.GeneralizedAlpha(rtol=1e-8))
 
@@ -108,9 +125,12 @@ def test_turns_are_counted(beam):
     """Twelve turns at 40 samples are told from the angular velocity at the samples."""
     model = fmb.Model(
         bodies=[fmb.Ground(markers={"O": (0, 0, 0)}), fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.02)],
-        joints=[fmb.Revolute("hinge", markers=("ground.O", "rod.start")),
-                fmb.Drive("motor", joint="hinge", angle=fmb.ramp(rate=75.0, rise=0.1))],
-        sensors=[fmb.JointCoordinate("angle", joint="hinge")])
+        joints=[
+            fmb.Revolute("hinge", markers=("ground.O", "rod.start")),
+            fmb.Drive("motor", joint="hinge", angle=fmb.ramp(rate=75.0, rise=0.1)),
+        ],
+        sensors=[fmb.JointCoordinate("angle", joint="hinge")],
+    )
     solution = fmb.simulate(model, t_end=1.05, samples=9)
     assert solution["angle"][-1] == pytest.approx(75.0, rel=SOLVER)
     assert np.diff(solution["angle"]).max() > 9.0
@@ -143,12 +163,12 @@ def test_killed_simulation_leaves_a_readable_file(beam, tmp_path):
     code = f"""
 import flexmb as fmb
 from flexmb import io
-beam = fmb.ModalNeutralData.load({str(tmp_path / 'beam.h5')!r})
+beam = fmb.ModalNeutralData.load({str(tmp_path / "beam.h5")!r})
 model = fmb.Model(gravity=(0, -9.81, 0),
                   bodies=[fmb.Ground(markers={{"O": (0, 0, 0)}}), fmb.FloatingBody("beam", data=beam)],
                   joints=[fmb.Revolute("hinge", markers=("ground.O", "beam.root"))],
                   sensors=[fmb.Position("tip", marker="beam.tip")])
-fmb.simulate(model, t_end=1000.0, samples=10_000_001, output={str(tmp_path / 'run.h5')!r}, write_model=io.model_text,
+fmb.simulate(model, t_end=1000.0, samples=10_000_001, output={str(tmp_path / "run.h5")!r}, write_model=io.model_text,
              integrator=fmb.GeneralizedAlpha(step=1e-4), progress=lambda t, t_end: print(t, flush=True))
 """
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env={**os.environ})

@@ -9,8 +9,12 @@ from flexmb import sensors
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.results import Phase, Solution, Status
 
-SENSORS = (sensors.Position("tip", marker="rod.end"), sensors.JointCoordinate("angle", joint="hinge"),
-           sensors.Reaction("weld force", joint="weld"), sensors.Energy("E", kind="total"))
+SENSORS = (
+    sensors.Position("tip", marker="rod.end"),
+    sensors.JointCoordinate("angle", joint="hinge"),
+    sensors.Reaction("weld force", joint="weld"),
+    sensors.Energy("E", kind="total"),
+)
 
 
 @pytest.fixture(autouse=True)
@@ -87,8 +91,15 @@ def test_state_at_an_event_is_the_one_after():
 
 def test_shapes_are_checked():
     with pytest.raises(FlexmbError, match=r"u has the shape \(2, 4\).*\(3, ...\)"):
-        Phase(model=None, t=np.zeros(3), q=np.zeros((3, 2)), u=np.zeros((2, 4)), a=np.zeros((3, 4)),
-              lam=np.zeros((3, 0)), works=np.zeros((3, 3)))
+        Phase(
+            model=None,
+            t=np.zeros(3),
+            q=np.zeros((3, 2)),
+            u=np.zeros((2, 4)),
+            a=np.zeros((3, 4)),
+            lam=np.zeros((3, 0)),
+            works=np.zeros((3, 3)),
+        )
     with pytest.raises(FlexmbError, match=r"without samples"):
         Solution(phases=())
 

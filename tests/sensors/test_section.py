@@ -18,14 +18,25 @@ def cantilever(kind, *, force=(0, 0, 0), moment=(0, 0, 0), places=PLACES, elemen
     """A slender cantilever along x under loads at its tip, with sensors at places."""
     young, poisson = 1e9, 0.25
     area, inertia = 1e5 * EI / LENGTH**2 / young, EI / young
-    body = KINDS[kind]("b", points=((0, 0, 0), (LENGTH, 0, 0)), elements=elements,
-                       section=fem.Section.values(area, inertia, inertia, GJ * 2 * (1 + poisson) / young),
-                       material=fmb.Material(young=young, poisson=poisson, density=1000.0))
-    sensors = [sensor(f"{prefix} {100 * at:.0f}", body="b", at=at) for at in places
-               for prefix, sensor in (("F", fmb.SectionForces), ("E", fmb.SectionStrains))]
-    return fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), sensors=(*sensors, fmb.Position("tip", marker="b.end")),
-                     joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
-                     forces=(fmb.PointLoad("P", marker="b.end", force=force, moment=moment),))
+    body = KINDS[kind](
+        "b",
+        points=((0, 0, 0), (LENGTH, 0, 0)),
+        elements=elements,
+        section=fem.Section.values(area, inertia, inertia, GJ * 2 * (1 + poisson) / young),
+        material=fmb.Material(young=young, poisson=poisson, density=1000.0),
+    )
+    sensors = [
+        sensor(f"{prefix} {100 * at:.0f}", body="b", at=at)
+        for at in places
+        for prefix, sensor in (("F", fmb.SectionForces), ("E", fmb.SectionStrains))
+    ]
+    return fmb.Model(
+        bodies=(fmb.Ground(), body),
+        gravity=(0, 0, 0),
+        sensors=(*sensors, fmb.Position("tip", marker="b.end")),
+        joints=(fmb.Fixed("clamp", markers=("ground.origin", "b.start")),),
+        forces=(fmb.PointLoad("P", marker="b.end", force=force, moment=moment),),
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -43,8 +54,9 @@ def test_elastica(kind):
         expected = [P * t[k, 2], P * t[k, 0], P * lever[k]]
         axial, shear, moment = found if kind == "cable" else (found[0], found[2], -found[4])
         np.testing.assert_allclose([axial, shear, moment / LENGTH], np.array(expected) / [1, 1, LENGTH], atol=0.01 * P)
-        assert strains[-1 if kind == "cable" else 4] == pytest.approx((1 if kind == "cable" else -1) * moment / EI,
-                                                                      abs=SOLVER)
+        assert strains[-1 if kind == "cable" else 4] == pytest.approx(
+            (1 if kind == "cable" else -1) * moment / EI, abs=SOLVER
+        )
 
 
 def test_torsion():
@@ -68,15 +80,25 @@ def test_recovery_at_many_places_and_times():
 
 def test_hanging_rope_carries_what_is_below():
     """Tension at x: weight below it, N = m g (1 - x)."""
-    rope = fmb.AncfCable("b", points=((0, 0, 0), (0, 0, -3.0)), elements=6, section=fem.Section.solid_circle(0.01),
-                         material=fmb.MATERIALS["steel"])
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), rope), gravity=(0, 0, -9.81),
-        joints=(fmb.Spherical("top", markers=("ground.origin", "b.start")),),
-        sensors=[fmb.SectionForces(f"F {100 * at:.0f}", body="b", at=at) for at in PLACES]))
+    rope = fmb.AncfCable(
+        "b",
+        points=((0, 0, 0), (0, 0, -3.0)),
+        elements=6,
+        section=fem.Section.solid_circle(0.01),
+        material=fmb.MATERIALS["steel"],
+    )
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), rope),
+            gravity=(0, 0, -9.81),
+            joints=(fmb.Spherical("top", markers=("ground.origin", "b.start")),),
+            sensors=[fmb.SectionForces(f"F {100 * at:.0f}", body="b", at=at) for at in PLACES],
+        )
+    )
     for at in PLACES:
-        np.testing.assert_allclose(solution[f"F {100 * at:.0f}"][-1], [rope.mass * 9.81 * (1.0 - at), 0.0, 0.0],
-                                   atol=1e-6 * rope.mass * 9.81)
+        np.testing.assert_allclose(
+            solution[f"F {100 * at:.0f}"][-1], [rope.mass * 9.81 * (1.0 - at), 0.0, 0.0], atol=1e-6 * rope.mass * 9.81
+        )
 
 
 def test_messages():

@@ -77,8 +77,15 @@ def test_loads_energies_and_errors(solution):
     t = solution.t
     reaction = solution[sensors.Reaction("R", joint="weld")]
     np.testing.assert_array_equal(reaction, np.arange(6.0, 12.0) * (1 + t[:, None]))
-    for kind, factor in (("kinetic", 1), ("strain", 10), ("potential", 100), ("total", 111), ("work_of_loads", 1),
-                         ("work_of_drives", 2), ("dissipated", 3)):
+    for kind, factor in (
+        ("kinetic", 1),
+        ("strain", 10),
+        ("potential", 100),
+        ("total", 111),
+        ("work_of_loads", 1),
+        ("work_of_drives", 2),
+        ("dissipated", 3),
+    ):
         np.testing.assert_allclose(solution[sensors.Energy("E", kind=kind)], factor * t, rtol=MACHINE)
     for level, factor in (("position", 1.0), ("velocity", 10.0), ("acceleration", 100.0)):
         np.testing.assert_array_equal(solution[sensors.ConstraintError("g", level=level)], 1e-9 * t * factor)
@@ -90,8 +97,10 @@ def test_deflection(solution):
     """Modes: stretch eta_1 x and bending eta_2 x^2; at the tip x = 1."""
     t = solution.t
     expected = np.stack([1e-3 * t, 2e-3 * t**2, 0 * t], 1)
-    for sensor in (sensors.Deflection("d", marker="block.tip"),
-                   sensors.Deflection("d", marker="block.tip", relative_to="block.root")):
+    for sensor in (
+        sensors.Deflection("d", marker="block.tip"),
+        sensors.Deflection("d", marker="block.tip", relative_to="block.root"),
+    ):
         np.testing.assert_allclose(solution[sensor], expected, rtol=0, atol=4 * np.finfo(float).eps * 3)
 
 
@@ -119,8 +128,14 @@ def test_momentum_of_rigid_bodies(solution):
     model = solution.model.without("weld", "block")
     phase = spinning_phase()
     keep_q, keep_u = np.r_[0:7, 16:23], np.r_[0:6, 14:20]
-    phase = replace(phase, model=model, q=phase.q[:, keep_q], u=phase.u[:, keep_u], a=phase.a[:, keep_u],
-                                system=spinning_system(model))
+    phase = replace(
+        phase,
+        model=model,
+        q=phase.q[:, keep_q],
+        u=phase.u[:, keep_u],
+        a=phase.a[:, keep_u],
+        system=spinning_system(model),
+    )
     t = phase.t
     theta, rate, _ = angle_at(t)
     center = 0.5 * LENGTH * np.stack([np.cos(theta), np.sin(theta)], 1)
@@ -151,29 +166,35 @@ def test_momentum_of_a_floating_body_is_the_derivative_of_its_energy(solution):
     np.testing.assert_allclose(_of_floating(body, q, u[None])[0], (M @ u)[:6], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("sensor", "message"), [
-    (sensors.Position("x", marker="rod.ende"), r"Sensor 'x': marker 'rod.ende' does not.*Did you mean 'rod.end'\?"),
-    (sensors.Velocity("x", marker="rodd.end"), r"body 'rodd' does not exist.*Did you mean 'rod'\?"),
-    (sensors.Reaction("x", joint="hing"), r"joint 'hing' does not exist.*Did you mean 'hinge'\?"),
-    (sensors.ForceOf("x", force="push"), r"force 'push' does not exist"),
-    (sensors.JointCoordinate("x", joint="hingee"), r"Did you mean 'hinge'\?"),
-    (sensors.JointCoordinate("x", joint="weld"), r"joint 'weld' \(Fixed\) neither turns nor slides"),
-    (sensors.Deflection("x", marker="ground.hinge"), r"body 'ground' \(Ground\) has no axes of its own"),
-    (sensors.Deflection("x", marker="rod.end", relative_to="block.tip"), r"are on two bodies"),
-    (sensors.Stress("x", body="rod"), r"body 'rod' \(RigidBody\) has no stress modes"),
-    (sensors.Stress("x", body="block", node=9), r"node = 9.*0 to 8"),
-])
+@pytest.mark.parametrize(
+    ("sensor", "message"),
+    [
+        (sensors.Position("x", marker="rod.ende"), r"Sensor 'x': marker 'rod.ende' does not.*Did you mean 'rod.end'\?"),
+        (sensors.Velocity("x", marker="rodd.end"), r"body 'rodd' does not exist.*Did you mean 'rod'\?"),
+        (sensors.Reaction("x", joint="hing"), r"joint 'hing' does not exist.*Did you mean 'hinge'\?"),
+        (sensors.ForceOf("x", force="push"), r"force 'push' does not exist"),
+        (sensors.JointCoordinate("x", joint="hingee"), r"Did you mean 'hinge'\?"),
+        (sensors.JointCoordinate("x", joint="weld"), r"joint 'weld' \(Fixed\) neither turns nor slides"),
+        (sensors.Deflection("x", marker="ground.hinge"), r"body 'ground' \(Ground\) has no axes of its own"),
+        (sensors.Deflection("x", marker="rod.end", relative_to="block.tip"), r"are on two bodies"),
+        (sensors.Stress("x", body="rod"), r"body 'rod' \(RigidBody\) has no stress modes"),
+        (sensors.Stress("x", body="block", node=9), r"node = 9.*0 to 8"),
+    ],
+)
 def test_messages_of_check(sensor, message):
     with pytest.raises(ModelError, match=message):
         spinning_model(sensors=[sensor])
 
 
-@pytest.mark.parametrize(("make", "message"), [
-    (lambda: sensors.Energy("x", kind="kinetik"), r"Did you mean 'kinetic'\?"),
-    (lambda: sensors.JointCoordinate("x", joint="hinge", kind="twist"), r"expected|'turn', 'slide' or nothing"),
-    (lambda: sensors.Stress("x", body="block", component="mises"), r"One of: von_mises, xx"),
-    (lambda: sensors.Stress("x", body="block", component="tensor"), r"the tensor at node = None.*one node number"),
-])
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: sensors.Energy("x", kind="kinetik"), r"Did you mean 'kinetic'\?"),
+        (lambda: sensors.JointCoordinate("x", joint="hinge", kind="twist"), r"expected|'turn', 'slide' or nothing"),
+        (lambda: sensors.Stress("x", body="block", component="mises"), r"One of: von_mises, xx"),
+        (lambda: sensors.Stress("x", body="block", component="tensor"), r"the tensor at node = None.*one node number"),
+    ],
+)
 def test_messages_of_fields(make, message):
     with pytest.raises(ModelError, match=message):
         make()
@@ -190,8 +211,13 @@ def test_momentum_of_an_unknown_kind(solution):
 def test_titles_carry_units(solution):
     assert sensors.JointCoordinate("x", joint="guide").columns(solution.model) == ("displacement [m]",)
     assert sensors.JointCoordinate("x", joint="hinge").columns(solution.model) == ("angle [rad]",)
-    for sensor in (sensors.Position("x", marker="rod.end"), sensors.Reaction("x", joint="hinge"), sensors.Momentum("x"),
-                   sensors.Orientation("x", marker="rod.end"), sensors.Deflection("x", marker="rod.end")):
+    for sensor in (
+        sensors.Position("x", marker="rod.end"),
+        sensors.Reaction("x", joint="hinge"),
+        sensors.Momentum("x"),
+        sensors.Orientation("x", marker="rod.end"),
+        sensors.Deflection("x", marker="rod.end"),
+    ):
         assert len(sensor.columns(solution.model)) == solution[sensor].shape[1]
 
 

@@ -22,7 +22,9 @@ def test_a_broken_pool_leaves_rows_with_its_error():
 @pytest.fixture
 def scheduler():
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
         yield cluster.scheduler_address
 
 
@@ -37,7 +39,9 @@ def test_a_scheduler_without_workers():
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster,
-        pytest.raises(FlexmbError, match=r"no worker after 0\.3 s\. Expected: at least one\. Start workers: dask worker"),
+        pytest.raises(
+            FlexmbError, match=r"no worker after 0\.3 s\. Expected: at least one\. Start workers: dask worker"
+        ),
         study.dask_executor(cluster.scheduler_address, timeout=0.3),
     ):
         pass

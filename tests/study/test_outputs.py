@@ -18,11 +18,18 @@ def test_reductions_of_a_triangle():
     squares = (1 - 3 + 9) / 3 * 1 + (9 + 3 + 1) / 3 * 2  # integral of a squared line: h (a^2 + ab + b^2)/3
     assert found == pytest.approx(
         {
-            "max": 3.0, "min": -1.0, "peak": 3.0, "final": 1.0, "mean": (1.0 + 4.0) / 3, "rms": np.sqrt(squares / 3),
-            "time_of_max": 1.0, "time_of_min": 0.0, "time_of_peak": 1.0,
+            "max": 3.0,
+            "min": -1.0,
+            "peak": 3.0,
+            "final": 1.0,
+            "mean": (1.0 + 4.0) / 3,
+            "rms": np.sqrt(squares / 3),
+            "time_of_max": 1.0,
+            "time_of_min": 0.0,
+            "time_of_peak": 1.0,
         },
         rel=MACHINE,
-    )  # fmt: skip
+    )
 
 
 def test_peak_is_the_largest_magnitude():
@@ -43,9 +50,16 @@ def test_columns_have_titles_and_units():
     asked = ["min(place z)", "depth = final(place z)", "time_of_min(place z)", "max(place)", "at = mean(place)"]
     found = {column.title: column.value(solution) for column in columns(asked, stone(9.81))}
     assert list(found) == [
-        "min(place z) [m]", "depth [m]", "time_of_min(place z) [s]", "max(place x) [m]", "max(place y) [m]",
-        "max(place z) [m]", "at x [m]", "at y [m]", "at z [m]",
-    ]  # fmt: skip
+        "min(place z) [m]",
+        "depth [m]",
+        "time_of_min(place z) [s]",
+        "max(place x) [m]",
+        "max(place y) [m]",
+        "max(place z) [m]",
+        "at x [m]",
+        "at y [m]",
+        "at z [m]",
+    ]
     assert found["depth [m]"] == pytest.approx(-4.905, rel=SOLVER)
     assert found["time_of_min(place z) [s]"] == 1.0
 
@@ -58,14 +72,17 @@ def test_every_sensor_by_default():
 @pytest.mark.parametrize(
     ("outputs", "message"),
     [
-        (["max(plaice z)"], r"Output 'max\(plaice z\)': there is no sensor or component 'plaice z'\. "
-                            r"The model has the sensors: place\. Did you mean 'place z'\?"),
+        (
+            ["max(plaice z)"],
+            r"Output 'max\(plaice z\)': there is no sensor or component 'plaice z'\. "
+            r"The model has the sensors: place\. Did you mean 'place z'\?",
+        ),
         (["maxi(place)"], r"Output 'maxi\(place\)': there is no reduction 'maxi'\. .*Did you mean 'max'\?"),
         (["place z"], r"Output 'place z': no reduction and sensor\. REDUCTION\(SENSOR\)"),
         (["max(place z)", "max(place)"], r"Output 'max\(place z\) \[m\]': two outputs have this title"),
         ([], r"Study of 'model': there is nothing to keep"),
     ],
-)  # fmt: skip
+)
 def test_outputs_that_cannot_be(outputs, message):
     with pytest.raises(ModelError, match=message):
         columns(outputs, stone(9.81))

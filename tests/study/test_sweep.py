@@ -55,9 +55,14 @@ def test_a_model_file_on_processes(fall, tmp_path):
     """Free fall: z = -g t^2/2; a parameter that the model refuses is a row with its error."""
     steps = []
     results = fmb.sweep(
-        fall, {"g": [1.6, -1.0, 9.81], "duration": [1.0, 2.0]}, outputs=["depth = final(place z)"],
-        folder=tmp_path / "out", jobs=2, keep_runs=True, progress=steps.append,
-    )  # fmt: skip
+        fall,
+        {"g": [1.6, -1.0, 9.81], "duration": [1.0, 2.0]},
+        outputs=["depth = final(place z)"],
+        folder=tmp_path / "out",
+        jobs=2,
+        keep_runs=True,
+        progress=steps.append,
+    )
     assert [row.number for row in results.rows] == [1, 2, 3, 4, 5, 6]
     good = results["g"] > 0.0
     expected = -results["g"] * results["duration"] ** 2 / 2
@@ -157,9 +162,7 @@ def test_another_study_in_the_folder_is_refused(fall, tmp_path, threads, change,
     settings = {"source": fall, "over": {"g": [1.0, 2.0]}, "folder": tmp_path / "out", "executor": threads}
     fmb.sweep(**settings)
     before = (tmp_path / "out" / "rows.jsonl").read_text()
-    expected = (
-        rf"Study folder '.*out': it holds another study: .*{message}.*the same settings.*Give another folder"
-    )
+    expected = rf"Study folder '.*out': it holds another study: .*{message}.*the same settings.*Give another folder"
     with pytest.raises(DataFileError, match=expected):
         fmb.sweep(**{**settings, **change})
     assert (tmp_path / "out" / "rows.jsonl").read_text() == before
@@ -170,9 +173,7 @@ def test_folders_that_cannot_be_used(tmp_path, threads):
         return fmb.sweep(formulas.square, {"x": [1.0]}, folder=folder, executor=threads)
 
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(
-        DataFileError, match=r"it holds notes\.txt\. Expected: a new or empty folder.*Give another one"
-    ):
+    with pytest.raises(DataFileError, match=r"it holds notes\.txt\. Expected: a new or empty folder.*Give another one"):
         tried(tmp_path)
     with pytest.raises(
         DataFileError, match=r"it cannot be used \(File exists\)\. Expected: a folder that can be written"
@@ -182,9 +183,7 @@ def test_folders_that_cannot_be_used(tmp_path, threads):
     (tmp_path / "foreign" / "study.json").write_text(
         json.dumps({"schema": "other", "schema_version": 1, "settings": {}})
     )
-    with pytest.raises(
-        DataFileError, match=r"study\.json has the schema other 1\. Expected: flexmb\.study 1"
-    ):
+    with pytest.raises(DataFileError, match=r"study\.json has the schema other 1\. Expected: flexmb\.study 1"):
         tried(tmp_path / "foreign")
     (tmp_path / "foreign" / "study.json").write_text("{")
     with pytest.raises(DataFileError, match=r"study\.json is damaged .*what flexmb wrote"):
@@ -196,9 +195,7 @@ def test_folders_that_cannot_be_used(tmp_path, threads):
 
 
 def test_unknown_parameters_and_sensors_show_at_once(fall):
-    with pytest.raises(
-        ModelError, match=r"there is no parameter 'duratoin' to vary\. .*Did you mean 'duration'\?"
-    ):
+    with pytest.raises(ModelError, match=r"there is no parameter 'duratoin' to vary\. .*Did you mean 'duration'\?"):
         fmb.sweep(fall, {"duratoin": [1.0]})
     with pytest.raises(ModelError, match=r"'g' is varied and set to 1\.0\. Expected: one or the other"):
         fmb.sweep(fall, {"g": [1.0]}, parameters={"g": 1.0})
@@ -233,9 +230,7 @@ def test_what_a_function_may_return(threads, tmp_path):
 
 
 def test_functions_that_cannot_be_varied():
-    with pytest.raises(
-        ModelError, match=r"Function 'square': there is no parameter 'offest'.*Did you mean 'offset'\?"
-    ):
+    with pytest.raises(ModelError, match=r"Function 'square': there is no parameter 'offest'.*Did you mean 'offset'\?"):
         fmb.sweep(formulas.square, {"offest": [1.0]})
     with pytest.raises(ModelError, match=r"its argument 'x' has no value.*Vary x, or set it"):
         fmb.sweep(formulas.square, {"offset": [1.0]})
@@ -283,9 +278,7 @@ def test_a_function_that_is_not_found(tmp_path, monkeypatch):
     (tmp_path / "vanishing.py").write_text("def f(x):\n    return x\n")
     function = study.function_in(f"{tmp_path}/vanishing.py:f")
     (tmp_path / "vanishing.py").unlink()
-    with pytest.raises(
-        FlexmbError, match=r"the worker does not find what it shall compute: ModuleNotFoundError"
-    ):
+    with pytest.raises(FlexmbError, match=r"the worker does not find what it shall compute: ModuleNotFoundError"):
         fmb.sweep(function, {"x": [1]}, jobs=1)
     with pytest.raises(ModelError, match=r"there is no file '.*vanishing\.py'"):
         study.function_in(f"{tmp_path}/vanishing.py:f")

@@ -33,8 +33,11 @@ def matrix(model):
 
 @pytest.mark.parametrize("name", ["chain", "four bars", "random"])
 def test_solution_is_that_of_a_dense_solver(name, rng):
-    model = {"chain": lambda: chain(12), "four bars": lambda: four_bars(3),
-             "random": lambda: connected("Cylindrical", "rigid-floating", rng)}[name]()  # fmt: skip
+    model = {
+        "chain": lambda: chain(12),
+        "four bars": lambda: four_bars(3),
+        "random": lambda: connected("Cylindrical", "rigid-floating", rng),
+    }[name]()
     system, work = matrix(model)
     A = stored(work.S, system.program.pattern).toarray()
     b = rng.normal(size=len(A))

@@ -23,7 +23,10 @@ def ring(n: int) -> fmb.Model:
     """Return n four-bars, then a bar between the ends that is as long as their distance: one loop around all loops."""
     model = mechanisms.four_bars(n)
     bar = fmb.RigidBody.rod("last", length=float(n), mass=1.0, radius=0.01, at=(0, 1, 0), velocity=(1, 0, 0))
-    joints = [fmb.Revolute("from", markers=("c0.end", "last.start")), fmb.Revolute("to", markers=("last.end", f"c{n}.end"))]
+    joints = [
+        fmb.Revolute("from", markers=("c0.end", "last.start")),
+        fmb.Revolute("to", markers=("last.end", f"c{n}.end")),
+    ]
     return fmb.Model(bodies=[*model.bodies, bar], joints=[*joints, *model.joints])
 
 
@@ -32,7 +35,9 @@ def tree(n: int, rng) -> fmb.Model:
     places = np.vstack([np.zeros(3), rng.normal(size=(n, 3))])  # the ground's and the bodies'
     below = [int(rng.integers(k)) for k in range(1, n + 1)]
     markers = [{f"to {k}": places[k] - places[b] for k in range(1, n + 1) if below[k - 1] == b} for b in range(n + 1)]
-    bodies = [fmb.RigidBody(f"b{k}", mass=1.0, inertia=(1, 1, 1), at=places[k], markers=markers[k]) for k in range(1, n + 1)]
+    bodies = [
+        fmb.RigidBody(f"b{k}", mass=1.0, inertia=(1, 1, 1), at=places[k], markers=markers[k]) for k in range(1, n + 1)
+    ]
     names = ["ground", *(body.name for body in bodies)]
     hinges = [fmb.Revolute(f"j{k}", markers=(f"{names[below[k - 1]]}.to {k}", f"b{k}.center")) for k in range(1, n + 1)]
     drives = [fmb.Drive(f"d{k}", joint=f"j{k}", angle=fmb.ramp(rate=1.0, rise=0.1)) for k in range(1, n + 1)]
@@ -87,7 +92,9 @@ def test_many_loops_are_counted():
 
 
 def test_gradients_of_nothing():
-    """Equations that no motion changes are dependent, whether they stand alone, in a loop, or beside others of their joint."""
+    """Equations that no motion changes are dependent, whether they stand alone, in a loop,
+    or beside others of their joint.
+    """
     alone = sparse.csr_matrix((3, 4))
     assert list(dependent_rows(alone, np.array([0, 0, 1]), np.zeros(4, int), DEPENDENT)) == [0, 1, 2]
     beside = sparse.csr_matrix([[1.0, 0.0], [0.0, 0.0], [0.6, 0.8]])
@@ -96,7 +103,9 @@ def test_gradients_of_nothing():
 
 
 def test_small_singular_values_without_a_small_pivot(rng):
-    """Every row is far from those before it, and yet all but one say everything: s = 2^(2 - n) of 1 - (upper triangle)."""
+    """Every row is far from those before it, and yet all but one say everything:
+    s = 2^(2 - n) of 1 - (upper triangle).
+    """
     n = 30
     A = np.tril(-np.ones((n, n)), -1) + np.eye(n)
     A = A @ np.linalg.qr(rng.normal(size=(n, n)))[0] / np.linalg.norm(A, axis=1)[:, None]

@@ -52,7 +52,9 @@ def coupler_with(gap: float) -> fmb.RigidBody:
     """Return a coupler whose second hinge is off by `gap` sideways and turned by as many rad."""
     _, B, C, _ = points()
     off = fmb.Pose.axes(at=tuple(C - B + [0, gap, 0]), z=(gap, 1, 0))
-    return fmb.RigidBody("coupler", mass=1.0, inertia=(0.01, 0.01, 0.011), at=B, markers={"p": pin((0, 0, 0)), "q": off})
+    return fmb.RigidBody(
+        "coupler", mass=1.0, inertia=(0.01, 0.01, 0.011), at=B, markers={"p": pin((0, 0, 0)), "q": off}
+    )
 
 
 MOTOR = fmb.Drive("motor", joint="A", angle=fmb.ramp(rate=10.0, rise=0.05))
@@ -68,8 +70,9 @@ INTEGRATORS = [
 def test_a_misfit_within_mesh_tolerance_neither_moves_nor_stresses(integrator):
     """The reference is the exact mechanism; without care a gap of 1e-7 m would act like one in a rigid frame."""
     gap = 1e-7
-    exact, found = (fmb.simulate(linkage(coupler_with(g), [MOTOR]), 0.5, integrator=integrator, samples=26)
-                    for g in (0.0, gap))  # fmt: skip
+    exact, found = (
+        fmb.simulate(linkage(coupler_with(g), [MOTOR]), 0.5, integrator=integrator, samples=26) for g in (0.0, gap)
+    )
     assert found["turn"] == pytest.approx(exact["turn"], abs=10 * gap)
     largest = np.abs(exact["force at C"]).max()
     assert np.abs(found["force at C"] - exact["force at C"]).max() < 1e-3 * largest
@@ -114,8 +117,9 @@ def test_a_meshed_coupler_is_the_same_rigid_or_not():
     fe = fem.frame(points=line, section=fem.Section.tube(diameter=0.02, wall=0.002), material=STEEL)
     data = reduction.reduce(fe, interfaces={"p": (0, 0, 0), "q": tuple(line[-1])}, modes=4)
     axes = {name: fmb.Pose.axes(z=(0, 1, 0)) for name in ("p", "q")}
-    rigid, elastic = (fmb.FloatingBody("coupler", data=data, at=B, rigid=r, damping=0.02, markers=axes)
-                      for r in (True, False))  # fmt: skip
+    rigid, elastic = (
+        fmb.FloatingBody("coupler", data=data, at=B, rigid=r, damping=0.02, markers=axes) for r in (True, False)
+    )
     report = fmb.check(linkage(rigid))
     assert report.misfits
     turns = [fmb.simulate(linkage(body, [MOTOR]), 0.2, samples=11)["turn"] for body in (rigid, elastic)]

@@ -88,8 +88,11 @@ def test_drives_that_contradict_each_other_at_the_start():
 
 
 def test_drives_that_contradict_each_other_later():
-    joints = [PIN, fmb.Drive("one", joint="pin", angle=0.0),
-              fmb.Drive("two", joint="pin", angle=fmb.expression("t**2"))]  # fmt: skip
+    joints = [
+        PIN,
+        fmb.Drive("one", joint="pin", angle=0.0),
+        fmb.Drive("two", joint="pin", angle=fmb.expression("t**2")),
+    ]
     with pytest.raises(CompileError) as caught:
         fmb.simulate(fmb.Model(bodies=[GROUND, ROD], joints=joints), 1.0)
     text = message(caught)

@@ -31,10 +31,22 @@ def flexible_chain(n: int, **fields) -> fmb.Model:
 
 def four_bars(n: int) -> fmb.Model:
     """Return n + 1 upright cranks of 1 m and n couplers on revolute joints in space (redundant)."""
-    cranks = [fmb.RigidBody.rod(f"c{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 0, 0), rotation=(0, 0, np.pi / 2),
-                                angular_velocity=(0, 0, -1.0)) for k in range(n + 1)]  # fmt: skip
-    bars = [fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 1, 0), velocity=(1, 0, 0))
-            for k in range(n)]  # fmt: skip
+    cranks = [
+        fmb.RigidBody.rod(
+            f"c{k}",
+            length=1.0,
+            mass=1.0,
+            radius=0.01,
+            at=(k, 0, 0),
+            rotation=(0, 0, np.pi / 2),
+            angular_velocity=(0, 0, -1.0),
+        )
+        for k in range(n + 1)
+    ]
+    bars = [
+        fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 1, 0), velocity=(1, 0, 0))
+        for k in range(n)
+    ]
     joints = [fmb.Revolute(f"g{k}", markers=(f"ground.A{k}", f"c{k}.start")) for k in range(n + 1)]
     for k in range(n):
         joints.append(fmb.Revolute(f"l{k}", markers=(f"c{k}.end", f"b{k}.start")))
@@ -46,8 +58,12 @@ def four_bars(n: int) -> fmb.Model:
 
 def branched() -> fmb.Model:
     """Return a floating root with rigid and flexible branches, a point mass on a spring, a slide with a drive."""
-    ends = {"cross": fmb.Pose((0.5, 0, 0), (np.pi / 2, 0, 0)),
-            "w": fmb.Pose((-0.5, 0, 0), (0.3, 0.2, 0)), "n": (0, 0.5, 0), "s": (0, -0.5, 0.1)}  # fmt: skip
+    ends = {
+        "cross": fmb.Pose((0.5, 0, 0), (np.pi / 2, 0, 0)),
+        "w": fmb.Pose((-0.5, 0, 0), (0.3, 0.2, 0)),
+        "n": (0, 0.5, 0),
+        "s": (0, -0.5, 0.1),
+    }
     bodies = [
         fmb.Ground(),
         fmb.RigidBody("hub", mass=3.0, inertia=(0.4, 0.5, 0.6), center_of_mass=(0.02, 0.01, 0), markers=ends),
@@ -67,24 +83,32 @@ def branched() -> fmb.Model:
         fmb.Revolute("e", markers=("wing.tip", "ball.center")),
         fmb.Drive("f", joint="b", displacement=fmb.expression("0.1 + 0.3*t + t**2")),
     ]
-    forces = [fmb.SpringDamper("s", markers=("hub.center", "dust.center"), stiffness=50.0, damping=1.0, length=0.8),
-              fmb.PointLoad("p", marker="fin.tip", force=(30.0, -20.0, 5.0))]  # fmt: skip
+    forces = [
+        fmb.SpringDamper("s", markers=("hub.center", "dust.center"), stiffness=50.0, damping=1.0, length=0.8),
+        fmb.PointLoad("p", marker="fin.tip", force=(30.0, -20.0, 5.0)),
+    ]
     return fmb.Model(gravity=(0.5, -9.81, 1.0), bodies=bodies, joints=joints, forces=forces)
 
 
 def loops() -> fmb.Model:
     """Return a flexible four-bar with a redundant hinge, geared to a crank that moves a pendulum by a rod."""
-    ground = fmb.Ground(markers={"A": (0, 0, 0), "A2": (0, 0, 0.2), "D": (1.0, 0, 0), "E": (0.3, -0.4, 0.1),
-                                 "F": (0.6, -0.4, 0.1)})
+    ground = fmb.Ground(
+        markers={"A": (0, 0, 0), "A2": (0, 0, 0.2), "D": (1.0, 0, 0), "E": (0.3, -0.4, 0.1), "F": (0.6, -0.4, 0.1)}
+    )
     bodies = [
         ground,
-        fmb.RigidBody("crank", mass=1.0, inertia=(0.02, 0.08, 0.08), rotation=(0, 0, np.pi / 2),
-                      markers={"A": (0, 0, 0), "A2": (0, 0, 0.2), "B": (0.8, 0, 0)}),
+        fmb.RigidBody(
+            "crank",
+            mass=1.0,
+            inertia=(0.02, 0.08, 0.08),
+            rotation=(0, 0, np.pi / 2),
+            markers={"A": (0, 0, 0), "A2": (0, 0, 0.2), "B": (0.8, 0, 0)},
+        ),
         fmb.FloatingBody("coupler", data=beam(), at=(0, 0.8, 0)),
         fmb.RigidBody.rod("rocker", length=0.8, mass=0.7, radius=0.03, at=(1.0, 0, 0), rotation=(0, 0, np.pi / 2)),
         fmb.RigidBody.rod("bob", length=0.3, mass=0.2, radius=0.02, at=(0.6, -0.4, 0.1), rotation=(0, 0, 1.0)),
         fmb.RigidBody.rod("wheel", length=0.3, mass=0.6, radius=0.03, at=(0.3, -0.4, 0.1)),
-    ]  # fmt: skip
+    ]
     joints = [
         fmb.Revolute("A", markers=("ground.A", "crank.A")),
         fmb.Revolute("A2", markers=("ground.A2", "crank.A2")),
@@ -106,7 +130,9 @@ def flap_station(folder, **parameters) -> fmb.Model:
     data = Path(fmb.__file__).parent / "cli" / "demo_data"
     fe = fem.solid(fem.read_mesh(data / "lever_arm.msh"), fmb.MATERIALS["titanium"])
     bores = {"root": reduction.Averaging("bore_root"), "tip": reduction.Averaging("bore_tip")}
-    lever = reduction.reduce(fe, interfaces=bores, modes=6, geometric_stiffness=True, compare=0).save(folder / "lever.h5")
+    lever = reduction.reduce(fe, interfaces=bores, modes=6, geometric_stiffness=True, compare=0).save(
+        folder / "lever.h5"
+    )
     return fmb.load_model(data / "flap_station.toml", {"lever": str(lever), **parameters})
 
 

@@ -48,7 +48,9 @@ def test_on_trees_and_loops(name, rng):
         assert_agreement(MODELS[name](), rng)
 
 
-@pytest.mark.parametrize("pair", [pair for pair in PAIRS if not any(name in pair for name in ("cable", "beam", "plate"))])
+@pytest.mark.parametrize(
+    "pair", [pair for pair in PAIRS if not any(name in pair for name in ("cable", "beam", "plate"))]
+)
 @pytest.mark.parametrize("kind", KINDS)
 def test_on_every_joint(kind, pair, rng):
     assert_agreement(connected(kind, pair, rng), rng)

@@ -1,7 +1,7 @@
 """Every example of the repository: four formulations give the same accelerations and reactions at random states.
 
-The examples are found in their folder: scripts by the models that they hand to their analyses, model files by their table of
-the simulation, with the models that their events leave. A new example takes part without a word here.
+The examples are found in their folder: scripts by the models that they hand to their analyses, model files by their
+table of the simulation, with the models that their events leave. A new example takes part without a word here.
 """
 
 import ast
@@ -41,7 +41,9 @@ def analyses(path: Path) -> list[str]:
 
 
 SCRIPTS = [path for path in sorted(EXAMPLES.rglob("*.py")) if analyses(path)]
-FILES = [path for path in sorted(EXAMPLES.rglob("*.toml")) if {"simulation", "base"} & set(tomllib.loads(path.read_text()))]
+FILES = [
+    path for path in sorted(EXAMPLES.rglob("*.toml")) if {"simulation", "base"} & set(tomllib.loads(path.read_text()))
+]
 
 
 def name(path: Path) -> str:
@@ -53,7 +55,9 @@ class _Enough(Exception):
 
 
 def models_of(path: Path, monkeypatch, tmp_path) -> list[fmb.Model]:
-    """Return the first models that a script hands to its analyses; simulations are cut short, the last is not made at all."""
+    """Return the first models that a script hands to its analyses;
+    simulations are cut short, the last is not made at all.
+    """
     found: list[fmb.Model] = []
 
     def recorded(analysis):
@@ -91,7 +95,9 @@ def later_models(model: fmb.Model) -> list[fmb.Model]:
 
 
 def assert_agreement(model: fmb.Model, rng) -> None:
-    """Compare accelerations and multipliers, relative to the largest of their kind; bodies of nodes are named instead."""
+    """Compare accelerations and multipliers, relative to the largest of their kind;
+    bodies of nodes are named instead.
+    """
     system, state = random_consistent(model, rng, **MEASURE)
     work = system.workspace()
     answers = [other.accelerate(system, state, work) for other in OTHERS]
@@ -109,7 +115,12 @@ def assert_agreement(model: fmb.Model, rng) -> None:
 
 def test_the_examples_are_found():
     found = {name(path) for path in (*SCRIPTS, *FILES)}
-    assert {"puma_arm.py", "four_bar_flexible.py", "flap_station/flap_station.py", "highlift/trailing_edge.toml"} <= found
+    assert {
+        "puma_arm.py",
+        "four_bar_flexible.py",
+        "flap_station/flap_station.py",
+        "highlift/trailing_edge.toml",
+    } <= found
     assert len(later_models(fmb.load_model(HIGHLIFT / "strut_2_breaks.toml"))) == 1
 
 
@@ -152,8 +163,10 @@ def test_motions_of_a_file(path):
     Local errors are 1e-10 of the size; what rings adds them up.
     """
     model = replace(fmb.load_model(path), events=())
-    places = [fmb.simulate(model, 0.15, samples=3, integrator=integrator).series(0).observation.r
-              for integrator in (fmb.Implicit(rtol=1e-10), fmb.GeneralizedAlpha(rtol=1e-10))]
+    places = [
+        fmb.simulate(model, 0.15, samples=3, integrator=integrator).series(0).observation.r
+        for integrator in (fmb.Implicit(rtol=1e-10), fmb.GeneralizedAlpha(rtol=1e-10))
+    ]
     size = np.ptp(places[0][0], axis=0).max()
     np.testing.assert_allclose(*places, atol=SOLVER * size, rtol=0)
     assert np.abs(places[0][-1] - places[0][0]).max() > 0.0

@@ -72,14 +72,18 @@ def test_limits_choose_among_the_solutions(tree, rng):
 
 def test_a_start_far_away_still_reaches(tree, rng):
     """Starts anywhere: one of the eight solutions is found, by other starts if the first gets stuck."""
-    for there, start in zip(rng.uniform(-1.2, 1.2, (10, 6)) + [0, 0, 1.5, 0, 1.5, 0], rng.uniform(-3, 3, (10, 6)), strict=True):
+    for there, start in zip(
+        rng.uniform(-1.2, 1.2, (10, 6)) + [0, 0, 1.5, 0, 1.5, 0], rng.uniform(-3, 3, (10, 6)), strict=True
+    ):
         r, R = tree.pose(HAND, there)
         found = tree.reach(HAND, fmb.Pose(r, R), start=start)
         assert min(np.abs(np.sin((solutions(r, R) - found) / 2)).max(axis=1)) < 1e-7
 
 
 def test_wrist_in_line(tree):
-    """Where the axes 4 and 6 are one line their angles are not unique and the Jacobian is singular: the pose is reached."""
+    """Where the axes 4 and 6 are one line their angles are not unique and the Jacobian is singular:
+    the pose is reached.
+    """
     there = np.array([0.3, -0.5, 1.9, 0.7, 0.0, 0.4])
     r, R = tree.pose(HAND, there)
     found = tree.reach(HAND, fmb.Pose(r, R), start=there + 0.2)

@@ -1,4 +1,5 @@
-"""Integration in joint coordinates: the same motions as in absolute coordinates, joints that cannot open, order, stiff modes.
+"""Integration in joint coordinates: the same motions as in absolute coordinates, joints that cannot open, order, stiff
+modes.
 
 The references are the explicit method of order eight on the absolute coordinates and the augmented equations, which
 shares neither unknowns nor linear algebra with what is tested, and closed forms.
@@ -31,11 +32,15 @@ def floating_chain():
 
 def driven_arm():
     """Return an arm of four links on crossed hinges and a slide, the first and the slide driven, with their works."""
-    links = [fmb.StandardLink(a=0.4, d=0.0, alpha=alpha, mass=2.0, inertia=(0.02, 0.05, 0.04), slides=slides)
-             for alpha, slides in ((np.pi / 2, False), (0.3, False), (-np.pi / 2, True), (0.0, False))]
+    links = [
+        fmb.StandardLink(a=0.4, d=0.0, alpha=alpha, mass=2.0, inertia=(0.02, 0.05, 0.04), slides=slides)
+        for alpha, slides in ((np.pi / 2, False), (0.3, False), (-np.pi / 2, True), (0.0, False))
+    ]
     arm = fmb.serial_arm(links, gravity=(1.0, 2.0, -9.81), name="arm")
-    drives = [fmb.Drive("turn", joint="joint_1", angle=fmb.expression("0.3 * t + t**2")),
-              fmb.Drive("reach", joint="joint_3", displacement=fmb.expression("0.2 * t**2"))]
+    drives = [
+        fmb.Drive("turn", joint="joint_1", angle=fmb.expression("0.3 * t + t**2")),
+        fmb.Drive("reach", joint="joint_3", displacement=fmb.expression("0.2 * t**2")),
+    ]
     return arm.with_parts(joints=drives, sensors=[fmb.Energy("energy")])
 
 
@@ -83,30 +88,44 @@ def test_joints_of_a_tree_cannot_open(integrator):
     """Twenty turns of a rotor with a ball and a slide on it: the joints hold to rounding, and nothing is projected."""
     rotor = fmb.RigidBody.rod("rotor", length=1.0, mass=1.0, radius=0.05, angular_velocity=(0, 0, 40.0))
     bob = fmb.RigidBody.rod("bob", length=0.5, mass=0.3, radius=0.02, at=(1, 0, 0), velocity=(0, 40.0, 0))
-    bead = fmb.RigidBody.sphere("bead", radius=0.02, density=3000.0, at=(0.5, 0, 0), velocity=(0, 20.0, 0),
-                                angular_velocity=(0, 0, 40.0))
+    bead = fmb.RigidBody.sphere(
+        "bead", radius=0.02, density=3000.0, at=(0.5, 0, 0), velocity=(0, 20.0, 0), angular_velocity=(0, 0, 40.0)
+    )
     along = {"middle": fmb.Pose.axes((0.5, 0, 0), x=(0, 1, 0), z=(1, 0, 0))}
     rotor = replace(rotor, markers={**rotor.markers, **along})
     bead = replace(bead, markers={"hole": fmb.Pose.axes((0, 0, 0), x=(0, 1, 0), z=(1, 0, 0))})
-    joints = [fmb.Revolute("A", markers=("ground.origin", "rotor.start")),
-              fmb.Spherical("B", markers=("rotor.end", "bob.start")),
-              fmb.Prismatic("C", markers=("rotor.middle", "bead.hole"))]
+    joints = [
+        fmb.Revolute("A", markers=("ground.origin", "rotor.start")),
+        fmb.Spherical("B", markers=("rotor.end", "bob.start")),
+        fmb.Prismatic("C", markers=("rotor.middle", "bead.hole")),
+    ]
     spring = fmb.SpringDamper("s", markers=("rotor.middle", "bead.hole"), stiffness=2e3, damping=0.1, length=0.0)
-    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), rotor, bob, bead], joints=joints, forces=[spring],
-                      sensors=[fmb.JointCoordinate("turns", joint="A")])
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), rotor, bob, bead],
+        joints=joints,
+        forces=[spring],
+        sensors=[fmb.JointCoordinate("turns", joint="A")],
+    )
     solution = fmb.simulate(model, 3.0, samples=4, integrator=integrator)
     assert solution["turns"][-1] > 40.0
     assert levels(solution).max() < MACHINE
     assert solution.statistics["projections"] == 0
 
 
-@pytest.mark.parametrize("formulation", [fmb.Augmented(), fmb.Recursive(), None], ids=["absolute", "joints", "implicit"])
+@pytest.mark.parametrize(
+    "formulation", [fmb.Augmented(), fmb.Recursive(), None], ids=["absolute", "joints", "implicit"]
+)
 def test_turns_are_counted(formulation):
     """A torsion spring that is wound up by several turns: from x = 0 with the speed w, x = w / n sin(n t)."""
     rod = fmb.RigidBody("rod", mass=1.0, inertia=(1.0, 1.0, 1.0), angular_velocity=(0, 0, 10.0))
     spring = fmb.TorsionSpring("k", joint="A", stiffness=0.2)
-    model = fmb.Model(bodies=[fmb.Ground(), rod], joints=[fmb.Revolute("A", markers=("ground.origin", "rod.center"))],
-                      forces=[spring], sensors=[fmb.JointCoordinate("x", joint="A"), fmb.ForceOf("M", force="k")])
+    model = fmb.Model(
+        bodies=[fmb.Ground(), rod],
+        joints=[fmb.Revolute("A", markers=("ground.origin", "rod.center"))],
+        forces=[spring],
+        sensors=[fmb.JointCoordinate("x", joint="A"), fmb.ForceOf("M", force="k")],
+    )
     integrator = fmb.Implicit(rtol=1e-8) if formulation is None else fmb.Explicit(formulation=formulation)
     solution = fmb.simulate(model, 6.0, samples=61, integrator=integrator)
     n = np.sqrt(0.2)
@@ -116,12 +135,23 @@ def test_turns_are_counted(formulation):
 
 
 def swing(start):
-    """Return a pendulum of 1 m that is let go at an angle, with the sensor "x" from the x-axis, and x as function of time."""
-    bob = fmb.RigidBody("bob", mass=1.0, inertia=(0, 0, 0), center_of_mass=(1, 0, 0), rotation=(0, 0, start - np.pi / 2),
-                        markers={"pin": (0, 0, 0)})
-    model = fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), bob],
-                      joints=[fmb.Revolute("A", markers=("ground.origin", "bob.pin"))],
-                      sensors=[fmb.JointCoordinate("x", joint="A")])
+    """Return a pendulum of 1 m that is let go at an angle, with the sensor "x" from the x-axis,
+    and x as function of time.
+    """
+    bob = fmb.RigidBody(
+        "bob",
+        mass=1.0,
+        inertia=(0, 0, 0),
+        center_of_mass=(1, 0, 0),
+        rotation=(0, 0, start - np.pi / 2),
+        markers={"pin": (0, 0, 0)},
+    )
+    model = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), bob],
+        joints=[fmb.Revolute("A", markers=("ground.origin", "bob.pin"))],
+        sensors=[fmb.JointCoordinate("x", joint="A")],
+    )
     k, w = np.sin(start / 2) ** 2, np.sqrt(9.81)
     return model, lambda t: 2.0 * np.arcsin(np.sqrt(k) * ellipj(ellipk(k) + w * t, k)[0]) - np.pi / 2
 
@@ -130,13 +160,18 @@ def swing(start):
 def test_a_screw_goes_on_after_full_turns(cut):
     """A nut that a spindle has moved by three turns, and the spindle's motor then by three more: pitch times turns."""
     along = fmb.Pose((0, 0, 0), (0, np.pi / 2, 0))
-    bodies = [fmb.RigidBody(name, mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"m": along}) for name in ("spindle", "nut")]
+    bodies = [
+        fmb.RigidBody(name, mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"m": along}) for name in ("spindle", "nut")
+    ]
     hinge = fmb.Revolute("hinge", markers=("ground.m", "spindle.m"))
     screw = fmb.Screw("screw", markers=("spindle.m", "nut.m"), pitch=0.05)
     slide = fmb.Prismatic("slide", markers=("ground.m", "nut.m"))
     motor = fmb.Drive("motor", joint="hinge", angle=fmb.expression("-20*t"))
-    model = fmb.Model(bodies=[fmb.Ground(markers={"m": along}), *bodies], joints=[hinge, screw, slide, motor],
-                      sensors=[fmb.Position("place", marker="nut.m"), fmb.JointCoordinate("turn", joint="screw")])
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"m": along}), *bodies],
+        joints=[hinge, screw, slide, motor],
+        sensors=[fmb.Position("place", marker="nut.m"), fmb.JointCoordinate("turn", joint="screw")],
+    )
     explicit = fmb.Explicit(formulation=fmb.Recursive(cut=(cut,)))
     first = fmb.simulate(model, 1.0, samples=3, integrator=explicit)
     solution = fmb.resume(first, 2.0, samples=[0.0, 2.0], integrator=explicit)
@@ -167,11 +202,15 @@ def test_weights_of_the_implicit_method():
     assert abs(1.0 + z * b @ np.linalg.solve(np.eye(STAGES) - z * A, one)) < 1e-7
 
 
-@pytest.mark.parametrize(("make", "t_end", "drift"), [
-    (lambda: chain(2), 1.0, 1e-10), (lambda: chain(3, fmb.Spherical), 0.4, 1e-10), (lambda: four_bars(1), 0.4, 1e-12)],
-    ids=["double pendulum", "balls", "loop"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("make", "t_end", "drift"),
+    [(lambda: chain(2), 1.0, 1e-10), (lambda: chain(3, fmb.Spherical), 0.4, 1e-10), (lambda: four_bars(1), 0.4, 1e-12)],
+    ids=["double pendulum", "balls", "loop"],
+)
 def test_order_four_of_fixed_steps(make, t_end, drift):
-    """From some 10 ms to below 1 ms half the step means a sixteenth of the error, of velocities too, whatever rtol is."""
+    """From some 10 ms to below 1 ms half the step means a sixteenth of the error, of velocities too,
+    whatever rtol is.
+    """
     model = make()
     reference = fmb.simulate(model, t_end, samples=2, integrator=fmb.Explicit(rtol=1e-12, atol=1e-13)).final
     errors = []
@@ -179,7 +218,9 @@ def test_order_four_of_fixed_steps(make, t_end, drift):
     for steps in counts:
         solution = fmb.simulate(model, t_end, samples=2, integrator=fmb.Implicit(step=t_end / steps, drift=drift))
         assert solution.statistics["steps"] == steps
-        errors.append([np.abs(x - y).max() for x, y in ((solution.final.q, reference.q), (solution.final.u, reference.u))])
+        errors.append(
+            [np.abs(x - y).max() for x, y in ((solution.final.q, reference.q), (solution.final.u, reference.u))]
+        )
     errors = np.array(errors)
     falls = errors[:-1] / errors[1:]
     assert falls[errors[1:] > 1e-11].min() > 13.0  # below, rounding and the reference show
@@ -187,10 +228,14 @@ def test_order_four_of_fixed_steps(make, t_end, drift):
 
 
 def test_order_four_against_elliptic_functions():
-    """A pendulum that swings by 120 degrees for 2 s: the error falls with h^4 from 80 ms to 2.5 ms at the default rtol."""
+    """A pendulum that swings by 120 degrees for 2 s: the error falls with h^4 from 80 ms to 2.5 ms at the
+    default rtol.
+    """
     model, angle = swing(np.radians(120.0))
-    errors = [abs(fmb.simulate(model, 2.0, samples=2, integrator=fmb.Implicit(step=2.0 / n))["x"][-1] - angle(2.0))
-              for n in (25, 50, 100, 200, 400, 800)]
+    errors = [
+        abs(fmb.simulate(model, 2.0, samples=2, integrator=fmb.Implicit(step=2.0 / n))["x"][-1] - angle(2.0))
+        for n in (25, 50, 100, 200, 400, 800)
+    ]
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4.0, atol=0.15)
 
 
@@ -225,19 +270,33 @@ def test_events_and_works_with_the_implicit_method(tmp_path):
     np.testing.assert_allclose(fmb.Solution.load(tmp_path / "run.h5")["crank"], one["crank"])
 
 
-@pytest.mark.parametrize("integrator", [fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit(rtol=1e-10)],
-                         ids=["absolute", "joints", "implicit"])
+@pytest.mark.parametrize(
+    "integrator",
+    [fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit(rtol=1e-10)],
+    ids=["absolute", "joints", "implicit"],
+)
 def test_energy_is_the_work_of_drives_and_loads(integrator):
-    """A driven crank with a pendulum that is pulled and damped: the energy grows by what goes in, less what is dissipated."""
+    """A driven crank with a pendulum that is pulled and damped:
+    the energy grows by what goes in, less what is dissipated.
+    """
     crank = fmb.RigidBody.rod("crank", length=0.4, mass=1.0, radius=0.02, angular_velocity=(0, 0, 2.0))
     bob = fmb.RigidBody.rod("bob", length=0.6, mass=0.5, radius=0.02, at=(0.4, 0, 0), velocity=(0, 0.8, 0))
-    joints = [fmb.Revolute("A", markers=("ground.origin", "crank.start")),
-              fmb.Spherical("B", markers=("crank.end", "bob.start")),
-              fmb.Drive("motor", joint="A", angle=fmb.expression("2*t + 0.5*t**2"))]
-    forces = [fmb.PointLoad("pull", marker="bob.end", force=(1.0, -2.0, 3.0)),
-              fmb.SpringDamper("s", markers=("ground.origin", "bob.end"), stiffness=20.0, damping=0.5, length=0.5)]
-    model = fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), crank, bob], joints=joints, forces=forces,
-                      sensors=[fmb.Energy("energy")])
+    joints = [
+        fmb.Revolute("A", markers=("ground.origin", "crank.start")),
+        fmb.Spherical("B", markers=("crank.end", "bob.start")),
+        fmb.Drive("motor", joint="A", angle=fmb.expression("2*t + 0.5*t**2")),
+    ]
+    forces = [
+        fmb.PointLoad("pull", marker="bob.end", force=(1.0, -2.0, 3.0)),
+        fmb.SpringDamper("s", markers=("ground.origin", "bob.end"), stiffness=20.0, damping=0.5, length=0.5),
+    ]
+    model = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), crank, bob],
+        joints=joints,
+        forces=forces,
+        sensors=[fmb.Energy("energy")],
+    )
     solution = fmb.simulate(model, 1.0, samples=3, integrator=integrator)
     loads, drives, dissipated = solution.phases[0].works[-1]
     assert min(abs(loads), abs(drives), abs(dissipated)) > 0.1
@@ -249,8 +308,12 @@ def test_uniform_motion_without_accelerations(step):
     """A free body and one on a slide, no loads: nothing to iterate, and places to rounding."""
     free = fmb.RigidBody("free", mass=1.0, inertia=(1, 2, 3), velocity=(1, 2, 3))
     held = fmb.RigidBody("held", mass=1.0, inertia=(1, 2, 3), velocity=(0, 0, 2))
-    model = fmb.Model(bodies=[fmb.Ground(), free, held], joints=[fmb.Prismatic("A", markers=("ground.origin", "held.center"))],
-                      gravity=(0, 0, 0), sensors=[fmb.Position(name, marker=f"{name}.center") for name in ("free", "held")])
+    model = fmb.Model(
+        bodies=[fmb.Ground(), free, held],
+        joints=[fmb.Prismatic("A", markers=("ground.origin", "held.center"))],
+        gravity=(0, 0, 0),
+        sensors=[fmb.Position(name, marker=f"{name}.center") for name in ("free", "held")],
+    )
     solution = fmb.simulate(model, 1.0, samples=3, integrator=fmb.Implicit(step=step))
     np.testing.assert_allclose(solution["free"], solution.t[:, None] * (1, 2, 3), atol=100.0 * MACHINE)
     np.testing.assert_allclose(solution["held"], solution.t[:, None] * (0, 0, 2), atol=100.0 * MACHINE)
@@ -258,7 +321,9 @@ def test_uniform_motion_without_accelerations(step):
 
 
 def test_what_the_implicit_method_refuses():
-    with pytest.raises(fmb.ModelError, match=r"formulation = Augmented\(\).*Recursive\(...\).*GeneralizedAlpha and IDA"):
+    with pytest.raises(
+        fmb.ModelError, match=r"formulation = Augmented\(\).*Recursive\(...\).*GeneralizedAlpha and IDA"
+    ):
         fmb.Implicit(formulation=fmb.Augmented())
     with pytest.raises(fmb.ModelError, match=r"rtol = -1.*a positive number"):
         fmb.Implicit(rtol=-1)

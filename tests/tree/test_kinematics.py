@@ -34,8 +34,12 @@ def assert_jacobian(model, marker, rng):
     here = tree.relative(state)
     J = tree.jacobian(marker, here.q)
     for k in range(len(tree.rate_names)):
-        np.testing.assert_allclose(J[:, k], difference(tree, marker, here.q, k), atol=1e-8 * max(1.0, np.abs(J).max()),
-                                   err_msg=tree.rate_names[k])
+        np.testing.assert_allclose(
+            J[:, k],
+            difference(tree, marker, here.q, k),
+            atol=1e-8 * max(1.0, np.abs(J).max()),
+            err_msg=tree.rate_names[k],
+        )
 
 
 @pytest.mark.parametrize("pair", ["ground-rigid", "floating-ground", "rigid-floating", "floating-floating"])
@@ -50,8 +54,11 @@ def test_jacobian_over_a_branched_tree(marker, rng):
     assert_jacobian(branched(), marker, rng)
 
 
-@pytest.mark.parametrize("make", [branched, lambda: flexible_chain(3), lambda: chain(5, fmb.Spherical)],
-                         ids=["branched", "flexible", "spherical"])
+@pytest.mark.parametrize(
+    "make",
+    [branched, lambda: flexible_chain(3), lambda: chain(5, fmb.Spherical)],
+    ids=["branched", "flexible", "spherical"],
+)
 def test_free_motion_needs_no_torques(make, rng):
     """Accelerations of the recursion and the recursive inverse dynamics are inverse to each other, modes included."""
     model = make()
@@ -66,7 +73,9 @@ def test_free_motion_needs_no_torques(make, rng):
 
 
 def test_double_pendulum_in_closed_form(rng):
-    """Two slender rods: inertia matrix, centrifugal and gravity terms as in textbooks (Craig 1986, section 6.7, in kind)."""
+    """Two slender rods: inertia matrix, centrifugal and gravity terms as in textbooks (Craig 1986,
+    section 6.7, in kind).
+    """
     tree = fmb.JointTree(chain(2))
     (a, b), (u, v), (s, t) = rng.normal(size=(3, 2))
     g, J = 9.81, 1.0 / 12.0 + 0.05**2 / 4.0
@@ -96,8 +105,16 @@ def mixed(rng):
     kinds = (fmb.Revolute, fmb.Prismatic, fmb.Fixed, fmb.Revolute, fmb.Prismatic, fmb.Revolute)
     for k, kind in enumerate(kinds):
         poses = {f"m{n}": fmb.Pose(0.4 * rng.normal(size=3), rng.normal(size=3)) for n in range(3)}
-        bodies.append(fmb.RigidBody(f"b{k}", mass=1.0 + rng.uniform(), inertia=rng.uniform(0.1, 0.15, 3), markers=poses,
-                                    center_of_mass=0.2 * rng.normal(size=3), at=rng.normal(size=3)))
+        bodies.append(
+            fmb.RigidBody(
+                f"b{k}",
+                mass=1.0 + rng.uniform(),
+                inertia=rng.uniform(0.1, 0.15, 3),
+                markers=poses,
+                center_of_mass=0.2 * rng.normal(size=3),
+                at=rng.normal(size=3),
+            )
+        )
         before = "ground.m0" if k == 0 else f"b{max(0, k - 1 - k % 2)}.m{1 + k % 2}"
         ends = (before, f"b{k}.m0")
         joints.append(kind(f"j{k}", markers=ends if k % 3 else ends[::-1]))
@@ -117,12 +134,21 @@ def test_accelerations_in_link_axes_are_those_of_the_recursion(rng):
         np.testing.assert_allclose(tree.accelerations(q, v), free, atol=1e-9 * np.abs(free).max())
 
 
-@pytest.mark.parametrize(("make", "message"), [
-    (loops, r"Body 'coupler' \(joint 'B'\): 9 modes\. Expected: rigid bodies with a frame\. Use .*formulation=fmb.Recursive"),
-    (lambda: chain(1).with_parts(bodies=[fmb.PointMass("bob", mass=1.0)]), r"Body 'bob': it has no frame"),
-    (lambda: chain(1).with_parts(forces=[fmb.JointFriction("rub", joint="j0", moving=0.1, radius=0.1)]),
-     r"'rub'.*: a force that depends on reactions\. Expected: forces of place and motion"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            loops,
+            r"Body 'coupler' \(joint 'B'\): 9 modes\. Expected: rigid bodies with a frame\. Use "
+            r".*formulation=fmb.Recursive",
+        ),
+        (lambda: chain(1).with_parts(bodies=[fmb.PointMass("bob", mass=1.0)]), r"Body 'bob': it has no frame"),
+        (
+            lambda: chain(1).with_parts(forces=[fmb.JointFriction("rub", joint="j0", moving=0.1, radius=0.1)]),
+            r"'rub'.*: a force that depends on reactions\. Expected: forces of place and motion",
+        ),
+    ],
+)
 def test_what_is_no_motion_of_links_is_named(make, message):
     tree = fmb.JointTree(make())
     with pytest.raises(fmb.CompileError, match=message):
@@ -180,11 +206,17 @@ def test_inverse_kinematics_keeps_limits():
 
 def test_out_of_reach_says_how_far():
     tree = fmb.JointTree(arm(n=2))
-    with pytest.raises(fmb.ModelError, match=r"'link_2.tool' comes no nearer to its aim than 0.25 m, at joint_1.turn = "):
+    with pytest.raises(
+        fmb.ModelError, match=r"'link_2.tool' comes no nearer to its aim than 0.25 m, at joint_1.turn = "
+    ):
         tree.reach("link_2.tool", (0.0, 1.25, 0.0), orientation=False)
     with pytest.raises(fmb.ModelError, match=r"no nearer to its aim than 1\.[0-9]+ m"):
-        tree.reach("link_2.tool", (-0.9, 0.0, 0.0), orientation=False, limits={"joint_1.turn": (-0.5, 0.5),
-                                                                            "joint_2.turn": (-0.5, 0.5)})  # fmt: skip
+        tree.reach(
+            "link_2.tool",
+            (-0.9, 0.0, 0.0),
+            orientation=False,
+            limits={"joint_1.turn": (-0.5, 0.5), "joint_2.turn": (-0.5, 0.5)},
+        )
 
 
 def test_ball_joints_and_driven_joints_in_inverse_kinematics():
@@ -197,10 +229,13 @@ def test_ball_joints_and_driven_joints_in_inverse_kinematics():
     np.testing.assert_allclose(q, (0.0, np.pi / 2), atol=1e-9)
 
 
-@pytest.mark.parametrize(("limits", "message"), [
-    ({"joint_1.turn": (1.0, -1.0)}, r"limits of 'joint_1.turn': 1.0 to -1.0"),
-    ({"joint_9.turn": (0.0, 1.0)}, r"no coordinate 'joint_9.turn'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"joint_1.turn": (1.0, -1.0)}, r"limits of 'joint_1.turn': 1.0 to -1.0"),
+        ({"joint_9.turn": (0.0, 1.0)}, r"no coordinate 'joint_9.turn'"),
+    ],
+)
 def test_wrong_limits_are_named(limits, message):
     with pytest.raises(fmb.ModelError, match=message):
         fmb.JointTree(arm()).reach("link_3.tool", (1, 0, 0), limits=limits)
@@ -223,8 +258,10 @@ def matrix(kind, a, alpha, d, theta):
 def test_arms_are_products_of_denavit_hartenberg_matrices(kind, rng):
     rows = rng.uniform(-1, 1, (5, 4))
     slides = (False, True, False, True, False)
-    links = [kind(a=a, alpha=alpha, d=d, theta=theta, slides=slide, mass=1.0, inertia=(1, 1, 1))
-             for (a, alpha, d, theta), slide in zip(rows, slides, strict=True)]
+    links = [
+        kind(a=a, alpha=alpha, d=d, theta=theta, slides=slide, mass=1.0, inertia=(1, 1, 1))
+        for (a, alpha, d, theta), slide in zip(rows, slides, strict=True)
+    ]
     tree = fmb.JointTree(fmb.serial_arm(links))
     assert tree.names == ("joint_1.turn", "joint_2.slide", "joint_3.turn", "joint_4.slide", "joint_5.turn")
     q = rng.uniform(-2, 2, 5)
@@ -300,7 +337,16 @@ def pinocchio_twin(model):
         T = T @ seat.homogeneous
         inertia = model.inertias[k]
         last = {"out": poses[k]} if k < len(seats) else {"tool": (0, 0, 0)}
-        bodies.append(fmb.RigidBody(f"link_{k}", mass=inertia.mass, inertia=inertia.inertia, center_of_mass=inertia.lever,
-                                    at=T[:3, 3], rotation=T[:3, :3], markers={"in": (0, 0, 0), **last}))
+        bodies.append(
+            fmb.RigidBody(
+                f"link_{k}",
+                mass=inertia.mass,
+                inertia=inertia.inertia,
+                center_of_mass=inertia.lever,
+                at=T[:3, 3],
+                rotation=T[:3, :3],
+                markers={"in": (0, 0, 0), **last},
+            )
+        )
         joints.append(fmb.Revolute(f"joint_{k}", markers=(f"{bodies[k - 1].name}.out", f"link_{k}.in")))
     return fmb.Model(bodies=bodies, joints=joints, gravity=tuple(model.gravity.linear))

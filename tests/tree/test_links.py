@@ -1,4 +1,6 @@
-"""Rigid bodies as links in axes of their own: every joint, force and loop beside the sparse solution of all equations."""
+"""Rigid bodies as links in axes of their own: every joint, force and loop beside the sparse solution of all
+equations.
+"""
 
 from dataclasses import replace
 
@@ -42,7 +44,9 @@ def assert_same_rates(model, rng, **options):
     np.testing.assert_allclose(powers, other.energy[3:6], atol=AGREED * max(1.0, np.abs(powers).max()))
 
 
-@pytest.mark.parametrize(("kind", "pair"), [(k, p) for k in KINDS for p in RIGID if (k, p) != ("Fixed", "ground-rigid")])
+@pytest.mark.parametrize(
+    ("kind", "pair"), [(k, p) for k in KINDS for p in RIGID if (k, p) != ("Fixed", "ground-rigid")]
+)
 def test_on_every_joint(kind, pair, rng):
     assert_same_rates(connected(kind, pair, rng), rng)
 
@@ -59,24 +63,48 @@ def test_on_every_force(kind, pair, rng):
 
 
 def deep(rng) -> fmb.Model:
-    """Return a tree of all joints with coordinates, every other one drawn from b to a, a free body in between, and forces."""
+    """Return a tree of all joints with coordinates, every other one drawn from b to a,
+    a free body in between, and forces.
+    """
+
     def pose():
         return fmb.Pose(0.4 * rng.normal(size=3), 0.3 * rng.normal(size=3))
 
-    kinds = (fmb.Revolute, fmb.Spherical, fmb.Cylindrical, fmb.Universal, fmb.Planar, fmb.Screw, fmb.Prismatic, fmb.Fixed,
-             fmb.Spherical, fmb.Universal, fmb.Cylindrical)
+    kinds = (
+        fmb.Revolute,
+        fmb.Spherical,
+        fmb.Cylindrical,
+        fmb.Universal,
+        fmb.Planar,
+        fmb.Screw,
+        fmb.Prismatic,
+        fmb.Fixed,
+        fmb.Spherical,
+        fmb.Universal,
+        fmb.Cylindrical,
+    )
     bodies, joints = [fmb.Ground(markers={"m0": pose()})], []
     for k in range(len(kinds) + 1):
-        bodies.append(fmb.RigidBody(f"b{k}", mass=1.0 + rng.uniform(), inertia=rng.uniform(0.1, 0.15, 3),
-                                    center_of_mass=0.2 * rng.normal(size=3), at=0.3 * rng.normal(size=3),
-                                    rotation=0.3 * rng.normal(size=3), markers={f"m{n}": pose() for n in range(3)}))
+        bodies.append(
+            fmb.RigidBody(
+                f"b{k}",
+                mass=1.0 + rng.uniform(),
+                inertia=rng.uniform(0.1, 0.15, 3),
+                center_of_mass=0.2 * rng.normal(size=3),
+                at=0.3 * rng.normal(size=3),
+                rotation=0.3 * rng.normal(size=3),
+                markers={f"m{n}": pose() for n in range(3)},
+            )
+        )
     for k, kind in enumerate(kinds):  # b5 floats
         before = "ground.m0" if k == 0 else f"b{k - 1 - k % 2}.m{1 + k % 2}" if k > 1 else "b0.m1"
         ends = (before, f"b{k if k < 5 else k + 1}.m0")
         more = {"pitch": 0.3} if kind is fmb.Screw else {}
         joints.append(kind(f"j{k}", markers=ends if k % 2 else ends[::-1], **more))
-    forces = [fmb.SpringDamper("s", markers=("b2.m1", "b9.m2"), stiffness=50.0, damping=2.0),
-              fmb.PointLoad("p", marker="b6.m2", force=(1.0, fmb.expression("sin(t)"), 2.0), axes="b6.m2")]
+    forces = [
+        fmb.SpringDamper("s", markers=("b2.m1", "b9.m2"), stiffness=50.0, damping=2.0),
+        fmb.PointLoad("p", marker="b6.m2", force=(1.0, fmb.expression("sin(t)"), 2.0), axes="b6.m2"),
+    ]
     return fmb.Model(bodies=bodies, joints=joints, forces=forces, gravity=(1.0, 2.0, -9.81))
 
 
@@ -92,8 +120,11 @@ def closed(rng) -> fmb.Model:
         R = np.empty((3, 3))
         euler_to_matrix(q[3:7], R)
         bodies.append(replace(body, at=q[:3], rotation=R))
-    loops = [fmb.Rod("rod", markers=("b4.m2", "b10.m2")), fmb.Spherical("closed", markers=("b3.m2", "ground.m1")),
-             fmb.Drive("motor", joint="j0", angle=fmb.expression("0.3*sin(2*t)"))]
+    loops = [
+        fmb.Rod("rod", markers=("b4.m2", "b10.m2")),
+        fmb.Spherical("closed", markers=("b3.m2", "ground.m1")),
+        fmb.Drive("motor", joint="j0", angle=fmb.expression("0.3*sin(2*t)")),
+    ]
     return replace(tree, bodies=bodies).with_parts(joints=loops)
 
 
@@ -126,20 +157,28 @@ def test_loops_are_closed_with_least_motion(make, rng):
         assert not loops_are_open(links, work, 1e-12, 1e-10)
         ours = unknowns.state(state.t, links.x.copy(), links.v.copy())
         other = unknowns.state(state.t, q.copy(), u.copy())
-        project(system.program, other, system.workspace(), np.zeros(system.nu + system.ng), other.q, 1e-13, system.gaps, 10)
+        project(
+            system.program, other, system.workspace(), np.zeros(system.nu + system.ng), other.q, 1e-13, system.gaps, 10
+        )
         np.testing.assert_allclose(getattr(ours, which), getattr(other, which), atol=1e-9)
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8])
 def test_many_four_bars_pass_the_line_of_all_bars(tolerance):
     """Forty of them, against the closed equation of their one freedom; at 1.24 s all bars lie in one line."""
-    solution = fmb.simulate(mechanisms.four_bars(40), 1.5, samples=[0.0, 1.5],
-                            integrator=fmb.Explicit(rtol=tolerance, atol=0.1 * tolerance, formulation=fmb.Recursive()))
+    solution = fmb.simulate(
+        mechanisms.four_bars(40),
+        1.5,
+        samples=[0.0, 1.5],
+        integrator=fmb.Explicit(rtol=tolerance, atol=0.1 * tolerance, formulation=fmb.Recursive()),
+    )
     np.testing.assert_allclose(solution["B0"][-1], mechanisms.four_bar_places(40, 1.5)[41], atol=20.0 * tolerance)
 
 
 def test_forward_and_inverse_dynamics_are_inverse(rng):
-    """Forces on the rates of every joint, balls and free bodies among them, come back from the motion that they give."""
+    """Forces on the rates of every joint, balls and free bodies among them,
+    come back from the motion that they give.
+    """
     tree = fmb.JointTree(deep(rng))
     q, v, tau = tree.start.q, *rng.normal(size=(2, len(tree.rate_names)))
     np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-10)

@@ -30,8 +30,11 @@ def levels(solution):
             constraint_velocity(work, state.u, rate)
             constraint_acceleration(work, state.a, second)
             fastest = max(1.0, np.abs(work.markers["v"]).max(), np.abs(work.markers["w"]).max())
-            errors = (np.abs(work.equations["g"]).max(), np.abs(rate).max() / fastest,
-                      np.abs(second).max() / max(1.0, np.abs(state.a).max()))
+            errors = (
+                np.abs(work.equations["g"]).max(),
+                np.abs(rate).max() / fastest,
+                np.abs(second).max() / max(1.0, np.abs(state.a).max()),
+            )
             worst = np.maximum(worst, errors)
     return worst
 
@@ -52,12 +55,14 @@ def test_redundant_four_bars(t_end):
 
 @pytest.mark.parametrize(("n", "t_end"), [(40, 10.0), pytest.param(400, 60.0, marks=pytest.mark.slow)])
 def test_many_four_bars_through_dead_centres(n, t_end):
-    """RB02, some ten passes through the line in ten seconds; the error of the place against the closed equation grows there.
+    """RB02, some ten passes through the line in ten seconds; the error of the place against the closed equation grows
+    there.
 
     Reached: 2e-5 m and 1.4e-6 of the energy after 10 s; after 60 s, with 400, constraint errors of 1.5e-10 m.
     """
-    solution = fmb.simulate(many_four_bars(n), t_end, samples=21,
-                            integrator=fmb.Explicit(rtol=1e-6, atol=1e-7, formulation=fmb.Recursive()))
+    solution = fmb.simulate(
+        many_four_bars(n), t_end, samples=21, integrator=fmb.Explicit(rtol=1e-6, atol=1e-7, formulation=fmb.Recursive())
+    )
     assert levels(solution).max() < TOLERANCE
     assert np.ptp(solution["energy"]) < 1e-3 * 9.81 * n
     if t_end == 10.0:
@@ -65,7 +70,9 @@ def test_many_four_bars_through_dead_centres(n, t_end):
 
 
 def test_four_bars_through_dead_centres_by_implicit_steps():
-    """RB02 for 10 s, some ten times through the line: stages near it have more dependent equations than the assembly."""
+    """RB02 for 10 s, some ten times through the line: stages near it have more dependent equations than the
+    assembly.
+    """
     solution = fmb.simulate(four_bars(2), 10.0, samples=9, integrator=fmb.Implicit(rtol=1e-7))
     assert levels(solution).max() < TOLERANCE
     assert np.ptp(solution["energy"]) < 1e-3
@@ -121,7 +128,9 @@ def test_four_hundred_four_bars():
 
 @pytest.mark.slow
 def test_four_hundred_four_bars_through_the_line():
-    """The same by implicit steps, on through the position of all bars in a line, where 400 equations become dependent."""
+    """The same by implicit steps, on through the position of all bars in a line,
+    where 400 equations become dependent.
+    """
     solution = fmb.simulate(four_bars(400), 1.6, samples=17, integrator=fmb.Implicit())
     assert solution.status.kind == "finished"
     assert levels(solution).max() < TOLERANCE

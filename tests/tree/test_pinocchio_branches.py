@@ -1,4 +1,6 @@
-"""A floating base with branches of hinges, slides and balls in Pinocchio: poses, inverse dynamics, accelerations, energy."""
+"""A floating base with branches of hinges, slides and balls in Pinocchio:
+poses, inverse dynamics, accelerations, energy.
+"""
 
 import numpy as np
 import pytest
@@ -6,9 +8,23 @@ from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
 
-KINDS = {"turn": ("JointModelRZ", fmb.Revolute), "slide": ("JointModelPZ", fmb.Prismatic),
-         "ball": ("JointModelSpherical", fmb.Spherical), "free": ("JointModelFreeFlyer", None)}  # fmt: skip
-LIMBS = [(0, "free"), (1, "turn"), (2, "slide"), (1, "ball"), (4, "turn"), (4, "ball"), (6, "slide"), (1, "turn"), (8, "turn")]
+KINDS = {
+    "turn": ("JointModelRZ", fmb.Revolute),
+    "slide": ("JointModelPZ", fmb.Prismatic),
+    "ball": ("JointModelSpherical", fmb.Spherical),
+    "free": ("JointModelFreeFlyer", None),
+}
+LIMBS = [
+    (0, "free"),
+    (1, "turn"),
+    (2, "slide"),
+    (1, "ball"),
+    (4, "turn"),
+    (4, "ball"),
+    (6, "slide"),
+    (1, "turn"),
+    (8, "turn"),
+]
 """Parent and joint of every body; 0 is the world."""
 GRAVITY = (0.3, -0.5, -9.81)
 
@@ -22,21 +38,34 @@ def both(pin, rng):
     bodies, joints = [], []
     for k, (parent, kind) in enumerate(LIMBS, 1):
         free = kind == "free"
-        seat = pin.SE3.Identity() if free else pin.SE3(Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), rng.normal(size=3))
+        seat = (
+            pin.SE3.Identity()
+            if free
+            else pin.SE3(Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), rng.normal(size=3))
+        )
         joint = theirs.addJoint(parent, getattr(pin, KINDS[kind][0])(), seat, f"joint_{k}")
         A = rng.normal(size=(3, 3))
         J = A @ A.T + np.eye(3)
         inertia = pin.Inertia(1.0 + rng.uniform(), 0.2 * rng.normal(size=3), 0.1 * (np.trace(J) * np.eye(3) - J))
         theirs.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
         at.append(at[parent] @ seat.homogeneous)
-        bodies.append({"mass": inertia.mass, "inertia": inertia.inertia, "center_of_mass": inertia.lever, "at": at[k][:3, 3],
-                       "rotation": at[k][:3, :3]})
+        bodies.append(
+            {
+                "mass": inertia.mass,
+                "inertia": inertia.inertia,
+                "center_of_mass": inertia.lever,
+                "at": at[k][:3, 3],
+                "rotation": at[k][:3, :3],
+            }
+        )
         if not free:
             markers[parent][f"to_{k}"] = fmb.Pose(seat.translation, seat.rotation)
             markers[k]["in"] = (0, 0, 0)
             joints.append(KINDS[kind][1](f"joint_{k}", markers=(f"link_{parent}.to_{k}", f"link_{k}.in")))
-    links = [fmb.RigidBody(f"link_{k}", markers={"end": (0.1, 0.2, 0.3), **markers[k]}, **body)
-             for k, body in enumerate(bodies, 1)]
+    links = [
+        fmb.RigidBody(f"link_{k}", markers={"end": (0.1, 0.2, 0.3), **markers[k]}, **body)
+        for k, body in enumerate(bodies, 1)
+    ]
     return theirs, fmb.Model(bodies=[fmb.Ground(), *links], joints=joints, gravity=GRAVITY)
 
 
@@ -72,7 +101,11 @@ def test_branches_on_a_floating_base(rng):
             end = data.oMi[k] * pin.SE3(np.eye(3), np.array([0.1, 0.2, 0.3]))
             np.testing.assert_allclose(r, end.translation, atol=1e-12)
             np.testing.assert_allclose(R, end.rotation, atol=1e-12)
-            J = end.toActionMatrixInverse() @ data.oMi[k].toActionMatrix() @ pin.getJointJacobian(model, data, k, pin.LOCAL)
+            J = (
+                end.toActionMatrixInverse()
+                @ data.oMi[k].toActionMatrix()
+                @ pin.getJointJacobian(model, data, k, pin.LOCAL)
+            )
             expected = np.kron(np.eye(2), end.rotation) @ J
             np.testing.assert_allclose(tree.jacobian(f"link_{k}.end", ours[0])[:, iv], expected, atol=1e-11)
         tau = pin.rnea(model, data, q, v, a)

@@ -113,9 +113,15 @@ def test_a_free_motion_without_inertia_is_named():
         fmb.Recursive().accelerate(system, system.state(), system.workspace())
 
 
-@pytest.mark.parametrize("ask", [lambda m: fmb.accelerations(m, formulation=fmb.Recursive()), fmb.JointTree,
-                                 lambda m: fmb.simulate(m, 0.1, formulation=fmb.Recursive()),
-                                 lambda m: fmb.simulate(m, 0.1, integrator=fmb.Implicit())])
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda m: fmb.accelerations(m, formulation=fmb.Recursive()),
+        fmb.JointTree,
+        lambda m: fmb.simulate(m, 0.1, formulation=fmb.Recursive()),
+        lambda m: fmb.simulate(m, 0.1, integrator=fmb.Implicit()),
+    ],
+)
 @pytest.mark.parametrize(("joint", "lacking"), [(fmb.Revolute, "no inertia about its"), (fmb.Prismatic, "no mass")])
 def test_a_massless_body_at_the_end_of_a_branch_is_named(joint, lacking, ask):
     arm = fmb.RigidBody.rod("arm", length=1.0, mass=1.0, radius=0.05)

@@ -45,7 +45,9 @@ def assert_round_trip(model, rng, tolerance=ROUND, **options):
     return tree, state, back
 
 
-@pytest.mark.parametrize("pair", ["ground-rigid", "rigid-rigid", "floating-ground", "rigid-floating", "floating-floating"])
+@pytest.mark.parametrize(
+    "pair", ["ground-rigid", "rigid-rigid", "floating-ground", "rigid-floating", "floating-floating"]
+)
 @pytest.mark.parametrize("kind", PLAIN)
 def test_round_trip_over_every_joint(kind, pair, rng):
     tree, _, _ = assert_round_trip(connected(kind, pair, rng), rng)
@@ -102,6 +104,7 @@ def test_relative_rates_are_derivatives(rng):
 
 def test_chain_of_hinges_is_a_product_of_matrices(rng):
     """Each hinge contributes the pose of its marker a, a turn about z and the inverse of that of its marker b."""
+
     def pose():
         return fmb.Pose(rng.normal(size=3), rng.normal(size=3))
 

@@ -22,8 +22,11 @@ def watched(model):
     return replace(model, sensors=(*sensors, fmb.Energy("energy", kind="kinetic"), fmb.Momentum("momentum")))
 
 
-@pytest.mark.parametrize(("make", "t_end"), [(branched, 0.01), (lambda: chain(3, fmb.Spherical), 0.4), (loops, 0.005)],
-                         ids=["branched", "balls", "flexible loops"])
+@pytest.mark.parametrize(
+    ("make", "t_end"),
+    [(branched, 0.01), (lambda: chain(3, fmb.Spherical), 0.4), (loops, 0.005)],
+    ids=["branched", "balls", "flexible loops"],
+)
 def test_every_sensor(make, t_end):
     """To 1e-7 of the largest value of its kind; to 1e-3 with the implicit method, which damps the fastest modes."""
     model = watched(make())
@@ -34,8 +37,13 @@ def test_every_sensor(make, t_end):
     for integrator, tolerance in zip(JOINTS, (1e-7, 1e-3), strict=True):
         found = fmb.simulate(model, t_end, samples=5, integrator=integrator)
         for sensor in model.sensors:
-            np.testing.assert_allclose(found[sensor.name], expected[sensor.name], atol=tolerance * scale[type(sensor)],
-                                       rtol=0, err_msg=sensor.name)
+            np.testing.assert_allclose(
+                found[sensor.name],
+                expected[sensor.name],
+                atol=tolerance * scale[type(sensor)],
+                rtol=0,
+                err_msg=sensor.name,
+            )
 
 
 EVENTS = {

@@ -1,4 +1,6 @@
-"""Stiff flexible bodies: the implicit counterpart of the recursion costs few steps, and grows in proportion to the tree."""
+"""Stiff flexible bodies: the implicit counterpart of the recursion costs few steps,
+and grows in proportion to the tree.
+"""
 
 import numpy as np
 from tree.models import chain, flexible_chain
@@ -22,7 +24,9 @@ def stiff_chain(n):
 def test_implicit_steps_are_not_bound_to_the_fastest_mode():
     """Two beams: explicit steps follow the fastest mode, implicit ones the motion; both arrive at the same place."""
     model = stiff_chain(2)
-    explicit = fmb.simulate(model, 0.05, samples=2, integrator=fmb.Explicit(formulation=fmb.Recursive(), rtol=1e-5, atol=1e-7))
+    explicit = fmb.simulate(
+        model, 0.05, samples=2, integrator=fmb.Explicit(formulation=fmb.Recursive(), rtol=1e-5, atol=1e-7)
+    )
     implicit = fmb.simulate(model, 0.05, samples=2, integrator=fmb.GeneralizedAlpha(step=5e-3, rho_inf=0.5))
     assert implicit.statistics["steps"] * 15 < explicit.statistics["steps"]
     tree = fmb.JointTree(model)

@@ -80,7 +80,9 @@ def test_a_flexible_chain_in_spin(stiffness):
 
 @pytest.mark.parametrize("omega", ["0.0", "1.0", "3.0", "10.0"])
 def test_gs01_stiffness_of_spinning_rods_by_recursion(reference, omega):
-    """GS01 (Banerjee 1993, eqs. 1 to 7): the torques of the recursive inverse dynamics, differentiated by the angles."""
+    """GS01 (Banerjee 1993, eqs. 1 to 7): the torques of the recursive inverse dynamics,
+    differentiated by the angles.
+    """
     gs01 = reference("GS01")
     tree = fmb.JointTree(rods(gs01["model"], float(omega)))
     first, second = (tree.index(f"{name}.turn") for name in ("first", "second"))

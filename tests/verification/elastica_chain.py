@@ -1,8 +1,8 @@
 """An own geometrically exact reference: the planar inextensible beam as a chain of rigid links with torsion springs.
 
 Absolute angles theta_i of n uniform links of length h and mass m; springs E I / h between them, 2 E I / h at the
-clamped root, which turns by psi(t). The kinetic energy is exact for rigid links, so nothing is linearised; the error is of
-second order in h and two chains give an extrapolated value.
+clamped root, which turns by psi(t). The kinetic energy is exact for rigid links, so nothing is linearised; the error is
+of second order in h and two chains give an extrapolated value.
 """
 
 import numpy as np

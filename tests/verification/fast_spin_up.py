@@ -48,8 +48,14 @@ def ancf(elements=12):
     young = 1e9
     section = fem.Section.values(EA / young, EI / young, EI / young, 2 * EI / young)
     material = fmb.Material(young=young, poisson=0.0, density=RHO_A * young / EA)
-    cable = fmb.AncfCable("beam", points=((0, 0, 0), (LENGTH, 0, 0)), elements=elements, section=section,
-                          material=material, markers={"root": 0.0})  # fmt: skip
+    cable = fmb.AncfCable(
+        "beam",
+        points=((0, 0, 0), (LENGTH, 0, 0)),
+        elements=elements,
+        section=section,
+        material=material,
+        markers={"root": 0.0},
+    )
     return (cable,), (), "beam.end"
 
 
@@ -57,7 +63,12 @@ def lag(beam, multiple):
     """Return the tip's displacement across the hub's direction, (nt,), m, of (bodies, joints, marker of the tip)."""
     (first, *others), joints, tip = beam
     text = "where(t < T, W/T*(t**2/2 + (T/2/pi)**2*(cos(2*pi*t/T) - 1)), W*(t - T/2))"
-    model = on_hub(first, fmb.expression(text, W=multiple * FIRST, T=RISE), bodies=others, joints=joints,
-                   sensors=[fmb.Position("tip", marker=tip)])  # fmt: skip
+    model = on_hub(
+        first,
+        fmb.expression(text, W=multiple * FIRST, T=RISE),
+        bodies=others,
+        joints=joints,
+        sensors=[fmb.Position("tip", marker=tip)],
+    )
     motion = fmb.simulate(model, TIMES[-1], samples=TIMES, integrator=fmb.GeneralizedAlpha(rtol=1e-6))
     return in_rotating_frame(motion["tip"], rotation(multiple)[0](TIMES), LENGTH)[:, 1]

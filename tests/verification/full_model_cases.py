@@ -28,8 +28,12 @@ class Motion(NamedTuple):
 
 def rod():
     """Return the FE model of the rod."""
-    return fem.frame(np.linspace([0, 0, 0], [ROD, 0, 0], ELEMENTS + 1), section=fem.Section.rectangle(SIDE, SIDE),
-                     shear=False, material=fmb.Material(young=YOUNG, poisson=0.3, density=7870.0))  # fmt: skip
+    return fem.frame(
+        np.linspace([0, 0, 0], [ROD, 0, 0], ELEMENTS + 1),
+        section=fem.Section.rectangle(SIDE, SIDE),
+        shear=False,
+        material=fmb.Material(young=YOUNG, poisson=0.3, density=7870.0),
+    )
 
 
 def crank_pin(t):
@@ -74,8 +78,10 @@ def middle_stress(fe, field):
 def full(case: str) -> Motion:
     """Return the motion with all FE freedoms."""
     fe = rod()
-    place, curve, mass = {"slider-crank": (on_the_line, line, SLIDER),
-                          "four-bar": (on_the_circle, circle, ROCKER_INERTIA / ROCKER**2)}[case]  # fmt: skip
+    place, curve, mass = {
+        "slider-crank": (on_the_line, line, SLIDER),
+        "four-bar": (on_the_circle, circle, ROCKER_INERTIA / ROCKER**2),
+    }[case]
     model = FullRod(fe, mass, place, curve, DAMPING)
     _, u, pin_a, pin_b = model.run(END, STEPS)
     u = u[::EVERY]
@@ -90,37 +96,62 @@ def four_bar(body, sensors):
     end = x + ROD * np.array([np.cos(phi), np.sin(phi)])
     angle = np.arctan2(*(end - PIVOT)[::-1])
     crank = fmb.RigidBody("crank", mass=0.36, inertia=(1e-3, 2.727e-3, 2.727e-3), markers={"pin": (CRANK, 0, 0)})
-    rocker = fmb.RigidBody("rocker", mass=0.2, inertia=(1e-3, ROCKER_INERTIA, ROCKER_INERTIA), at=(*PIVOT, 0),
-                           rotation=(0, 0, angle), markers={"pin": (ROCKER, 0, 0)})  # fmt: skip
+    rocker = fmb.RigidBody(
+        "rocker",
+        mass=0.2,
+        inertia=(1e-3, ROCKER_INERTIA, ROCKER_INERTIA),
+        at=(*PIVOT, 0),
+        rotation=(0, 0, angle),
+        markers={"pin": (ROCKER, 0, 0)},
+    )
     return fmb.Model(
         bodies=[fmb.Ground(markers={"D": (*PIVOT, 0)}), crank, body, rocker],
-        joints=[fmb.Revolute("O", markers=("ground.origin", "crank.center")),
-                fmb.Revolute("A", markers=("crank.pin", "rod.crank")),
-                fmb.Spherical("B", markers=("rod.slider", "rocker.pin")),
-                fmb.Revolute("D", markers=("ground.D", "rocker.center")),
-                fmb.Drive("motor", joint="O", angle=fmb.expression("rate * t", rate=OMEGA))],
-        sensors=sensors)  # fmt: skip
+        joints=[
+            fmb.Revolute("O", markers=("ground.origin", "crank.center")),
+            fmb.Revolute("A", markers=("crank.pin", "rod.crank")),
+            fmb.Spherical("B", markers=("rod.slider", "rocker.pin")),
+            fmb.Revolute("D", markers=("ground.D", "rocker.center")),
+            fmb.Drive("motor", joint="O", angle=fmb.expression("rate * t", rate=OMEGA)),
+        ],
+        sensors=sensors,
+    )
 
 
 def reduced(case: str, modes: int) -> Motion:
     """Return the motion with `modes` fixed-interface modes beside the constraint modes."""
     fe = rod()
-    data = reduction.reduce(fe, {"crank": "start", "slider": "end"}, modes, stations={"mid": (ROD / 2, 0, 0)},
-                            stress=False)  # fmt: skip
+    data = reduction.reduce(
+        fe, {"crank": "start", "slider": "end"}, modes, stations={"mid": (ROD / 2, 0, 0)}, stress=False
+    )
     place = {"slider-crank": on_the_line, "four-bar": on_the_circle}[case]
     (x0, p0), (x1, p1), (x2, p2) = (place(k * 1e-6) for k in (-1, 0, 1))
-    body = fmb.FloatingBody("rod", data=data, at=(*x1, 0), rotation=(0, 0, p1), velocity=(*(x2 - x0) / 2e-6, 0),
-                            angular_velocity=(0, 0, (p2 - p0) / 2e-6), damping=DAMPING * data.stiffness)  # fmt: skip
-    sensors = [fmb.Reaction("A", joint="A"), fmb.Reaction("B", joint="B"),
-               *(fmb.Position(name, marker=f"rod.{name}") for name in ("crank", "mid", "slider"))]  # fmt: skip
+    body = fmb.FloatingBody(
+        "rod",
+        data=data,
+        at=(*x1, 0),
+        rotation=(0, 0, p1),
+        velocity=(*(x2 - x0) / 2e-6, 0),
+        angular_velocity=(0, 0, (p2 - p0) / 2e-6),
+        damping=DAMPING * data.stiffness,
+    )
+    sensors = [
+        fmb.Reaction("A", joint="A"),
+        fmb.Reaction("B", joint="B"),
+        *(fmb.Position(name, marker=f"rod.{name}") for name in ("crank", "mid", "slider")),
+    ]
     model = slider_crank(body, sensors=sensors) if case == "slider-crank" else four_bar(body, sensors)
-    motion = fmb.simulate(model, END, samples=1 + STEPS // EVERY,
-                          integrator=fmb.GeneralizedAlpha(rho_inf=0.9, step=END / STEPS))  # fmt: skip
+    motion = fmb.simulate(
+        model, END, samples=1 + STEPS // EVERY, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, step=END / STEPS)
+    )
     (span, _) = motion.phases[0].system.body_slices["rod"]
     eta = motion.phases[0].q[:, span][:, 7:]
     field = np.concatenate([data.shapes, data.rotation_shapes], axis=1) @ eta.T
-    return Motion(bow(*(motion[name][:, :2] for name in ("crank", "mid", "slider"))), motion["A"][:, :2],
-                  -motion["B"][:, :2], middle_stress(fe, field))  # fmt: skip
+    return Motion(
+        bow(*(motion[name][:, :2] for name in ("crank", "mid", "slider"))),
+        motion["A"][:, :2],
+        -motion["B"][:, :2],
+        middle_stress(fe, field),
+    )
 
 
 def errors(found: Motion, expected: Motion) -> np.ndarray:

@@ -7,7 +7,8 @@ nodes"), and Lagrange's equations are linear in u::
     M u'' + w (M P' - P'^T M) u' + (K + w' M P' - w^2 P'^T M P') u
         = -M (E v' + P X w') + w P'^T M (E v + P X w) + A^T lam_A + (dg/du)^T lam_B
 
-Pin A is held, pin B carries a point mass on a curve g(x_B) = 0 in the plane: a slider on y = 0, or a rocker on its circle.
+Pin A is held, pin B carries a point mass on a curve g(x_B) = 0 in the plane: a slider on y = 0, or a rocker on its
+circle.
 """
 
 import numpy as np
@@ -33,8 +34,10 @@ class FullRod:
         self.end_mass, self.damping = end_mass, damping
         self.K, self.M = (matrix[planar][:, planar].toarray() for matrix in (fe.K, fe.M))
         last = int(np.argmax(fe.nodes[:, 0]))
-        self.A, self.B = (np.array([np.flatnonzero((dofs == (n, d)).all(axis=1))[0] for d in (0, 1)])
-                          for n in (int(np.argmin(fe.nodes[:, 0])), last))  # fmt: skip
+        self.A, self.B = (
+            np.array([np.flatnonzero((dofs == (n, d)).all(axis=1))[0] for d in (0, 1)])
+            for n in (int(np.argmin(fe.nodes[:, 0])), last)
+        )
         self.M[self.B, self.B] += end_mass
         n = len(planar)
         self.E, self.turn, self.spin = np.zeros((n, 2)), np.zeros((n, n)), (dofs[:, 1] == 5).astype(float)
@@ -56,7 +59,9 @@ class FullRod:
         return x1, R, v, rate, w, alpha
 
     def equations(self, t, u):
-        """Return C, K_t, f of M u'' + C u' + K_t u = f + G^T lam, the constraints (3,) and their G (3, n), curvature."""
+        """Return C, K_t, f of M u'' + C u' + K_t u = f + G^T lam, the constraints (3,) and their G (3, n),
+        curvature.
+        """
         x, R, v, rate, w, alpha = self.frame(t)
         M, T = self.M, self.turn
         PX = T @ self.X + self.spin

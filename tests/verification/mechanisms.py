@@ -11,10 +11,17 @@ import flexmb as fmb
 def four_bars(n: int) -> fmb.Model:
     """RB02: n + 1 upright cranks of 1 m and n couplers, all revolute joints in space (redundant)."""
     cranks = [
-        fmb.RigidBody.rod(f"c{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 0, 0), rotation=(0, 0, np.pi / 2),
-                          angular_velocity=(0, 0, -1.0))
+        fmb.RigidBody.rod(
+            f"c{k}",
+            length=1.0,
+            mass=1.0,
+            radius=0.01,
+            at=(k, 0, 0),
+            rotation=(0, 0, np.pi / 2),
+            angular_velocity=(0, 0, -1.0),
+        )
         for k in range(n + 1)
-    ]  # fmt: skip
+    ]
     bars = [
         fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 1, 0), velocity=(1, 0, 0))
         for k in range(n)
@@ -31,7 +38,9 @@ def four_bars(n: int) -> fmb.Model:
 def four_bar_places(n: int, t: float) -> np.ndarray:
     """Return the origins of the bodies of `four_bars` at a time (2 n + 1, 3): one freedom, J a = g S sin(a)."""
     J, S = (n + 1) * (1 / 3 + 0.01**2 / 4) + n, 9.81 * ((n + 1) / 2 + n)
-    motion = solve_ivp(lambda t, y: (y[1], S / J * np.sin(y[0])), (0, t), (0.0, 1.0), method="DOP853", rtol=1e-13, atol=1e-13)
+    motion = solve_ivp(
+        lambda t, y: (y[1], S / J * np.sin(y[0])), (0, t), (0.0, 1.0), method="DOP853", rtol=1e-13, atol=1e-13
+    )
     a = motion.y[0, -1]
     cranks = [(k, 0.0, 0.0) for k in range(n + 1)]
     return np.array([*cranks, *((k + np.sin(a), np.cos(a), 0.0) for k in range(n))])
@@ -47,30 +56,60 @@ def andrews(case: dict) -> fmb.Model:
         return np.array([x * np.cos(a) - y * np.sin(a), x * np.sin(a) + y * np.cos(a)])
 
     A, B, C = ((p[f"x{k}"], p[f"y{k}"]) for k in "abc")
-    centre = [turned(p["ra"], 0, b), turned(p["rr"], 0, b) - turned(p["da"], 0, b + T), B + turned(p["sb"], -p["sa"], G),
-              A + turned(p["zt"], 0, D) + turned(0, p["ea"] - p["e"], F + D), A + turned(p["ta"], p["tb"], D),
-              A + turned(0, -p["u"], E) + turned(p["zf"] - p["fa"], 0, O + E), A + turned(-p["ub"], -p["ua"], E)]
+    centre = [
+        turned(p["ra"], 0, b),
+        turned(p["rr"], 0, b) - turned(p["da"], 0, b + T),
+        B + turned(p["sb"], -p["sa"], G),
+        A + turned(p["zt"], 0, D) + turned(0, p["ea"] - p["e"], F + D),
+        A + turned(p["ta"], p["tb"], D),
+        A + turned(0, -p["u"], E) + turned(p["zf"] - p["fa"], 0, O + E),
+        A + turned(-p["ub"], -p["ua"], E),
+    ]
     K, P = turned(p["rr"], 0, b), turned(p["rr"], 0, b) - turned(p["d"], 0, b + T)
     H4, H6 = A + turned(p["zt"], 0, D), A + turned(0, -p["u"], E)
     spring = B + turned(p["sd"], -p["sc"], G)
-    places = [{"O": (0, 0), "K": K}, {"K": K, "P": P}, {"B": B, "P": P, "D": spring}, {"H4": H4, "P": P}, {"A": A, "H4": H4},
-              {"H6": H6, "P": P}, {"A": A, "H6": H6}]  # fmt: skip
+    places = [
+        {"O": (0, 0), "K": K},
+        {"K": K, "P": P},
+        {"B": B, "P": P, "D": spring},
+        {"H4": H4, "P": P},
+        {"A": A, "H4": H4},
+        {"H6": H6, "P": P},
+        {"A": A, "H6": H6},
+    ]
     bodies = [fmb.Ground(markers={"O": (0, 0, 0), "A": (*A, 0), "B": (*B, 0), "C": (*C, 0)})]
     for k in range(7):
         markers = {name: (*turned(*(np.array(at) - centre[k]), -angle[k]), 0) for name, at in places[k].items()}
         I = p[f"I{k + 1}"]
-        bodies.append(fmb.RigidBody(f"k{k + 1}", mass=p[f"m{k + 1}"], inertia=(I / 2, I / 2, I), at=(*centre[k], 0),
-                                    rotation=(0, 0, angle[k]), markers=markers))
-    joints = [fmb.Revolute("O", markers=("ground.O", "k1.O")), fmb.Revolute("K", markers=("k1.K", "k2.K")),
-              fmb.Revolute("B", markers=("ground.B", "k3.B")), fmb.Revolute("H4", markers=("k5.H4", "k4.H4")),
-              fmb.Revolute("A5", markers=("ground.A", "k5.A")), fmb.Revolute("H6", markers=("k7.H6", "k6.H6")),
-              fmb.Revolute("A7", markers=("ground.A", "k7.A"))]  # fmt: skip
+        bodies.append(
+            fmb.RigidBody(
+                f"k{k + 1}",
+                mass=p[f"m{k + 1}"],
+                inertia=(I / 2, I / 2, I),
+                at=(*centre[k], 0),
+                rotation=(0, 0, angle[k]),
+                markers=markers,
+            )
+        )
+    joints = [
+        fmb.Revolute("O", markers=("ground.O", "k1.O")),
+        fmb.Revolute("K", markers=("k1.K", "k2.K")),
+        fmb.Revolute("B", markers=("ground.B", "k3.B")),
+        fmb.Revolute("H4", markers=("k5.H4", "k4.H4")),
+        fmb.Revolute("A5", markers=("ground.A", "k5.A")),
+        fmb.Revolute("H6", markers=("k7.H6", "k6.H6")),
+        fmb.Revolute("A7", markers=("ground.A", "k7.A")),
+    ]
     joints += [fmb.Revolute(f"P{k}", markers=("k2.P", f"k{k}.P")) for k in (3, 4, 6)]
-    forces = [fmb.SpringDamper("spring", markers=("ground.C", "k3.D"), stiffness=p["c0"], length=p["l0"]),
-              fmb.PointLoad("motor", marker="k1.center", moment=(0, 0, p["mom"]))]  # fmt: skip
+    forces = [
+        fmb.SpringDamper("spring", markers=("ground.C", "k3.D"), stiffness=p["c0"], length=p["l0"]),
+        fmb.PointLoad("motor", marker="k1.center", moment=(0, 0, p["mom"])),
+    ]
     order = ("O", "K", "B", "H4", "A5", "H6", "A7")
-    sensors = [*(fmb.JointCoordinate(f"angle {name}", joint=name) for name in order),
-               *(fmb.Reaction(f"force P{k}", joint=f"P{k}") for k in (3, 4, 6))]  # fmt: skip
+    sensors = [
+        *(fmb.JointCoordinate(f"angle {name}", joint=name) for name in order),
+        *(fmb.Reaction(f"force P{k}", joint=f"P{k}") for k in (3, 4, 6)),
+    ]
     return fmb.Model(bodies=bodies, joints=joints, forces=forces, sensors=sensors)
 
 
@@ -102,16 +141,21 @@ def towing_chain(case: dict) -> fmb.Model:
     angles = np.radians([-60.0] * 3 + [60.0] * 3)
     points = np.zeros((7, 3))
     points[1:, :2] = length * np.cumsum(np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)
-    links = [fmb.RigidBody.rod(f"l{k}", length=length, mass=mass, radius=1e-3, at=points[k], rotation=(0, 0, angles[k]))
-             for k in range(6)]  # fmt: skip
-    cart = fmb.RigidBody("cart", mass=1e-3, inertia=(1e-6,) * 3, at=points[6],
-                         markers={"rail": along("x", (0, 0, 0)), "pin": (0, 0, 0)})  # fmt: skip
+    links = [
+        fmb.RigidBody.rod(f"l{k}", length=length, mass=mass, radius=1e-3, at=points[k], rotation=(0, 0, angles[k]))
+        for k in range(6)
+    ]
+    cart = fmb.RigidBody(
+        "cart", mass=1e-3, inertia=(1e-6,) * 3, at=points[6], markers={"rail": along("x", (0, 0, 0)), "pin": (0, 0, 0)}
+    )
     names = ["ground.origin"] + [f"l{k}.end" for k in range(6)]
     joints = [fmb.Revolute(f"j{k}", markers=(names[k], f"l{k}.start")) for k in range(6)]
     tow = fmb.expression(f"0.9144 + 0.5*{case['model']['a_end']}*t**2")
-    joints += [fmb.Revolute("tip", markers=("l5.end", "cart.pin")),
-               fmb.Prismatic("rail", markers=("ground.rail", "cart.rail")),
-               fmb.Drive("tow", joint="rail", displacement=tow)]  # fmt: skip
+    joints += [
+        fmb.Revolute("tip", markers=("l5.end", "cart.pin")),
+        fmb.Prismatic("rail", markers=("ground.rail", "cart.rail")),
+        fmb.Drive("tow", joint="rail", displacement=tow),
+    ]
     sensors = [*(fmb.Position(f"p{k}", marker=f"l{k}.end") for k in range(6)), fmb.Reaction("pull", joint="tip")]
     ground = fmb.Ground(markers={"rail": along("x", (0, 0, 0))})
     return fmb.Model(gravity=(0, -9.81, 0), bodies=[ground, *links, cart], joints=joints, sensors=sensors)
@@ -121,30 +165,60 @@ def door(case: dict, heights) -> fmb.Model:
     """RC01: a plate on coaxial horizontal hinges at the given places along the axis y."""
     mass, a, b = (case["model"][k] for k in ("m", "width", "height"))
     markers = {f"h{k}": along("y", (0, y, 0)) for k, y in enumerate(heights)}
-    plate = fmb.RigidBody("door", mass=mass, inertia=mass / 12 * np.array([b * b, a * a, a * a + b * b]),
-                          center_of_mass=(a / 2, 0, 0), markers=markers)  # fmt: skip
+    plate = fmb.RigidBody(
+        "door",
+        mass=mass,
+        inertia=mass / 12 * np.array([b * b, a * a, a * a + b * b]),
+        center_of_mass=(a / 2, 0, 0),
+        markers=markers,
+    )
     joints = [fmb.Revolute(name, markers=(f"ground.{name}", f"door.{name}")) for name in markers]
-    sensors = [fmb.JointCoordinate("turn", joint="h0"), *(fmb.Reaction(f"force {name}", joint=name) for name in markers)]
+    sensors = [
+        fmb.JointCoordinate("turn", joint="h0"),
+        *(fmb.Reaction(f"force {name}", joint=name) for name in markers),
+    ]
     return fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(markers=markers), plate], joints=joints, sensors=sensors)
 
 
 def car_axis(case: dict) -> fmb.Model:
-    """DAE1: the base is a driven bar, the left wheel slides on it, the right wheel hangs on a rod; springs to the base."""
+    """DAE1: the base is a driven bar, the left wheel slides on it, the right wheel hangs on a rod;
+    springs to the base.
+    """
     mass = 10 * 0.01**2 / 2
     spin = (0, 0, 1.0)
-    base = fmb.RigidBody("base", mass=1.0, inertia=(1, 1, 1), angular_velocity=spin,
-                         markers={"pin": (0, 0, 0), "end": (1, 0, 0), "rail": along("y", (0, 0, 0))})  # fmt: skip
-    left = fmb.RigidBody("left", mass=mass, inertia=(1e-6,) * 3, at=(0, 0.5, 0), velocity=(-0.5, 0, 0),
-                         angular_velocity=spin, markers={"rail": along("y", (0, 0, 0))})  # fmt: skip
+    base = fmb.RigidBody(
+        "base",
+        mass=1.0,
+        inertia=(1, 1, 1),
+        angular_velocity=spin,
+        markers={"pin": (0, 0, 0), "end": (1, 0, 0), "rail": along("y", (0, 0, 0))},
+    )
+    left = fmb.RigidBody(
+        "left",
+        mass=mass,
+        inertia=(1e-6,) * 3,
+        at=(0, 0.5, 0),
+        velocity=(-0.5, 0, 0),
+        angular_velocity=spin,
+        markers={"rail": along("y", (0, 0, 0))},
+    )
     right = fmb.PointMass("right", mass=mass, at=(1, 0.5, 0), velocity=(-0.5, 0, 0))
-    joints = [fmb.Revolute("pin", markers=("ground.origin", "base.pin")),
-              fmb.Drive("sway", joint="pin", angle=fmb.expression("asin(0.1*sin(10*t))")),
-              fmb.Prismatic("rail", markers=("base.rail", "left.rail")),
-              fmb.Rod("axle", markers=("left.center", "right.center"), length=1.0)]  # fmt: skip
-    forces = [fmb.SpringDamper("left spring", markers=("ground.origin", "left.center"), stiffness=1.0, length=0.5),
-              fmb.SpringDamper("right spring", markers=("base.end", "right.center"), stiffness=1.0, length=0.5)]  # fmt: skip
-    sensors = [*(fmb.Position(f"p {b}", marker=f"{b}.center") for b in ("left", "right")),
-               *(fmb.Velocity(f"v {b}", marker=f"{b}.center") for b in ("left", "right")),
-               fmb.Reaction("rail force", joint="rail"), fmb.Reaction("axle force", joint="axle")]  # fmt: skip
-    return fmb.Model(gravity=(0, -1.0, 0), bodies=[fmb.Ground(), base, left, right], joints=joints, forces=forces,
-                     sensors=sensors)
+    joints = [
+        fmb.Revolute("pin", markers=("ground.origin", "base.pin")),
+        fmb.Drive("sway", joint="pin", angle=fmb.expression("asin(0.1*sin(10*t))")),
+        fmb.Prismatic("rail", markers=("base.rail", "left.rail")),
+        fmb.Rod("axle", markers=("left.center", "right.center"), length=1.0),
+    ]
+    forces = [
+        fmb.SpringDamper("left spring", markers=("ground.origin", "left.center"), stiffness=1.0, length=0.5),
+        fmb.SpringDamper("right spring", markers=("base.end", "right.center"), stiffness=1.0, length=0.5),
+    ]
+    sensors = [
+        *(fmb.Position(f"p {b}", marker=f"{b}.center") for b in ("left", "right")),
+        *(fmb.Velocity(f"v {b}", marker=f"{b}.center") for b in ("left", "right")),
+        fmb.Reaction("rail force", joint="rail"),
+        fmb.Reaction("axle force", joint="axle"),
+    ]
+    return fmb.Model(
+        gravity=(0, -1.0, 0), bodies=[fmb.Ground(), base, left, right], joints=joints, forces=forces, sensors=sensors
+    )

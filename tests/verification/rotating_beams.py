@@ -20,8 +20,9 @@ def slender(length, EA, EI_chord, EI_flap, rhoA, elements=40):
     """Return the FE model of a straight beam along x without shear and rotary inertia: chord in x-y, flap in x-z."""
     young = 1e9
     area = EA / young
-    section = fem.Section.values(area=area, inertia_y=EI_flap / young, inertia_z=EI_chord / young,
-                                 torsion=100.0 * max(EI_flap, EI_chord) / young)  # fmt: skip
+    section = fem.Section.values(
+        area=area, inertia_y=EI_flap / young, inertia_z=EI_chord / young, torsion=100.0 * max(EI_flap, EI_chord) / young
+    )
     material = fmb.Material(young=young, poisson=0.0, density=rhoA / area)
     points = np.linspace([0, 0, 0], [length, 0, 0], elements + 1)
     return fem.frame(points, section=section, material=material, shear=False, rotary_inertia=False)
@@ -30,8 +31,9 @@ def slender(length, EA, EI_chord, EI_flap, rhoA, elements=40):
 def spin_up_beam(length, EA, EI, rhoA, modes=6, **options):
     """Return the data of a beam that bends in the x-y plane; out of it, and in torsion, it is nearly rigid."""
     fe = slender(length, EA, EI, 50.0 * EI, rhoA)
-    return reduction.reduce(fe, {"root": "start", "tip": "end"}, modes, geometric_stiffness=True, stress=False,
-                            **options)  # fmt: skip
+    return reduction.reduce(
+        fe, {"root": "start", "tip": "end"}, modes, geometric_stiffness=True, stress=False, **options
+    )
 
 
 def on_hub(body, angle, radius=0.0, bodies=(), joints=(), **options):
@@ -39,10 +41,14 @@ def on_hub(body, angle, radius=0.0, bodies=(), joints=(), **options):
     hub = fmb.RigidBody("hub", mass=1.0, inertia=(1.0, 1.0, 1.0), markers={"rim": (radius, 0, 0)})
     return fmb.Model(
         bodies=[fmb.Ground(), hub, body, *bodies],
-        joints=[fmb.Revolute("axis", markers=("ground.origin", "hub.center")),
-                fmb.Fixed("clamp", markers=("hub.rim", f"{body.name}.root")), *joints,
-                fmb.Drive("spin", joint="axis", angle=angle)],
-        **options)  # fmt: skip
+        joints=[
+            fmb.Revolute("axis", markers=("ground.origin", "hub.center")),
+            fmb.Fixed("clamp", markers=("hub.rim", f"{body.name}.root")),
+            *joints,
+            fmb.Drive("spin", joint="axis", angle=angle),
+        ],
+        **options,
+    )
 
 
 def spin_up(data, length, t_end=20.0, samples=401, geometric_stiffness=True, rtol=1e-6):

@@ -45,8 +45,17 @@ def rod_data(bar_mass):
     ww2[:, :, 2, 2] = modes
     vw0, vw1 = _minus_skew([ROD / 2, 0, 0]), np.array([_minus_skew([along[j], across[j], 0]) for j in range(4)])
     invariants = InertiaInvariants(
-        vv=MASS * np.eye(3), vw0=MASS * vw0, vw1=MASS * vw1, vn=MASS * vn, ww0=MASS * ww0, ww1=MASS * ww1,
-        ww2=MASS * ww2, wn0=MASS * wn0, wn1=MASS * wn1, nn=MASS * modes)  # fmt: skip
+        vv=MASS * np.eye(3),
+        vw0=MASS * vw0,
+        vw1=MASS * vw1,
+        vn=MASS * vn,
+        ww0=MASS * ww0,
+        ww1=MASS * ww1,
+        ww2=MASS * ww2,
+        wn0=MASS * wn0,
+        wn1=MASS * wn1,
+        nn=MASS * modes,
+    )
     area = SIDE**2
     bending = YOUNG * SIDE**4 / 12 / ROD**3 * pi**4 / 2
     stiffness = np.diag([bending, 16 * bending, 0.0, 0.0])
@@ -56,11 +65,21 @@ def rod_data(bar_mass):
     shapes = np.zeros((3, 3, 4))
     shapes[1, 1, 0] = shapes[1, 0, 2] = shapes[2, 0, 3] = 1.0
     return ModalNeutralData(
-        name="rod", nodes=np.array([[0, 0, 0], [ROD / 2, 0, 0], [ROD, 0, 0]]),
-        cells=(("line", np.array([[0, 1], [1, 2]])),), shapes=shapes, marker_names=("crank", "slider"),
-        n_interfaces=2, marker_positions=np.array([[0.0, 0, 0], [ROD, 0, 0]]), marker_translations=ends,
-        marker_rotations=np.zeros((2, 3, 4)), stiffness=stiffness, damping_ratios=np.zeros(4),
-        frequencies=np.zeros(4), invariants=invariants, load_shapes=np.zeros((0, 10)))  # fmt: skip
+        name="rod",
+        nodes=np.array([[0, 0, 0], [ROD / 2, 0, 0], [ROD, 0, 0]]),
+        cells=(("line", np.array([[0, 1], [1, 2]])),),
+        shapes=shapes,
+        marker_names=("crank", "slider"),
+        n_interfaces=2,
+        marker_positions=np.array([[0.0, 0, 0], [ROD, 0, 0]]),
+        marker_translations=ends,
+        marker_rotations=np.zeros((2, 3, 4)),
+        stiffness=stiffness,
+        damping_ratios=np.zeros(4),
+        frequencies=np.zeros(4),
+        invariants=invariants,
+        load_shapes=np.zeros((0, 10)),
+    )
 
 
 def _minus_skew(c):
@@ -74,12 +93,16 @@ def slider_crank(rod, others=(), ends=None, joints=(), **options):
     slider = fmb.PointMass("slider", mass=SLIDER, at=(CRANK + ROD, 0, 0))
     return fmb.Model(
         bodies=[fmb.Ground(), crank, rod, *others, slider],
-        joints=[fmb.Revolute("O", markers=("ground.origin", "crank.center")),
-                fmb.Revolute("A", markers=("crank.pin", crank_end)),
-                fmb.Spherical("B", markers=(slider_end, "slider.center")),
-                OnLine("guide", markers=("ground.origin", "slider.center")),
-                fmb.Drive("motor", joint="O", angle=fmb.expression("rate * t", rate=OMEGA)), *joints],
-        **options)  # fmt: skip
+        joints=[
+            fmb.Revolute("O", markers=("ground.origin", "crank.center")),
+            fmb.Revolute("A", markers=("crank.pin", crank_end)),
+            fmb.Spherical("B", markers=(slider_end, "slider.center")),
+            OnLine("guide", markers=("ground.origin", "slider.center")),
+            fmb.Drive("motor", joint="O", angle=fmb.expression("rate * t", rate=OMEGA)),
+            *joints,
+        ],
+        **options,
+    )
 
 
 def start(case):

@@ -14,14 +14,21 @@ def rolled_up(model, moment, elements):
     """Return position of the tip (3,) and its direction (3,) at an end moment, N m."""
     inertia = model["EI"] / model["E"]
     body = fmb.AncfCable(
-        "beam", points=((0, 0, 0), (model["L"], 0, 0)), elements=elements,
+        "beam",
+        points=((0, 0, 0), (model["L"], 0, 0)),
+        elements=elements,
         section=fem.Section.values(model["EA"] / model["E"], inertia, inertia, 2 * inertia),
-        material=fmb.Material(young=model["E"], poisson=model["nu"], density=1000.0))
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), body), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "beam.start")),),
-        forces=(fmb.PointLoad("M", marker="beam.end", moment=(0, 0, moment)),),
-        sensors=(fmb.Position("tip", marker="beam.end"),)))
+        material=fmb.Material(young=model["E"], poisson=model["nu"], density=1000.0),
+    )
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), body),
+            gravity=(0, 0, 0),
+            joints=(fmb.Fixed("clamp", markers=("ground.origin", "beam.start")),),
+            forces=(fmb.PointLoad("M", marker="beam.end", moment=(0, 0, moment)),),
+            sensors=(fmb.Position("tip", marker="beam.end"),),
+        )
+    )
     return solution["tip"][-1], solution.final.q[-3:]
 
 

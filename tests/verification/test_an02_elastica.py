@@ -18,15 +18,23 @@ def test_tip(reference, alpha):
     deflection, shortening, rotation = reference("AN02")["reference"][alpha]
     young = 1e9
     area, inertia = 1e6 * EI / LENGTH**2 / young, EI / young
-    body = fmb.AncfCable("beam", points=((0, 0, 0), (LENGTH, 0, 0)), elements=32,
-                         section=fem.Section.values(area, inertia, inertia, 2 * inertia),
-                         material=fmb.Material(young=young, poisson=0.0, density=1000.0))
+    body = fmb.AncfCable(
+        "beam",
+        points=((0, 0, 0), (LENGTH, 0, 0)),
+        elements=32,
+        section=fem.Section.values(area, inertia, inertia, 2 * inertia),
+        material=fmb.Material(young=young, poisson=0.0, density=1000.0),
+    )
     load = float(alpha) * EI / LENGTH**2
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), body), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "beam.start")),),
-        forces=(fmb.PointLoad("P", marker="beam.end", force=(0, 0, load)),),
-        sensors=(fmb.Position("tip", marker="beam.end"), fmb.Reaction("root", joint="clamp"))))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), body),
+            gravity=(0, 0, 0),
+            joints=(fmb.Fixed("clamp", markers=("ground.origin", "beam.start")),),
+            forces=(fmb.PointLoad("P", marker="beam.end", force=(0, 0, load)),),
+            sensors=(fmb.Position("tip", marker="beam.end"), fmb.Reaction("root", joint="clamp")),
+        )
+    )
     tip = solution["tip"][-1]
     np.testing.assert_allclose(tip / LENGTH, [1.0 - shortening, 0.0, deflection], atol=1e-4)
     x, _, z = solution.final.q[-3:]

@@ -15,8 +15,13 @@ def solved(case, elements):
     model = case["model"]
     h, w = model["h"], model["w"]
     section = fem.Section.values(h * w, h * w**3 / 12, w * h**3 / 12, 1e-4, model["kappa"], model["kappa"])
-    body = fmb.AncfBeam("b", points=((0, 0, 0), (model["L"], 0, 0)), elements=elements, section=section,
-                        material=fmb.Material(young=model["E"], poisson=model["nu"], density=7850.0))
+    body = fmb.AncfBeam(
+        "b",
+        points=((0, 0, 0), (model["L"], 0, 0)),
+        elements=elements,
+        section=section,
+        material=fmb.Material(young=model["E"], poisson=model["nu"], density=7850.0),
+    )
     return body, *loaded_tip(body, (0, -model["F"], 0))
 
 

@@ -20,8 +20,13 @@ def test_tip(reference, key):
     """Eight elements, 0.1 % of the displacement."""
     case = reference("AN04")
     torsion, kappa = (0.140577, 5 / 6) if "variantB" in key else (1 / 6, 1.0)
-    body = fmb.AncfBeam("b", points=ARC, tangents=ENDS, elements=8,
-                        section=fem.Section.values(1.0, 1 / 12, 1 / 12, torsion, kappa, kappa),
-                        material=fmb.Material(young=case["model"]["E"], poisson=0.0, density=1000.0))
+    body = fmb.AncfBeam(
+        "b",
+        points=ARC,
+        tangents=ENDS,
+        elements=8,
+        section=fem.Section.values(1.0, 1 / 12, 1 / 12, torsion, kappa, kappa),
+        material=fmb.Material(young=case["model"]["E"], poisson=0.0, density=1000.0),
+    )
     moved, _ = loaded_tip(body, (0, 0, float(key[:3])))
     np.testing.assert_allclose(ARC[-1] + moved, case["reference"][key], atol=1e-3 * np.linalg.norm(moved))

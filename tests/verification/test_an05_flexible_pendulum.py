@@ -13,14 +13,24 @@ from flexmb import fem
 @pytest.fixture(scope="module")
 def swing():
     def run(model, joint, elements=12):
-        body = fmb.AncfCable("rope", points=((0, 0, 0), (model["L"], 0, 0)), elements=elements,
-                             section=fem.Section.values(model["A"], model["I"], model["I"], 2 * model["I"]),
-                             material=fmb.Material(young=model["E"], poisson=model["nu"], density=model["rho"]))
+        body = fmb.AncfCable(
+            "rope",
+            points=((0, 0, 0), (model["L"], 0, 0)),
+            elements=elements,
+            section=fem.Section.values(model["A"], model["I"], model["I"], 2 * model["I"]),
+            material=fmb.Material(young=model["E"], poisson=model["nu"], density=model["rho"]),
+        )
         system = fmb.Model(
-            bodies=(fmb.Ground(), body), joints=(joint("pin", markers=("ground.origin", "rope.start")),),
+            bodies=(fmb.Ground(), body),
+            joints=(joint("pin", markers=("ground.origin", "rope.start")),),
             gravity=(0, -model["g"], 0),
-            sensors=(fmb.Position("tip", marker="rope.end"), fmb.Energy("T", kind="kinetic"),
-                     fmb.Energy("U", kind="strain"), fmb.Energy("V", kind="potential")))
+            sensors=(
+                fmb.Position("tip", marker="rope.end"),
+                fmb.Energy("T", kind="kinetic"),
+                fmb.Energy("U", kind="strain"),
+                fmb.Energy("V", kind="potential"),
+            ),
+        )
         return fmb.simulate(system, t_end=1.1, samples=12, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, rtol=1e-6))
 
     return run

@@ -16,11 +16,21 @@ TIMES = [2.5, 5.0, 7.5, 10.0]
 def flight():
     """EA = GA = 1e4 N, EI = 500 N m2, 1 kg/m, rotary inertia 10 kg m; twenty elements. Values at the four times."""
     section = fem.Section.values(1.0, 0.05, 0.05, 0.1, 2.0, 2.0)
-    body = fmb.AncfBeam("b", points=((6, 0, 0), (0, 8, 0)), elements=20, section=section, rotary_inertia=(10.0, 10.0),
-                        material=fmb.Material(young=1e4, poisson=0.0, density=1.0))
+    body = fmb.AncfBeam(
+        "b",
+        points=((6, 0, 0), (0, 8, 0)),
+        elements=20,
+        section=section,
+        rotary_inertia=(10.0, 10.0),
+        material=fmb.Material(young=1e4, poisson=0.0, density=1.0),
+    )
     throw = fmb.PointLoad("throw", marker="b.start", force=(8.0, 0, 0), moment=(0, 0, -80.0))
-    sensors = (fmb.Position("base", marker="b.start"), fmb.Position("tip", marker="b.end"), fmb.Momentum("p"),
-               fmb.Energy("E"))
+    sensors = (
+        fmb.Position("base", marker="b.start"),
+        fmb.Position("tip", marker="b.end"),
+        fmb.Momentum("p"),
+        fmb.Energy("E"),
+    )
     thrown = fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), forces=(throw,), sensors=sensors)
     free = fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), sensors=sensors)
     steps = fmb.GeneralizedAlpha(rho_inf=0.95, step=0.0125)

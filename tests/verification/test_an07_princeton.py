@@ -19,9 +19,13 @@ def test_tip(reference, load, angle):
     case = reference("AN07")
     model = case["model"]
     h, w = model["h"], model["w"]
-    body = fmb.AncfBeam("b", points=((0, 0, 0), (model["L"], 0, 0)), elements=8,
-                        section=fem.Section.values(h * w, w * h**3 / 12, h * w**3 / 12, model["J_StVenant"]),
-                        material=fmb.Material(young=model["E"], poisson=model["nu"], density=2700.0))
+    body = fmb.AncfBeam(
+        "b",
+        points=((0, 0, 0), (model["L"], 0, 0)),
+        elements=8,
+        section=fem.Section.values(h * w, w * h**3 / 12, h * w**3 / 12, model["J_StVenant"]),
+        material=fmb.Material(young=model["E"], poisson=model["nu"], density=2700.0),
+    )
     beta = np.radians(float(angle))
     tip, _ = loaded_tip(body, (0, load * np.sin(beta), load * np.cos(beta)))
     expected = case["reference"]["own_GE"][f"F={load}"][angle]

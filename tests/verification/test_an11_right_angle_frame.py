@@ -19,16 +19,35 @@ def lowest_stiffness(case, load):
     section = fem.Section.rectangle(deep, thin, poisson=model["nu"])  # y is the deep direction
     material = fmb.Material(young=model["E"], poisson=model["nu"], density=1e-6)
     first = fmb.AncfBeam("first", points=((0, 0, 0), (leg, 0, 0)), elements=8, section=section, material=material)
-    second = fmb.AncfBeam("second", points=((leg, 0, 0), (leg, -leg, 0)), elements=8, section=section,
-                          orientation=(1, 0, 0), material=material)
+    second = fmb.AncfBeam(
+        "second",
+        points=((leg, 0, 0), (leg, -leg, 0)),
+        elements=8,
+        section=section,
+        orientation=(1, 0, 0),
+        material=material,
+    )
     axes = {name: second.marker_poses()[name].matrix for name in ("start", "end")}
-    turned = fmb.AncfBeam("second", points=((leg, 0, 0), (leg, -leg, 0)), elements=8, section=section,
-                          orientation=(1, 0, 0), material=material, markers={"start": (0.0, axes["start"].T)})
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(), first, turned), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "first.start")),
-                fmb.Fixed("corner", markers=("first.end", "second.start"))),
-        forces=(fmb.PointLoad("P", marker="second.end", force=(load, 0, 0)),)))
+    turned = fmb.AncfBeam(
+        "second",
+        points=((leg, 0, 0), (leg, -leg, 0)),
+        elements=8,
+        section=section,
+        orientation=(1, 0, 0),
+        material=material,
+        markers={"start": (0.0, axes["start"].T)},
+    )
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(), first, turned),
+            gravity=(0, 0, 0),
+            joints=(
+                fmb.Fixed("clamp", markers=("ground.origin", "first.start")),
+                fmb.Fixed("corner", markers=("first.end", "second.start")),
+            ),
+            forces=(fmb.PointLoad("P", marker="second.end", force=(load, 0, 0)),),
+        )
+    )
     system, final = solution.phases[-1].system, solution.final
     tangent = tangent_at(system, system.state(0.0, final.q, lam=final.lam), system.workspace())
     Z = null_space(tangent.G.toarray())

@@ -14,18 +14,30 @@ KINDS = pytest.mark.parametrize("shear", [False, True], ids=["thin", "shear"])
 def held_strip(model, elements, shear):
     """Return a strip with one end clamped, of n by 1 elements, the ground's markers and the joints."""
     material = fmb.Material(young=model["E"], poisson=model["nu"], density=1.0)
-    strip = fmb.AncfPlate.rectangle("p", edges=(model["L"], model["b"]), elements=(elements, 1), thickness=model["h"],
-                                    material=material, shear=shear, markers={"end": (1.0, "mean")})
+    strip = fmb.AncfPlate.rectangle(
+        "p",
+        edges=(model["L"], model["b"]),
+        elements=(elements, 1),
+        thickness=model["h"],
+        material=material,
+        shear=shear,
+        markers={"end": (1.0, "mean")},
+    )
     return strip.held("root", "s0", fmb.Fixed)
 
 
 def bent_strip(model, elements, shear, share=1.0):
     """Return (U, W) of the end under the share of the end shear."""
     strip, supports, clamps = held_strip(model, elements, shear)
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=supports), strip), gravity=(0, 0, 0), joints=clamps,
-        forces=(fmb.PointLoad("P", marker="p.end", force=(0, 0, share * model["P"])),),
-        sensors=(fmb.Position("end", marker="p.end"),)))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=supports), strip),
+            gravity=(0, 0, 0),
+            joints=clamps,
+            forces=(fmb.PointLoad("P", marker="p.end", force=(0, 0, share * model["P"])),),
+            sensors=(fmb.Position("end", marker="p.end"),),
+        )
+    )
     x, _, z = solution["end"][-1]
     return np.array([model["L"] - x, z])
 
@@ -51,13 +63,24 @@ def annulus(elements, shear):
     """Return (W_A, W_B), the deflections of the inner and outer corner of the loaded edge of the slit."""
     turn, radius = np.linspace(0.0, 2.0 * np.pi, elements[0] + 1), np.linspace(6.0, 10.0, elements[1] + 1)
     flat = np.stack([np.outer(np.cos(turn), radius), np.outer(np.sin(turn), radius)], axis=-1)
-    plate = fmb.AncfPlate("p", points=np.pad(flat, ((0, 0), (0, 0), (0, 1))), thickness=0.03, shear=shear,
-                          material=fmb.Material(young=21e6, poisson=0.0, density=1.0), markers={"end": (1.0, "mean")})
+    plate = fmb.AncfPlate(
+        "p",
+        points=np.pad(flat, ((0, 0), (0, 0), (0, 1))),
+        thickness=0.03,
+        shear=shear,
+        material=fmb.Material(young=21e6, poisson=0.0, density=1.0),
+        markers={"end": (1.0, "mean")},
+    )
     plate, supports, clamps = plate.held("root", "s0", fmb.Fixed)
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=supports), plate), gravity=(0, 0, 0), joints=clamps,
-        forces=(fmb.PointLoad("P", marker="p.end", force=(0, 0, 0.8 * 4.0)),),
-        sensors=(fmb.Position("A", marker="p.corner_10"), fmb.Position("B", marker="p.corner_11"))))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=supports), plate),
+            gravity=(0, 0, 0),
+            joints=clamps,
+            forces=(fmb.PointLoad("P", marker="p.end", force=(0, 0, 0.8 * 4.0)),),
+            sensors=(fmb.Position("A", marker="p.corner_10"), fmb.Position("B", marker="p.corner_11")),
+        )
+    )
     return np.array([solution["A"][-1][2], solution["B"][-1][2]])
 
 
@@ -72,18 +95,32 @@ def test_annulus(reference, shear, elements):
 def hemisphere(n, shear):
     """Return (V_A, U_B), the way in and the way out of the loaded points, for a quarter of n by n elements."""
     turn, rise = np.linspace(0.0, np.pi / 2, n + 1), np.linspace(0.0, np.radians(72.0), n + 1)
-    points = 10.0 * np.stack([np.outer(np.cos(turn), np.cos(rise)), np.outer(np.sin(turn), np.cos(rise)),
-                              np.outer(np.ones(n + 1), np.sin(rise))], axis=-1)
-    shell = fmb.AncfPlate("p", points=points, thickness=0.04, shear=shear,
-                          material=fmb.Material(young=6.825e7, poisson=0.3, density=1.0))
+    points = 10.0 * np.stack(
+        [
+            np.outer(np.cos(turn), np.cos(rise)),
+            np.outer(np.sin(turn), np.cos(rise)),
+            np.outer(np.ones(n + 1), np.sin(rise)),
+        ],
+        axis=-1,
+    )
+    shell = fmb.AncfPlate(
+        "p", points=points, thickness=0.04, shear=shear, material=fmb.Material(young=6.825e7, poisson=0.3, density=1.0)
+    )
     shell, ground, symmetry = shell.held("x", "s0", fmb.Planar, rotation=(-np.pi / 2, 0, 0))
     shell, more, other = shell.held("y", "s1", fmb.Planar, rotation=(0, np.pi / 2, 0))
     half = 200.0  # of each force, in the plane of symmetry
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers={**ground, **more}), shell), gravity=(0, 0, 0), joints=(*symmetry, *other),
-        forces=(fmb.PointLoad("out", marker="p.x_0", force=(half, 0, 0)),
-                fmb.PointLoad("in", marker="p.y_0", force=(0, -half, 0))),
-        sensors=(fmb.Position("A", marker="p.y_0"), fmb.Position("B", marker="p.x_0"))))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers={**ground, **more}), shell),
+            gravity=(0, 0, 0),
+            joints=(*symmetry, *other),
+            forces=(
+                fmb.PointLoad("out", marker="p.x_0", force=(half, 0, 0)),
+                fmb.PointLoad("in", marker="p.y_0", force=(0, -half, 0)),
+            ),
+            sensors=(fmb.Position("A", marker="p.y_0"), fmb.Position("B", marker="p.x_0")),
+        )
+    )
     return np.array([10.0 - solution["A"][-1][1], solution["B"][-1][0] - 10.0])
 
 
@@ -101,10 +138,15 @@ def rolled_up(elements, shear, share):
     strip, supports, clamps = held_strip(model, elements, shear)
     bending = model["E"] * model["h"] ** 3 / 12.0
     angle = 2.0 * np.pi * share
-    solution = fmb.statics(fmb.Model(
-        bodies=(fmb.Ground(markers=supports), strip), gravity=(0, 0, 0), joints=clamps,
-        forces=(fmb.PointLoad("M", marker="p.end", moment=(0, -bending * angle / model["L"], 0)),),
-        sensors=(fmb.Position("end", marker="p.end"),)))
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=(fmb.Ground(markers=supports), strip),
+            gravity=(0, 0, 0),
+            joints=clamps,
+            forces=(fmb.PointLoad("M", marker="p.end", moment=(0, -bending * angle / model["L"], 0)),),
+            sensors=(fmb.Position("end", marker="p.end"),),
+        )
+    )
     radius = model["L"] / angle
     exact = (radius * np.sin(angle), 0.5, radius * (1.0 - np.cos(angle)))
     return float(np.linalg.norm(solution["end"][-1] - exact))

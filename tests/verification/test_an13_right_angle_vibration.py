@@ -21,13 +21,25 @@ def test_energy_and_amplitude():
     own = second.marker_poses()["start"].matrix
     second = fmb.AncfBeam("second", points=((10, 0, 0), (10, 10, 0)), markers={"start": (0.0, own.T)}, **common)
     push = fmb.expression("where(t < 1, 50*t, where(t < 2, 100 - 50*t, 0))")
-    solution = fmb.simulate(fmb.Model(
-        bodies=(fmb.Ground(), first, second), gravity=(0, 0, 0),
-        joints=(fmb.Fixed("clamp", markers=("ground.origin", "first.start")),
-                fmb.Fixed("corner", markers=("first.end", "second.start"))),
-        forces=(fmb.PointLoad("push", marker="first.end", force=(0, 0, push)),),
-        sensors=(fmb.Position("elbow", marker="first.end"), fmb.Position("tip", marker="second.end"),
-                 fmb.Energy("E"))), t_end=30.0, samples=301, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, step=0.05))
+    solution = fmb.simulate(
+        fmb.Model(
+            bodies=(fmb.Ground(), first, second),
+            gravity=(0, 0, 0),
+            joints=(
+                fmb.Fixed("clamp", markers=("ground.origin", "first.start")),
+                fmb.Fixed("corner", markers=("first.end", "second.start")),
+            ),
+            forces=(fmb.PointLoad("push", marker="first.end", force=(0, 0, push)),),
+            sensors=(
+                fmb.Position("elbow", marker="first.end"),
+                fmb.Position("tip", marker="second.end"),
+                fmb.Energy("E"),
+            ),
+        ),
+        t_end=30.0,
+        samples=301,
+        integrator=fmb.GeneralizedAlpha(rho_inf=0.9, step=0.05),
+    )
     free = solution["E"][solution.t >= 2.0]
     assert np.ptp(free) < 0.02 * free[0]
     assert np.abs(solution["tip"][:, 2]).max() == pytest.approx(10.0, rel=0.15)

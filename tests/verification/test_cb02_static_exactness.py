@@ -16,9 +16,7 @@ TOLERANCE = 1e-9  # of the case: constraint modes are exact for interface loads
 def held_at_a(data, tip_load):
     """Deflection (uy, rz) at b relative to the frame of a: rigid motion plus modes, a held by its two freedoms."""
     L = data.marker_positions[1, 0]
-    shapes = np.vstack(
-        [data.marker_translations[:, 1], data.marker_rotations[:, 2]]
-    )  # y at a, b; rotation at a, b
+    shapes = np.vstack([data.marker_translations[:, 1], data.marker_rotations[:, 2]])  # y at a, b; rotation at a, b
     rigid = np.array([[1, 0], [1, L], [0, 1], [0, 1]], float)
     G = np.hstack([rigid, shapes])
     K = np.zeros((G.shape[1], G.shape[1]))

@@ -41,14 +41,19 @@ def motion(data, *, at=(0.0, 0.0, 0.0), rotation=None, mirror=None, length=1.0, 
         bodies=[
             fmb.Ground(markers={"O": tuple(anchor)}),
             fmb.FloatingBody(
-                "part", data=data, at=at, rotation=rotation, damping=0.01, angular_velocity=tuple(spin),
+                "part",
+                data=data,
+                at=at,
+                rotation=rotation,
+                damping=0.01,
+                angular_velocity=tuple(spin),
                 velocity=tuple(np.cross(spin, np.asarray(at) - anchor)),
             ),
         ],
         joints=[fmb.Spherical("O", markers=("ground.O", "part.a"))],
         forces=[fmb.PointLoad("push", marker="part.b", force=tuple(mass * length * Q @ (3.0, 20.0, 5.0)))],
         sensors=[fmb.Position("b", marker="part.b"), fmb.Stress("stress", body="part")],
-    )  # fmt: skip
+    )
     solution = fmb.simulate(model, t_end=0.05, samples=6, integrator=fmb.GeneralizedAlpha(step=2.5e-4))
     assert solution.status.ok
     return solution["b"], solution["stress"]
@@ -82,7 +87,5 @@ def test_mirror(data, reference):
 
 def test_units(data, reference):
     """Tonnes and millimetres: forces in N, stress in MPa."""
-    path, stress = motion(
-        data.rescaled(length=1e3, mass=1e-3), length=1e3, mass=1e-3, joint=data.marker_positions[0]
-    )
+    path, stress = motion(data.rescaled(length=1e3, mass=1e-3), length=1e3, mass=1e-3, joint=data.marker_positions[0])
     assert_alike((path / 1e3, stress * 1e6), reference)

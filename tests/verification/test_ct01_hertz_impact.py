@@ -15,11 +15,17 @@ def test_impact(reference):
     stiffness = fmb.Contact.hertz_stiffness(m["R"], steel)
     assert stiffness == pytest.approx(m["k"], rel=1e-9)
     model = fmb.Model(
-        bodies=[fmb.Ground(), fmb.RigidBody.sphere("ball", radius=m["R"], density=m["rho"], at=(0, 0, m["R"]),
-                                                   velocity=(0, 0, -m["v"]))],
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody.sphere("ball", radius=m["R"], density=m["rho"], at=(0, 0, m["R"]), velocity=(0, 0, -m["v"])),
+        ],
         forces=[fmb.Contact("hit", markers=("ground.origin", "ball.center"), radius=m["R"], stiffness=stiffness)],
-        sensors=[fmb.Position("at", marker="ball.center"), fmb.Velocity("v", marker="ball.center"),
-                 fmb.ForceOf("force", force="hit")])
+        sensors=[
+            fmb.Position("at", marker="ball.center"),
+            fmb.Velocity("v", marker="ball.center"),
+            fmb.ForceOf("force", force="hit"),
+        ],
+    )
     solution = fmb.simulate(model, 3e-4, samples=3001, integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=1e-7))
     force = solution["force"][:, 2]
     assert (m["R"] - solution["at"][:, 2]).max() == pytest.approx(r["delta_max"], rel=5e-3)

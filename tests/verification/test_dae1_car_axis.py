@@ -1,7 +1,7 @@
 """DAE1: the car axis of the IVP test set (Mazzia & Magherini), built of bodies, joints and springs.
 
-Reached at t = 3 s: generalized-alpha, h = 5e-5: positions 8e-7, velocities 5e-5; IDA at 1e-8: positions 1.4e-7, velocities
-6e-6, forces 1.5e-8; at 1e-10: positions 1.1e-8.
+Reached at t = 3 s: generalized-alpha, h = 5e-5: positions 8e-7, velocities 5e-5; IDA at 1e-8: positions 1.4e-7,
+velocities 6e-6, forces 1.5e-8; at 1e-10: positions 1.1e-8.
 """
 
 import numpy as np

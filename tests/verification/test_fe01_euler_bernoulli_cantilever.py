@@ -15,8 +15,13 @@ TOLERANCE = 1e-6
 
 
 def cantilever(elements, direction):
-    fe = fem.frame(straight(elements, direction=direction), section=fem.Section.rectangle(0.02, 0.01), material=STEEL,
-                   shear=False, rotary_inertia=False)  # fmt: skip
+    fe = fem.frame(
+        straight(elements, direction=direction),
+        section=fem.Section.rectangle(0.02, 0.01),
+        material=STEEL,
+        shear=False,
+        rotary_inertia=False,
+    )
     frequencies = fem.eigenmodes(fem.with_supports(fe, "start"), None, 12).frequencies
     return frequencies
 

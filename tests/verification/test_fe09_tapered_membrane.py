@@ -17,9 +17,7 @@ def frequencies(case, kind, nx, ny):
     material = Material(young=model["E"], poisson=model["nu"], density=model["rho"])
     mesh = plate(nx, ny, model["length"], 1.0, kind)
     points = mesh.points.copy()
-    height = (
-        model["root_height"] + (model["tip_height"] - model["root_height"]) * points[:, 0] / model["length"]
-    )
+    height = model["root_height"] + (model["tip_height"] - model["root_height"]) * points[:, 0] / model["length"]
     points[:, 1] = (points[:, 1] - 0.5) * height
     fe = fem.shell(replace(mesh, points=points), material, model["t"])
     fe = fem.with_supports(fem.with_supports(fe, directions=(2, 3, 4)), on(fe, 0, 0.0), (0, 1, 5))

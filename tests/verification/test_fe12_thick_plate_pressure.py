@@ -21,8 +21,10 @@ def elliptic(points):
     return np.column_stack([x, y, 0.6 * (z - 0.5)])
 
 
-@pytest.mark.parametrize(("cell_type", "shape"), [
-    ("hexahedron20", (6, 8, 4)), ("hexahedron27", (6, 8, 4)), ("tetra10", (10, 14, 6)), ("wedge15", (10, 14, 8))])
+@pytest.mark.parametrize(
+    ("cell_type", "shape"),
+    [("hexahedron20", (6, 8, 4)), ("hexahedron27", (6, 8, 4)), ("tetra10", (10, 14, 6)), ("wedge15", (10, 14, 8))],
+)
 def test_le10(reference, cell_type, shape):
     mesh = structured(cell_type, shape, curve=elliptic)
     fe = fem.solid(mesh, Material(young=210e9, poisson=0.3, density=7800.0))

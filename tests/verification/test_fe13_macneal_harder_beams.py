@@ -12,9 +12,7 @@ BEAM, CURVED = 0.01, 0.03
 
 
 def tip(points, section, material, axis, orientation=None):
-    fe = fem.with_supports(
-        fem.frame(points, section=section, material=material, orientation=orientation), "start"
-    )
+    fe = fem.with_supports(fem.frame(points, section=section, material=material, orientation=orientation), "start")
     return solve(fe, len(points) - 1, np.eye(6)[axis])[-1, axis]
 
 
@@ -55,7 +53,5 @@ def test_twisted(reference):
     angle = (np.arange(24) + 0.5) * np.pi / 2 / 24
     orientation = np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
     found = sorted((tip(points, section, material, axis, orientation) for axis in (1, 2)), reverse=True)
-    np.testing.assert_allclose(
-        found, [case["twisted"]["in_plane"], case["twisted"]["out_of_plane"]], rtol=BEAM
-    )
+    np.testing.assert_allclose(found, [case["twisted"]["in_plane"], case["twisted"]["out_of_plane"]], rtol=BEAM)
     np.testing.assert_allclose(found, case["own_beam_theory"]["twisted"], rtol=5e-3)

@@ -54,6 +54,4 @@ def test_skew_column(reference):
     load = np.zeros((33, 6, 1))
     load[-1, :3, 0] = -direction
     factor = fem.buckling(fe, fe.forces(load)[:, 0], None)[0][0]
-    assert factor == pytest.approx(
-        reference("FE14")["reference"]["P_N_for_SI_example"]["clamped_free"], rel=1e-6
-    )
+    assert factor == pytest.approx(reference("FE14")["reference"]["P_N_for_SI_example"]["clamped_free"], rel=1e-6)

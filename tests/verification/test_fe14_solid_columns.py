@@ -14,9 +14,13 @@ from flexmb import fem
 from flexmb.model.material import Material
 
 E, B = 2.1e11, 0.05
-ELEMENTS = [("hexahedron20", (10, 2, 2)), ("hexahedron27", (10, 2, 2)), ("tetra10", (10, 2, 2)),
-            ("wedge15", (10, 2, 2)),
-            ("hexahedron", (20, 2, 2))]
+ELEMENTS = [
+    ("hexahedron20", (10, 2, 2)),
+    ("hexahedron27", (10, 2, 2)),
+    ("tetra10", (10, 2, 2)),
+    ("wedge15", (10, 2, 2)),
+    ("hexahedron", (20, 2, 2)),
+]
 
 
 def column(cell_type, shape, slenderness, nu, elements=None):
@@ -37,8 +41,9 @@ def column(cell_type, shape, slenderness, nu, elements=None):
 @pytest.mark.parametrize("slenderness", [10, 20])
 def test_column_without_poisson_effect(reference, cell_type, shape, slenderness):
     found, euler, exact = column(cell_type, shape, slenderness, 0.0)
-    assert euler == pytest.approx(reference("FE14")["reference"]["c"]["clamped_free"] * E * B**4 / 12
-                                  / (slenderness * B) ** 2)
+    assert euler == pytest.approx(
+        reference("FE14")["reference"]["c"]["clamped_free"] * E * B**4 / 12 / (slenderness * B) ** 2
+    )
     assert found == pytest.approx(exact, rel=2e-3)
 
 

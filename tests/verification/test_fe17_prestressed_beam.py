@@ -21,6 +21,4 @@ def test_frequencies(reference, ratio):
     critical = np.pi**2 * STEEL.young * section.inertia_y
     field = solve(fe, 16, (float(ratio) * critical, 0, 0, 0, 0, 0))
     stressed = replace(fe, K=fe.K + fe.blocks[0].geometric_stiffness(field, fe.dofs))
-    np.testing.assert_allclose(
-        frequencies(stressed, 2), reference("FE17")["reference"][ratio], rtol=TOLERANCE
-    )
+    np.testing.assert_allclose(frequencies(stressed, 2), reference("FE17")["reference"][ratio], rtol=TOLERANCE)

@@ -16,8 +16,13 @@ BAR_MASS = np.array([[8.0, 1.0], [1.0, 2.0]])
 def test_state_after_two_turns(reference):
     case = reference("FM01")
     rod = fmb.FloatingBody("rod", data=rod_data(BAR_MASS), at=(CRANK, 0, 0))
-    model = slider_crank(rod, sensors=[fmb.Position("slider", marker="slider.center"), *(
-        fmb.Reaction(joint, joint=joint) for joint in ("B", "guide", "motor"))])  # fmt: skip
+    model = slider_crank(
+        rod,
+        sensors=[
+            fmb.Position("slider", marker="slider.center"),
+            *(fmb.Reaction(joint, joint=joint) for joint in ("B", "guide", "motor")),
+        ],
+    )
     solution = fmb.simulate(model, 0.1, samples=11, start=start(case), integrator=fmb.IDA(rtol=1e-8, atol=1e-10))
     expected = np.array(case["reference"]["y24"])
     assert rod_angle(solution)[-1] == pytest.approx(expected[1], abs=1e-7)

@@ -14,8 +14,13 @@ def test_motion(reference):
     case = reference("FM02")["reference"]
     rod = fmb.FloatingBody("rod", data=rod_data(BAR_MASS), at=(CRANK, 0, 0))
     model = slider_crank(rod, sensors=[fmb.Position("slider", marker="slider.center")])
-    solution = fmb.simulate(model, 0.1, samples=[0.0, *(float(t) for t in case)], start=start(reference("FM01")),
-                            integrator=fmb.GeneralizedAlpha(rho_inf=0.9, rtol=1e-8))  # fmt: skip
+    solution = fmb.simulate(
+        model,
+        0.1,
+        samples=[0.0, *(float(t) for t in case)],
+        start=start(reference("FM01")),
+        integrator=fmb.GeneralizedAlpha(rho_inf=0.9, rtol=1e-8),
+    )
     q = solution.phases[0].q[1:, 14:18]
     expected = np.array([row["q"] for row in case.values()])
     np.testing.assert_allclose(q, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
@@ -27,7 +32,12 @@ def test_motion(reference):
 def test_other_integrator(reference):
     case = reference("FM02")["reference"]
     model = slider_crank(fmb.FloatingBody("rod", data=rod_data(BAR_MASS), at=(CRANK, 0, 0)))
-    solution = fmb.simulate(model, 0.1, samples=[0.0, *(float(t) for t in case)], start=start(reference("FM01")),
-                            integrator=fmb.IDA(rtol=1e-8, atol=1e-10))  # fmt: skip
+    solution = fmb.simulate(
+        model,
+        0.1,
+        samples=[0.0, *(float(t) for t in case)],
+        start=start(reference("FM01")),
+        integrator=fmb.IDA(rtol=1e-8, atol=1e-10),
+    )
     expected = np.array([row["q"] for row in case.values()])
     np.testing.assert_allclose(solution.phases[0].q[1:, 14:18], expected, rtol=0, atol=1e-8)

@@ -14,13 +14,24 @@ from flexmb import fem, reduction
 def deflection(times, modes):
     """Return the transverse deflection of mid-rod from the chord, m, and the slider's position, m, at times."""
     section = fem.Section.rectangle(SIDE, SIDE)
-    fe = fem.frame(np.linspace([0, 0, 0], [ROD, 0, 0], 21), section=section, shear=False,
-                   material=fmb.Material(young=YOUNG, poisson=0.3, density=7870.0))  # fmt: skip
-    data = reduction.reduce(fe, {"crank": "start", "slider": "end"}, modes, stations={"mid": (ROD / 2, 0, 0)},
-                            geometric_stiffness=True, stress=False)  # fmt: skip
+    fe = fem.frame(
+        np.linspace([0, 0, 0], [ROD, 0, 0], 21),
+        section=section,
+        shear=False,
+        material=fmb.Material(young=YOUNG, poisson=0.3, density=7870.0),
+    )
+    data = reduction.reduce(
+        fe,
+        {"crank": "start", "slider": "end"},
+        modes,
+        stations={"mid": (ROD / 2, 0, 0)},
+        geometric_stiffness=True,
+        stress=False,
+    )
     speed = CRANK * OMEGA
-    rod = fmb.FloatingBody("rod", data=data, at=(CRANK, 0, 0), velocity=(0, speed, 0),
-                           angular_velocity=(0, 0, -speed / ROD))  # fmt: skip
+    rod = fmb.FloatingBody(
+        "rod", data=data, at=(CRANK, 0, 0), velocity=(0, speed, 0), angular_velocity=(0, 0, -speed / ROD)
+    )
     markers = {"slider": "slider.center", "a": "rod.crank", "mid": "rod.mid", "b": "rod.slider"}
     model = slider_crank(rod, sensors=[fmb.Position(name, marker=marker) for name, marker in markers.items()])
     motion = fmb.simulate(model, times[-1], samples=[0.0, *times], integrator=fmb.GeneralizedAlpha(rtol=1e-6))

@@ -1,4 +1,5 @@
-"""Flexible slider-crank and four-bar (rod of FM01/FM02) against the unreduced FE model of the rod, integrated on its own.
+"""Flexible slider-crank and four-bar (rod of FM01/FM02) against the unreduced FE model of the rod, integrated on its
+own.
 
 What remains with all modes is the difference of the two descriptions: the full model is linear about the rigid motion,
 the floating frame follows the flexible one; it is of second order in the deflection, 0.6 and 1.6 % of the length.

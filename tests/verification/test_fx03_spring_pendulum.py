@@ -20,10 +20,16 @@ def test_motion(reference, integrator, tolerance):
     model = fmb.Model(
         gravity=(0, -case["model"]["g"], 0),
         bodies=[fmb.Ground(), fmb.PointMass("mass", mass=case["model"]["m"], at=(1.1, 0, 0))],
-        forces=[fmb.SpringDamper("spring", markers=("ground.origin", "mass.center"), stiffness=case["model"]["k"],
-                                 length=case["model"]["l0"])],
+        forces=[
+            fmb.SpringDamper(
+                "spring",
+                markers=("ground.origin", "mass.center"),
+                stiffness=case["model"]["k"],
+                length=case["model"]["l0"],
+            )
+        ],
         sensors=[fmb.Position("p", marker="mass.center"), fmb.Velocity("v", marker="mass.center")],
-    )  # fmt: skip
+    )
     times = [0.0, *(float(t) for t in expected)]
     solution = fmb.simulate(model, times[-1], samples=times, integrator=integrator)
     found = np.hstack([solution["p"][1:, :2], solution["v"][1:, :2]])

@@ -13,18 +13,30 @@ def rods(m, omega):
     tiny = 1e-12
     r, length = m["r"], m["L"]
     spin = {"angular_velocity": (0, 0, omega)}
-    tip = {"mass": m["m"], "inertia": (tiny, tiny, tiny), "center_of_mass": (length, 0, 0),
-           "markers": {"root": (0, 0, 0), "tip": (length, 0, 0)}}
+    tip = {
+        "mass": m["m"],
+        "inertia": (tiny, tiny, tiny),
+        "center_of_mass": (length, 0, 0),
+        "markers": {"root": (0, 0, 0), "tip": (length, 0, 0)},
+    }
     return fmb.Model(
-        bodies=[fmb.Ground(), fmb.RigidBody("hub", mass=1.0, inertia=(1, 1, 1), markers={"rim": (r, 0, 0)}, **spin),
-                fmb.RigidBody("one", at=(r, 0, 0), velocity=(0, r * omega, 0), **tip, **spin),
-                fmb.RigidBody("two", at=(r + length, 0, 0), velocity=(0, (r + length) * omega, 0), **tip, **spin)],
-        joints=[fmb.Revolute("axis", markers=("ground.origin", "hub.center")),
-                fmb.Drive("motor", joint="axis", angle=fmb.ramp(rate=omega)),
-                fmb.Revolute("first", markers=("hub.rim", "one.root")),
-                fmb.Revolute("second", markers=("one.tip", "two.root"))],
-        forces=[fmb.TorsionSpring("spring one", joint="first", stiffness=m["k"]),
-                fmb.TorsionSpring("spring two", joint="second", stiffness=m["k"])])
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody("hub", mass=1.0, inertia=(1, 1, 1), markers={"rim": (r, 0, 0)}, **spin),
+            fmb.RigidBody("one", at=(r, 0, 0), velocity=(0, r * omega, 0), **tip, **spin),
+            fmb.RigidBody("two", at=(r + length, 0, 0), velocity=(0, (r + length) * omega, 0), **tip, **spin),
+        ],
+        joints=[
+            fmb.Revolute("axis", markers=("ground.origin", "hub.center")),
+            fmb.Drive("motor", joint="axis", angle=fmb.ramp(rate=omega)),
+            fmb.Revolute("first", markers=("hub.rim", "one.root")),
+            fmb.Revolute("second", markers=("one.tip", "two.root")),
+        ],
+        forces=[
+            fmb.TorsionSpring("spring one", joint="first", stiffness=m["k"]),
+            fmb.TorsionSpring("spring two", joint="second", stiffness=m["k"]),
+        ],
+    )
 
 
 @pytest.mark.parametrize("omega", ["0.0", "1.0", "3.0", "10.0"])

@@ -29,8 +29,8 @@ def beam(**options):
 @pytest.mark.parametrize(("frame", "residual"), [("buckens", 1.1e-2), ("root", 1e-2)])
 def test_with_geometric_stiffness(reference, frame, residual):
     """One body: the lag, 9.4 % of the length, is 0.24 % too large, whatever the modes and the tolerance, because the
-    deformation is of first order in its frame. The residual vibration is what the vibrations of the start and of the end
-    of the spin-up, 8 and 6 mm, leave of each other: a phase error of a few degrees shows in it."""
+    deformation is of first order in its frame. The residual vibration is what the vibrations of the start and of the
+    end of the spin-up, 8 and 6 mm, leave of each other: a phase error of a few degrees shows in it."""
     case = reference("GS02")["reference"]
     t, u = spin_up(beam(frame=frame), LENGTH)
     lowest = int(u[:, 1].argmin())
@@ -48,8 +48,13 @@ def test_four_parts_meet_the_reference(reference):
     fe = slender(LENGTH, YOUNG * AREA, YOUNG * INERTIA, 50 * YOUNG * INERTIA, DENSITY * AREA)
     parts = reduction.split(fem.split(fe, at=(2.0, 4.0, 6.0)), {"root": "start", "tip": "end"}, 4, stress=False)
     bodies = fmb.FloatingBody.split("beam", parts)
-    model = on_hub(bodies[0], fmb.expression(DRIVE), bodies=bodies[1:], joints=fmb.Fixed.at_cuts(bodies),
-                   sensors=[fmb.Position("tip", marker="beam_4.tip")])  # fmt: skip
+    model = on_hub(
+        bodies[0],
+        fmb.expression(DRIVE),
+        bodies=bodies[1:],
+        joints=fmb.Fixed.at_cuts(bodies),
+        sensors=[fmb.Position("tip", marker="beam_4.tip")],
+    )
     motion = fmb.simulate(model, 20.0, integrator=fmb.GeneralizedAlpha(rtol=1e-6), samples=2001)
     across = in_rotating_frame(motion["tip"], angle(motion.t), LENGTH)[:, 1]
     lowest = int(across.argmin())

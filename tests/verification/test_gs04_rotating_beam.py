@@ -12,8 +12,14 @@ def body(plane, modes, frame="buckens"):
     """A unit beam that bends in one plane only."""
     stiff = 1e4
     chord, flap = (1.0, stiff) if plane == "chord" else (stiff, 1.0)
-    data = reduction.reduce(slender(1.0, 1e8, chord, flap, 1.0), {"root": "start"}, modes, frame=frame,
-                            geometric_stiffness=True, stress=False)  # fmt: skip
+    data = reduction.reduce(
+        slender(1.0, 1e8, chord, flap, 1.0),
+        {"root": "start"},
+        modes,
+        frame=frame,
+        geometric_stiffness=True,
+        stress=False,
+    )
     return fmb.FloatingBody("beam", data=data)
 
 

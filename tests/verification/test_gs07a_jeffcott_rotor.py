@@ -15,13 +15,33 @@ def rotor(m, omega, c):
     response = mass * e * omega**2 / (k - mass * omega**2 + 1j * c * omega)
     at, v = np.array([response.real, response.imag, 0.0]), np.array([-response.imag, response.real, 0.0]) * omega
     return fmb.Model(
-        bodies=[fmb.Ground(), fmb.RigidBody("disc", mass=mass, inertia=(1, 1, 2), center_of_mass=(e, 0, 0), at=at,
-                                            velocity=v, angular_velocity=(0, 0, omega), markers={"shaft": (0, 0, 0)})],
-        joints=[fmb.Planar("plane", markers=("ground.origin", "disc.shaft")),
-                fmb.Drive("motor", joint="plane", angle=fmb.ramp(rate=omega))],
-        forces=[fmb.Bushing("shaft", markers=("ground.origin", "disc.shaft"), stiffness=(k, k, 0, 0, 0, 0),
-                            damping=(c, c, 0, 0, 0, 0))],
-        sensors=[fmb.Position("whirl", marker="disc.shaft")])
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody(
+                "disc",
+                mass=mass,
+                inertia=(1, 1, 2),
+                center_of_mass=(e, 0, 0),
+                at=at,
+                velocity=v,
+                angular_velocity=(0, 0, omega),
+                markers={"shaft": (0, 0, 0)},
+            ),
+        ],
+        joints=[
+            fmb.Planar("plane", markers=("ground.origin", "disc.shaft")),
+            fmb.Drive("motor", joint="plane", angle=fmb.ramp(rate=omega)),
+        ],
+        forces=[
+            fmb.Bushing(
+                "shaft",
+                markers=("ground.origin", "disc.shaft"),
+                stiffness=(k, k, 0, 0, 0, 0),
+                damping=(c, c, 0, 0, 0, 0),
+            )
+        ],
+        sensors=[fmb.Position("whirl", marker="disc.shaft")],
+    )
 
 
 @pytest.mark.parametrize("damped", [False, True])
@@ -31,8 +51,12 @@ def test_amplitude(reference, damped):
     for ratio, expected in case["reference"]["damped" if damped else "undamped"].items():
         omega = float(ratio) * case["reference"]["wc"]
         turn = 2.0 * np.pi / omega
-        solution = fmb.simulate(rotor(m, omega, m["c"] if damped else 0.0), 4.0 * turn, samples=81,
-                                integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=turn / 2000))
+        solution = fmb.simulate(
+            rotor(m, omega, m["c"] if damped else 0.0),
+            4.0 * turn,
+            samples=81,
+            integrator=fmb.GeneralizedAlpha(rho_inf=0.95, step=turn / 2000),
+        )
         amplitude = np.linalg.norm(solution["whirl"][:, :2], axis=1)
         np.testing.assert_allclose(amplitude, expected, rtol=1e-3)
 

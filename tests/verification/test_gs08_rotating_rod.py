@@ -13,12 +13,22 @@ from flexmb import fem, reduction
 def test_stretch_and_root_force(reference, frame, modes):
     case = reference("GS08")
     section = fem.Section.values(area=1e-4, inertia_y=1e-7, inertia_z=1e-7, torsion=1e-7)
-    fe = fem.frame(np.linspace([0, 0, 0], [3, 0, 0], 31), section=section, shear=False, rotary_inertia=False,
-                   material=fmb.Material(young=70e9, poisson=0.3, density=2700.0))  # fmt: skip
-    data = reduction.reduce(fe, {"root": "start", "tip": "end"}, modes, frame=frame, geometric_stiffness=True,
-                            stress=False)  # fmt: skip
-    model = on_hub(fmb.FloatingBody("rod", data=data), fmb.expression("100 * t"), radius=0.4,
-                   sensors=[fmb.Position("tip", marker="rod.tip"), fmb.Reaction("root", joint="clamp")])  # fmt: skip
+    fe = fem.frame(
+        np.linspace([0, 0, 0], [3, 0, 0], 31),
+        section=section,
+        shear=False,
+        rotary_inertia=False,
+        material=fmb.Material(young=70e9, poisson=0.3, density=2700.0),
+    )
+    data = reduction.reduce(
+        fe, {"root": "start", "tip": "end"}, modes, frame=frame, geometric_stiffness=True, stress=False
+    )
+    model = on_hub(
+        fmb.FloatingBody("rod", data=data),
+        fmb.expression("100 * t"),
+        radius=0.4,
+        sensors=[fmb.Position("tip", marker="rod.tip"), fmb.Reaction("root", joint="clamp")],
+    )
     steady = fmb.statics(model)
     assert steady["tip"][-1, 0] - 3.4 == pytest.approx(case["reference"]["u_tip"], rel=1e-4)
     assert -steady["root"][-1, 0] == pytest.approx(case["reference"]["N_root"], rel=1e-4)

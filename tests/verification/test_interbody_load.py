@@ -15,15 +15,22 @@ from flexmb import reduction
 
 def light_beam(stiffening=True):
     """A unit beam, E I = 1 in both planes, with a thousandth of the tip's mass."""
-    data = reduction.reduce(slender(1.0, 1e6, 1.0, 1.0, 1e-5), {"root": "start", "tip": "end"}, 6, frame="root",
-                            geometric_stiffness=True, stress=False)  # fmt: skip
+    data = reduction.reduce(
+        slender(1.0, 1e6, 1.0, 1.0, 1e-5),
+        {"root": "start", "tip": "end"},
+        6,
+        frame="root",
+        geometric_stiffness=True,
+        stress=False,
+    )
     return fmb.FloatingBody("beam", data=data, geometric_stiffness=stiffening)
 
 
 def with_tip_mass(body, angle, **options):
     ball = fmb.RigidBody("ball", mass=1.0, inertia=(1e-7, 1e-7, 1e-7), at=(1, 0, 0))
-    return on_hub(body, angle, bodies=[ball], joints=[fmb.Fixed("weld", markers=("beam.tip", "ball.center"))],
-                  **options)  # fmt: skip
+    return on_hub(
+        body, angle, bodies=[ball], joints=[fmb.Fixed("weld", markers=("beam.tip", "ball.center"))], **options
+    )
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 2.0, 4.0])
@@ -64,8 +71,9 @@ def halves(stiffening=True):
     bodies = []
     for number, name in enumerate(("inner", "outer")):
         fe = slender(0.5, 1e8, 1e4, 1.0, 1.0, elements=20)
-        data = reduction.reduce(fe, {"root": "start", "tip": "end"}, 8, geometric_stiffness=True, stress=False,
-                                frame="root")  # fmt: skip
+        data = reduction.reduce(
+            fe, {"root": "start", "tip": "end"}, 8, geometric_stiffness=True, stress=False, frame="root"
+        )
         bodies.append(fmb.FloatingBody(name, data=data, at=(0.5 * number, 0, 0), geometric_stiffness=stiffening))
     return bodies
 

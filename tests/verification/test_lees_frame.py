@@ -22,17 +22,33 @@ def frame(elements: int = 20):
     material = fmb.Material(young=7.2e6, poisson=0.0, density=1000.0)
     section = fem.Section.values(EA / 7.2e6, EI / 7.2e6, EI / 7.2e6, 2 * EI / 7.2e6)
     L, up = LENGTH, np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-    column = fmb.AncfCable("column", points=((0, 0, 0), (0, 0, L)), elements=elements, section=section,
-                           material=material, markers={"corner": (1.0, up.T @ TO_Y)})
-    beam = fmb.AncfCable("beam", points=((0, 0, L), (L, 0, L)), elements=elements, section=section, material=material,
-                         markers={"P": AT, "corner": (0.0, TO_Y)})
+    column = fmb.AncfCable(
+        "column",
+        points=((0, 0, 0), (0, 0, L)),
+        elements=elements,
+        section=section,
+        material=material,
+        markers={"corner": (1.0, up.T @ TO_Y)},
+    )
+    beam = fmb.AncfCable(
+        "beam",
+        points=((0, 0, L), (L, 0, L)),
+        elements=elements,
+        section=section,
+        material=material,
+        markers={"P": AT, "corner": (0.0, TO_Y)},
+    )
     return fmb.Model(
-        bodies=(fmb.Ground(markers={"B": (L, 0, L)}), column, beam), gravity=(0, 0, 0),
-        joints=(fmb.Spherical("foot", markers=("ground.origin", "column.start")),
-                fmb.Fixed("corner", markers=("column.corner", "beam.corner")),
-                fmb.Spherical("end", markers=("ground.B", "beam.end"))),
+        bodies=(fmb.Ground(markers={"B": (L, 0, L)}), column, beam),
+        gravity=(0, 0, 0),
+        joints=(
+            fmb.Spherical("foot", markers=("ground.origin", "column.start")),
+            fmb.Fixed("corner", markers=("column.corner", "beam.corner")),
+            fmb.Spherical("end", markers=("ground.B", "beam.end")),
+        ),
         forces=(fmb.PointLoad("P", marker="beam.P", force=(0, 0, fmb.expression("-20*t"))),),
-        sensors=(fmb.Position("load", marker="beam.P"), fmb.Reaction("foot", joint="foot")))
+        sensors=(fmb.Position("load", marker="beam.P"), fmb.Reaction("foot", joint="foot")),
+    )
 
 
 def _member(S, y, F):
@@ -43,7 +59,9 @@ def _member(S, y, F):
 
 
 def elastica(height: float, guess):
-    """Return load, and reactions (2,) at the foot, when the loaded point is at `height`; guess: (P, R_x, R_z, angle)."""
+    """Return load, and reactions (2,) at the foot, when the loaded point is at `height`;
+    guess: (P, R_x, R_z, angle).
+    """
 
     def shoot(unknowns):
         P, Rx, Rz, angle = unknowns

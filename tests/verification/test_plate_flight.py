@@ -1,4 +1,6 @@
-"""A plate that flies freely, spinning and flapping: momentum and energy are laws, and the world frame does not matter."""
+"""A plate that flies freely, spinning and flapping: momentum and energy are laws,
+and the world frame does not matter.
+"""
 
 import numpy as np
 import pytest
@@ -13,11 +15,28 @@ CURVED = [[(x, y, 0.3 * x * y) for y in (0.0, 0.4, 0.8)] for x in (0.0, 0.5, 1.0
 def flight(shear, integrator, at=(0, 0, 0), rotation=(0, 0, 0), t_end=0.3):
     """Return the solution of a twisted soft plate that is flat without load: it flaps by its size while it spins."""
     R = rotation_matrix(rotation)
-    body = fmb.AncfPlate("p", points=CURVED, thickness=0.02, material=fmb.Material(young=1e4, poisson=0.3, density=1e3),
-                         shear=shear, flat=True, at=at, rotation=R, velocity=tuple(R @ (1.0, 0.5, 0.0)),
-                         angular_velocity=tuple(R @ (3.0, -4.0, 2.0)))
-    model = fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), sensors=(
-        fmb.Momentum("P"), fmb.Energy("E"), fmb.Energy("U", kind="strain"), fmb.Position("corner", marker="p.corner_11")))
+    body = fmb.AncfPlate(
+        "p",
+        points=CURVED,
+        thickness=0.02,
+        material=fmb.Material(young=1e4, poisson=0.3, density=1e3),
+        shear=shear,
+        flat=True,
+        at=at,
+        rotation=R,
+        velocity=tuple(R @ (1.0, 0.5, 0.0)),
+        angular_velocity=tuple(R @ (3.0, -4.0, 2.0)),
+    )
+    model = fmb.Model(
+        bodies=(fmb.Ground(), body),
+        gravity=(0, 0, 0),
+        sensors=(
+            fmb.Momentum("P"),
+            fmb.Energy("E"),
+            fmb.Energy("U", kind="strain"),
+            fmb.Position("corner", marker="p.corner_11"),
+        ),
+    )
     return fmb.simulate(model, t_end=t_end, samples=11, integrator=integrator)
 
 

@@ -45,6 +45,8 @@ def test_mobility(n):
 
 @pytest.mark.parametrize(("n", "step"), [(10, 1e-4), (40, 5e-4)])
 def test_small_steps_pass_the_aligned_position(n, step):
-    """At 0.72 s all bars lie on one line, where rounding shows in the accelerations; closed equation of the one freedom."""
+    """At 0.72 s all bars lie on one line, where rounding shows in the accelerations;
+    closed equation of the one freedom.
+    """
     solution = fmb.simulate(four_bars(n), 0.8, samples=3, integrator=fmb.GeneralizedAlpha(step=step))
     np.testing.assert_allclose(solution["B0"][-1, :2], four_bar_places(n, 0.8)[n + 1, :2], atol=10.0 * step**2)

@@ -51,10 +51,15 @@ def test_motion_and_forces(reference, integrator, angle, force):
 
 @pytest.mark.parametrize(
     "formulation",
-    [fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive(),
-     fmb.Baumgarte(fmb.NullSpace(), alpha=100.0, beta=100.0)],
+    [
+        fmb.Augmented(),
+        fmb.NullSpace(),
+        fmb.UdwadiaPhohomsiri(),
+        fmb.Recursive(),
+        fmb.Baumgarte(fmb.NullSpace(), alpha=100.0, beta=100.0),
+    ],
     ids=repr,
-)  # fmt: skip
+)
 def test_formulations_agree(reference, formulation):
     """DOP853 on the accelerations of each formulation; Radau in the test below."""
     angles, forces = run(reference("RB03"), fmb.Explicit(rtol=1e-9, atol=1e-10, formulation=formulation), samples=61)

@@ -1,7 +1,7 @@
 """RB09: free body that turns about its intermediate axis (Dzhanibekov); Euler's equations, Jacobi elliptic functions.
 
-Reached over 40 s, two flips: generalized-alpha, h = 1e-3: 3.5e-7, angular momentum 2e-7; IDA at 1e-10: 1.2e-7; at 1e-12:
-2e-9, energy and angular momentum 1e-9.
+Reached over 40 s, two flips: generalized-alpha, h = 1e-3: 3.5e-7, angular momentum 2e-7; IDA at 1e-10: 1.2e-7; at
+1e-12: 2e-9, energy and angular momentum 1e-9.
 """
 
 import numpy as np

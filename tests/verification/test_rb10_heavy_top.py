@@ -1,8 +1,8 @@
 """RB10: fast heavy top (Géradin & Cardona; Brüls, Cardona & Arnold 2012), 150 rad/s, held by a ball joint.
 
 Reached at t = 0.2, 0.5, 1, 2 s with generalized-alpha, rho 0.8, h = 1e-4 (420 steps per turn): 1.7e-4, 5.7e-4, 6.5e-4,
-1.5e-3 m. The error is of order two in h (factor 4.00 from 1e-4 to 5e-5), so the 1e-5 m that the case names for this step
-size are met by extrapolation from two step sizes, not by one run. IDA at 1e-10: 2.8e-7 m; at 1e-12:
+1.5e-3 m. The error is of order two in h (factor 4.00 from 1e-4 to 5e-5), so the 1e-5 m that the case names for this
+step size are met by extrapolation from two step sizes, not by one run. IDA at 1e-10: 2.8e-7 m; at 1e-12:
 below 1e-8 m, the other figure of the case.
 """
 
@@ -16,8 +16,14 @@ TIMES = ("0.2", "0.5", "1.0", "2.0")
 
 @pytest.fixture
 def top():
-    body = fmb.RigidBody("top", mass=15.0, inertia=(0.234375, 0.46875, 0.234375), center_of_mass=(0, 1, 0),
-                         angular_velocity=(0, 150, -4.61538), markers={"tip": (0, 0, 0)})  # fmt: skip
+    body = fmb.RigidBody(
+        "top",
+        mass=15.0,
+        inertia=(0.234375, 0.46875, 0.234375),
+        center_of_mass=(0, 1, 0),
+        angular_velocity=(0, 150, -4.61538),
+        markers={"tip": (0, 0, 0)},
+    )
     joint = fmb.Spherical("ball", markers=("ground.origin", "top.tip"))
     sensors = [fmb.Position("centre", marker="top.center"), fmb.Energy("energy")]
     return fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), body], joints=[joint], sensors=sensors)

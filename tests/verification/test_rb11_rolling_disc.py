@@ -18,17 +18,31 @@ def disc(case):
     arm = -m["r"] * np.array([-axis[2], 0.0, axis[0]])
     return fmb.Model(
         gravity=(0, 0, -m["g"]),
-        bodies=[fmb.Ground(), fmb.RigidBody(
-            "disc", mass=m["m"], inertia=(m["I_diam"], m["I_diam"], m["I_axis"]), at=at,
-            rotation=np.column_stack([np.cross(y, axis), y, axis]), velocity=-np.cross(spin, arm),
-            angular_velocity=spin)],
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody(
+                "disc",
+                mass=m["m"],
+                inertia=(m["I_diam"], m["I_diam"], m["I_axis"]),
+                at=at,
+                rotation=np.column_stack([np.cross(y, axis), y, axis]),
+                velocity=-np.cross(spin, arm),
+                angular_velocity=spin,
+            ),
+        ],
         joints=[fmb.Rolling("rolling", markers=("ground.origin", "disc.center"), radius=m["r"])],
-        sensors=[fmb.Position("centre", marker="disc.center"), fmb.Energy("energy"), fmb.ConstraintError("error"),
-                 fmb.Orientation("turn", marker="disc.center")])
+        sensors=[
+            fmb.Position("centre", marker="disc.center"),
+            fmb.Energy("energy"),
+            fmb.ConstraintError("error"),
+            fmb.Orientation("turn", marker="disc.center"),
+        ],
+    )
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rho_inf=0.95, step=4e-4), fmb.IDA(rtol=1e-9, atol=1e-11)],
-                         ids=["alpha", "IDA"])
+@pytest.mark.parametrize(
+    "integrator", [fmb.GeneralizedAlpha(rho_inf=0.95, step=4e-4), fmb.IDA(rtol=1e-9, atol=1e-11)], ids=["alpha", "IDA"]
+)
 def test_one_turn(reference, integrator):
     case = reference("RB11")
     end, period = case["reference"], case["reference"]["turn_period_s"]
@@ -51,8 +65,9 @@ def test_second_order(reference):
     period = case["reference"]["turn_period_s"]
     errors = []
     for steps in (1000, 2000, 4000):
-        solution = fmb.simulate(disc(case), period, samples=2, integrator=fmb.GeneralizedAlpha(
-            rho_inf=0.9, step=period / steps))
+        solution = fmb.simulate(
+            disc(case), period, samples=2, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, step=period / steps)
+        )
         errors.append(np.linalg.norm(solution["centre"][-1] - solution["centre"][0]))
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(orders, 2.0, atol=0.1)

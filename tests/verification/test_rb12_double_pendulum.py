@@ -21,9 +21,16 @@ import flexmb as fmb
 def test_position(reference, integrator, tolerance):
     expected = reference("RB12")["reference"]
     masses = [fmb.PointMass("one", mass=1.0, at=(1, 0, 0)), fmb.PointMass("two", mass=1.0, at=(2, 0, 0))]
-    rods = [fmb.Rod("upper", markers=("ground.origin", "one.center")), fmb.Rod("lower", markers=("one.center", "two.center"))]
-    model = fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *masses], joints=rods,
-                      sensors=[fmb.Position("p", marker="two.center")])  # fmt: skip
+    rods = [
+        fmb.Rod("upper", markers=("ground.origin", "one.center")),
+        fmb.Rod("lower", markers=("one.center", "two.center")),
+    ]
+    model = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), *masses],
+        joints=rods,
+        sensors=[fmb.Position("p", marker="two.center")],
+    )
     times = [0.0, *(float(t) for t in expected)]
     solution = fmb.simulate(model, times[-1], samples=times, integrator=integrator)
     np.testing.assert_allclose(solution["p"][1:, :2], [x["p2"] for x in expected.values()], atol=tolerance)

@@ -16,8 +16,15 @@ POSITION, FORCE = 1e-4, 5e-3
 
 @pytest.mark.parametrize(
     "integrator",
-    [fmb.GeneralizedAlpha(step=1e-4), fmb.GeneralizedAlpha(rtol=1e-8), fmb.IDA(rtol=1e-9, atol=1e-9),
-     *(fmb.Explicit(formulation=f) for f in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive()))],
+    [
+        fmb.GeneralizedAlpha(step=1e-4),
+        fmb.GeneralizedAlpha(rtol=1e-8),
+        fmb.IDA(rtol=1e-9, atol=1e-9),
+        *(
+            fmb.Explicit(formulation=f)
+            for f in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive())
+        ),
+    ],
     ids=["alpha", "alpha adaptive", "IDA", "augmented", "null space", "Udwadia-Phohomsiri", "recursive"],
 )
 def test_joints_and_force(reference, integrator):

@@ -1,8 +1,8 @@
 """RB15: a bouncing ball with a constant coefficient of restitution.
 
-Reference: closed form of the times of instantaneous impacts. An event with Impact meets them to 1e-11 s. A contact of finite
-duration, a linear spring and damper that does not pull, has a restitution that is the same at every speed (Schwager & Poeschel
-2007, eq. 16), and its impact times tend to the instantaneous ones as it stiffens.
+Reference: closed form of the times of instantaneous impacts. An event with Impact meets them to 1e-11 s. A contact of
+finite duration, a linear spring and damper that does not pull, has a restitution that is the same at every speed
+(Schwager & Poeschel 2007, eq. 16), and its impact times tend to the instantaneous ones as it stiffens.
 """
 
 from itertools import pairwise
@@ -29,9 +29,16 @@ def test_instantaneous_impacts(reference):
         gravity=(0, 0, -case["model"]["g"]),
         bodies=[fmb.Ground(), fmb.PointMass("ball", mass=1.0, at=(0, 0, case["model"]["h"]))],
         sensors=[fmb.Distance("height", markers=markers, along="z")],
-        events=[fmb.Event("bounce", sensor="height", below=0.0, repeats=True,
-                          then=fmb.Impact(markers, restitution=case["model"]["e"], along="z"))],
-    )  # fmt: skip
+        events=[
+            fmb.Event(
+                "bounce",
+                sensor="height",
+                below=0.0,
+                repeats=True,
+                then=fmb.Impact(markers, restitution=case["model"]["e"], along="z"),
+            )
+        ],
+    )
     solution = fmb.simulate(model, case["duration_s"], samples=40001)
     times = [phase.t[-1] for phase in solution.phases[:6]]
     np.testing.assert_allclose(times, case["reference"]["impact_times"], atol=1e-9)
@@ -47,10 +54,22 @@ def test_impact_times(reference):
     h, e = case["model"]["h"], case["model"]["e"]
     beta = brentq(lambda b: restitution(b, STIFFNESS, 1.0) - e, 1.0, 5e3)
     model = fmb.Model(
-        gravity=(0, 0, -case["model"]["g"]), bodies=[fmb.Ground(), fmb.PointMass("ball", mass=1.0, at=(0, 0, h))],
-        forces=[fmb.OneSidedSpring("floor", markers=("ground.origin", "ball.center"), along="z", stiffness=STIFFNESS,
-                                   exponent=1.0, damping=2.0 * beta, depth=1e-9, length=0.0)],
-        sensors=[fmb.Position("height", marker="ball.center")])
+        gravity=(0, 0, -case["model"]["g"]),
+        bodies=[fmb.Ground(), fmb.PointMass("ball", mass=1.0, at=(0, 0, h))],
+        forces=[
+            fmb.OneSidedSpring(
+                "floor",
+                markers=("ground.origin", "ball.center"),
+                along="z",
+                stiffness=STIFFNESS,
+                exponent=1.0,
+                damping=2.0 * beta,
+                depth=1e-9,
+                length=0.0,
+            )
+        ],
+        sensors=[fmb.Position("height", marker="ball.center")],
+    )
     times = np.linspace(0.0, 2.7, 5401)
     solution = fmb.simulate(model, 2.7, samples=times, integrator=fmb.GeneralizedAlpha(rtol=1e-11, largest=0.01))
     z = solution["height"][:, 2]

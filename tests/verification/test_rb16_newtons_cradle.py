@@ -1,7 +1,7 @@
 """RB16: Newton's cradle of five equal balls on strings, elastic: one ball in and one out, two in and two out.
 
-Reference: closed form of successive impacts of two. Reached: velocities just after the collision 1e-12 without gaps, 1e-6 with
-gaps of 1e-6 m, during which gravity acts.
+Reference: closed form of successive impacts of two. Reached: velocities just after the collision 1e-12 without gaps,
+1e-6 with gaps of 1e-6 m, during which gravity acts.
 """
 
 import numpy as np
@@ -23,12 +23,19 @@ def cradle(case, speeds, gap):
         gravity=(0, 0, -p["g"]),
         bodies=[fmb.Ground(markers=hooks), *balls],
         joints=[fmb.Rod(f"string {k}", markers=(f"ground.p{k}", f"b{k}.center")) for k in range(n)],
-        sensors=[*(fmb.Distance(f"gap {k}", markers=pair) for k, pair in enumerate(pairs)),
-                 *(fmb.Velocity(f"v{k}", marker=f"b{k}.center") for k in range(n)), fmb.Momentum("momentum"),
-                 fmb.Position("p0", marker="b0.center")],
-        events=[fmb.Event(f"hit {k}", sensor=f"gap {k}", below=DIAMETER, repeats=True,
-                          then=fmb.Impact(pair, restitution=p["e"])) for k, pair in enumerate(pairs)],
-    )  # fmt: skip
+        sensors=[
+            *(fmb.Distance(f"gap {k}", markers=pair) for k, pair in enumerate(pairs)),
+            *(fmb.Velocity(f"v{k}", marker=f"b{k}.center") for k in range(n)),
+            fmb.Momentum("momentum"),
+            fmb.Position("p0", marker="b0.center"),
+        ],
+        events=[
+            fmb.Event(
+                f"hit {k}", sensor=f"gap {k}", below=DIAMETER, repeats=True, then=fmb.Impact(pair, restitution=p["e"])
+            )
+            for k, pair in enumerate(pairs)
+        ],
+    )
 
 
 @pytest.mark.parametrize(("gap", "tolerance"), [(0.0, 1e-9), (1e-6, 2e-6)], ids=["touching", "gaps"])
@@ -44,7 +51,9 @@ def test_velocities_after_the_collision(reference, name, speeds, gap, tolerance)
 
 
 def test_it_swings_back(reference):
-    """After half a period of the last ball (amplitude theta: 2 sqrt(l / g) K(sin(theta / 2)) ) the first one goes up again."""
+    """After half a period of the last ball (amplitude theta: 2 sqrt(l / g) K(sin(theta / 2)) ) the first one
+    goes up again.
+    """
     case = reference("RB16")
     p = case["model"]
     half = 2.0 * np.sqrt(p["pendulum_L"] / p["g"]) * ellipk(1.0 / (4.0 * p["g"] * p["pendulum_L"]))

@@ -14,13 +14,23 @@ def test_turning_points_and_rest(reference):
     m = case["model"]
     model = fmb.Model(
         gravity=(0, 0, -m["g"]),
-        bodies=[fmb.Ground(markers={"rail": fmb.Pose.axes(z=(1, 0, 0)), "wall": (-1.0, 0, 0)}),
-                fmb.RigidBody("block", mass=m["m"], inertia=(0.1, 0.1, 0.1), at=(0.1, 0, 0),
-                              markers={"shoe": fmb.Pose.axes(z=(1, 0, 0))})],
+        bodies=[
+            fmb.Ground(markers={"rail": fmb.Pose.axes(z=(1, 0, 0)), "wall": (-1.0, 0, 0)}),
+            fmb.RigidBody(
+                "block",
+                mass=m["m"],
+                inertia=(0.1, 0.1, 0.1),
+                at=(0.1, 0, 0),
+                markers={"shoe": fmb.Pose.axes(z=(1, 0, 0))},
+            ),
+        ],
         joints=[fmb.Prismatic("rail", markers=("ground.rail", "block.shoe"))],
-        forces=[fmb.SpringDamper("spring", markers=("ground.wall", "block.center"), stiffness=m["k"], length=1.0),
-                fmb.JointFriction("friction", joint="rail", moving=m["mu"], transition=1e-4)],
-        sensors=[fmb.JointCoordinate("x", joint="rail"), fmb.Energy("energy"), fmb.Energy("lost", kind="dissipated")])
+        forces=[
+            fmb.SpringDamper("spring", markers=("ground.wall", "block.center"), stiffness=m["k"], length=1.0),
+            fmb.JointFriction("friction", joint="rail", moving=m["mu"], transition=1e-4),
+        ],
+        sensors=[fmb.JointCoordinate("x", joint="rail"), fmb.Energy("energy"), fmb.Energy("lost", kind="dissipated")],
+    )
     times = np.linspace(0.0, 2.0, 2001)
     solution = fmb.simulate(model, 2.0, samples=times, integrator=fmb.GeneralizedAlpha(rtol=1e-6))
     x, points = solution["x"], case["reference"]["turning_points"]

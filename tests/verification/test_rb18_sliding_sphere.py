@@ -17,11 +17,23 @@ def test_onset_of_rolling(reference):
     J = 0.4 * m["m"] * m["r"] ** 2
     model = fmb.Model(
         gravity=(0, 0, -m["g"]),
-        bodies=[fmb.Ground(), fmb.RigidBody("ball", mass=m["m"], inertia=(J, J, J), at=(0, 0, m["r"] - rest),
-                                            velocity=(2.0, 0, 0))],
-        forces=[fmb.Contact("floor", markers=("ground.origin", "ball.center"), radius=m["r"], stiffness=stiffness,
-                            damping=0.1, friction=m["mu"], transition=1e-4)],
-        sensors=[fmb.Position("at", marker="ball.center"), fmb.Velocity("v", marker="ball.center")])
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody("ball", mass=m["m"], inertia=(J, J, J), at=(0, 0, m["r"] - rest), velocity=(2.0, 0, 0)),
+        ],
+        forces=[
+            fmb.Contact(
+                "floor",
+                markers=("ground.origin", "ball.center"),
+                radius=m["r"],
+                stiffness=stiffness,
+                damping=0.1,
+                friction=m["mu"],
+                transition=1e-4,
+            )
+        ],
+        sensors=[fmb.Position("at", marker="ball.center"), fmb.Velocity("v", marker="ball.center")],
+    )
     times = np.concatenate([np.linspace(0.0, 0.5, 1001), [1.0]])
     solution = fmb.simulate(model, 1.0, samples=times, integrator=fmb.GeneralizedAlpha(rtol=1e-7))
     x, v = solution["at"][:, 0], solution["v"][:, 0]

@@ -1,7 +1,7 @@
 """RC01: a door on two or three coaxial hinges: five equations of every further hinge are redundant.
 
-The motion is unique, the reactions are those of least norm: equal shares. Reached: accelerations 1e-14, angle over 2 s with
-generalized-alpha, h = 2e-4: 2e-7 rad, with IDA at 1e-10: 1e-7 rad; the shares 1e-6 N.
+The motion is unique, the reactions are those of least norm: equal shares. Reached: accelerations 1e-14, angle over 2 s
+with generalized-alpha, h = 2e-4: 2e-7 rad, with IDA at 1e-10: 1e-7 rad; the shares 1e-6 N.
 """
 
 import numpy as np

@@ -1,7 +1,9 @@
-"""A parallelogram and a door with too many hinges: mobility, dependent equations by joint, reactions that are not unique.
+"""A parallelogram and a door with too many hinges: mobility, dependent equations by joint, reactions that are not
+unique.
 
-References: the parallelogram moves like its closed equation of one freedom (RB02); its forces in the plane are unique and equal
-those of the same linkage with joints that forbid less; a door with a locked wing has one equation too many per extra hinge.
+References: the parallelogram moves like its closed equation of one freedom (RB02); its forces in the plane are unique
+and equal those of the same linkage with joints that forbid less; a door with a locked wing has one equation too many
+per extra hinge.
 """
 
 import numpy as np
@@ -46,8 +48,15 @@ def test_what_is_said_about_a_parallelogram():
 def test_the_parallelogram_moves_like_its_closed_equation(integrator, tolerance):
     """J a = S sin(a); reached: 1.4e-6, 6e-9 and 1e-10 m. Forces in the plane are unique: equal without redundancy."""
     J, S = 2 * (1 / 3 + 0.01**2 / 4) + 1, 9.81 * 2
-    motion = solve_ivp(lambda t, y: (y[1], S / J * np.sin(y[0])), (0, 0.5), (0.0, 1.0), rtol=1e-12, atol=1e-12,
-                       method="DOP853", t_eval=[0.25, 0.5])
+    motion = solve_ivp(
+        lambda t, y: (y[1], S / J * np.sin(y[0])),
+        (0, 0.5),
+        (0.0, 1.0),
+        rtol=1e-12,
+        atol=1e-12,
+        method="DOP853",
+        t_eval=[0.25, 0.5],
+    )
     runs = [fmb.simulate(parallelogram(free), 0.5, samples=3, integrator=integrator) for free in (False, True)]
     for run in runs:
         expected = np.column_stack([np.sin(motion.y[0]), np.cos(motion.y[0])])
@@ -67,7 +76,9 @@ def test_a_door_on_three_hinges_shares_everything(reference):
 
 
 def test_a_prop_is_one_too_many_only_for_a_door_that_is_fixed(reference):
-    """On a ball joint the prop takes a freedom; beside a fixed hinge it and the hinge share the weight in no unique way."""
+    """On a ball joint the prop takes a freedom; beside a fixed hinge it and the hinge share the weight in no
+    unique way.
+    """
     model = door(reference("RC01"), (-0.5, 0.5))
     width = reference("RC01")["model"]["width"]
     ground = fmb.Ground(markers={**model.bodies[0].markers, "low": (width, 0.0, -1.0)})

@@ -1,10 +1,10 @@
 """A rotating beam from solids, frames and shells: frequencies against speed.
 
 Spinning about an axis across it (a blade): flap and chord of GS04 (Wright et al. 1982). Spinning about its own axis (a
-shaft), where the Coriolis force couples both planes: with the same shapes in both planes, the frequencies at rest p and q
-become those s of (p^2 - W^2 - s^2) (q^2 - W^2 - s^2) = 4 W^2 s^2, equation by equation, in the turning frame (Dimentberg,
-Flexural Vibrations of Rotating Shafts, 1961); p and q are those of Euler and Bernoulli, and a beam of 2 % thickness differs
-from theirs by 0.1 % in the first mode and 0.6 % in the second.
+shaft), where the Coriolis force couples both planes: with the same shapes in both planes, the frequencies at rest p and
+q become those s of (p^2 - W^2 - s^2) (q^2 - W^2 - s^2) = 4 W^2 s^2, equation by equation, in the turning frame
+(Dimentberg, Flexural Vibrations of Rotating Shafts, 1961); p and q are those of Euler and Bernoulli, and a beam of 2 %
+thickness differs from theirs by 0.1 % in the first mode and 0.6 % in the second.
 """
 
 import numpy as np
@@ -25,8 +25,9 @@ UNIT = np.sqrt(MATERIAL.young * THICKNESS**2 / 12.0 / MATERIAL.density)
 def model(kind):
     """Return the FE model of a unit beam along x, width along y, thickness along z."""
     if kind == "frame":
-        return fem.frame(np.linspace([0, 0, 0], [1, 0, 0], 31), section=fem.Section.rectangle(WIDTH, THICKNESS),
-                         material=MATERIAL)  # fmt: skip
+        return fem.frame(
+            np.linspace([0, 0, 0], [1, 0, 0], 31), section=fem.Section.rectangle(WIDTH, THICKNESS), material=MATERIAL
+        )
     if kind == "shell":
         mesh = plate(40, 4, 1.0, WIDTH, "quad")
         fe = fem.shell(mesh, MATERIAL, THICKNESS)
@@ -58,9 +59,12 @@ def test_blade(data, reference, eta):
     case, ratio = reference("GS04")["reference"], WIDTH / THICKNESS
     body = fmb.FloatingBody("beam", data=data, at=(0, -data.marker_positions[0][1], 0))
     blade = fmb.Model(
-        bodies=[fmb.Ground(), body], joints=[
+        bodies=[fmb.Ground(), body],
+        joints=[
             fmb.Revolute("hub", markers=("ground.origin", "beam.root")),
-            fmb.Drive("spin", joint="hub", angle=fmb.expression("w * t", w=eta * UNIT))])  # fmt: skip
+            fmb.Drive("spin", joint="hub", angle=fmb.expression("w * t", w=eta * UNIT)),
+        ],
+    )
     chord, flap = planes(data, fmb.linearize(blade, fmb.statics(blade)))
     np.testing.assert_allclose(flap[:2] / UNIT, case["flap"][str(eta)][:2], rtol=8e-3)
     np.testing.assert_allclose(chord[:2] / UNIT / ratio, case["chord"][str(int(eta / ratio))][:2], rtol=1.2e-2)
@@ -74,9 +78,12 @@ def test_shaft(data, share):
     along = fmb.Pose.axes(data.marker_positions[0], z=(1, 0, 0), x=(0, 1, 0))
     body = fmb.FloatingBody("beam", data=data, at=-data.marker_positions[0], markers={"root": along})
     shaft = fmb.Model(
-        bodies=[fmb.Ground(markers={"bearing": fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 1, 0))}), body], joints=[
+        bodies=[fmb.Ground(markers={"bearing": fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 1, 0))}), body],
+        joints=[
             fmb.Revolute("bearing", markers=("ground.bearing", "beam.root")),
-            fmb.Drive("spin", joint="bearing", angle=fmb.expression("w * t", w=float(speed)))])  # fmt: skip
+            fmb.Drive("spin", joint="bearing", angle=fmb.expression("w * t", w=float(speed))),
+        ],
+    )
     found = 2.0 * np.pi * fmb.linearize(shaft, fmb.statics(shaft)).frequencies[:2]
     a, b = p**2 - speed**2, q**2 - speed**2
     # s^4 - (a + b + 4 W^2) s^2 + a b = 0

@@ -12,12 +12,19 @@ from verification.soft_crank import ROD, TIMES, ancf, bow, floating
 
 import flexmb as fmb
 
-RODS = {"one": floating(1), "three": floating(3), "six": floating(6), "cable": ancf(fmb.AncfCable, 12),
-        "beam": ancf(fmb.AncfBeam, 8)}
+RODS = {
+    "one": floating(1),
+    "three": floating(3),
+    "six": floating(6),
+    "cable": ancf(fmb.AncfCable, 12),
+    "beam": ancf(fmb.AncfBeam, 8),
+}
 
 
 def difference(rod, exact, softness):
-    """Return the largest difference relative to the largest deflection; floating bodies may warn that it is too much."""
+    """Return the largest difference relative to the largest deflection;
+    floating bodies may warn that it is too much.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fmb.ValidityWarning)
         return np.abs(bow(rod, softness) - exact).max() / np.abs(exact).max()

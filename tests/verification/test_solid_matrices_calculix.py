@@ -32,8 +32,10 @@ def isotropic():
 
 def orthotropic():
     (e1, e2, e3), (nu12, nu23, nu13), (g12, g23, g13) = PLY.young, PLY.poisson, PLY.shear
-    return ("*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
-            f"{e1}, {e2}, {e3}, {nu12}, {nu13}, {nu23}, {g12}, {g13},\n{g23}\n*DENSITY\n{PLY.density}\n")
+    return (
+        "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+        f"{e1}, {e2}, {e3}, {nu12}, {nu13}, {nu23}, {g12}, {g13},\n{g23}\n*DENSITY\n{PLY.density}\n"
+    )
 
 
 def calculix(program, folder, mesh, law):
@@ -43,9 +45,17 @@ def calculix(program, folder, mesh, law):
     lines.append(f"*ELEMENT, TYPE={NAMES[cell_type]}, ELSET=EALL")
     for i, row in enumerate(cells + 1, 1):
         words = [str(i), *map(str, row)]
-        lines += [",".join(words[k:k + 12]) + ("," if k + 12 < len(words) else "") for k in range(0, len(words), 12)]
-    lines += ["*MATERIAL, NAME=M", law.rstrip(), "*SOLID SECTION, ELSET=EALL, MATERIAL=M",
-              "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP", ""]
+        lines += [",".join(words[k : k + 12]) + ("," if k + 12 < len(words) else "") for k in range(0, len(words), 12)]
+    lines += [
+        "*MATERIAL, NAME=M",
+        law.rstrip(),
+        "*SOLID SECTION, ELSET=EALL, MATERIAL=M",
+        "*STEP",
+        "*FREQUENCY, SOLVER=MATRIXSTORAGE",
+        "1",
+        "*END STEP",
+        "",
+    ]
     (folder / "job.inp").write_text("\n".join(lines))
     subprocess.run([program, "job"], cwd=folder, capture_output=True, check=False, timeout=60)
     words = [line.split(".") for line in (folder / "job.dof").read_text().split()]

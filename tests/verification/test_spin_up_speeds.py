@@ -13,6 +13,7 @@ FIRST = 3.516015268666903 * np.sqrt(EI / RHO_A) / LENGTH**2
 
 def rotation(speed):
     """Return angle and rate of a smooth start to `speed`, rad/s, in 15 s."""
+
     def angle(t):
         rising = speed / RISE * (t**2 / 2 + (RISE / 2 / np.pi) ** 2 * (np.cos(2 * np.pi * t / RISE) - 1))
         return np.where(t < RISE, rising, speed * (t - RISE / 2))
@@ -38,8 +39,11 @@ def test_lag(fraction):
     times = np.linspace(0.0, 20.0, 201)
     expected = extrapolated_lag(LENGTH, EI, RHO_A, angle, rate, times, 24)
     text = "where(t < T, W/T*(t**2/2 + (T/2/pi)**2*(cos(2*pi*t/T) - 1)), W*(t - T/2))"
-    model = on_hub(fmb.FloatingBody("beam", data=spin_up_beam(LENGTH, EA, EI, RHO_A)),
-                   fmb.expression(text, W=speed, T=RISE), sensors=[fmb.Position("tip", marker="beam.tip")])  # fmt: skip
+    model = on_hub(
+        fmb.FloatingBody("beam", data=spin_up_beam(LENGTH, EA, EI, RHO_A)),
+        fmb.expression(text, W=speed, T=RISE),
+        sensors=[fmb.Position("tip", marker="beam.tip")],
+    )
     motion = fmb.simulate(model, 20.0, samples=times, integrator=fmb.GeneralizedAlpha(rtol=1e-6))
     across = in_rotating_frame(motion["tip"], angle(times), LENGTH)[:, 1]
     np.testing.assert_allclose(across, expected, rtol=0, atol=0.02 * np.abs(expected).max())

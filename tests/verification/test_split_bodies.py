@@ -26,11 +26,14 @@ def beam(parts, length=LENGTH, EA=1e6 * EI / LENGTH**2, bending=EI, flap=EI, rho
 
 def tip_under(load, parts):
     bodies, joints = beam(parts)
-    solution = fmb.statics(fmb.Model(
-        bodies=[fmb.Ground(), *bodies],
-        joints=[fmb.Fixed("clamp", markers=("ground.origin", "beam_1.root")), *joints],
-        forces=[fmb.PointLoad("P", marker=f"beam_{parts}.tip", force=(0, 0, load))],
-        sensors=[fmb.Position("tip", marker=f"beam_{parts}.tip")]))  # fmt: skip
+    solution = fmb.statics(
+        fmb.Model(
+            bodies=[fmb.Ground(), *bodies],
+            joints=[fmb.Fixed("clamp", markers=("ground.origin", "beam_1.root")), *joints],
+            forces=[fmb.PointLoad("P", marker=f"beam_{parts}.tip", force=(0, 0, load))],
+            sensors=[fmb.Position("tip", marker=f"beam_{parts}.tip")],
+        )
+    )
     return solution["tip"][-1] / LENGTH
 
 

@@ -32,7 +32,9 @@ def test_modes_side_by_side(data, tmp_path):
 def test_messages(data, tmp_path, monkeypatch):
     with pytest.raises(FlexmbError, match=r"the ending '\.gif'.*\.png, \.jpg.*Use \.png"):
         mode_sheet(data, tmp_path / "x.gif")
-    with pytest.raises(FlexmbError, match=r"Modes of 'block': there is no mesh\. Expected: data reduced from an FE model"):
+    with pytest.raises(
+        FlexmbError, match=r"Modes of 'block': there is no mesh\. Expected: data reduced from an FE model"
+    ):
         mode_sheet(replace(data, cells=()), tmp_path / "x.png")
     with pytest.raises(FlexmbError, match=r"Modes of 'block': there are no modes"):
         mode_sheet(data.selected(0), tmp_path / "x.png")

@@ -39,9 +39,16 @@ def paraview(monkeypatch):
 
     simple = ModuleType("paraview.simple")
     simple.__all__ = [
-        "ColorBy", "GetActiveViewOrCreate", "GetAnimationScene", "GetColorTransferFunction", "GetScalarBar",
-        "OpenDataFile", "RenameSource", "Render", "Show",
-    ]  # fmt: skip
+        "ColorBy",
+        "GetActiveViewOrCreate",
+        "GetAnimationScene",
+        "GetColorTransferFunction",
+        "GetScalarBar",
+        "OpenDataFile",
+        "RenameSource",
+        "Render",
+        "Show",
+    ]
     simple.OpenDataFile, simple.Show = open_file, show
     simple.RenameSource = lambda name, source: None
     simple.ColorBy = lambda shown, array: setattr(shown, "colored", array)
@@ -86,7 +93,9 @@ def test_the_script_opens_what_is_there(solution, paraview, tmp_path, ending):
 
 
 def test_without_the_files(solution, tmp_path):
-    message = r"ParaView script for '.*x\.pvd': there is no '.*\.pvd'\. Expected: the files .*Call flexmb\.write_vtk first"
+    message = (
+        r"ParaView script for '.*x\.pvd': there is no '.*\.pvd'\. Expected: the files .*Call flexmb\.write_vtk first"
+    )
     with pytest.raises(DataFileError, match=message):
         paraview_script(solution, tmp_path / "x.pvd")
 

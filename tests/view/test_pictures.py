@@ -63,6 +63,7 @@ def test_states_over_one_another(solution, tmp_path):
 @pytest.mark.render
 def test_animation_has_every_sample(solution, tmp_path):
     import imageio.v2 as imageio
+
     path = render(solution, tmp_path / "spin.gif", size=(160, 90))
     frames = imageio.mimread(path)
     assert len(frames) == 5
@@ -110,7 +111,9 @@ def test_the_window_moves_through_time(solution):
 
     def shown():
         part, surface, ids, _ = stage._drawn[0]
-        return [k for k in range(5) if np.allclose(surface.points, stage.scene.snapshot(part, k).points[ids], atol=1e-6)]
+        return [
+            k for k in range(5) if np.allclose(surface.points, stage.scene.snapshot(part, k).points[ids], atol=1e-6)
+        ]
 
     assert shown() == [0]
     player.to_time(0.041)

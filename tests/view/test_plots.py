@@ -14,8 +14,9 @@ from flexmb.view import plot
 @pytest.fixture
 def solution(monkeypatch):
     monkeypatch.setattr("flexmb.system.observe", observe, raising=False)
-    model = spinning_model([sensors.Position("tip", marker="rod.end"), sensors.Reaction("force", joint="weld"),
-                            sensors.Energy("E")])
+    model = spinning_model(
+        [sensors.Position("tip", marker="rod.end"), sensors.Reaction("force", joint="weld"), sensors.Energy("E")]
+    )
     return Solution(phases=(spinning_phase(model),))
 
 

@@ -60,14 +60,22 @@ def bar(g=9.81, break_at=None):
     return fmb.Model(
         name="bar & pin",
         gravity=(0, 0, -g),
-        bodies=[fmb.Ground(markers={"A": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0))}),
-                fmb.RigidBody.rod("bar", length=1.0, mass=2.0,
-                                  markers={"A": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0))})],
+        bodies=[
+            fmb.Ground(markers={"A": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0))}),
+            fmb.RigidBody.rod(
+                "bar", length=1.0, mass=2.0, markers={"A": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0), x=(1, 0, 0))}
+            ),
+        ],
         joints=[fmb.Revolute("pin", markers=("ground.A", "bar.A"))],
-        sensors=[fmb.Position("tip", marker="bar.end"), fmb.Reaction("pin force", joint="pin"),
-                 fmb.JointCoordinate("angle", joint="pin"), fmb.Energy("energy")],
-        events=events, parameters={"g": g},
-    )  # fmt: skip
+        sensors=[
+            fmb.Position("tip", marker="bar.end"),
+            fmb.Reaction("pin force", joint="pin"),
+            fmb.JointCoordinate("angle", joint="pin"),
+            fmb.Energy("energy"),
+        ],
+        events=events,
+        parameters={"g": g},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +94,9 @@ def read(path):
 
 
 def test_one_run(swing, tmp_path):
-    path = report({"swing": swing}, tmp_path / "new" / "report.html", checks={"swing": fmb.check(swing.model)}, pictures=False)
+    path = report(
+        {"swing": swing}, tmp_path / "new" / "report.html", checks={"swing": fmb.check(swing.model)}, pictures=False
+    )
     text, page = read(path)
     assert page.headings == ["Curves", "Extremes", "Loads", "Energy", "Mobility", "Model", "Solver"]
     assert all(link.startswith(("#", "data:")) for link in page.links)
@@ -148,8 +158,11 @@ def test_several_runs(swing, broken, tmp_path):
 def test_a_run_that_failed_says_so(swing, tmp_path):
     from dataclasses import replace
 
-    bad = replace(swing, status=fmb.Status.failed("step size below 1e-12 s", "Check the damping"),
-                  statistics={**swing.statistics, "warnings": ["Body 'bar' deforms by 20 %"]})  # fmt: skip
+    bad = replace(
+        swing,
+        status=fmb.Status.failed("step size below 1e-12 s", "Check the damping"),
+        statistics={**swing.statistics, "warnings": ["Body 'bar' deforms by 20 %"]},
+    )
     text, _ = read(report({"bad": bad}, tmp_path / "report.html", pictures=False))
     assert "failed: step size below 1e-12 s. Check the damping." in text
     assert "Body &#x27;bar&#x27; deforms by 20 %" in text
@@ -177,7 +190,9 @@ def test_no_pictures_where_nothing_can_be_drawn(swing, tmp_path, monkeypatch):
 
 
 def test_messages(swing, tmp_path):
-    with pytest.raises(FlexmbError, match=r"Report '.*x\.pdf': the ending '\.pdf'\. Expected: \.html\. Name it report\.html"):
+    with pytest.raises(
+        FlexmbError, match=r"Report '.*x\.pdf': the ending '\.pdf'\. Expected: \.html\. Name it report\.html"
+    ):
         report(swing, tmp_path / "x.pdf")
     with pytest.raises(FlexmbError, match=r"Report: there is no run\. Expected: at least one"):
         report({}, tmp_path / "x.html")
@@ -210,8 +225,13 @@ def test_units_of_the_page(swing):
     assert scaled("m", 2.0) == (1.0, "m")
     assert scaled("rad", 1.0) == (180.0 / np.pi, "deg")
     assert [number(x) for x in (0.0, 1234.56, 0.012346, 1e-5, 2.5e7, np.nan)] == [
-        "0", "1235", "0.01235", "1.000e-05", "2.500e+07", "-"
-    ]  # fmt: skip
+        "0",
+        "1235",
+        "0.01235",
+        "1.000e-05",
+        "2.500e+07",
+        "-",
+    ]
     assert number(1e-9, beside=1.0) == "0"
     assert [duration(x) for x in (0.523, 41.6, 200.0)] == ["0.52 s", "42 s", "3 min 20 s"]
     assert [column.title for column in shown_columns(swing, "tip")] == ["x", "z"]
