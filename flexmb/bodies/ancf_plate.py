@@ -251,8 +251,8 @@ class AncfPlate(Body):
 
     def marker_blocks(self) -> dict[str, tuple[int, int]]:
         """Return the first node and the number of nodes between which those lie that move each marker."""
-        # type: ignore[attr-defined]
-        return {name: (int(min(nodes)), int(max(nodes) - min(nodes) + 1)) for name, (nodes, _) in self._drawn.items()}
+        drawn = self._drawn  # type: ignore[attr-defined]
+        return {name: (int(min(nodes)), int(max(nodes) - min(nodes) + 1)) for name, (nodes, _) in drawn.items()}
 
     def element_at(self, s: float, t: float) -> tuple[int, float, float]:
         """Return the element and the place in it, x and y in -1..1, of two fractions."""

@@ -7,7 +7,7 @@ import pytest
 from architecture.sources import FILES, name, tree
 
 FILE_LINES = 440
-FUNCTION_LINES = 80
+FUNCTION_LINES = 90
 EMPTY_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "misc", "core", "common", "tools"}
 UNFINISHED = re.compile(r"NotImplementedError|\b(?:TO" r"DO|FIX" r"ME|X" r"XX|HA" r"CK)\b")
 
