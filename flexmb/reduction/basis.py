@@ -14,6 +14,10 @@ from flexmb.reduction.statics import HeldBody
 
 __all__ = ["Basis", "NormalModes", "free_modes", "normal_modes", "orthonormal_basis", "with_residuals"]
 
+HELD = 1e-10
+"""A response whose part outside the modes is smaller than this, in mass norms, is held by them: the rest is what the
+factorisation rounds."""
+
 
 @dataclass(frozen=True, eq=False)
 class NormalModes:
@@ -64,6 +68,12 @@ def free_modes(body: HeldBody, count: int, start: np.ndarray | None = None) -> N
     return NormalModes(vectors, w2)
 
 
+def _unit_mass(fe, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vectors (ndof, k) divided by their mass norms, and these norms (k,); zero vectors stay."""
+    norms = np.sqrt(np.maximum(np.einsum("ij,ij->j", vectors, fe.M @ vectors), 0.0))
+    return vectors / np.where(norms > 0.0, norms, 1.0), norms
+
+
 def with_residuals(body: HeldBody, modes: NormalModes, forces: np.ndarray) -> NormalModes:
     """Append the static response to `forces` (ndof, k), as far as the normal modes do not hold it already.
 
@@ -72,12 +82,12 @@ def with_residuals(body: HeldBody, modes: NormalModes, forces: np.ndarray) -> No
     if forces.shape[1] == 0:
         return modes
     fe = body.fe
-    response = body.solve(forces)
-    response = response - modes.vectors @ (modes.vectors.T @ (fe.M @ response))
-    trial = np.hstack([modes.vectors, response])
-    size = np.sqrt(np.einsum("ij,ij->j", trial, fe.M @ trial))
-    keep = size > 1e-12 * size.max(initial=1e-300)
-    trial = trial[:, keep] / size[keep]
+    # as large as the modes, whatever the load: a pressure of 1 Pa has the same shape as one of 1 MPa
+    response, known = _unit_mass(fe, body.solve(forces))
+    for _ in range(2):  # twice: what a mode takes from a response that it nearly holds leaves rounding along the mode
+        response = response - modes.vectors @ (modes.vectors.T @ (fe.M @ response))
+    rest, left = _unit_mass(fe, response)
+    trial = np.hstack([modes.vectors, rest[:, (known > 0.0) & (left > HELD)]])
     K, M = trial.T @ (fe.K @ trial), trial.T @ (fe.M @ trial)
     mu, turn = eigh(0.5 * (M + M.T), 0.5 * (K + K.T))
     order = np.flatnonzero(mu > 1e-14 * mu.max())[::-1]

@@ -243,3 +243,18 @@ def test_stress_modes_give_the_stress_of_a_pulled_bar(fe):
     middle = fe.node_set("mid")
     np.testing.assert_allclose(stress[middle, 0], force / (0.06 * 0.04), rtol=2e-2)
     assert np.abs(stress[middle, 1:]).max() < 2e-2 * force / (0.06 * 0.04)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-2, 1e-4])
+def test_residual_vector_of_a_small_load_on_a_small_block(scale):
+    """1 Pa on a steel block of any size: its response is kept, as that of 1 MPa is (splu of the full model)."""
+    small = block(tuple(scale * x for x in (0.4, 0.06, 0.04)))
+    options = {"modes": 2, "frame": "a", "compare": 0, "loads": {"air": "top"}}
+    data = reduction.reduce(small, {"a": "left"}, residual_vectors=["air"], **options)
+    assert data.n_modes == reduction.reduce(small, {"a": "left"}, **options).n_modes + 1
+    free = np.flatnonzero(~np.isin(small.dofs[:, 0], small.node_set("left")))
+    u = np.zeros(small.ndof)
+    u[free] = splu(small.K[free][:, free].tocsc()).solve(load_vectors(small, {"air": "top"})[free, 0])
+    exact = small.field(u)[:, :3, 0]
+    q = data.load_shapes[0, 6:] / np.diag(data.stiffness)
+    assert np.abs(data.shapes @ q - exact).max() < 1e-8 * np.abs(exact).max()
