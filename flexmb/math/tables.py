@@ -20,7 +20,7 @@ from numba import from_dtype, types
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
-from flexmb.math.kernel import watch_sources
+from flexmb.math.kernel_cache import KernelCache
 
 __all__ = [
     "BYTES",
@@ -181,9 +181,9 @@ class PointerKernel:
     def compiled(self):
         """The machine code, from the cache on disk if it is there."""
         signature = self.signature.args, self.signature.return_type
-        code = CFunc(self.function, signature, locals={}, options={"error_model": "numpy"})
-        code.enable_caching()
-        watch_sources(code._cache, self.function)
+        options = {"error_model": "numpy"}
+        code = CFunc(self.function, signature, locals={}, options=options)
+        code._cache = KernelCache(self.function, {**options, "called_through": "pointer"})
         code.compile()
         return code
 

@@ -1,0 +1,180 @@
+"""Compiled kernels kept on disk, one file each, named by all that its machine code depends on.
+
+A file is found by its name alone, so there is no index that could be out of date, and a file that is there fits: other
+code, other constants, other types, another processor or another numba have another name. Copies of the package at
+several places, and several versions of it, share one folder. A file that is cut off or damaged is removed and made
+again; where nothing can be written, kernels are compiled in every process.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sys
+import tempfile
+import time
+import warnings
+from contextlib import suppress
+from hashlib import blake2b
+from pathlib import Path
+from types import FunctionType
+
+import numba
+from numba.core import config
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+from numba.core.typing import Signature
+
+from flexmb.math.kernel_content import UnknownContent, code_digest, type_text
+
+__all__ = ["KernelCache", "kernel_folder"]
+
+FORMAT = b"flexmb kernel 1\n"
+CHECK = 32  # bytes of the checksum that follows
+UNUSED_DAYS = 60  # after which a file of the same kernel is removed
+
+
+def kernel_folder() -> Path:
+    """Return the folder of compiled kernels: below ``NUMBA_CACHE_DIR`` if it is set, else the user's cache folder."""
+    if config.CACHE_DIR:
+        return Path(config.CACHE_DIR) / "flexmb"
+    if sys.platform == "win32":
+        home = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif sys.platform == "darwin":
+        home = Path.home() / "Library" / "Caches"
+    else:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "flexmb" / "kernels"
+
+
+class KernelCache(_Cache):
+    """The compiled versions of one function; numba asks it before compiling and hands it what was compiled."""
+
+    def __init__(self, function: FunctionType, options: dict):
+        self._function = function
+        self._options = sorted((name, repr(value)) for name, value in options.items())
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The folder of this function's files."""
+        return str(kernel_folder() / self._function.__module__)
+
+    def enable(self) -> None:
+        self._enabled = True
+
+    def disable(self) -> None:
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Remove all compiled versions of this function."""
+        for path in Path(self.cache_path).glob(f"{_file_stem(self._function)}-*"):
+            path.unlink(missing_ok=True)
+
+    def load_overload(self, sig, target_context):
+        """Return what was compiled for these argument types, or None."""
+        target_context.refresh()
+        path = self._path(sig, target_context.codegen())
+        content = None if path is None else _read(path)
+        if content is None:
+            return None
+        try:
+            return CompileResult._rebuild(target_context, *pickle.loads(content))
+        except Exception:  # whatever unpickling finds in a file of a release that wrote it otherwise
+            _remove(path)
+            return None
+
+    def save_overload(self, sig, data) -> None:
+        """Keep what was compiled for these argument types."""
+        path = self._path(sig, data.codegen)
+        if path is None or data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
+            return
+        try:
+            _write(path, dumps(data._reduce()))
+            _remove_unused(path.parent, f"{_file_stem(self._function)}-*")
+        except OSError as error:
+            _warn_once(path.parent, error)
+
+    def _path(self, sig, codegen) -> Path | None:
+        """Return the file of one compiled version, None if its content cannot be told."""
+        if not self._enabled:
+            return None
+        arguments, result = (sig.args, sig.return_type) if isinstance(sig, Signature) else (sig, None)
+        try:
+            name = [
+                f"numba {numba.__version__}, Python {sys.version_info[:2]}, {config.OPT}, {config.BOUNDSCHECK}",
+                repr(codegen.magic_tuple()),
+                code_digest(self._function),
+                repr(self._options),
+                *map(type_text, arguments),
+                "" if result is None else type_text(result),
+            ]
+        except UnknownContent:
+            return None
+        digest = blake2b("\n".join(name).encode(), digest_size=16).hexdigest()
+        return Path(self.cache_path) / f"{_file_stem(self._function)}-{digest}"
+
+
+def _file_stem(function: FunctionType) -> str:
+    return function.__qualname__.replace("<", "").replace(">", "")
+
+
+def _read(path: Path) -> bytes | None:
+    """Return the content of a file, None if there is none or it is damaged (then it is removed)."""
+    try:
+        raw = path.read_bytes()
+    except OSError:
+        return None
+    start = len(FORMAT) + CHECK
+    content = raw[start:]
+    if raw[:start] == FORMAT + blake2b(content, digest_size=CHECK).digest():
+        _note_use(path)
+        return content
+    _remove(path)
+    return None
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file so that other processes see all of it or nothing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(FORMAT + blake2b(content, digest_size=CHECK).digest() + content)
+        os.replace(name, path)
+    except BaseException:
+        _remove(Path(name))
+        raise
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):  # of a folder that may only be read: the file is passed over each time
+        path.unlink(missing_ok=True)
+
+
+def _note_use(path: Path) -> None:
+    with suppress(OSError):  # of a folder that may only be read
+        if time.time() - path.stat().st_mtime > 86400.0:
+            os.utime(path)
+
+
+def _remove_unused(folder: Path, pattern: str) -> None:
+    oldest = time.time() - UNUSED_DAYS * 86400.0
+    for path in folder.glob(pattern):
+        if path.stat().st_mtime < oldest:
+            _remove(path)
+
+
+_warned: set[Path] = set()
+
+
+def _warn_once(folder: Path, error: OSError) -> None:
+    if kernel_folder() not in _warned:
+        _warned.add(kernel_folder())
+        warnings.warn(
+            f"Compiled kernels cannot be kept in '{folder}' ({error.strerror}): every process compiles them again. "
+            "Set NUMBA_CACHE_DIR to a folder that can be written to.",
+            RuntimeWarning,
+            stacklevel=2,
+        )

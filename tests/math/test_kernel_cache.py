@@ -1,0 +1,239 @@
+"""Kept machine code is used when all that it was made from is the same, and only then; no file can harm."""
+
+import importlib
+import os
+import pickle
+import subprocess
+import sys
+from collections import namedtuple
+from hashlib import blake2b
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexmb.math import kernel_cache
+from flexmb.math.kernel import kernel
+
+NUMBERS = """
+SIN, COS = 20, 21
+"""
+MIDDLE = """
+from .numbers import COS, SIN
+from flexmb.math.kernel import kernel
+
+TABLE = {"sin": SIN, "cos": COS}
+
+@kernel
+def chosen(operation, x):
+    return x if operation == SIN else -x
+"""
+TOP = """
+from . import middle
+from .middle import TABLE, chosen
+from flexmb.math.kernel import kernel
+
+OPERATION = TABLE["sin"]
+
+@kernel
+def outer(x):
+    return chosen(20, x)
+
+@kernel
+def by_module(x):
+    return x * middle.SIN
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty cache of kernels."""
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """Write a small package of three files somewhere and import its kernels afresh."""
+    for name in ("numbers", "middle", "top"):
+        monkeypatch.delitem(sys.modules, f"scratch.{name}", raising=False)
+
+    def load(where, numbers=NUMBERS, middle=MIDDLE, top=TOP):
+        home = tmp_path / where / "scratch"
+        home.mkdir(parents=True, exist_ok=True)
+        for name, text in {"__init__": "", "numbers": numbers, "middle": middle, "top": top}.items():
+            (home / f"{name}.py").write_text(text)
+        for name in [name for name in sys.modules if name.partition(".")[0] == "scratch"]:
+            del sys.modules[name]
+        monkeypatch.setattr(sys, "path", [str(home.parent), *sys.path])
+        monkeypatch.setattr(sys, "dont_write_bytecode", True)  # an edit within the same second
+        importlib.invalidate_caches()
+        return importlib.import_module("scratch.top")
+
+    yield load
+    for name in [name for name in sys.modules if name.partition(".")[0] == "scratch"]:
+        del sys.modules[name]
+
+
+def hits(compiled):
+    return sum(compiled.stats.cache_hits.values())
+
+
+def test_constants_two_imports_away_are_part_of_the_code(folder, package):
+    top = package("here")
+    assert (top.outer(2.0), top.by_module(2.0)) == (2.0, 40.0)
+    top = package("here", numbers="SIN, COS = 21, 20")
+    assert (top.outer(2.0), top.by_module(2.0)) == (-2.0, 42.0)
+    assert hits(top.outer) == hits(top.by_module) == 0
+
+
+def test_code_of_called_kernels_is_part_of_the_code(folder, package):
+    assert package("here").outer(2.0) == 2.0
+    top = package("here", middle=MIDDLE.replace("return x if", "return 3.0 * x if"))
+    assert top.outer(2.0) == 6.0
+
+
+def test_another_place_time_and_comment_change_nothing(folder, package):
+    package("here").outer(2.0)
+    files = sorted(folder.rglob("*-*"))
+    top = package("there", top="# moved down by a comment\n" + TOP, middle="import math\n" + MIDDLE)
+    for path in Path(top.__file__).parent.iterdir():
+        os.utime(path, (1.0, 1.0))
+    assert top.outer(2.0) == 2.0
+    assert hits(top.outer) == 1
+    assert sorted(folder.rglob("*-*")) == files
+
+
+def test_names_of_the_fields_of_arguments_are_part_of_the_key(folder):
+    def second(pair):
+        return pair.b
+
+    def with_fields(fields):
+        made = namedtuple("Pair", fields)
+        made.__qualname__ = "Pair"
+        return made(np.float64(1.0), np.float64(2.0))
+
+    assert kernel(second)(with_fields("a b")) == 2.0
+    assert kernel(second)(with_fields("b a")) == 1.0
+    again = kernel(second)
+    assert again(with_fields("a b")) == 2.0
+    assert hits(again) == 1
+
+
+@pytest.mark.slow
+def test_swapped_operations_are_compiled_again(tmp_path):
+    """The numbers of two operations of expressions are swapped in a copy of the package: sin(0.5) stays sin(0.5)."""
+    source = Path(kernel_cache.__file__).parents[1]
+    copy = tmp_path / "copy" / "flexmb"
+    for path in source.rglob("*.py"):
+        target = copy / path.relative_to(source)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(path.read_bytes())
+    command = [sys.executable, "-P", "-c", 'import flexmb; print(flexmb.expression("sin(t)").sample(0.5)[0])']
+    environment = {**os.environ, "PYTHONPATH": str(copy.parent), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def sampled():
+        child = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, cwd=tmp_path)
+        return float(child.stdout)
+
+    assert sampled() == pytest.approx(0.479425538604203, abs=1e-15)
+    numbers = copy / "math" / "operations.py"
+    text = numbers.read_text()
+    assert "SIN, COS, TAN" in text
+    numbers.write_text(text.replace("SIN, COS, TAN", "COS, SIN, TAN", 1))
+    assert sampled() == pytest.approx(0.479425538604203, abs=1e-15)
+
+
+def one_file(folder):
+    (path,) = folder.rglob("*-*")
+    return path
+
+
+def twice(x):
+    return 2.0 * x
+
+
+def test_file_is_used_by_the_next_process(folder):
+    assert kernel(twice)(3.0) == 6.0
+    later = kernel(twice)
+    assert later(3.0) == 6.0
+    assert hits(later) == 1
+
+
+def checked(content):
+    return kernel_cache.FORMAT + blake2b(content, digest_size=kernel_cache.CHECK).digest() + content
+
+
+def flipped(raw):
+    return raw[: len(raw) // 2] + bytes([raw[len(raw) // 2] ^ 1]) + raw[len(raw) // 2 + 1 :]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda raw: b"",
+        lambda raw: raw[:10],
+        lambda raw: raw[:40],
+        lambda raw: raw[: len(raw) // 2],
+        lambda raw: raw[:-1],
+        flipped,
+        lambda raw: b"\x00" * len(raw),
+        lambda raw: checked(b""),
+        lambda raw: checked(raw[:1000]),
+        lambda raw: checked(pickle.dumps(("of", "another", "release"))),
+        lambda raw: checked(pickle.dumps(3)),
+    ],
+    ids=["empty", "header", "start", "half", "last", "flipped", "zeros", "nothing", "pickle", "release", "number"],
+)
+def test_damaged_file_is_made_again(folder, damage):
+    kernel(twice)(3.0)
+    path = one_file(folder)
+    whole = path.read_bytes()
+    path.write_bytes(damage(whole))
+    again = kernel(twice)
+    assert again(3.0) == 6.0
+    assert hits(again) == 0
+    later = kernel(twice)
+    assert later(3.0) == 6.0
+    assert hits(later) == 1
+
+
+def test_folder_in_the_place_of_a_file_does_no_harm(folder, recwarn):
+    kernel(twice)(3.0)
+    path = one_file(folder)
+    path.unlink()
+    path.mkdir()
+    assert kernel(twice)(3.0) == 6.0
+
+
+def test_no_folder_can_be_made(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("not a folder")
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path / "file"))
+    with pytest.warns(RuntimeWarning, match="cannot be kept in .* Set NUMBA_CACHE_DIR"):
+        assert kernel(twice)(3.0) == 6.0
+    assert kernel(twice)(4.0) == 8.0  # said once
+
+
+def test_half_written_file_is_never_seen(folder, monkeypatch):
+    def full(*names):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.warns(RuntimeWarning, match="No space left"):
+        assert kernel(twice)(3.0) == 6.0
+    assert not [path for path in folder.rglob("*") if path.is_file()]
+
+
+def test_files_long_unused_are_removed(folder, monkeypatch):
+    kernel(twice)(3.0)
+    old = one_file(folder)
+    os.utime(old, (1.0, 1.0))
+    kernel(twice)(3)
+    assert one_file(folder) != old
+
+
+def test_flush_removes_the_files(folder):
+    compiled = kernel(twice)
+    compiled(3.0)
+    compiled._cache.flush()
+    assert not list(folder.rglob("*-*"))

@@ -1,0 +1,106 @@
+"""What flexmb uses of numba beyond its documented face, each thing by name: a new numba is tried here first."""
+
+import inspect
+import re
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import numba
+from numba import njit, types
+from numba.core import config, event
+from numba.core.caching import NullCache, _Cache
+from numba.core.ccallback import CFunc
+from numba.core.compiler import CompileResult
+from numba.core.registry import cpu_target
+from numba.core.serialize import dumps
+from numba.core.typing import Signature
+from numba.extending import intrinsic
+
+
+def parameters(function):
+    return tuple(inspect.signature(function).parameters)
+
+
+def test_installed_version_is_within_the_bounds():
+    """An upper bound stands in the requirements, and the numba that runs is below it."""
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    (wanted,) = (text for text in project["dependencies"] if re.match(r"numba\b", text))
+    low, high = re.search(r">=([\d.]+)", wanted)[1], re.search(r"<([\d.]+)", wanted)[1]
+    number = lambda text: tuple(int(part) for part in re.findall(r"\d+", text)[:2])  # noqa: E731
+    assert number(low) <= number(version("numba")) < number(high)
+
+
+def test_a_cache_is_asked_and_told():
+    """`Dispatcher._cache` and `CFunc._cache` are objects with these methods and no others."""
+    assert _Cache.__abstractmethods__ == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
+    assert parameters(_Cache.load_overload) == ("self", "sig", "target_context")
+    assert parameters(_Cache.save_overload) == ("self", "sig", "data")
+    assert isinstance(njit(lambda x: x)._cache, NullCache)
+    code = CFunc(lambda x: x, ((types.float64,), types.float64), locals={}, options={"error_model": "numpy"})
+    assert isinstance(code._cache, NullCache)
+    for compiled in (numba.core.dispatcher.Dispatcher.compile, CFunc.compile):
+        text = inspect.getsource(inspect.unwrap(compiled))
+        assert "self._cache.load_overload(" in text
+        assert "self._cache.save_overload(" in text
+
+
+def test_a_compiled_function_becomes_plain_data():
+    """`CompileResult._reduce` and `_rebuild`, what says that it must not be kept, and the data that numba pickles."""
+    half = njit(lambda x: 0.5 * x)
+    assert half(3.0) == 1.5
+    (result,) = half.overloads.values()
+    parts = result._reduce()
+    assert parameters(CompileResult._rebuild)[1:] == (
+        "libdata",
+        "fndesc",
+        "env",
+        "signature",
+        "objectmode",
+        "lifted",
+        "typeann",
+        "reload_init",
+        "referenced_envs",
+    )
+    assert len(parts) == 9
+    assert (result.library.has_dynamic_globals, tuple(result.lifted)) == (False, ())
+    assert isinstance(dumps(parts), bytes)
+
+
+def test_what_the_code_was_made_for_is_known():
+    """Triple, processor and its features; the settings that change code."""
+    triple, processor, features = cpu_target.target_context.codegen().magic_tuple()
+    assert all(isinstance(text, str) for text in (triple, processor, features))
+    assert {"CACHE_DIR", "OPT", "BOUNDSCHECK"} <= vars(config).keys()
+
+
+def test_parts_of_functions_and_types_have_these_names():
+    function = njit(lambda x: x)
+    assert {"py_func", "targetoptions"} <= set(dir(function))
+
+    @intrinsic
+    def nothing(context):
+        return types.void(), None
+
+    assert nothing._defn.__name__ == "nothing"
+    record = Signature(types.float64, (types.int64,), None)
+    assert (record.return_type, record.args) == (types.float64, (types.int64,))
+    array = types.Array(types.float64, 1, "C")
+    assert (array.dtype, array.ndim, array.layout, array.mutable, array.aligned) == (types.float64, 1, "C", True, True)
+    assert tuple(types.Tuple((types.float64, types.int64))) == (types.float64, types.int64)
+    assert types.Dispatcher(function).dispatcher is function
+
+
+def test_compiling_is_announced():
+    said = []
+
+    class Listener(event.Listener):
+        def on_start(self, event):
+            said.append("begins")
+
+        def on_end(self, event):
+            said.append("ends")
+
+    with event.install_listener("numba:compile", Listener()):
+        njit(lambda x: x)(1.0)
+    assert said == ["begins", "ends"]
