@@ -4,7 +4,7 @@ A SID body is a Taylor series of the body mass matrix in the modal coordinates, 
 `ModalNeutralData`, in the notation of docs/theory/floating-frame.md:
 
     mdCM = M_vw (as m c),  J = M_ww,  Ct = M_vn^T,  Cr = M_wn^T,  Me = M_nn,
-    Gr_k = J1_k - (Cr0_k)~,  Ge = 2 Cr1,  Oe = -1/2 dM_ww/dq by pairs of w: xx, yy, zz, xy, yz, zx.
+    Gr_k = J1_k - (Cr0_k)~,  Ge = Cr1 - Cr1^T,  Oe = -1/2 dM_ww/dq by pairs of w: xx, yy, zz, xy, yz, zx.
 
 Geometric stiffness goes where Wallrapp put it: unit acceleration into Ct1, angular acceleration into Cr1, pairs of w
 into Oe1, nodal forces and moments into phi and psi. Only the markers of the body are written as nodes; meshes, stress
@@ -87,7 +87,8 @@ def _body_blocks(data: ModalNeutralData) -> dict:
     both = i.ww2 + i.ww2.transpose(1, 0, 2, 3)
     centrifugal = lambda t: np.stack([-(0.5 if a == b else 1.0) * t[..., a, b] for a, b in PAIRS], -1)  # noqa: E731
     Ct1, Oe1, ksigma = None, centrifugal(0.5 * (both + both.swapaxes(2, 3))).transpose(1, 0, 2), None
-    Ge = 2.0 * Cr1.transpose(1, 2, 0).reshape(m, 3 * m)  # column m * axis + mode
+    by_axis = Cr1.transpose(1, 2, 0)  # rotary inertia of nodes has a symmetric part, which does no gyroscopic work
+    Ge = (by_axis - by_axis.transpose(2, 1, 0)).reshape(m, 3 * m)  # column m * axis + mode
     if data.geometric is not None:
         linear, angular, spin = wallrapp_stiffness(data.geometric.inertia)
         Ct1, Cr1, Oe1 = (
@@ -144,7 +145,8 @@ def read_sid(path: str | Path) -> ModalNeutralData:
     """Read a SID file of any program; the nodes become interfaces of the body.
 
     Index order and layout of Ge are found by the identities that must hold. Terms of second order in J are not part of
-    the format: without geometric stiffness they follow from Oe1, with it they stay together there.
+    the format: without geometric stiffness they follow from Oe1, with it they stay together there. So does the
+    symmetric part of Cr1, of nodes with rotary inertia: it is read as geometric stiffness of angular acceleration.
 
     Raises
     ------

@@ -10,6 +10,7 @@ from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
 from flexmb.model.modal_neutral_data import GeometricStiffness
 from flexmb.reduction.markers import MarkerMotion
+from flexmb.reduction.nodal_inertia import NodalInertia
 from flexmb.reduction.statics import HeldBody
 
 __all__ = ["geometric_stiffness", "inertia_loads"]
@@ -23,7 +24,8 @@ def inertia_loads(fe: FEModel) -> np.ndarray:
     """Return the nodal forces of the unit acceleration fields, (ndof, 12): -M E_k, then -M [x_l e_k] at 3 + 3 k + l.
 
     Rotational freedoms accelerate with half the curl of the field, so that the antisymmetric fields are exactly the
-    rigid angular accelerations and the loads balance the equations of the body.
+    rigid angular accelerations and the loads balance the equations of the body. The symmetric fields, of spin, meet the
+    rotary inertia of nodes with the moment w x J w.
     """
     field = np.zeros((len(fe.nodes), 6, 12))
     for k in range(3):
@@ -31,7 +33,14 @@ def inertia_loads(fe: FEModel) -> np.ndarray:
         for l in range(3):
             field[:, k, 3 + 3 * k + l] = fe.nodes[:, l]
             field[:, 3:, 3 + 3 * k + l] = 0.5 * np.cross(np.eye(3)[l], np.eye(3)[k])
-    return -(fe.M @ fe.vectors(field))
+    loads = -(fe.M @ fe.vectors(field))
+    nodal = NodalInertia.of(fe)
+    if nodal is not None:
+        for k in range(3):
+            for l in range(3):
+                unit = np.outer(np.eye(3)[k], np.eye(3)[l])
+                loads[:, 3 + 3 * k + l] -= nodal.moments(0.5 * (unit + unit.T))
+    return loads
 
 
 def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> np.ndarray:
