@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.foreign_files import whole_numbers
 from flexmb.fem.matrix_files import FileMatrices, symmetric_from_entries
 
 __all__ = ["read_calculix"]
@@ -39,7 +40,7 @@ def read_calculix(path: Path, mass: Path | None) -> FileMatrices:
                 expected=f"row, column, value with rows up to {len(words)}, the lines of the .dof file",
                 remedy="Use files of one run",
             )
-        i, j = (entries[:, :2].T - 1).astype(int)
+        i, j = whole_numbers(f"Matrix file '{file}'", "the row or column", entries[:, :2], 1, len(words)).T - 1
         matrices.append(symmetric_from_entries(f"Matrix file '{file}'", i, j, entries[:, 2], len(words)))
     mesh = path.with_suffix(".inp")
     K, M = matrices

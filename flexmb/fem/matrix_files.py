@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
+from flexmb.fem.foreign_files import whole_numbers
 
 __all__ = ["FileMatrices", "by_labels", "symmetric_from_entries"]
 
@@ -59,7 +60,9 @@ def by_labels(part: str, entries: dict[str, np.ndarray]) -> FileMatrices:
     """Return K and M from tables (ne, 5) of node, direction (1..6), node, direction, value under the keys K
     and M."""
     keys = []
-    for table in entries.values():
+    for symbol, table in entries.items():
+        whole_numbers(f"{part}, {symbol}", "the node number", table[:, [0, 2]], -(2**53) // 16, 2**53 // 16)
+        whole_numbers(f"{part}, {symbol}", "the freedom", table[:, [1, 3]], 0, 7)
         keys += [table[:, 0] * 8 + table[:, 1] - 1, table[:, 2] * 8 + table[:, 3] - 1]
     freedoms = np.unique(np.concatenate(keys).astype(np.int64))
     labels, directions = np.divmod(freedoms, 8)

@@ -49,6 +49,9 @@ NODES = {
 }
 """Nodes per cell."""
 
+LARGEST = 1e30
+"""Coordinate, m, beyond which volumes and stiffnesses leave the range of numbers."""
+
 
 class MeshWarning(UserWarning):
     """A mesh can be used, but is probably not what was meant."""
@@ -97,6 +100,14 @@ class Mesh:
                 found=f"node {bad} is at {self.points[bad]}",
                 expected="finite coordinates",
                 remedy="Write the mesh again",
+            )
+        if np.abs(self.points).max(initial=0.0) > LARGEST:
+            bad = int(np.abs(self.points).max(axis=1).argmax())
+            raise MeshError(
+                part,
+                found=f"node {bad} is at {np.asarray(self.points)[bad].tolist()} m",
+                expected=f"coordinates up to {LARGEST:g} m, whose products are finite",
+                remedy="A number of the file is damaged: write the mesh again",
             )
         for cell_type, connectivity in self.cells:
             check_cells(part, cell_type, connectivity, len(self.points))

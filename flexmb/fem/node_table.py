@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.abaqus_cards import read_abaqus_cards
+from flexmb.fem.foreign_files import understood
 from flexmb.fem.matrices_nastran import nastran_cards, nastran_float
 from flexmb.fem.nastran_cards import read_nastran_cards
 
@@ -41,7 +42,9 @@ def node_table(source) -> NodeTable:
     path = Path(source)
     if not path.is_file():
         raise MeshError(f"Mesh file '{path}'", found="no such file", expected="a file", remedy="Check the folder")
-    labels, positions, sets = (_abaqus if path.suffix.lower() == ".inp" else _nastran)(path)
+    read = _abaqus if path.suffix.lower() == ".inp" else _nastran
+    with understood(f"Mesh file '{path}'", "a complete mesh of the matrices", "Write the mesh again"):
+        labels, positions, sets = read(path)
     if len(labels) == 0:
         raise MeshError(
             f"Mesh file '{path}'",

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.foreign_files import read_market, understood, whole_numbers
 from flexmb.fem.matrices import from_matrices
 from flexmb.fem.matrices_abaqus import read_abaqus
 from flexmb.fem.matrices_calculix import read_calculix
@@ -63,7 +64,8 @@ def read_matrices(
         raise MeshError(f"Mass file '{mass}'", found="no such file", expected="a file", remedy="Check the folder")
     matrices = _read(path, None if mass is None else Path(mass))
     table = _table(path, nodes, matrices)
-    positions, dofs, sets = _located(path, matrices, table)
+    with understood(f"Matrix file '{path}'", "nodes and freedoms that fit each other", "Export the matrices again"):
+        positions, dofs, sets = _located(path, matrices, table)
     return from_matrices(
         matrices.K,
         matrices.M,
@@ -101,17 +103,12 @@ def write_matrices(path: str | Path, fe: FEModel) -> None:
 def _read(path: Path, mass: Path | None) -> FileMatrices:
     """Call the reader of the format; what it stumbles over is a MeshError with the file's name."""
     read = _reader(path)
-    try:
+    with understood(
+        f"Matrix file '{path}'",
+        f"complete files of the format {path.suffix}",
+        "Export the matrices again: the file was cut off, or it is of another kind",
+    ):
         return read(path, mass)
-    except MeshError:
-        raise
-    except Exception as error:  # scipy and numpy raise whatever their parsers run into
-        raise MeshError(
-            f"Matrix file '{path}'",
-            found=f"the file cannot be read ({str(error) or type(error).__name__})",
-            expected=f"complete files of the format {path.suffix}",
-            remedy="Export the matrices again: the file was cut off, or it is of another kind",
-        ) from error
 
 
 def _reader(path: Path) -> Callable[[Path, Path | None], FileMatrices]:
@@ -174,8 +171,6 @@ def _located(path: Path, matrices: FileMatrices, table: NodeTable):
 
 
 def _read_market(path: Path, mass: Path | None) -> FileMatrices:
-    from scipy.io import mmread
-
     if mass is None:
         raise MeshError(
             f"Matrix file '{path}'",
@@ -183,12 +178,12 @@ def _read_market(path: Path, mass: Path | None) -> FileMatrices:
             expected="two: stiffness and mass",
             remedy="Give mass='M.mtx'",
         )
-    return FileMatrices(K=sparse.csr_matrix(mmread(path)), M=sparse.csr_matrix(mmread(mass)))
+    return FileMatrices(K=sparse.csr_matrix(read_market(path)), M=sparse.csr_matrix(read_market(mass)))
 
 
 def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
     if mass is not None:
-        return FileMatrices(K=sparse.load_npz(path), M=sparse.load_npz(mass))
+        return FileMatrices(K=_sound(path, sparse.load_npz(path)), M=_sound(mass, sparse.load_npz(mass)))
     with np.load(path) as file:
         if "K_data" not in file or "nodes" not in file:
             raise MeshError(
@@ -197,7 +192,34 @@ def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
                 expected="K_data, K_indices, K_indptr, the same of M, nodes, dofs (fem.write_matrices)",
                 remedy="For two files of scipy.sparse.save_npz give mass='M.npz' and nodes",
             )
-        K, M = (sparse.csr_matrix((file[f"{s}_data"], file[f"{s}_indices"], file[f"{s}_indptr"])) for s in "KM")
+        K, M = (_sound(path, sparse.csr_matrix(tuple(file[f"{s}_{n}"] for n in _CSR))) for s in "KM")
         sets = {key.removeprefix("set_"): file[key] for key in file.files if key.startswith("set_")}
-        table = NodeTable(labels=np.arange(len(file["nodes"])), positions=file["nodes"], node_sets=sets)
-        return FileMatrices(K, M, labels=file["dofs"][:, 0], directions=file["dofs"][:, 1], nodes=table)
+        nodes, dofs = file["nodes"], file["dofs"]
+        if nodes.ndim != 2 or nodes.shape[1] != 3 or dofs.shape != (K.shape[0], 2):
+            raise MeshError(
+                f"Matrix file '{path}'",
+                found=f"nodes of the shape {nodes.shape} and dofs of the shape {dofs.shape}",
+                expected=f"(n, 3) and ({K.shape[0]}, 2), a row for each of K",
+                remedy="Write the file again: fem.write_matrices",
+            )
+        table = NodeTable(labels=np.arange(len(nodes)), positions=np.asarray(nodes, float), node_sets=sets)
+        return FileMatrices(K, M, labels=dofs[:, 0], directions=dofs[:, 1], nodes=table)
+
+
+_CSR = ("data", "indices", "indptr")
+
+
+def _sound(path: Path, matrix) -> sparse.csr_matrix:
+    """Return a matrix of an .npz file as csr; scipy computes with its indices without looking at them."""
+    if matrix.format in ("csr", "csc", "bsr"):
+        matrix.check_format(full_check=True)
+    if matrix.format == "dia":
+        whole_numbers(f"Matrix file '{path}'", "diagonals", matrix.offsets, -(2**31), 2**31)
+    if matrix.dtype.kind not in "fiu" or max(matrix.shape) > 10 * max(matrix.nnz, 1):
+        raise MeshError(
+            f"Matrix file '{path}'",
+            found=f"{matrix.shape[0]} x {matrix.shape[1]} with {matrix.nnz} entries of the kind {matrix.dtype}",
+            expected="real numbers, some in every row",
+            remedy="Write the file again: fem.write_matrices, or scipy.sparse.save_npz",
+        )
+    return sparse.csr_matrix(matrix)

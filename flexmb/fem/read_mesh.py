@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.foreign_files import understood
 from flexmb.fem.mesh import Mesh, MeshWarning
 from flexmb.fem.mesh_groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
 from flexmb.model.described import is_number
@@ -95,21 +96,11 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
             expected=f"One of: {', '.join(READERS)}",
             remedy="Convert the mesh, or build a fem.Mesh from arrays",
         )
-    try:
+    with understood(
+        part, f"a complete file of the format {path.suffix}", "Open it in the program that wrote it, and write it again"
+    ):
         grouped = reader(path)
-    except MeshError:
-        raise
-    except Exception as error:  # meshio raises whatever its parsers run into
-        text = str(error) or type(error).__name__
-        if isinstance(error, KeyError) and str(error.args[0]).isdigit():  # of the table of node numbers
-            text = f"a cell names the node {error.args[0]}, which does not exist"
-        raise MeshError(
-            part,
-            found=f"the file cannot be read as {path.suffix} ({text})",
-            expected="a complete file of that format",
-            remedy="Open it in the program that wrote it, and write it again",
-        ) from error
-    mesh = to_mesh(grouped, path.stem, part)
+        mesh = to_mesh(grouped, path.stem, part)
     if grouped.left_out:
         warnings.warn(
             f"{part}: left out were {', '.join(grouped.left_out)}; a mesh holds nodes, elements and sets. Add "

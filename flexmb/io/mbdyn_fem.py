@@ -22,6 +22,7 @@ import numpy as np
 from flexmb.errors import DataFileError
 from flexmb.io.mbdyn_text import Record, group_text, read_groups
 from flexmb.io.sid import acceleration_fields, skew, wallrapp_stiffness
+from flexmb.model.modal_neutral_checks import check_modes, checked
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 
 __all__ = ["read_mbdyn_fem", "write_mbdyn_fem"]
@@ -147,11 +148,12 @@ def read_mbdyn_fem(path: str | Path) -> ModalNeutralData:
     record = read_groups(path, part)
     g, m = record.groups, record.n_modes
     translation, rotation = record.shapes[:, :3], record.shapes[:, 3:]
+    check_modes(part, np.diag(g[9].reshape(m, m)), np.diag(g[10].reshape(m, m)))
     w2 = np.diag(g[10].reshape(m, m)) / np.where(np.diag(g[9].reshape(m, m)) > 0.0, np.diag(g[9].reshape(m, m)), np.nan)
     C = np.diag(g[13].reshape(m, m)) if 13 in g else np.zeros(m)
     critical = 2.0 * np.sqrt(np.diag(g[10].reshape(m, m)) * np.diag(g[9].reshape(m, m)))
     geometric, n_interfaces = _geometric(record, part)
-    return ModalNeutralData(
+    data = ModalNeutralData(
         name=path.stem,
         nodes=np.zeros((0, 3)),
         cells=(),
@@ -168,6 +170,7 @@ def read_mbdyn_fem(path: str | Path) -> ModalNeutralData:
         geometric=geometric,
         load_shapes=np.zeros((0, 6 + m)),
     )
+    return checked(data, part)
 
 
 def _geometric(record: Record, part: str) -> tuple[GeometricStiffness | None, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -113,6 +114,14 @@ def read_groups(path: Path, part: str) -> Record:
             remedy="The file is cut off or of another kind: write it again",
         )
     n, m, rejected = _sizes(lines[1], part)
+    needed = 6 * n * (m + rejected) + 2 * m * m
+    if needed > sum(map(len, lines[8])) + sum(map(len, lines[9])) + sum(map(len, lines[10])):  # a number is a character
+        raise DataFileError(
+            part,
+            found=f"a header of {n} nodes and {m + rejected} modes, which make {needed} numbers, in a shorter file",
+            expected="the shapes and matrices that the header announces",
+            remedy="The file is cut off, or the header belongs to other data",
+        )
     sizes = {3: m, 4: m, 5: n, 6: n, 7: n, 9: m * m, 10: m * m, 11: 6 * n, 12: 13, 13: m * m}
     sizes |= {14: 3 * m, 15: 3 * m, 16: 9 * m, 17: 3 * m * m, 18: 9 * m * m}
     groups = {number: _numbers(lines[number], sizes[number], number, part) for number in lines if number in sizes}
@@ -146,12 +155,15 @@ def _sizes(lines: list[str], part: str) -> tuple[int, int, int]:
     words = " ".join(lines[1:]).split()
     try:
         nodes, *modes = (int(word) for word in words[1:6])
-        return nodes, modes[0] + modes[1] + modes[2] - modes[3], modes[3]
-    except (ValueError, IndexError):
+        used = modes[0] + modes[1] + modes[2] - modes[3]
+        if nodes < 1 or min(*modes, used) < 0:
+            raise ValueError("a negative number")
+        return nodes, used, modes[3]
+    except (ValueError, IndexError, TypeError):
         raise DataFileError(
             part,
-            found=f"the header '{' '.join(words[:6])}'",
-            expected="a revision and five whole numbers after one comment line",
+            found=f"the header '{' '.join(words[:6])[:80]}'",
+            expected="a revision and five whole numbers >= 0 after one comment line, not all modes rejected",
             remedy="Write REV0 NNODES NNORMAL NATTACHED NCONSTRAINT NREJECTED",
         ) from None
 
@@ -175,9 +187,12 @@ def _numbers(lines: list[str], count: int, number: int, part: str) -> np.ndarray
     found: list[float] = []
     for word in words[:count]:
         try:
-            found.append(float(word.replace("D", "e").replace("d", "e")))
+            value = float(word.replace("D", "e").replace("d", "e"))
         except ValueError:
             break
+        if not math.isfinite(value):
+            break
+        found.append(value)
     if len(found) < count:
         raise _short(part, number, count, len(found))
     return np.array(found)
@@ -199,5 +214,7 @@ def _shapes(lines: list[str], n: int, m: int, rejected: int, part: str) -> np.nd
 def _indexed(lines: list[str], m: int, part: str) -> dict[int, np.ndarray]:
     """Return the matrices of group 19 by their index."""
     count = int(_numbers(lines, 1, 19, part)[0])
+    if not 0 <= count <= sum(map(len, lines)):
+        raise _short(part, 19, count, sum(map(len, lines)))
     values = _numbers(lines, 1 + count * (1 + m * m), 19, part)[1:].reshape(count, 1 + m * m)
     return {int(row[0]): row[1:].reshape(m, m) for row in values}

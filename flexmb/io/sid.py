@@ -19,6 +19,7 @@ import numpy as np
 
 from flexmb.errors import DataFileError
 from flexmb.io.sid_text import SidText, Taylor, read_sid_text, taylor_text
+from flexmb.model.modal_neutral_checks import check_modes, checked
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 
 __all__ = ["read_sid", "write_sid"]
@@ -151,7 +152,8 @@ def read_sid(path: str | Path) -> ModalNeutralData:
     Raises
     ------
     DataFileError
-        The file is missing, cut off, lacks blocks, or its Ge agrees with Cr1 in no known layout.
+        The file is missing, cut off, lacks blocks, has blocks of shapes that do not fit or numbers that no body has,
+        or its Ge agrees with Cr1 in no known layout.
     """
     path = Path(path)
     part = f"SID file '{path}'"
@@ -168,14 +170,20 @@ def read_sid(path: str | Path) -> ModalNeutralData:
             expected="mdCM, J, Ct, Cr, Me, Ke",
             remedy="Export the file again with all blocks",
         )
+    _check_blocks(sid, part)
     stiffness, Me = sid.blocks["Ke"].m0, sid.blocks["Me"].m0
     m = len(stiffness)
-    blocks = {name: Taylor(t.m0, t.m1 if len(t.m1) else np.zeros((m, *t.m0.shape))) for name, t in sid.blocks.items()}
+    blocks = {
+        name: Taylor(t.m0, t.m1 if len(t.m1) or name not in _FIRST_ORDER else np.zeros((m, *t.m0.shape)))
+        for name, t in sid.blocks.items()
+    }
     check_gyroscopic(blocks, part)
-    w2 = np.diag(stiffness) / np.diag(Me)
+    with np.errstate(over="ignore"):  # extreme numbers: `checked` tells
+        w2 = np.diag(stiffness) / np.diag(Me)
     damping = np.diag(sid.blocks["De"].m0) if "De" in sid.blocks else np.zeros(m)
+    critical = 2.0 * np.sqrt(w2) * np.diag(Me)
     geometric = _geometric(sid, blocks, m)
-    return ModalNeutralData(
+    data = ModalNeutralData(
         name=path.stem,
         nodes=np.zeros((0, 3)),
         cells=(),
@@ -186,12 +194,39 @@ def read_sid(path: str | Path) -> ModalNeutralData:
         marker_translations=_stack(sid, "phi", (3, m)),
         marker_rotations=_stack(sid, "psi", (3, m)),
         stiffness=stiffness,
-        damping_ratios=damping / (2.0 * np.sqrt(w2) * np.diag(Me)),
+        damping_ratios=np.divide(damping, critical, out=np.zeros(m), where=critical > 0.0),
         frequencies=np.sqrt(w2) / (2.0 * np.pi),
         invariants=_invariants(sid.mass, blocks, geometric is not None),
         geometric=geometric,
         load_shapes=np.zeros((0, 6 + m)),
     )
+    return checked(data, part)
+
+
+_FIRST_ORDER = ("mdCM", "J", "Ct", "Cr", "Oe", "ksigma")
+"""Blocks whose terms of first order are used."""
+
+
+def _check_blocks(sid: SidText, part: str) -> None:
+    """Raise DataFileError unless the blocks have the shapes of one body, its mass is positive, its modes vibrate."""
+    m = len(sid.blocks["Me"].m0)
+    shapes = {"mdCM": [(3, 1)], "J": [(6, 1), (3, 3)], "Ct": [(m, 3)], "Cr": [(m, 3)], "Me": [(m, m)], "Ke": [(m, m)]}
+    shapes |= {"De": [(m, m)], "Gr": [(3, 3 * m)], "Ge": [(m, 3 * m)], "Oe": [(m, 6)], "ksigma": [(m, 1)]}
+    shapes |= {"origin": [(3, 1)], "phi": [(3, m)], "psi": [(3, m)]}
+    for place, blocks in (("", sid.blocks), *((f" of node '{name}'", node) for name, node in sid.nodes.items())):
+        for name in [n for n in blocks if n in shapes]:
+            t = blocks[name]
+            if t.m0.size == 0 and m and name not in ("mdCM", "J", "Ct", "Cr", "Ke"):
+                del blocks[name]  # written as empty where it is zero
+            elif t.m0.shape not in shapes[name] or len(t.m1) not in (0, m):
+                rows, columns = t.m0.shape
+                raise DataFileError(
+                    part,
+                    found=f"the block '{name}'{place} is {rows} x {columns} with {len(t.m1)} modes",
+                    expected=f"{' or '.join(f'{r} x {c}' for r, c in shapes[name])} with none or {m}, the rows of Me",
+                    remedy="Export the file again, with the same modes in all blocks",
+                )
+    check_modes(part, np.diag(sid.blocks["Me"].m0), np.diag(sid.blocks["Ke"].m0))
 
 
 def _stack(sid: SidText, block: str, shape: tuple[int, int]) -> np.ndarray:

@@ -7,6 +7,7 @@ mode); `read_sid_text` finds out which.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -16,7 +17,10 @@ from flexmb.errors import DataFileError
 
 __all__ = ["SidText", "Taylor", "read_sid_text", "taylor_text"]
 
-_ENTRY = re.compile(r"m([01])\s*\(([\d\s,]+)\)\s*=\s*(\S+)")
+_ENTRY = re.compile(r"m([01])\s*\((\s*\d{1,9}\s*(?:,\s*\d{1,9}\s*){1,2})\)\s*=\s*(\S+)", re.ASCII)
+_SIZE = re.compile(r"(order|nrow|ncol|nq|nqn|structure)\s*=\s*(\d{1,9})", re.ASCII)
+_FEW, _PER_BYTE = 10_000_000, 100
+"""Numbers that all blocks together may have: so many, or so many per byte of the file, which holds what is not zero."""
 _TAYLOR = {
     "origin",
     "phi",
@@ -83,14 +87,35 @@ def taylor_text(name: str, m0: np.ndarray, m1: np.ndarray | None, n_modes: int, 
 def read_sid_text(text: str, part: str) -> SidText:
     """Parse a SID file; `part` names it in messages."""
     raw, sid = _parse(text, part)
+    _check_sizes(raw, len(text), part)
     mode_is_second = _mode_is_second(raw)
     for node, name, sizes, entries in raw:
         block = _taylor(sizes, entries, mode_is_second, part, name)
-        if node is None:
-            sid.blocks[name] = block
-        else:
-            sid.nodes.setdefault(node, {})[name] = block
+        held = sid.blocks if node is None else sid.nodes.setdefault(node, {})
+        if name in held:
+            raise DataFileError(
+                part,
+                found=f"a second block '{name}'" + ("" if node is None else f" of node '{node}'"),
+                expected="every block once",
+                remedy="The file is damaged, or two were joined: export it again",
+            )
+        held[name] = block
     return sid
+
+
+def _check_sizes(raw, length: int, part: str) -> None:
+    """Refuse sizes that do not fit the file, before memory is taken for them."""
+    total = 0
+    for _, name, sizes, _ in raw:
+        total += sizes.get("nrow", 0) * sizes.get("ncol", 0) * (1 + sizes.get("nq", 0))
+        if total > max(_FEW, _PER_BYTE * length):
+            raise DataFileError(
+                part,
+                found=f"{total:.3g} numbers up to the block '{name}' (nrow {sizes.get('nrow', 0)}, "
+                f"ncol {sizes.get('ncol', 0)}, nq {sizes.get('nq', 0)}) in a file of {length} bytes",
+                expected=f"at most {max(_FEW, _PER_BYTE * length):.3g}",
+                remedy="A size is damaged: export the file again",
+            )
 
 
 def _parse(text: str, part: str):
@@ -99,19 +124,22 @@ def _parse(text: str, part: str):
     node: str | None = None
     current: tuple[str | None, str, dict, list] | None = None
     lines = text.splitlines()[1:]
-    for line in (line.strip() for line in lines):
+    for number, line in enumerate((line.strip() for line in lines), start=2):
         if line in _TAYLOR and current is None:
             current = (node, line, {}, [])
         elif current is not None and line.split() == ["end", current[1]]:
             raw.append(current)
             current = None
+        elif current is not None:
+            if line and number <= len(lines):  # in the last line a block has no end
+                _store(current, line, number, part)
         elif line.startswith("end node"):
             node = None
         elif "=" in line:
             key, value = (side.strip() for side in line.split("=", 1))
-            if current is not None:
-                _store(current, line, key, value, part)
-            elif key == "new node":
+            if key == "new node":
+                if value in sid.nodes:
+                    raise _broken(part, number, f"a second node '{value}'", "nodes whose names differ")
                 node = value
                 sid.nodes[node] = {}
             elif key == "mass":
@@ -129,25 +157,45 @@ def _parse(text: str, part: str):
     return raw, sid
 
 
-def _store(current, line: str, key: str, value: str, part: str) -> None:
+def _store(current, line: str, number: int, part: str) -> None:
+    """Store one line of a block: an entry or a size. A line that is neither is damage: its number would be lost."""
     match = _ENTRY.fullmatch(line)
-    if match:
-        indices = tuple(int(i) - 1 for i in match[2].split(","))
-        current[3].append((int(match[1]), indices, _number(match[3], part)))
-    else:
-        current[2][key] = int(value)
+    size = _SIZE.fullmatch(line)
+    if size:
+        if size[1] in current[2]:
+            raise _broken(part, number, f"a second {size[1]} in the block '{current[1]}'", "one of each")
+        current[2][size[1]] = int(size[2])
+        return
+    indices = tuple(int(i) for i in match[2].split(",")) if match else ()
+    if match is None or len(indices) != (2 if match[1] == "0" else 3) or min(indices) < 1:
+        raise _broken(
+            part,
+            number,
+            f"the line '{line[:60]}' in the block '{current[1]}'",
+            "m0(row, column) = value, m1(row, mode, column) = value, or a size",
+        )
+    current[3].append((int(match[1]), tuple(i - 1 for i in indices), _number(match[3], part)))
+
+
+def _broken(part: str, number: int, found: str, expected: str) -> DataFileError:
+    return DataFileError(
+        part, found=f"line {number}: {found}", expected=expected, remedy="The file is damaged: export it again"
+    )
 
 
 def _number(text: str, part: str) -> float:
     try:
-        return float(text.lower().replace("d", "e"))  # Fortran writes 1.0D+03
-    except ValueError as error:
-        raise DataFileError(
-            part,
-            found=f"'{text}' in place of a number",
-            expected="a decimal number",
-            remedy="Look for overflowed fields (****) or a broken line",
-        ) from error
+        value = float(text.lower().replace("d", "e"))  # Fortran writes 1.0D+03
+        if math.isfinite(value):
+            return value
+    except ValueError:
+        pass
+    raise DataFileError(
+        part,
+        found=f"'{text[:60]}' in place of a number",
+        expected="a decimal number",
+        remedy="Look for overflowed fields (****) or a broken line",
+    )
 
 
 def _mode_is_second(raw) -> bool:
@@ -157,9 +205,10 @@ def _mode_is_second(raw) -> bool:
             if (sizes.get("ncol") == 1) != one_column:
                 continue
             for order, indices, _ in entries:
-                if order == 1 and (indices[1] >= sizes["ncol"] or indices[2] >= sizes["nq"]):
+                columns, modes = sizes.get("ncol", 0), sizes.get("nq", 0)
+                if order == 1 and (indices[1] >= columns or indices[2] >= modes):
                     return True
-                if order == 1 and (indices[2] >= sizes["ncol"] or indices[1] >= sizes["nq"]):
+                if order == 1 and (indices[2] >= columns or indices[1] >= modes):
                     return False
     return True
 

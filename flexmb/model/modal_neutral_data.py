@@ -147,25 +147,9 @@ class ModalNeutralData:
     quality: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self):
-        m, k = self.stiffness.shape[0], len(self.marker_names)
-        shapes = {
-            "shapes": (len(self.nodes), 3, m),
-            "marker_translations": (k, 3, m),
-            "marker_rotations": (k, 3, m),
-            "stiffness": (m, m),
-            "frequencies": (m,),
-            "damping_ratios": (m,),
-            "load_shapes": (len(self.load_names), 6 + m),
-        }
-        for name, expected in shapes.items():
-            found = getattr(self, name).shape
-            if found != expected:
-                raise ModelError(
-                    f"Modal neutral data '{self.name}'",
-                    found=f"{name} has the shape {found}",
-                    expected=f"{expected}",
-                    remedy="Make the data with reduction.reduce, or see its fields",
-                )
+        from flexmb.model.modal_neutral_checks import check_shapes
+
+        check_shapes(self)
 
     def __repr__(self):
         first = f", first {self.frequencies[0]:.4g} Hz" if self.n_modes else ""

@@ -211,6 +211,18 @@ def damaged(data, tmp_path, change):
             ),
             r"Ge differs from 2 Cr1 by .* in the best layout\. Expected: an identity",
         ),
+        (lambda t: t.replace("nrow         = ", "nrow         = x", 1), r"line \d+: the line 'nrow .*' in the block"),
+        (lambda t: t.replace("m0(    1,    1)", "m0(    0,    1)", 1), r"the line 'm0\(    0,    1\) .* in the block"),
+        (lambda t: t.replace("m0(    1,    1)", "m0(    1,    1", 1), r"the line 'm0\(    1,    1 .* in the block"),
+        (
+            lambda t: re.sub(r"(Me\n.*\n) *nrow .*\n *ncol .*\n", r"\1 nrow = 90000\n ncol = 90000\n", t),
+            r"8\.1e\+09 numbers up to the block 'Me' .* in a file of \d+ bytes\. Expected: at most 1",
+        ),
+        (lambda t: re.sub(r"(Ct\n(?:.*\n){2} *ncol +=) 3", r"\1 4", t), r"the block 'Ct' is \d+ x 4 .*: \d+ x 3"),
+        (lambda t: re.sub(r"mass  .*", "mass = 0", t), r"a mass of 0 kg\. Expected: a mass > 0"),
+        (lambda t: re.sub(r"(Me\n(?:.*\n){6} *m0\(.*= ).*", r"\1-1.0", t), r"mode 1 has the modal mass -1 kg"),
+        (lambda t: t.replace("e+00", "e+0d0", 1), r"in place of a number"),
+        (lambda t: re.sub(r"(m0\(.*= ).*", r"\g<1>nan", t, count=1), r"'nan' in place of a number"),
     ],
 )
 def test_damaged_files(data, tmp_path, change, match):

@@ -1,0 +1,122 @@
+"""What must hold of modal neutral data before anything is computed with them: shapes, indices, finite numbers.
+
+Kernels read packed data without looking at bounds, and the libraries that draw read node numbers likewise, so that
+every reader of a file passes what it has read through `checked`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.errors import DataFileError, ModelError
+
+if TYPE_CHECKING:
+    from flexmb.model.modal_neutral_data import ModalNeutralData
+
+__all__ = ["check_modes", "check_shapes", "checked"]
+
+_REMEDY = "Make the data with reduction.reduce, or see its fields"
+
+
+def check_shapes(data: ModalNeutralData) -> None:
+    """Raise ModelError unless all arrays are numbers of shapes that fit each other."""
+    part = f"Modal neutral data '{data.name}'"
+    m = np.shape(data.stiffness)[0] if np.ndim(data.stiffness) else 0
+    n, k, loads = len(data.nodes), len(data.marker_names), len(data.load_names)
+    expected: dict[str, tuple[int, ...]] = {
+        "nodes": (n, 3),
+        "shapes": (n, 3, m),
+        "rotation_shapes": (n, 3, m),
+        "marker_positions": (k, 3),
+        "marker_translations": (k, 3, m),
+        "marker_rotations": (k, 3, m),
+        "stiffness": (m, m),
+        "frequencies": (m,),
+        "damping_ratios": (m,),
+        "load_shapes": (loads, 6 + m),
+        "stress_modes": (n, 6, m),
+    }
+    for name, shape in expected.items():
+        _check(part, name, getattr(data, name), shape)
+    i = {"vv": (3, 3), "vw0": (3, 3), "vw1": (m, 3, 3), "vn": (3, m), "ww0": (3, 3), "ww1": (m, 3, 3)}
+    i |= {"ww2": (m, m, 3, 3), "wn0": (3, m), "wn1": (m, 3, m), "nn": (m, m)}
+    for name, shape in i.items():
+        _check(part, f"invariants.{name}", getattr(data.invariants, name), shape)
+    if not 0 <= data.n_interfaces <= k:
+        raise ModelError(
+            part, found=f"{data.n_interfaces} interfaces", expected=f"0 to {k}, the number of markers", remedy=_REMEDY
+        )
+    if data.geometric is not None:
+        g = {"inertia": (12, m, m), "interface": (data.n_interfaces, 6, m, m)}
+        g |= {"loads": (loads, m, m), "preload": (m, m)}
+        for name, shape in g.items():
+            _check(part, f"geometric.{name}", getattr(data.geometric, name), shape)
+
+
+def _check(part: str, name: str, value: Any, shape: tuple[int, ...]) -> None:
+    if value is None and name in ("rotation_shapes", "stress_modes"):
+        return
+    found = np.shape(value)
+    if found != shape:
+        raise ModelError(part, found=f"{name} has the shape {found}", expected=f"{shape}", remedy=_REMEDY)
+    kind = np.asarray(value).dtype.kind
+    if kind not in "fiu":
+        raise ModelError(part, found=f"{name} holds no real numbers (kind '{kind}')", expected="floats", remedy=_REMEDY)
+
+
+def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
+    """Return data that were read from a file; DataFileError if they are no body that can move.
+
+    Checked are finite numbers, cells of existing nodes, names that differ, a positive mass, modal masses that are
+    positive and stiffnesses that are not negative.
+    """
+    arrays = {f.name: getattr(data, f.name) for f in fields(data)}
+    arrays |= {f"invariants.{f.name}": getattr(data.invariants, f.name) for f in fields(data.invariants)}
+    if data.geometric is not None:
+        arrays |= {f"geometric.{f.name}": getattr(data.geometric, f.name) for f in fields(data.geometric)}
+    for name, value in arrays.items():
+        if isinstance(value, np.ndarray) and not np.isfinite(value).all():
+            wrong = np.argwhere(~np.isfinite(value))[0].tolist()
+            raise _refused(part, f"{name}{wrong} is {value[tuple(wrong)]}", "finite numbers")
+        if isinstance(value, np.ndarray) and value.size and np.abs(value).max() > _LARGEST:
+            raise _refused(part, f"{name} holds {np.abs(value).max():.3g}", f"numbers up to {_LARGEST:g} in SI units")
+    for kind, cells in data.cells:
+        if cells.size and (cells.min() < 0 or cells.max() >= len(data.nodes)):
+            worst = cells.max() if cells.max() >= len(data.nodes) else cells.min()
+            raise _refused(part, f"{kind} cells name the node {worst}", f"nodes 0 to {len(data.nodes) - 1}")
+    for word, names in (("marker", data.marker_names), ("load shape", data.load_names)):
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise _refused(part, f"two of the name '{twice[0]}' ({word})", "names that differ")
+    if data.mass <= 0.0:
+        raise _refused(part, f"a mass of {data.mass:.6g} kg", "a mass > 0")
+    check_modes(part, np.diag(data.invariants.nn), np.diag(data.stiffness))
+    return data
+
+
+def check_modes(part: str, modal: np.ndarray, stiffness: np.ndarray) -> None:
+    """Raise DataFileError unless modal masses (m,), kg, are positive and stiffnesses (m,), N/m, not negative."""
+    wrong = np.flatnonzero(~((modal > 0.0) & (stiffness >= 0.0)))
+    if len(wrong):
+        j = int(wrong[0])
+        raise _refused(
+            part,
+            f"mode {j + 1} has the modal mass {modal[j]:.6g} kg and the stiffness {stiffness[j]:.6g} N/m",
+            "a mass > 0 and a stiffness >= 0",
+        )
+
+
+_LARGEST = 1e60
+"""Products of such numbers stay finite; nothing that is built comes near."""
+
+
+def _refused(part: str, found: str, expected: str) -> DataFileError:
+    return DataFileError(
+        part,
+        found=found,
+        expected=expected,
+        remedy="The file is damaged, or was written with wrong settings: write it again",
+    )

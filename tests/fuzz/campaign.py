@@ -1,0 +1,216 @@
+"""A campaign: many inputs one after another in forked workers with limits of time and memory, and what came of each.
+
+A worker that dies or hangs costs one input: the next worker goes on behind it. Works where processes can be forked.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import resource
+import select
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from flexmb.errors import FlexmbError
+
+__all__ = ["KINDS", "Campaign", "Outcome", "run"]
+
+KINDS = ("read", "refused", "traceback", "crash", "hang")
+"""Used as it is; refused with a message of flexmb; another exception; the process died; it did not end in time."""
+GRACE = 3.0
+"""Seconds that an input gets to answer an interrupt before it counts as one that cannot be interrupted."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What is tried: `prepare` fills a folder once, `make` writes input k there, `use` does with it what a user does.
+
+    Parameters
+    ----------
+    prepare : callable (folder)
+    make : callable (folder, k) -> path of input k
+    use : callable (path)
+    limit : float, s
+        Longest time of one input.
+    memory : int, bytes
+        What a worker may take beyond what it has when it begins.
+    """
+
+    name: str
+    prepare: Callable[[Path], None]
+    make: Callable[[Path, int], Path]
+    use: Callable[[Path], None]
+    limit: float = 10.0
+    memory: int = 3 << 30
+
+
+@dataclass
+class Outcome:
+    """How often each of `KINDS` came, and where: (kind, signature) with count and the first input."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    causes: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    samples: dict[tuple[str, str], str] = field(default_factory=dict)
+
+    @property
+    def inputs(self) -> int:
+        return sum(self.counts.values())
+
+    @property
+    def bad(self) -> int:
+        return sum(self.counts[kind] for kind in KINDS[2:])
+
+    def add(self, kind: str, signature: str, k: int) -> None:
+        self.counts[kind] += 1
+        if kind in KINDS[2:]:
+            place, _, text = signature.partition(": ")
+            self.causes.setdefault((kind, place), []).append(k)
+            self.samples.setdefault((kind, place), text)
+
+    def report(self) -> str:
+        rows = sorted(self.causes.items(), key=lambda item: -len(item[1]))
+        return "\n".join(
+            f"{len(ks):6d} {cause[0]:9s} {cause[1]}: {self.samples[cause]}  (inputs {ks[:4]})" for cause, ks in rows
+        )
+
+
+def run(campaign: Campaign, first: int, count: int, *, batch: int = 500, keep: Path | None = None) -> Outcome:
+    """Try inputs `first` to `first + count`; bad ones are copied to the folder `keep`."""
+    outcome = Outcome()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        campaign.prepare(folder)
+        k, end = first, first + count
+        while k < end:
+            k = _batch(campaign, folder, k, min(k + batch, end), outcome, keep)
+    return outcome
+
+
+def _batch(campaign: Campaign, folder: Path, start: int, end: int, outcome: Outcome, keep: Path | None) -> int:
+    """Let one worker do inputs from `start`; return the number of the next input to do."""
+    reader, writer = os.pipe()
+    notes = folder.parent / f"{folder.name}.notes"
+    sys.stdout.flush()
+    worker = os.fork()
+    if worker == 0:
+        os.close(reader)
+        os.setpgid(0, 0)  # what it starts dies with it
+        _work(campaign, folder, start, end, writer, notes, keep)
+    os.close(writer)
+    k, text, spare = start, b"", 30.0  # a fresh worker may have to warm up
+    try:
+        while k < end:
+            ready, _, _ = select.select([reader], [], [], campaign.limit + spare)
+            spare = 0.0
+            if not ready:
+                outcome.add("hang", _stop(worker, notes), k)
+                _end(worker)
+                worker = 0
+                _kept(keep, campaign, folder, k)
+                return k + 1
+            piece = os.read(reader, 1 << 16)
+            if not piece:
+                _, status = os.waitpid(worker, 0)
+                worker = 0
+                outcome.add("crash", f"status {status}: {_noted(notes)}", k)
+                _kept(keep, campaign, folder, k)
+                return k + 1
+            *lines, text = (text + piece).split(b"\n")
+            for line in lines:
+                kind, _, signature = line.decode(errors="replace").partition("\t")
+                outcome.add(kind, signature, k)
+                k += 1
+    finally:
+        os.close(reader)
+        if worker:
+            _end(worker)
+        notes.unlink(missing_ok=True)
+    return k
+
+
+def _end(worker: int) -> None:
+    try:
+        os.killpg(worker, signal.SIGKILL)
+    except ProcessLookupError:
+        os.kill(worker, signal.SIGKILL)
+    os.waitpid(worker, 0)
+
+
+def _stop(worker: int, notes: Path) -> str:
+    """Say where a worker hangs, and if an interrupt reaches it."""
+    os.kill(worker, signal.SIGUSR1)
+    time.sleep(0.3)
+    where = _noted(notes)
+    os.kill(worker, signal.SIGINT)
+    until = time.monotonic() + GRACE
+    while time.monotonic() < until:
+        done = notes.with_suffix(".interrupted")
+        if done.exists():
+            done.unlink()
+            return f"interruptible: {where}"
+        time.sleep(0.05)
+    return f"NOT interruptible: {where}"
+
+
+def _kept(keep: Path | None, campaign: Campaign, folder: Path, k: int) -> None:
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+        made = campaign.make(folder, k)
+        shutil.copy(made, keep / f"{campaign.name}_{k}_{made.name}")
+
+
+def _noted(notes: Path) -> str:
+    """Return the innermost lines of flexmb in what faulthandler wrote, else the innermost lines."""
+    lines = notes.read_text(errors="replace").splitlines() if notes.is_file() else []
+    files = [line.strip() for line in lines if line.strip().startswith("File ")]
+    own = [line for line in files if "/flexmb/" in line]
+    return " < ".join(
+        line.replace('File "', "").replace('", line ', ":").rpartition("/")[2] for line in [*own, *files][:3]
+    )
+
+
+def _work(campaign: Campaign, folder: Path, start: int, end: int, writer: int, notes: Path, keep: Path | None) -> None:
+    """The life of a worker."""
+    stream = notes.open("w")
+    faulthandler.enable(stream)
+    faulthandler.register(signal.SIGUSR1, stream)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    warnings.simplefilter("ignore")
+    null = os.open(os.devnull, os.O_RDWR)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (size + campaign.memory, size + campaign.memory))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for k in range(start, end):
+        signature = ""
+        try:
+            campaign.use(campaign.make(folder, k))
+            kind = "read"
+        except FlexmbError:
+            kind = "refused"
+        except KeyboardInterrupt:
+            notes.with_suffix(".interrupted").touch()
+            os._exit(0)
+        except BaseException as error:
+            kind, signature = "traceback", _signature(error)
+            _kept(keep, campaign, folder, k)
+        os.write(writer, f"{kind}\t{signature}\n".encode(errors="replace"))
+    os._exit(0)
+
+
+def _signature(error: BaseException) -> str:
+    """Name an exception by its type and the innermost lines of flexmb that it passed."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if "/flexmb/" in f.filename]
+    places = [f"{Path(f.filename).name}:{f.lineno}" for f in frames[-2:]]
+    return f"{type(error).__name__} {' < '.join(reversed(places))}: {' '.join(str(error).split())[:70]}"
