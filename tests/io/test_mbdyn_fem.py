@@ -244,7 +244,10 @@ these were labels
             r"neither record group 11 nor 12\. Expected: lumped masses",
         ),
         (lambda t: t.replace("REV0 3", "REV0 3000000000"), r"a header of 3000000000 nodes .*: the shapes and matrices"),
-        (lambda t: re.sub(r"REV0 3 \d+ 0 0 0", "REV0 3 1 0 0 7", t), r"the header 'REV0 3 1 0 0 7'.*not all modes reject"),
+        (
+            lambda t: re.sub(r"REV0 3 \d+ 0 0 0", "REV0 3 1 0 0 7", t),
+            r"the header 'REV0 3 1 0 0 7'.*not all modes reject",
+        ),
         (lambda t: re.sub(r"(GROUP 9,.*\n *)\S+", r"\1nan", t), r"0 of \d+ values in record group 9"),
         (lambda t: re.sub(r"(GROUP 9,.*\n *)\S+", r"\1-1.0", t), r"mode 1 has the modal mass -1 kg"),
         (lambda t: t.replace("\n  23\n", "\n  99\n"), r"index 99 in record group 19\. Expected: 1 to 30"),
