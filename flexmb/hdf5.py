@@ -8,20 +8,19 @@ being written replaces the old one only when it is complete.
 from __future__ import annotations
 
 import errno
-import os
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flexmb.drain import Drain
 from flexmb.errors import DataFileError
+from flexmb.files import complaints, replacing
 
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["appending", "reading", "reserve", "shorten", "streaming", "writing"]
+__all__ = ["end_of", "reading", "writing"]
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LIBVER = ("earliest", "v110")  # 'latest' of a new HDF5 writes objects that the HDF5 inside VTK cannot read
@@ -54,7 +53,7 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
     try:
         file = h5py.File(path, "r")
     except OSError as error:
-        raise _damaged(part, str(error)) from error
+        raise _unreadable(part, error) from error
     with file:
         _check_schema(file, part, schema, version)
         try:
@@ -64,71 +63,37 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
 
 
 @contextmanager
-def writing(path: str | Path, *, schema: str | None = None, version: int | None = None) -> Iterator[h5py.File]:
+def writing(
+    path: str | Path, *, schema: str | None = None, version: int | None = None, part: str = "", doing: str = "write"
+) -> Iterator[h5py.File]:
     """Write a file beside its final place and move it there when it is complete.
 
     An exception inside the ``with`` block, or a killed process, leaves the old file as it was. Without `schema`
-    the file gets no flexmb attributes (VTKHDF).
+    the file gets no flexmb attributes (VTKHDF). Messages name the `part` and what was `doing`.
+
+    Raises
+    ------
+    DataFileError
+        The folder cannot be written, or the disk is full.
     """
     import h5py
 
-    path = Path(path)
-    _check_folder(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
-    try:
-        with h5py.File(temporary, "w", libver=_LIBVER) as file:
-            _stamp(file, schema, version)
-            yield file
-        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes private files, a result file is as open as any other
-        os.replace(temporary, path)
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+    part = part or f"Data file '{path}'"
+    with complaints(part, doing), replacing(path, part, doing) as temporary, Drain(temporary) as drain:
+        try:
+            with h5py.File(drain, "w", libver=_LIBVER) as file:
+                _stamp(file, schema, version)
+                yield file
+        finally:
+            drain.complain()
 
 
-def streaming(path: str | Path, *, schema: str | None = None, version: int | None = None) -> h5py.File:
-    """Create a file to which data is appended while it comes; flush it to keep what has been written so far."""
-    import h5py
-
-    path = Path(path)
-    _check_folder(path)
-    file = h5py.File(path, "w", libver=_LIBVER)
-    _stamp(file, schema, version)
-    file.flush()
-    return file
-
-
-def appending(path: str | Path, *, schema: str, version: int) -> h5py.File:
-    """Open a flexmb file, complete or cut off, to write more into it; refuse what `reading` refuses."""
-    import h5py
-
-    path = Path(path)
-    with reading(path, schema=schema, version=version):
-        pass
-    return h5py.File(path, "r+", libver=_LIBVER)
-
-
-def reserve(path: str | Path, size: int) -> None:
-    """Make sure that a file can grow by `size` bytes; raise OSError if it cannot.
-
-    HDF5 does not survive a full disk: it has noted the new size of the file before the data fail to arrive, and then
-    nothing can be read any more. So the space is taken before HDF5 is asked to write; it does not mind a longer file.
-    """
-    if hasattr(os, "posix_fallocate"):
-        with Path(path).open("r+b") as stream:
-            os.posix_fallocate(stream.fileno(), os.fstat(stream.fileno()).st_size, size)
-    elif shutil.disk_usage(Path(path).parent).free < size:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-def shorten(path: str | Path) -> None:
-    """Give back what `reserve` took and a closed file does not use: its superblock says where it ends."""
-    with Path(path).open("r+b") as stream:
+def end_of(path: str | Path) -> int:
+    """Return where a closed HDF5 file ends by its superblock, bytes: what follows is none of its business."""
+    with Path(path).open("rb") as stream:
         head = stream.read(48)
-        start = 40 if head[8] < 2 else 28  # by the version of the superblock
-        end = int.from_bytes(head[start : start + 8], "little")
-        if 0 < end < os.fstat(stream.fileno()).st_size:
-            stream.truncate(end)
+    start = 40 if head[8] < 2 else 28  # by the version of the superblock
+    return int.from_bytes(head[start : start + 8], "little")
 
 
 def _stamp(file: h5py.File, schema: str | None, version: int | None) -> None:
@@ -137,29 +102,16 @@ def _stamp(file: h5py.File, schema: str | None, version: int | None) -> None:
         file.attrs["schema_version"] = version
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
-def _check_folder(path: Path) -> None:
-    if not path.parent.is_dir():
-        raise DataFileError(
-            f"Data file '{path}'",
-            found=f"the folder '{path.parent}' does not exist",
-            expected="an existing folder",
-            remedy="Create the folder or give another path",
-        )
-
-
 def _check_signature(path: Path, part: str, schema: str) -> None:
     if not path.is_file():
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}"))[:5] if path.parent.is_dir() else []
         there = f"The folder has: {', '.join(near)}" if near else "Check the path"
         raise DataFileError(part, found="the file does not exist", expected=f"a file of kind '{schema}'", remedy=there)
-    with path.open("rb") as stream:
-        head = stream.read(len(_SIGNATURE))
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(len(_SIGNATURE))
+    except OSError as error:
+        raise _unreadable(part, error) from error
     if head != _SIGNATURE:
         raise DataFileError(
             part,
@@ -189,6 +141,26 @@ def _check_schema(file: h5py.File, part: str, schema: str, version: int) -> None
         raise DataFileError(
             part, found=f"schema version {number} of '{schema}'", expected=f"version {version}", remedy=remedy
         )
+
+
+def _unreadable(part: str, error: OSError) -> DataFileError:
+    """Return what to say of a file that cannot be opened: it may be all right, but in use, or private."""
+    if error.errno in (errno.EAGAIN, errno.EWOULDBLOCK) or "unable to lock file" in str(error):
+        return DataFileError(
+            part,
+            found="another program has locked it",
+            expected="a file that may be read",
+            remedy="Close it there, or wait until it has been written; set HDF5_USE_FILE_LOCKING=FALSE to read it all "
+            "the same",
+        )
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return DataFileError(
+            part,
+            found=f"it may not be read ({error.strerror or error})",
+            expected="a file with the permission to read it",
+            remedy="Ask its owner, or copy it",
+        )
+    return _damaged(part, str(error))
 
 
 def _damaged(part: str, reason: str) -> DataFileError:

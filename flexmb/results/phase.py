@@ -64,6 +64,8 @@ class Phase:
         The compiled model; it is compiled again when it is needed and not given.
     tables : mapping of sensor name to (nt, ...) array
         Values that are known already (read from a file); other sensors are evaluated when they are asked for.
+    cut_off : bool
+        The last row is no sample, but how far the run had come when it was cut off.
     """
 
     model: Any
@@ -76,6 +78,7 @@ class Phase:
     ended: str = "finished"
     system: Any = field(default=None, repr=False)
     tables: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
+    cut_off: bool = False
 
     def __post_init__(self):
         nt = len(self.t)

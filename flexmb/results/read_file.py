@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from flexmb import hdf5
 from flexmb.errors import DataFileError, did_you_mean
+from flexmb.lock import holder
 from flexmb.model import modal_neutral_file
 from flexmb.results.phase import Phase
-from flexmb.results.run_file import FIELDS, SCHEMA, VERSION
+from flexmb.results.run_file import SCHEMA, VERSION, read_written
 from flexmb.results.status import Status
+from flexmb.results.written import WrittenPhase
 
 __all__ = ["read_solution_file", "stored_body"]
 
@@ -39,24 +41,42 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
     DataFileError
         Missing, foreign, truncated, or of another version; or no phase has a sample.
     """
-    with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
+    with _opened(path) as (file, stream):
         bodies = _read_bodies(file) if model is None and read_model is not None else {}
         phases, columns = [], {}
-        for number in range(len(file["phases"])):
-            group = file["phases"][str(number)]
-            own = _model_of(model, number, group.attrs["model"], read_model, bodies)
-            phases.append(_read_phase(group, own, columns))
-        status = Status.from_text(file.attrs["status"]) if "status" in file.attrs else None
-        statistics = json.loads(file.attrs.get("statistics", "{}"))
+        written = read_written(file, stream)
+        for number, phase in enumerate(written.phases):
+            own = _model_of(model, number, phase.text, read_model, bodies)
+            phases.append(_read_phase(phase, stream, own))
+            columns.update(phase.columns)
+        status = Status.from_text(written.status) if written.status is not None else None
+        statistics = json.loads(written.statistics)
     phases = [phase for phase in phases if len(phase.t)]
+    running = holder(path)
     if not phases:
         raise DataFileError(
             f"Solution file '{path}'",
             found="there are no samples",
             expected="at least one",
-            remedy="The run was cut off before its first sample: run it again",
+            remedy=f"The run has not come to its first sample yet: {running} is writing it"
+            if running
+            else "The run was cut off before its first sample: run it again",
         )
-    return tuple(phases), status or Status.interrupted(float(phases[-1].t[-1])), statistics, columns
+    if status is None:
+        t = float(phases[-1].t[-1])
+        status = Status.running(t, running) if running else Status.interrupted(t)
+    return tuple(phases), status, statistics, columns
+
+
+@contextmanager
+def _opened(path: str | Path):
+    """Open a solution file as HDF5 and as bytes; between the two openings a run that ends may replace it."""
+    while True:
+        before = os.stat(path) if os.path.exists(path) else None
+        with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file, Path(path).open("rb") as stream:
+            if before is None or os.path.samestat(before, os.fstat(stream.fileno())):
+                yield file, stream
+                return
 
 
 def stored_body(path: str | Path, body: str):
@@ -91,14 +111,12 @@ def _model_of(model, number, text, read_model, bodies):
     return read_model(text, bodies) if read_model is not None and text else None
 
 
-def _read_phase(group, model, columns) -> Phase:
-    # a kill between two datasets leaves rows of different number: what all of them have is complete
-    nt = min((len(group[name]) for name in FIELDS if name in group), default=0)
-    rows = {name: group[name][:nt] if name in group else np.zeros((nt, 0)) for name in FIELDS}
-    if "t" not in group:
-        rows["t"] = np.zeros(nt)
-    tables = {}
-    for table in group["sensors"].values() if "sensors" in group else ():
-        tables[table.attrs["name"]] = table[()]
-        columns[table.attrs["name"]] = tuple(json.loads(table.attrs["columns"]))
-    return Phase(model=model, ended=group.attrs.get("ended", "interrupted"), tables=tables, **rows)
+def _read_phase(phase: WrittenPhase, stream, model) -> Phase:
+    """Return a phase with its rows; "interrupted" where nothing says how it ended."""
+    return Phase(
+        model=model,
+        ended=phase.ended or "interrupted",
+        tables=phase.tables,
+        cut_off=phase.reached is not None,
+        **phase.rows(stream),
+    )

@@ -1,19 +1,24 @@
-"""The solution file: HDF5, written while the simulation runs, readable at any time, also after a kill.
+"""The solution file: HDF5, readable at any time, also while the simulation runs and after a kill at any moment.
 
 Layout (schema ``flexmb.solution``, version 1)::
 
-    attributes      status (JSON; absent while running), statistics (JSON), bodies (JSON: body name -> data number)
+    attributes      status (JSON; absent of a run that was cut off), statistics (JSON), bodies (JSON: body name ->
+                    data number)
     data/0 ...      modal neutral data of the floating bodies, each once
-    phases/0 ...    attributes model (text), ended; datasets t, q, u, a, lam, works: one row per sample
+    phases/0 ...    attributes model (text), ended, cut_off (the last row is no sample, but how far the run came when
+                    it was interrupted); datasets t, q, u, a, lam, works: one row per sample
     phases/0/sensors/0 ...   values of a sensor; attributes name, columns (JSON)
 
-A chunk of rows is flushed as a whole; a killed process loses at most the rows that were not flushed yet.
+While the simulation runs, what comes is added behind the end of the HDF5 part as records (`flexmb.results.journal`);
+nothing that is there is written again. When the file is closed they become part of a new HDF5 file, which replaces this
+one in one go. A killed process loses at most what it still held in memory.
 """
 
 from __future__ import annotations
 
 import json
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,25 +27,51 @@ import numpy as np
 
 from flexmb import hdf5
 from flexmb.errors import DataFileError
+from flexmb.files import check_folder, complaints
+from flexmb.lock import Lock
 from flexmb.model import modal_neutral_file
+from flexmb.results.journal import Journal
 from flexmb.results.status import Status
+from flexmb.results.written import (
+    ENDED,
+    FIELDS,
+    FINISHED,
+    GOES_ON,
+    PHASE,
+    REACHED,
+    SAMPLES,
+    Written,
+    add_records,
+    joined,
+    read_group,
+    says_of,
+)
 
-__all__ = ["FIELDS", "SCHEMA", "VERSION", "RunFile", "floating_data"]
+__all__ = ["FIELDS", "SCHEMA", "VERSION", "RunFile", "floating_data", "read_written"]
 
 SCHEMA = "flexmb.solution"
 VERSION = 1
-FIELDS = ("t", "q", "u", "a", "lam", "works")
 ROWS = 256
 """Samples that are collected before they are written."""
-ROOM = 4_000_000
-"""Bytes that must be free beyond the samples that are written: started chunks and what HDF5 notes about them."""
 SECONDS = 2.0
 """Collected samples are not held back longer than this."""
+PIECE = 8192
+"""Rows that are copied at a time."""
 
 
 def floating_data(model) -> dict[str, Any]:
     """Return the modal neutral data of a model's floating bodies by body name."""
     return {body.name: body.data for body in model.bodies if hasattr(body, "reduced")}
+
+
+def read_written(file, stream) -> Written:
+    """Return what a solution file holds, from its open HDF5 part and a binary stream of the same file."""
+    groups = [file["phases"][str(number)] for number in range(len(file["phases"]))]
+    written = Written([read_group(group) for group in groups])
+    if "status" in file.attrs:
+        written.status, written.statistics = file.attrs["status"], file.attrs.get("statistics", "{}")
+    add_records(written, stream, hdf5.end_of(file.filename))
+    return written
 
 
 class RunFile:
@@ -53,12 +84,13 @@ class RunFile:
     bodies : mapping of body name to ModalNeutralData
         See `floating_data`.
     rows, seconds : int, float
-        Samples are written and flushed after so many rows, or so many seconds.
+        Samples are written after so many rows, or so many seconds.
 
     Raises
     ------
     DataFileError
-        The file cannot be created or the disk is full; what was flushed before stays readable.
+        The file cannot be created, another run is writing it, or the disk is full; what was written before stays
+        readable.
 
     Examples
     --------
@@ -71,73 +103,81 @@ class RunFile:
             run.finish(Status.finished(t), {"steps": 100})
     """
 
+    _journal: Journal | None = None
+
     def __init__(
         self, path: str | Path, bodies: Mapping[str, Any] | None = None, *, rows: int = ROWS, seconds: float = SECONDS
     ):
-        self.path = Path(path)
-        self._rows, self._seconds = rows, seconds
-        self._waiting: list[tuple[np.ndarray, ...]] = []
-        self._phase: Any = None
-        self._n_phases = self._reserved = 0
-        self._last = time.monotonic()
-        self._file: Any = None
-        with self._complaints("create"):
-            self._file = hdf5.streaming(self.path, schema=SCHEMA, version=VERSION)
-            self._write_bodies(bodies or {})
-            self._file.create_group("phases")
-            self._file.flush()
+        self._open(path, rows, seconds, "create")
+        try:
+            with hdf5.writing(self.path, schema=SCHEMA, version=VERSION, part=self._part, doing="create") as file:
+                self._write_bodies(file, bodies or {})
+                file.create_group("phases")
+            with complaints(self._part, "create"):
+                self._journal = Journal(self.path)
+        except BaseException:
+            self._lock.release()
+            raise
 
     @classmethod
     def continued(cls, path: str | Path, *, new_phase: bool = False) -> RunFile:
         """Open the file of a run that was cut off, to add samples to its last phase, or a `new_phase`.
 
-        Rows that a kill left incomplete are cut away; what said how the run and its phase ended is taken back.
+        What said how the run and its phase ended is taken back.
         """
         run = cls.__new__(cls)
-        run.path, run._rows, run._seconds, run._waiting = Path(path), ROWS, SECONDS, []
-        run._last, run._phase, run._reserved = time.monotonic(), None, 0
-        with run._complaints("continue"):
-            run._file = file = hdf5.appending(run.path, schema=SCHEMA, version=VERSION)
-            for name in ("status", "statistics"):
-                file.attrs.pop(name, None)
-            numbers = [n for n in range(len(file["phases"])) if "t" in file["phases"][str(n)]]
-            run._n_phases = 1 + max(numbers, default=-1)
-            for number in range(run._n_phases, len(file["phases"])):
-                del file["phases"][str(number)]  # begun, but without a sample
-            if not new_phase and numbers:
-                run._phase = (None, _reopened(file["phases"][str(numbers[-1])]))
-            file.flush()
+        run._open(path, ROWS, SECONDS, "continue")
+        try:
+            with hdf5.reading(run.path, schema=SCHEMA, version=VERSION):
+                pass
+            with complaints(run._part, "continue"):
+                run._journal = Journal(run.path)
+                run._journal.add(GOES_ON, {"phase": "new" if new_phase else "last"})
+        except BaseException:
+            run._lock.release()
+            raise
+        run._phase = not new_phase
         return run
+
+    def _open(self, path: str | Path, rows: int, seconds: float, doing: str) -> None:
+        self.path, self._rows, self._seconds = Path(path), rows, seconds
+        self._part = f"Solution file '{self.path}'"
+        self._waiting: list[dict[str, np.ndarray]] = []
+        self._phase = False
+        self._last = time.monotonic()
+        check_folder(self.path, self._part)
+        with complaints(self._part, doing):
+            self._lock = Lock(self.path, self._part)
 
     def begin(self, model_text: str = "") -> None:
         """Begin a phase; `model_text` is the model as its model file."""
-        self._phase = (model_text, None)
+        self._add(PHASE, {"model": model_text})
+        self._phase = True
 
     def append(self, t, q, u, a, lam, works) -> None:
         """Add one sample (a number and vectors) or a block of samples (vector and matrices) to the phase."""
-        t = np.atleast_1d(np.asarray(t, float))
-        block = (t, *(np.asarray(x, float).reshape(len(t), -1) for x in (q, u, a, lam, works)))
-        # copies: integrators reuse their arrays
-        self._waiting.append(tuple(np.array(x) for x in block))
-        waiting = sum(len(b[0]) for b in self._waiting)
-        if waiting >= self._rows or time.monotonic() - self._last > self._seconds:
+        self._waiting.append(_block(t, q, u, a, lam, works))
+        if sum(len(rows["t"]) for rows in self._waiting) >= self._rows:
             self.flush()
+        else:
+            self.look()
+
+    def look(self) -> None:
+        """Write what has been held back for too long; to be called now and then while no samples come."""
+        if time.monotonic() - self._last > self._seconds:
+            self.flush()
+
+    def reached(self, t, q, u, a, lam, works) -> None:
+        """Note the state that was reached after the last sample: with the next sample it is forgotten."""
+        self.flush()
+        block = _block(t, q, u, a, lam, works)
+        self._add(REACHED, says_of([block]), list(block.values()))
 
     def flush(self) -> None:
         """Write what has been collected; after this it survives a kill."""
         if self._waiting:
-            block = [np.concatenate(parts) for parts in zip(*self._waiting, strict=True)]
-            self._waiting = []
-            with self._complaints("write"):
-                self._reserve(sum(rows.nbytes for rows in block))
-                group = self._group(block)
-                for name, rows in zip(FIELDS, block, strict=True):
-                    if name in group:
-                        data = group[name]
-                        n = len(data)
-                        data.resize(n + len(rows), axis=0)
-                        data[n:] = rows
-                self._file.flush()
+            self._add(SAMPLES, says_of(self._waiting), [rows[name] for name in FIELDS for rows in self._waiting])
+            self._waiting = []  # not before: what could not be written is tried once more when the file is closed
         self._last = time.monotonic()
 
     def end(
@@ -148,38 +188,39 @@ class RunFile:
     ) -> None:
         """End the phase: why it ended, and the values of its sensors by name with the titles of their columns."""
         self.flush()
-        with self._complaints("write"):
-            self._reserve(sum(np.asarray(values).nbytes for values in (tables or {}).values()))
-            group = self._group([np.empty(0)] + [np.empty((0, 0))] * 5)
-            group.attrs["ended"] = reason
-            sensors = group.create_group("sensors")
-            for number, (name, values) in enumerate((tables or {}).items()):
-                table = sensors.create_dataset(str(number), data=np.asarray(values, float))
-                table.attrs["name"] = name
-                table.attrs["columns"] = json.dumps(list((columns or {}).get(name, ())))
-            self._file.flush()
-        self._phase = None
+        values = {name: np.asarray(x, float) for name, x in (tables or {}).items()}
+        says = [
+            {"name": name, "columns": list((columns or {}).get(name, ())), "shape": list(x.shape)}
+            for name, x in values.items()
+        ]
+        self._add(ENDED, {"reason": reason, "tables": says}, list(values.values()))
+        self._phase = False
 
     def finish(self, status: Status, statistics: Mapping[str, Any] | None = None) -> Path:
         """Write the status, close the file and return its path."""
-        if self._phase is not None:
+        if self._phase:
             self.end(status.kind)
-        with self._complaints("write"):
-            self._file.attrs["status"] = status.to_text()
-            self._file.attrs["statistics"] = json.dumps(dict(statistics or {}), default=_plain)
-            self._file.flush()
+        text = json.dumps(dict(statistics or {}), default=_plain)
+        self._add(FINISHED, {"status": status.to_text(), "statistics": text})
         self.close()
         return self.path
 
     def close(self) -> None:
         """Write what is waiting and close; without `finish` the run counts as interrupted."""
-        if self._file:
+        if self._journal is None:
+            return
+        try:
+            self.flush()
+        finally:
+            self._journal.close()
+            self._journal = None
             try:
-                self.flush()
+                _fold(self.path, self._part)
+            except (DataFileError, MemoryError) as error:
+                # nothing is lost: every sample is there, and is read as well from the records
+                warnings.warn(f"{error} All samples are kept.", stacklevel=2)
             finally:
-                self._file.close()
-                self._file = None
-                hdf5.shorten(self.path)
+                self._lock.release()
 
     def __enter__(self) -> RunFile:
         return self
@@ -187,76 +228,71 @@ class RunFile:
     def __exit__(self, *exception) -> None:
         self.close()
 
-    def _reserve(self, size: int) -> None:
-        """Take space for `size` bytes unless what was taken before suffices."""
-        if self._reserved < size:
-            hdf5.reserve(self.path, size + ROOM)
-            self._reserved = size + ROOM // 2
-        self._reserved -= size
+    def _add(self, kind: str, says: Mapping[str, Any], numbers: Sequence[np.ndarray] = ()) -> None:
+        with complaints(self._part, "write", kept=". What was written before stays readable"):
+            if self._journal is None:
+                raise OSError("it is closed")
+            self._journal.add(kind, says, numbers)
 
-    def _group(self, block):
-        """Return the group of the phase; make it when the first block tells the widths."""
-        text, group = self._phase
-        if group is None:
-            group = self._file["phases"].create_group(str(self._n_phases))
-            group.attrs["model"] = text
-            for name, rows in zip(FIELDS, block, strict=True):
-                width = rows.shape[1:]
-                if 0 not in width:  # HDF5 has no empty chunks: a width of zero is a dataset that is not there
-                    chunk = int(np.clip(8192 // max(1, *width, 1), 16, 1024))
-                    group.create_dataset(
-                        name, shape=(0, *width), maxshape=(None, *width), chunks=(chunk, *width), dtype=float
-                    )
-            self._phase = (text, group)
-            self._n_phases += 1
-        return group
-
-    def _write_bodies(self, bodies):
+    @staticmethod
+    def _write_bodies(file, bodies):
         """Store every modal neutral data once, however many bodies are made of it."""
         numbers: dict[int, int] = {}
-        store = self._file.create_group("data")
+        store = file.create_group("data")
         for data in bodies.values():
             if id(data) not in numbers:
                 numbers[id(data)] = len(numbers)
                 modal_neutral_file.write(data, store.create_group(str(numbers[id(data)])))
-        self._file.attrs["bodies"] = json.dumps({name: numbers[id(data)] for name, data in bodies.items()})
-
-    def _complaints(self, doing: str):
-        return _Complaints(self, doing)
+        file.attrs["bodies"] = json.dumps({name: numbers[id(data)] for name, data in bodies.items()})
 
 
-def _reopened(group):
-    """Return the group of a phase with rows of equal number, without its end and its sensors."""
-    data = [group[name] for name in FIELDS if name in group]
-    complete = min(len(rows) for rows in data)
-    for rows in data:
-        rows.resize(complete, axis=0)
-    group.attrs.pop("ended", None)
-    if "sensors" in group:
-        del group["sensors"]
-    return group
+def _block(t, *others) -> dict[str, np.ndarray]:
+    """Return samples by name, as copies: integrators reuse their arrays."""
+    t = np.array(np.atleast_1d(t), float)
+    return {
+        "t": t,
+        **{name: np.array(x, float).reshape(len(t), -1) for name, x in zip(FIELDS[1:], others, strict=True)},
+    }
 
 
-class _Complaints:
-    """Turns errors of the file system into a DataFileError that says what is kept."""
+def _fold(path: Path, part: str) -> None:
+    """Make the records behind the HDF5 part of a solution file part of it."""
+    with hdf5.writing(path, schema=SCHEMA, version=VERSION, part=part, doing="complete") as file:  # noqa: SIM117
+        # closed before the new file takes the place: Windows would refuse
+        with hdf5.reading(path, schema=SCHEMA, version=VERSION) as old, path.open("rb") as stream:
+            written = read_written(old, stream)
+            file.attrs["bodies"] = old.attrs["bodies"]
+            old.copy("data", file)
+            phases = file.create_group("phases")
+            for phase in written.phases:
+                _write_phase(phases.create_group(str(len(phases))), phase, stream)
+            if written.status is not None:
+                file.attrs["status"], file.attrs["statistics"] = written.status, written.statistics
 
-    def __init__(self, run: RunFile, doing: str):
-        self.run, self.doing = run, doing
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, kind, error, trace):
-        # HDF5 reports a write that failed as OSError or, from some of its functions, as RuntimeError
-        if not isinstance(error, OSError | RuntimeError) or isinstance(error, DataFileError):
-            return False
-        kept = " What was written before stays readable." if self.doing == "write" else ""
-        raise DataFileError(
-            f"Solution file '{self.run.path}'",
-            found=f"cannot {self.doing} it ({error})",
-            expected="a writable folder with free space" + kept,
-            remedy="Free space, or choose another folder for the results",
-        ) from error
+def _write_phase(group, phase, stream) -> None:
+    """Write a phase into its group: samples as datasets, and what is said about them."""
+    group.attrs["model"] = phase.text
+    if phase.ended is not None:
+        group.attrs["ended"] = phase.ended
+    if phase.reached is not None:
+        group.attrs["cut_off"] = True
+    count, done = phase.count + (phase.reached is not None), 0
+    for piece in phase.pieces(stream, PIECE):
+        rows = joined(piece)
+        for name, values in rows.items():
+            width = values.shape[1:]
+            if 0 in width:  # a width of zero is a dataset that is not there
+                continue
+            if name not in group:
+                group.create_dataset(name, shape=(count, *width), dtype=float)
+            group[name][done : done + len(values)] = values
+        done += len(rows["t"])
+    sensors = group.create_group("sensors")
+    for number, (name, values) in enumerate(phase.tables.items()):
+        table = sensors.create_dataset(str(number), data=values)
+        table.attrs["name"] = name
+        table.attrs["columns"] = json.dumps(phase.columns.get(name, ()))
 
 
 def _plain(value):

@@ -15,7 +15,7 @@ class Status:
     Parameters
     ----------
     kind : str
-        "finished", "stopped", "interrupted" or "failed"; make a status with the method of that name.
+        "finished", "stopped", "interrupted", "failed" or "running"; make a status with the method of that name.
     message : str
         What happened, with its time.
     remedy : str
@@ -49,6 +49,11 @@ class Status:
         """The user, or the end of the process, cut the run off; all samples so far are there."""
         when = "" if t is None else f" after t = {t:.6g} s"
         return Status("interrupted", f"the run was cut off{when}", "What was computed is complete and can be read")
+
+    @staticmethod
+    def running(t: float, who: str = "another process") -> Status:
+        """The run goes on: the file was read while it was written."""
+        return Status("running", f"{who} has come to t = {t:.6g} s", "Read it again later for more")
 
     @staticmethod
     def failed(message: str, remedy: str) -> Status:

@@ -6,10 +6,13 @@ The order is that of docs/architecture.md. Imports point upwards in it, never si
 # room: the rooms (or single modules of them) that it may know. `errors` is open to all.
 MAY_KNOW = {
     "errors": (),
-    "hdf5": (),
+    "files": (),
+    "lock": (),
+    "drain": (),
+    "hdf5": ("files", "drain"),
     "math": (),
-    "model": ("hdf5", "math"),
-    "fem": ("math", "model.described", "model.material"),
+    "model": ("files", "hdf5", "math"),
+    "fem": ("files", "math", "model.described", "model.material"),
     "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
     "constraints": ("math", "model"),
     "bodies": ("math", "model"),
@@ -20,9 +23,10 @@ MAY_KNOW = {
     "events": ("math", "model", "constraints", "joints", "sensors"),
     "system": ("math", "model", "constraints"),
     "tree": ("math", "model", "constraints", "system"),
-    "results": ("hdf5", "math", "model", "system"),
+    "results": ("files", "lock", "hdf5", "math", "model", "system"),
     "integrate": ("math", "model", "constraints", "system", "tree", "results"),
     "io": (
+        "files",
         "hdf5",
         "math",
         "model",
@@ -37,8 +41,8 @@ MAY_KNOW = {
         "system",
         "results",
     ),
-    "view": ("math", "model", "bodies", "results", "io"),
-    "study": ("math", "model", "results", "io"),
+    "view": ("files", "math", "model", "bodies", "results", "io"),
+    "study": ("files", "lock", "math", "model", "results", "io"),
     "cli": (),
 }
 

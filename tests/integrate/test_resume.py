@@ -11,7 +11,6 @@ import pytest
 
 import flexmb as fmb
 from flexmb.cli import main
-from flexmb.results import RunFile
 
 CLOSE = 3e-4
 """Two runs of an integrator at rtol = 1e-7 that take different steps, over two seconds of a double pendulum."""
@@ -87,21 +86,6 @@ def test_file_goes_on_in_place(whole, tmp_path):
     assert_same(found, whole)
     assert path.stat().st_size < 1_000_000  # what was reserved while it ran is given back
     assert_same(fmb.Solution.load(path, read_model=fmb.read_model_text), whole)
-
-
-def test_rows_that_a_kill_left_incomplete(whole, tmp_path):
-    """Between two datasets a kill leaves one longer than the others; they are cut to the same length."""
-    path = tmp_path / "run.h5"
-    part = simulate(pendulum(), 0.8, samples=41).phases[0]
-    run = RunFile(path)
-    run.begin(fmb.model_text(pendulum()))
-    run.append(part.t, part.q, part.u, part.a, part.lam, part.works)
-    run.flush()
-    group = run._file["phases"]["0"]
-    group["t"].resize(45, axis=0)
-    group["q"].resize(43, axis=0)
-    run._file.close()
-    assert_same(resume(path, 2.0, samples=101, read_model=fmb.read_model_text), whole)
 
 
 KILLED = """

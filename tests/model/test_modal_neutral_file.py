@@ -148,16 +148,3 @@ def test_interrupted_writing_keeps_the_old_file(tmp_path):
         write_half_a_file(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
-
-
-def test_streamed_file_is_readable_after_a_flush(tmp_path):
-    file = hdf5.streaming(tmp_path / "s.h5", schema="flexmb.solution", version=1)
-    file.create_dataset("t", shape=(0,), maxshape=(None,), dtype=float)
-    file["t"].resize((2,))
-    file["t"][:] = [0.0, 1.0]
-    file.flush()
-    copy = tmp_path / "copy.h5"
-    copy.write_bytes((tmp_path / "s.h5").read_bytes())
-    file.close()
-    with hdf5.reading(copy, schema="flexmb.solution", version=1) as kept:
-        np.testing.assert_array_equal(kept["t"][()], [0.0, 1.0])

@@ -87,7 +87,7 @@ def test_a_body_used_twice_is_stored_once(tmp_path):
 
 
 def test_readable_while_it_is_written(tmp_path):
-    """A reader in another process sees what has been flushed."""
+    """A reader in another process sees what has been flushed, and that the run goes on."""
     phase = spinning_phase(system=False)
     with RunFile(tmp_path / "run.h5", rows=4) as run:
         run.begin()
@@ -97,10 +97,8 @@ def test_readable_while_it_is_written(tmp_path):
             f"from flexmb.results import Solution; s = Solution.load({str(tmp_path / 'run.h5')!r}); "
             "print(len(s.t), s.status.kind)"
         )
-        environment = {**os.environ, "HDF5_USE_FILE_LOCKING": "FALSE"}
-        command = [sys.executable, "-c", code]
-        child = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
-    assert child.stdout.split() == ["5", "interrupted"]
+        child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert child.stdout.split() == ["5", "running"]
 
 
 def test_a_killed_process_keeps_what_was_flushed(tmp_path):
@@ -131,7 +129,8 @@ def test_killed_before_the_first_sample(tmp_path):
 
 def test_other_schema_versions(tmp_path):
     for version, remedy in ((VERSION + 1, "Update flexmb"), (VERSION - 1, "Make the file again")):
-        hdf5.streaming(tmp_path / "run.h5", schema=SCHEMA, version=version).close()
+        with hdf5.writing(tmp_path / "run.h5", schema=SCHEMA, version=version):
+            pass
         with pytest.raises(DataFileError, match=rf"schema version {version}.*version {VERSION}.*{remedy}"):
             Solution.load(tmp_path / "run.h5")
 
@@ -147,19 +146,161 @@ def test_a_place_that_cannot_be_written(tmp_path):
         RunFile(tmp_path / "run.h5")
 
 
-def test_full_disk(tmp_path, monkeypatch):
-    """What was flushed before the disk was full stays readable."""
+FULL = """
+import resource, sys
+import numpy as np
+from flexmb.errors import DataFileError
+from flexmb.results import RunFile
+run = RunFile(sys.argv[1], rows=4)
+run.begin("text")
+def fill(first, last):
+    k = np.arange(float(first), last)
+    run.append(k, *(np.outer(k, np.ones(n)) for n in (9, 8, 8, 5, 3)))
+fill(0, 5)
+resource.setrlimit(resource.RLIMIT_FSIZE, (run.path.stat().st_size + int(sys.argv[2]), -1))
+try:
+    fill(5, 10)
+except DataFileError as error:
+    print(error)
+try:
+    run.close()
+except DataFileError:
+    print("closed")
+"""
+
+
+@pytest.mark.parametrize("room", [0, 1, 100, 1000])
+def test_full_disk(tmp_path, room):
+    """What was written before the disk was full stays readable, wherever in a record it came to its end."""
+    command = [sys.executable, "-c", FULL, str(tmp_path / "run.h5"), str(room)]
+    child = subprocess.run(command, capture_output=True, text=True, check=True)
+    for words in ("cannot write it", "File too large", "before stays readable", "Free space", "closed"):
+        assert words in child.stdout
+    np.testing.assert_array_equal(Solution.load(tmp_path / "run.h5").t, np.arange(5.0))
+
+
+def test_a_block_that_did_not_fit_is_written_when_the_file_is_closed(tmp_path, monkeypatch):
     phase = spinning_phase(system=False)
     run = RunFile(tmp_path / "run.h5", rows=4)
     run.begin()
     fill(run, phase, slice(0, 5))
 
-    def full(self):
+    def full(*arguments):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(h5py.File, "flush", full)
+        patch.setattr(run._journal, "add", full)
         with pytest.raises(DataFileError, match=r"cannot write it.*No space left.*before stays readable.*Free space"):
             fill(run, phase, slice(5, 10))
     run.close()
-    assert len(Solution.load(tmp_path / "run.h5").t) >= 5
+    np.testing.assert_array_equal(Solution.load(tmp_path / "run.h5").t, phase.t[:10])
+
+
+def test_a_cut_at_any_byte_leaves_whole_records(tmp_path):
+    """The file of a running simulation, cut off behind every byte: all records that are whole are read."""
+    phase = spinning_phase(system=False)
+    path, ends = tmp_path / "run.h5", []
+    run = RunFile(path, rows=1)
+    run.begin("model")
+    for k in range(3):
+        fill(run, phase, k)
+        ends.append(path.stat().st_size)
+    whole, first = path.read_bytes(), ends[0]
+    for size in range(first, len(whole) + 1):
+        (tmp_path / "cut.h5").write_bytes(whole[:size])
+        assert len(Solution.load(tmp_path / "cut.h5").t) == sum(end <= size for end in ends)
+    run.close()
+
+
+@pytest.mark.parametrize("at", [0, 7, 12, 30, 70])
+def test_a_changed_byte_ends_the_records(tmp_path, at):
+    phase = spinning_phase(system=False)
+    path = tmp_path / "run.h5"
+    run = RunFile(path, rows=1)
+    run.begin("model")
+    fill(run, phase, 0)
+    start = path.stat().st_size
+    fill(run, phase, 1)
+    content = bytearray(path.read_bytes())
+    content[start + at] ^= 0xFF
+    (tmp_path / "bad.h5").write_bytes(content)
+    assert len(Solution.load(tmp_path / "bad.h5").t) == 1
+    run.close()
+
+
+def test_a_second_writer_is_refused(tmp_path):
+    """In this process and in another one, before anything is changed."""
+    path = tmp_path / "run.h5"
+    with RunFile(path, rows=1) as run:
+        run.begin("model")
+        run.append(0.0, np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(0), np.zeros(3))
+        with pytest.raises(DataFileError, match=r"this process is writing it already.*one writer at a time"):
+            RunFile(path)
+        before = path.read_bytes()
+        code = f"from flexmb.results import RunFile; RunFile({str(path)!r})"
+        child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        assert f"process {os.getpid()} on host" in child.stderr
+        assert path.read_bytes() == before
+        assert Solution.load(path).status.kind == "running"
+    assert Solution.load(path).status.kind == "interrupted"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.h5"]
+    RunFile(path).close()
+
+
+def test_a_file_that_another_program_has_locked(tmp_path):
+    """It is not called damaged."""
+    path = tmp_path / "run.h5"
+    RunFile(path).close()
+    held = h5py.File(path, "r+")
+    code = f"from flexmb.results import Solution; Solution.load({str(path)!r})"
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    held.close()
+    assert "another program has locked it" in child.stderr
+    assert "damaged" not in child.stderr
+
+
+def test_rows_of_an_older_release_that_a_kill_left_incomplete(tmp_path):
+    """Older releases wrote samples into HDF5 datasets that grow, and took space in advance."""
+    phase = spinning_phase(system=False)
+    path = tmp_path / "run.h5"
+    with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
+        file.create_group("data")
+        file.attrs["bodies"] = "{}"
+        group = file.create_group("phases/0")
+        group.attrs["model"] = ""
+        for name in ("t", "q", "u", "a", "lam", "works"):
+            rows = getattr(phase, name)[: 7 if name == "t" else 6]
+            if rows.shape[1:] != (0,):
+                group.create_dataset(name, data=rows, maxshape=(None, *rows.shape[1:]))
+    path.write_bytes(path.read_bytes() + bytes(5000))
+    np.testing.assert_array_equal(Solution.load(path).t, phase.t[:6])
+    with RunFile.continued(path) as run:
+        fill(run, phase, slice(6, 9))
+    loaded = Solution.load(path).phases[0]
+    for name in ("t", "q", "u", "a", "lam", "works"):
+        np.testing.assert_array_equal(getattr(loaded, name), getattr(phase, name)[:9])
+
+
+def test_the_state_reached_is_read_until_the_next_sample(tmp_path):
+    phase = spinning_phase(system=False)
+    path = tmp_path / "run.h5"
+
+    def row(k):
+        return [getattr(phase, name)[k] for name in ("t", "q", "u", "a", "lam", "works")]
+
+    with RunFile(path) as run:
+        run.begin("model")
+        run.append(*row(0))
+        run.reached(*row(1))
+        run.reached(*row(2))
+        assert list(Solution.load(path).t) == [phase.t[0], phase.t[2]]
+        assert Solution.load(path).phases[0].cut_off
+    assert Solution.load(path).phases[0].cut_off
+    with RunFile.continued(path) as run:
+        assert list(Solution.load(path).t) == [phase.t[0], phase.t[2]]
+        run.append(*row(3))
+        run.end("finished")
+        run.finish(Status.finished())
+    loaded = Solution.load(path)
+    assert list(loaded.t) == [phase.t[0], phase.t[3]]
+    assert not loaded.phases[0].cut_off

@@ -1,0 +1,97 @@
+"""Files that appear whole or not at all: written beside their place, and moved there when they are complete."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from flexmb.errors import DataFileError
+
+__all__ = ["check_folder", "complaints", "remove_parts", "replacing", "write_text"]
+
+_PREFIX, _SUFFIX = ".flexmb.", ".part"
+
+
+@contextmanager
+def replacing(path: str | Path, part: str = "", doing: str = "write") -> Iterator[Path]:
+    """Give a path beside `path` to write to; the file is moved to its place when the block ends.
+
+    After an exception inside the block, or a kill at any moment, the old file is as it was. What is no ordinary file (a
+    device, a pipe) is written directly; a link stays a link.
+
+    Parameters
+    ----------
+    path : path
+    part : str
+        How messages call the file; "File 'path'" unless given.
+    doing : str
+        What messages say that cannot be done to it.
+
+    Raises
+    ------
+    DataFileError
+        The folder does not exist or cannot be written, or the disk is full.
+    """
+    path = Path(path)
+    with complaints(part or f"File '{path}'", doing):
+        if path.exists() and not path.is_file() and not path.is_dir():
+            yield path
+            return
+        place = Path(os.path.realpath(path)) if path.is_symlink() else path
+        check_folder(place, part or f"File '{path}'")
+        handle, name = tempfile.mkstemp(dir=place.parent, prefix=_PREFIX, suffix=_SUFFIX + place.suffix)
+        temporary = Path(name)
+        try:
+            os.close(handle)
+            yield temporary
+            os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes private files, a result is as open as any other
+            os.replace(temporary, place)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | Path, text: str, *, encoding: str = "utf-8", errors: str = "strict", part: str = "") -> Path:
+    """Write a text file that appears whole or not at all, and return its path."""
+    with replacing(path, part) as temporary, temporary.open("w", encoding=encoding, errors=errors) as stream:
+        stream.write(text)
+    return Path(path)
+
+
+def remove_parts(folder: str | Path) -> None:
+    """Remove the unfinished files that killed processes have left in a folder."""
+    for left in Path(folder).glob(f"{_PREFIX}*{_SUFFIX}*"):
+        left.unlink(missing_ok=True)
+
+
+@contextmanager
+def complaints(part: str, doing: str, kept: str = "") -> Iterator[None]:
+    """Turn errors of the file system into a DataFileError that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise DataFileError(
+            part,
+            found=f"cannot {doing} it ({error.strerror or error})",
+            expected="a writable folder with free space" + kept,
+            remedy="Free space, or choose another folder for the results",
+        ) from error
+
+
+def check_folder(path: Path, part: str) -> None:
+    """Raise DataFileError if there is no folder for a file."""
+    if not path.parent.is_dir():
+        raise DataFileError(
+            part,
+            found=f"the folder '{path.parent}' does not exist",
+            expected="an existing folder",
+            remedy="Create the folder or give another path",
+        )
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

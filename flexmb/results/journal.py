@@ -1,0 +1,128 @@
+"""Records behind the end of an HDF5 file: samples of a running simulation, which a kill at any moment cannot harm.
+
+What is in the file is never written again; records are added behind it, each with its length and its checksum. A kill
+leaves whole records and perhaps the beginning of one, which readers leave out. HDF5 takes no notice of what follows its
+own end, so the file is a sound HDF5 file at every moment.
+
+A record is a head (mark, kind, length of the rest, checksums of the rest and of the head), the length of a text, the
+text (JSON), and float64 numbers, all little-endian.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import struct
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from flexmb import hdf5
+
+__all__ = ["Journal", "Record", "records"]
+
+_HEAD = struct.Struct("<6s2sQII")
+_MARK = b"FLEXMB"
+_LENGTH = struct.Struct("<I")
+_PIECE = 1 << 20
+"""Bytes that are read at a time to look at a checksum."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One record: its kind (two letters), what its text says, and where its numbers are in the file."""
+
+    kind: str
+    says: Mapping[str, Any]
+    start: int
+    end: int
+
+    def numbers(self, stream: BinaryIO, first: int = 0, count: int | None = None) -> np.ndarray:
+        """Return `count` numbers from number `first` on, by default all."""
+        start = self.start + 8 * first
+        found = np.empty((self.end - start) // 8 if count is None else count, "<f8")
+        stream.seek(start)
+        stream.readinto(found.data.cast("B"))  # type: ignore[attr-defined]
+        return found.astype(float, copy=False)
+
+
+def records(stream: BinaryIO, start: int) -> Iterator[Record]:
+    """Yield the whole records of an open file from byte `start` on."""
+    size = os.fstat(stream.fileno()).st_size
+    while start + _HEAD.size + _LENGTH.size <= size:
+        stream.seek(start)
+        head = stream.read(_HEAD.size)
+        mark, kind, length, checksum, own = _HEAD.unpack(head)
+        body, end = start + _HEAD.size, start + _HEAD.size + length
+        if mark != _MARK or own != zlib.crc32(head[:-4]) or end > size or _checksum(stream, body, length) != checksum:
+            return
+        stream.seek(body)
+        (text,) = _LENGTH.unpack(stream.read(_LENGTH.size))
+        says = json.loads(stream.read(text))
+        yield Record(kind.decode("ascii"), says, body + _LENGTH.size + text, end)
+        start = end
+
+
+def _checksum(stream: BinaryIO, start: int, length: int) -> int:
+    stream.seek(start)
+    found = 0
+    while length > 0:
+        piece = stream.read(min(length, _PIECE))
+        if not piece:
+            return -1
+        found, length = zlib.crc32(piece, found), length - len(piece)
+    return found
+
+
+class Journal:
+    """Adds records to a file, behind its HDF5 part and the whole records that it has.
+
+    Parameters
+    ----------
+    path : path
+        A closed HDF5 file.
+    """
+
+    def __init__(self, path: str | Path):
+        start = hdf5.end_of(path)
+        self._stream = Path(path).open("r+b", buffering=0)  # noqa: SIM115 - open until `close`
+        with Path(path).open("rb") as stream:
+            self._end = max((record.end for record in records(stream, start)), default=start)
+        self._stream.truncate(self._end)  # the beginning of a record, or space that an older release had reserved
+
+    def add(self, kind: str, says: Mapping[str, Any], numbers: Sequence[np.ndarray] = ()) -> None:
+        """Write a record; once this returns, it survives the end of the process.
+
+        Raises
+        ------
+        OSError
+            It cannot be written; what was there before stays.
+        """
+        text = json.dumps(says).encode()
+        start = _HEAD.size + _LENGTH.size + len(text)
+        whole = memoryview(bytearray(start + 8 * sum(x.size for x in numbers)))
+        whole[_HEAD.size : start] = _LENGTH.pack(len(text)) + text
+        for x in numbers:
+            np.frombuffer(whole, "<f8", x.size, start)[:] = x.reshape(-1)
+            start += 8 * x.size
+        head = _HEAD.pack(_MARK, kind.encode(), len(whole) - _HEAD.size, zlib.crc32(whole[_HEAD.size :]), 0)[:-4]
+        whole[: _HEAD.size] = head + zlib.crc32(head).to_bytes(4, "little")
+        done = 0
+        try:
+            self._stream.seek(self._end)
+            while done < len(whole):  # near the end of the space a write may take a part only
+                done += self._stream.write(whole[done:]) or 0
+        except OSError:
+            with contextlib.suppress(OSError):
+                self._stream.truncate(self._end)
+            raise
+        self._end += len(whole)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._stream.close()

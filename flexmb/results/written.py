@@ -1,0 +1,155 @@
+"""What a solution file holds, phase by phase: that of its HDF5 part, and what records behind it have added since."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from flexmb.results.journal import Record, records
+
+__all__ = ["FIELDS", "Written", "WrittenPhase", "add_records", "joined", "read_group", "says_of"]
+
+FIELDS = ("t", "q", "u", "a", "lam", "works")
+SAMPLES, REACHED, PHASE, ENDED, FINISHED, GOES_ON = "SA", "RE", "PH", "EN", "FI", "GO"
+"""Kinds of records: samples, the state reached after them, a phase begins, it ends, the run ends, a run goes on."""
+
+Rows = dict[str, np.ndarray]
+
+
+@dataclass
+class WrittenPhase:
+    """A phase as it stands in a file.
+
+    group: its HDF5 group, or None; own: how many rows of it count
+    blocks: rows that were added, as records
+    reached: the state reached after the last sample, a row that is no sample, or None
+    tables: values of sensors by name, columns: titles of their columns
+    """
+
+    text: str
+    group: Any = None
+    own: int = 0
+    blocks: list[Record] = field(default_factory=list)
+    reached: Rows | None = None
+    ended: str | None = None
+    tables: dict[str, np.ndarray] = field(default_factory=dict)
+    columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return self.own + sum(block.says["n"] for block in self.blocks)
+
+    def pieces(self, stream: BinaryIO, most: int) -> Iterator[list[Rows]]:
+        """Yield the samples, and the state reached after them, as lists of blocks with about so many rows in all."""
+        for start in range(0, self.own, most):
+            yield [_rows_of(self.group, start, min(start + most, self.own))]
+        waiting: list[Rows] = []
+        for block in self.blocks:
+            waiting.append(_rows_in(block, stream))
+            if sum(len(rows["t"]) for rows in waiting) >= most:
+                yield waiting
+                waiting = []
+        if self.reached is not None:
+            waiting.append(self.reached)
+        if waiting:
+            yield waiting
+
+    def rows(self, stream: BinaryIO) -> Rows:
+        """Return all rows: the samples, and the state reached after them."""
+        blocks = [rows for piece in self.pieces(stream, max(self.own, 1)) for rows in piece]
+        return joined(blocks) if blocks else {name: np.zeros((0, 0)[: 1 + (name != "t")]) for name in FIELDS}
+
+
+@dataclass
+class Written:
+    """Phases, and how the run ended: status and statistics as text, None while it runs or after it was cut off."""
+
+    phases: list[WrittenPhase]
+    status: str | None = None
+    statistics: str = "{}"
+
+
+def add_records(written: Written, stream: BinaryIO, start: int) -> None:
+    """Add to `written` what the records from byte `start` on say."""
+    for record in records(stream, start):
+        if record.kind == PHASE:
+            written.phases.append(WrittenPhase(record.says["model"]))
+        elif record.kind == FINISHED:
+            written.status, written.statistics = record.says["status"], record.says["statistics"]
+        elif record.kind == GOES_ON:
+            _go_on(written, record)
+        elif record.kind == SAMPLES:
+            written.phases[-1].blocks.append(record)
+            written.phases[-1].reached = None
+        elif record.kind == REACHED:
+            written.phases[-1].reached = _rows_in(record, stream)
+        elif record.kind == ENDED:
+            _end(written.phases[-1], record, stream)
+
+
+def _go_on(written: Written, record: Record) -> None:
+    """The run goes on: in its last phase with samples, or with another one."""
+    written.status, written.statistics = None, "{}"
+    while written.phases and not written.phases[-1].count and written.phases[-1].reached is None:
+        written.phases.pop()
+    if record.says["phase"] == "last" and written.phases:
+        last = written.phases[-1]
+        last.ended, last.tables, last.columns = None, {}, {}
+
+
+def _end(phase: WrittenPhase, record: Record, stream: BinaryIO) -> None:
+    phase.ended = record.says["reason"]
+    first = 0
+    for table in record.says["tables"]:
+        count = int(np.prod(table["shape"], dtype=int))
+        phase.tables[table["name"]] = record.numbers(stream, first, count).reshape(table["shape"])
+        phase.columns[table["name"]] = tuple(table["columns"])
+        first += count
+
+
+def read_group(group) -> WrittenPhase:
+    """Return a phase of the HDF5 part."""
+    # a kill of an older release between two datasets left rows of different number: what all have is complete
+    own = min((len(group[name]) for name in FIELDS if name in group), default=0)
+    phase = WrittenPhase(group.attrs["model"], group, own, ended=group.attrs.get("ended"))
+    if group.attrs.get("cut_off", False) and own:
+        phase.own -= 1
+        phase.reached = _rows_of(group, own - 1, own)
+    for table in group["sensors"].values() if "sensors" in group else ():
+        phase.tables[table.attrs["name"]] = table[()]
+        phase.columns[table.attrs["name"]] = tuple(json.loads(table.attrs["columns"]))
+    return phase
+
+
+def says_of(blocks: Sequence[Rows]) -> dict[str, Any]:
+    """Return what the text of a record of rows says: their number and widths."""
+    return {"n": sum(len(rows["t"]) for rows in blocks), "widths": [blocks[0][name].shape[1] for name in FIELDS[1:]]}
+
+
+def _rows_in(record: Record, stream: BinaryIO) -> Rows:
+    n, numbers = record.says["n"], record.numbers(stream)
+    rows, first = {"t": numbers[:n]}, n
+    for name, width in zip(FIELDS[1:], record.says["widths"], strict=True):
+        rows[name] = numbers[first : first + n * width].reshape(n, width)
+        first += n * width
+    return rows
+
+
+def _rows_of(group, start: int, stop: int) -> Rows:
+    n = stop - start
+    rows = {name: group[name][start:stop] if name in group else np.zeros((n, 0)) for name in FIELDS}
+    if "t" not in group:
+        rows["t"] = np.zeros(n)
+    return rows
+
+
+def joined(blocks: Sequence[Rows]) -> Rows:
+    """Return blocks of rows as one."""
+    if len(blocks) == 1:
+        return blocks[0]
+    return {name: np.concatenate([rows[name] for rows in blocks]) for name in FIELDS}
