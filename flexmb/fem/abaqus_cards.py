@@ -1,7 +1,8 @@
 """The keywords of an Abaqus file that meshio reads wrongly or not at all: sets, surfaces, element names.
 
-NSET and ELSET (GENERATE, several definitions of one name, sets of sets), ELSET= of ELEMENT, and SURFACE with element
-faces S1 to S6. Element names are mapped to the plain one of the same shape (C3D10HS to C3D10).
+NSET and ELSET (GENERATE, several definitions of one name, sets of sets), ELSET= of ELEMENT, and SURFACE of element
+faces, of shell sides, of whole element sets and of nodes. Element names are mapped to the plain one of the same shape
+(C3D10HS to C3D10).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.abaqus_surfaces import SIDES
 
 __all__ = ["AbaqusCards", "read_abaqus_cards"]
 
@@ -27,13 +29,6 @@ PLAIN = (
     (re.compile(r"(B32|T3D3|PIPE32)(?!\d)"), lambda m: "B32"),
 )
 """Element names by shape, and the name that meshio knows."""
-
-FACES = {
-    "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
-    "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
-    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
-}
-"""Corner nodes of the faces S1, S2, ... (Abaqus Analysis User's Guide, element library)."""
 
 CONNECTORS = frozenset(
     (
@@ -63,8 +58,9 @@ POINT_ELEMENT = re.compile(r"MASS$|ROTARYI|SPRING|DASHPOT|CONN[23]D|DCOUP|HEATCA
 class AbaqusCards:
     """Numbers of nodes and elements as in the file, sets by name, and the text of the mesh for meshio.
 
-    ``surfaces[name]`` lists (element numbers, corner nodes of the face by cell family); ``left_out`` counts keywords
-    and elements that carry mass or stiffness and are not part of a mesh.
+    ``surfaces[name]`` lists (element numbers, side, see abaqus_surfaces); ``nodes_of[name]`` names the element sets
+    whose nodes a node set takes; ``left_out`` counts keywords and elements that carry mass or stiffness and are not
+    part of a mesh; ``unread`` says which parts of sets and surfaces were not understood.
     """
 
     mesh_text: str = ""
@@ -72,8 +68,10 @@ class AbaqusCards:
     element_ids: list[np.ndarray] = field(default_factory=list)
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     element_sets: dict[str, np.ndarray] = field(default_factory=dict)
-    surfaces: dict[str, list[tuple[np.ndarray, dict[str, frozenset[int]]]]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[np.ndarray, str]]] = field(default_factory=dict)
+    nodes_of: dict[str, list[np.ndarray]] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
+    unread: list[str] = field(default_factory=list)
 
 
 def sections(path: Path):
@@ -129,12 +127,15 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
             numbers = _elements(path, options, data, elements)
             cards.element_ids.append(numbers)
             add(cards.element_sets, options.get("ELSET"), numbers)
-        elif keyword == "NSET" and "ELSET" not in options:
+        elif keyword == "NSET" and "ELSET" in options:
+            wanted = _known(path, options["ELSET"], cards.element_sets)
+            cards.nodes_of.setdefault(options["NSET"], []).append(wanted)
+        elif keyword == "NSET":
             add(cards.node_sets, options["NSET"], _members(path, options, data, cards.node_sets))
         elif keyword == "ELSET":
             add(cards.element_sets, options["ELSET"], _members(path, options, data, cards.element_sets))
-        elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            _surface(cards, options.get("NAME", "surface"), data)
+        elif keyword == "SURFACE":
+            _surface(path, cards, options, data)
     if len(nodes) == 1:
         raise MeshError(
             f"Mesh file '{path}'",
@@ -234,26 +235,38 @@ def _members(path: Path, options: dict[str, str], data: list[str], known: dict[s
             if word.isdigit():
                 found.append(np.array([int(word)]))
                 continue
-            name = next((key for key in known if key.upper() == word.strip('"').upper()), None)
-            if name is None:
-                raise MeshError(
-                    f"Mesh file '{path}'",
-                    found=f"a set that refers to the unknown set '{word}'",
-                    expected="sets of numbers or of sets defined before",
-                    remedy="Write the mesh again",
-                )
-            found.append(known[name])
+            found.append(_known(path, word, known))
     return np.concatenate(found)
 
 
-def _surface(cards: AbaqusCards, name: str, data: list[str]) -> None:
+def _known(path: Path, word: str, known: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the members of a set defined before; names are the same in capitals."""
+    name = next((key for key in known if key.upper() == word.strip('"').upper()), None)
+    if name is None:
+        raise MeshError(
+            f"Mesh file '{path}'",
+            found=f"a set that refers to the unknown set '{word}'",
+            expected="sets of numbers or of sets defined before",
+            remedy="Write the mesh again",
+        )
+    return known[name]
+
+
+def _surface(path: Path, cards: AbaqusCards, options: dict[str, str], data: list[str]) -> None:
+    """Read a surface: of nodes as a node set, of elements as lists of elements with their side."""
+    name, kind = options.get("NAME", "surface"), options.get("TYPE", "ELEMENT").upper()
+    if kind not in ("ELEMENT", "NODE") or "COMBINE" in options:
+        what = f"COMBINE={options['COMBINE']}" if "COMBINE" in options else f"TYPE={kind}"
+        cards.unread.append(f"surface '{name}' with {what}")
+        return
     for line in data:
-        words = [word.strip() for word in line.split(",")]
-        if len(words) < 2 or not re.fullmatch(r"S[1-6]", words[1].upper()):
-            continue  # free surfaces and shell sides (SPOS, SNEG) have no face number
-        face = int(words[1][1]) - 1
-        key = next((k for k in cards.element_sets if k.upper() == words[0].upper()), None)
-        known = cards.element_sets.get(key or "", np.zeros(0, np.int64))
-        numbers = np.array([int(words[0])]) if words[0].isdigit() else known
-        corners = {family: frozenset(faces[face]) for family, faces in FACES.items() if face < len(faces)}
-        cards.surfaces.setdefault(name, []).append((numbers, corners))
+        word, _, rest = (piece.strip() for piece in line.partition(","))
+        sets = cards.node_sets if kind == "NODE" else cards.element_sets
+        numbers = np.array([int(word)]) if word.isdigit() else _known(path, word, sets)
+        side = rest.partition(",")[0].strip().upper()
+        if kind == "NODE":
+            add(cards.node_sets, name, numbers)  # a second number is the area of contact
+        elif side in SIDES:
+            cards.surfaces.setdefault(name, []).append((numbers, side))
+        else:
+            cards.unread.append(f"surface '{name}' on '{word}', face {side}")

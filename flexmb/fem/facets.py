@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
 
-__all__ = ["oriented_facet_sets", "same_side", "skin"]
+__all__ = ["oriented_facet_sets", "same_side", "skin", "without_copies"]
 
 CORNERS = {3: 3, 6: 3, 4: 4, 8: 4, 9: 4}
 """Corner nodes of a facet by its number of nodes."""
@@ -43,6 +43,19 @@ def trimmed(facets: np.ndarray) -> np.ndarray:
     """Return facets without columns that hold only the filler -1."""
     wide = int((facets >= 0).sum(axis=1).max()) if len(facets) else 0
     return np.ascontiguousarray(facets[:, :wide])
+
+
+def without_copies(facets: np.ndarray) -> np.ndarray:
+    """Return facets, each once: a pressure acts once on a facet that a file lists twice. A back is another facet."""
+    width = (facets >= 0).sum(axis=1)
+    nc = np.array([CORNERS.get(w, 0) for w in range(WIDEST + 1)])[width]
+    place = np.arange(4) < nc[:, None]
+    ring = np.where(place, np.pad(facets, ((0, 0), (0, max(4 - facets.shape[1], 0))))[:, :4], np.iinfo(np.int64).max)
+    turn = (np.arange(4) + ring.argmin(axis=1)[:, None]) % np.maximum(nc, 1)[:, None]  # begins at its least node
+    ring = np.where(place, np.take_along_axis(ring, turn, axis=1), -1)
+    (key,) = row_keys(ring)
+    first = np.unique(key, return_index=True)[1]
+    return facets[np.sort(first)]
 
 
 def skin(cells: list[tuple[str, np.ndarray]]) -> np.ndarray:

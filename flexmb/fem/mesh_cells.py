@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.mesh import Mesh
+from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.repeated_cells import first_copies
 
 __all__ = ["kept_cells"]
 
@@ -32,6 +35,17 @@ def kept_cells(mesh: Mesh, cell_types: tuple[str, ...], part: str):
             expected=f"cells of {', '.join(cell_types)}",
             remedy="Mesh with first-order elements and put the lines or surfaces into a physical group",
         )
+    for cell_type, connectivity in cells.items():
+        first = first_copies(cell_type, connectivity)
+        copies = np.flatnonzero(first != np.arange(len(first)))
+        if len(copies):
+            warnings.warn(
+                f"{part}: {len(copies)} {cell_type} cells lie on others, the first is number {copies[0]} on number "
+                f"{first[copies[0]]} (counted from 0). Each carries its own mass and stiffness: right for a doubler or "
+                "a rod along a bar, wrong for a cell that is listed twice",
+                MeshWarning,
+                stacklevel=3,
+            )
     used = np.zeros(len(mesh.points), bool)
     for connectivity in cells.values():
         used[connectivity] = True

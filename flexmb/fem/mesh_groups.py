@@ -11,10 +11,14 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.abaqus_cards import read_abaqus_cards
+from flexmb.fem.abaqus_surfaces import surface_facets
+from flexmb.fem.facets import without_copies
+from flexmb.fem.gmsh_groups import entity_groups, physical_names
 from flexmb.fem.mesh import DIMENSION, Mesh, check_cells
 from flexmb.fem.nastran_cards import read_nastran_cards
 from flexmb.fem.nastran_connectors import nastran_connectors
 from flexmb.fem.nastran_mesh import read_nastran_mesh
+from flexmb.fem.repeated_cells import merged_copies
 
 __all__ = ["GroupedMesh", "from_abaqus", "from_gmsh", "from_nastran", "from_vtu", "to_mesh"]
 
@@ -24,7 +28,8 @@ class GroupedMesh:
     """What a reader hands on: points, blocks of cells as in the file, groups by name.
 
     ``cell_sets[name]`` is a list with one array of row numbers per block; ``facet_sets`` holds facets that the
-    file defines by element faces. ``left_out`` names what carries mass or stiffness and is not part of a mesh.
+    file defines by element faces. ``left_out`` names what carries mass or stiffness and is not part of a mesh;
+    ``notes`` are sentences on what else was not taken over. A file may write a cell ``once_per_group``.
     """
 
     points: np.ndarray
@@ -33,6 +38,8 @@ class GroupedMesh:
     cell_sets: dict[str, list[np.ndarray]] = field(default_factory=dict)
     facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    once_per_group: bool = False
 
 
 def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
@@ -72,14 +79,33 @@ def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
                 facets.setdefault(key, []).append(np.asarray(cells)[chosen])
         if any(len(row) > 1 for row in members.values()):
             cell_sets[key] = tuple(np.unique(np.concatenate(members[t])) for t in order)
+    merged, cell_sets = _each_once(merged, cell_sets, grouped)
     return Mesh(
         points=points,
         cells=merged,
         name=name,
         cell_sets=cell_sets,
         node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
-        facet_sets={key: stacked(value) for key, value in facets.items()},
+        facet_sets={key: without_copies(stacked(value)) for key, value in facets.items()},
     )
+
+
+def _each_once(cells, cell_sets, grouped: GroupedMesh):
+    """Return cells and cell sets without copies of cells; what nobody can have meant goes to the notes."""
+    kept, sets = [], {key: list(rows) for key, rows in cell_sets.items()}
+    for k, (cell_type, connectivity) in enumerate(cells):
+        own = {key: rows[k] for key, rows in cell_sets.items()}
+        stay, number, copies = merged_copies(cell_type, connectivity, own, grouped.once_per_group)
+        if copies:
+            grouped.notes.append(
+                f"{copies} {cell_type} cells are listed twice, the first has the nodes "
+                f"{connectivity[np.setdiff1d(np.arange(len(connectivity)), stay)[0]].tolist()} (counted from 0); each "
+                "was taken once, because a copy would double its mass and stiffness"
+            )
+        kept.append((cell_type, connectivity[stay]))
+        for key, rows in own.items():
+            sets[key][k] = np.unique(number[rows])
+    return tuple(kept), {key: tuple(rows) for key, rows in sets.items()}
 
 
 def stacked(tables: list[np.ndarray]) -> np.ndarray:
@@ -117,20 +143,21 @@ def from_gmsh(path: Path) -> GroupedMesh:
         ) from None
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     dimension = [DIMENSION.get(cell_type, -1) for cell_type, _ in blocks]
-    names = {(int(d), int(tag)): name for name, (tag, d) in mesh.field_data.items()}
+    names, groups = physical_names(path), entity_groups(path)
     sets: dict[str, list[np.ndarray]] = {}
-    for name, rows in mesh.cell_sets.items():  # msh 4.1: complete for the named groups
-        if not name.startswith("gmsh:"):
-            sets[name] = [np.asarray(r, np.int64) for r in rows]
-    complete = set(sets)
-    for b, tags in enumerate(mesh.cell_data.get("gmsh:physical", [])):
-        for tag in np.unique(tags):
+    tags_by_block = mesh.cell_data.get("gmsh:physical", [])
+    for b, first in enumerate(tags_by_block):
+        found = {int(tag): np.flatnonzero(first == tag) for tag in np.unique(first)}
+        entity = mesh.cell_data["gmsh:geometrical"][b] if groups is not None else ()
+        if groups is not None and len(entity):  # a block is one entity; meshio knows the first of its groups
+            found = dict.fromkeys(groups.get((dimension[b], int(entity[0])), ()), np.arange(len(entity)))
+        for tag, rows in found.items():
             word = ("point", "line", "surface", "volume")[dimension[b]]
-            name = names.get((dimension[b], int(tag)), f"{word}_{int(tag)}")
-            if tag > 0 and name not in complete:
-                rows = sets.setdefault(name, [np.zeros(0, np.int64) for _ in blocks])
-                rows[b] = np.flatnonzero(tags == tag)
-    return GroupedMesh(points=mesh.points, blocks=blocks, cell_sets=sets)
+            name = names.get((dimension[b], tag), f"{word}_{tag}")
+            if tag > 0:
+                members = sets.setdefault(name, [np.zeros(0, np.int64) for _ in blocks])
+                members[b] = np.union1d(members[b], rows)
+    return GroupedMesh(points=mesh.points, blocks=blocks, cell_sets=sets, once_per_group=True)
 
 
 def from_vtu(path: Path) -> GroupedMesh:
@@ -163,7 +190,8 @@ def _is_flag(rows: list[Any]) -> bool:
 
 def from_nastran(path: Path) -> GroupedMesh:
     """Read Nastran bulk data: properties become cell sets, SET, SET1 and SET3 become sets of nodes or cells."""
-    cards, mesh = read_nastran_cards(path), read_nastran_mesh(path)
+    mesh = read_nastran_mesh(path)
+    cards = read_nastran_cards(path, mesh.ids, np.concatenate([np.zeros(0, np.int64), *mesh.elements.values()]))
     place = {int(number): i for i, number in enumerate(mesh.ids)}
     _check_once(path, mesh.ids, mesh.points)
     blocks = [(kind, _rows(path, cells, mesh.ids)) for kind, cells in mesh.cells.items()]
@@ -180,7 +208,9 @@ def from_nastran(path: Path) -> GroupedMesh:
     spiders, left_out = nastran_connectors(path)
     left_out += [f"{number} {name}" for name, number in sorted(mesh.unknown.items())]
     nodes |= {name: _known_nodes(name, numbers, place, path) for name, numbers in spiders.items() if len(numbers)}
-    return GroupedMesh(points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets, left_out=left_out)
+    return GroupedMesh(
+        points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets, left_out=left_out, notes=cards.notes
+    )
 
 
 def _rows(path: Path, cells: np.ndarray, ids: np.ndarray) -> np.ndarray:
@@ -237,30 +267,22 @@ def from_abaqus(path: Path) -> GroupedMesh:
         if not name.startswith("_")
     }  # "_" marks internal sets
     nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
+    for name, wanted in cards.nodes_of.items():
+        rows = [cells[np.isin(ids, np.concatenate(wanted))] for (_, cells), ids in zip(blocks, cards.element_ids)]
+        nodes[name] = np.unique(np.concatenate([nodes.get(name, np.zeros(0, np.int64)), *(r.ravel() for r in rows)]))
     facets: dict[str, list[np.ndarray]] = {}
-    for name, faces in cards.surfaces.items():
-        for numbers, corners in faces:
-            for (cell_type, cells), ids in zip(blocks, cards.element_ids):
-                chosen = cells[np.isin(ids, numbers)]
-                face = _face_with(cell_type, corners)
-                if len(chosen) and face:
-                    facets.setdefault(name, []).append(chosen[:, list(face)])
+    for name, lines in cards.surfaces.items():
+        for numbers, side in lines:
+            found = surface_facets(blocks, cards.element_ids, numbers, side)
+            facets.setdefault(name, []).extend(found)
+            if not found:
+                cards.unread.append(f"surface '{name}', side '{side}': its elements have no such face")
     return GroupedMesh(
         points=mesh.points,
         blocks=blocks,
         node_sets=nodes,
         cell_sets=sets,
-        facet_sets={name: stacked(tables) for name, tables in facets.items()},
+        facet_sets={name: stacked(tables) for name, tables in facets.items() if tables},
         left_out=[f"{number} {keyword}" for keyword, number in sorted(cards.left_out.items())],
+        notes=[f"not read: {text}" for text in cards.unread],
     )
-
-
-def _face_with(cell_type: str, faces_by_family: dict[str, frozenset[int]]) -> tuple[int, ...]:
-    """Return the local nodes of the face whose corners Abaqus names by a face number, or () for other cells."""
-    from flexmb.fem.solid_elements import SOLID_ELEMENTS
-
-    element = SOLID_ELEMENTS.get(cell_type)
-    if element is None or element.family not in faces_by_family:
-        return ()
-    corners = faces_by_family[element.family]
-    return next(face for face in element.faces if frozenset(face[: len(corners)]) == corners)

@@ -3,6 +3,9 @@
 Sets: ``SET 3 = 1, 5 THRU 9, 20`` of the case control, ``SET1``, and ``SET3`` with GRID or ELEM. Names come from the
 comments of preprocessors: ``$HMSET 3 1 "bore"`` (type 1 nodes, 2 elements) and ``$HMNAME PROP 7"lever"``
 (HyperMesh), ``$ Femap Property 7 : lever`` (Femap). Sets without a name are called "set_3", properties "pid_7".
+
+What a set of the case control or a SET1 holds, its card does not say. It follows from the comment, else from the
+command that uses it (``STRESS = 3`` takes elements, ``DISP = 3`` grid points), else from the numbers that exist.
 """
 
 from __future__ import annotations
@@ -21,23 +24,44 @@ __all__ = ["NastranCards", "read_nastran_cards"]
 SET_NAME = re.compile(r'^\$HMSET\s+(\d+)\s+(\d+)\s+"([^"]+)"')
 PROPERTY_NAME = re.compile(r'^\$HMNAME\s+PROP\s+(\d+)\s*"([^"]+)"|^\$\s*Femap Property\s+(\d+)\s*:\s*(.+?)\s*$')
 CASE_SET = re.compile(r"^\s*SET\s+(\d+)\s*=(.*)$", re.IGNORECASE)
+REQUEST = re.compile(r"^\s*([A-Z]{3,})\s*(?:\([^)]*\))?\s*=\s*(\d+)\s*$", re.IGNORECASE)
+OF_ELEMENTS = ("STRE", "STRA", "FORC", "ELFO", "ELST", "ELSD", "ESE", "EKE", "EDE")
+OF_NODES = (
+    "DISP",
+    "VECT",
+    "PRES",
+    "ACCE",
+    "VELO",
+    "SPCF",
+    "MPCF",
+    "OLOA",
+    "GPFO",
+    "SVEC",
+    "SDIS",
+    "SVEL",
+    "SACC",
+    "THER",
+)
+"""Output requests by their first letters, as far as Nastran reads them (MSC Nastran Quick Reference Guide)."""
 
 
 @dataclass(kw_only=True)
 class NastranCards:
-    """Sets by name (file numbers of nodes or elements) and names of properties."""
+    """Sets by name (file numbers of nodes or elements), names of properties, and sentences on what was not read."""
 
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     element_sets: dict[str, np.ndarray] = field(default_factory=dict)
     property_names: dict[int, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
-def read_nastran_cards(path: Path) -> NastranCards:
-    """Read sets and names."""
+def read_nastran_cards(path: Path, node_ids: np.ndarray, element_ids: np.ndarray) -> NastranCards:
+    """Read sets and names of a file with these grid points and elements."""
     lines = nastran_lines(path)
     names: dict[int, tuple[str, int]] = {}
     cards = NastranCards()
-    found: list[tuple[int, str, list[str]]] = []  # set number, "GRID", "ELEM" or "" if the card does not say, words
+    found: list[tuple[int, str, list[str]]] = []  # set number, "GRID", "ELEM", "SET1" or "", words
+    requests: dict[int, set[str]] = {}
     i = 0
     while i < len(lines):
         line = lines[i]
@@ -54,6 +78,11 @@ def read_nastran_cards(path: Path) -> NastranCards:
                 text, i = text + lines[i], i + 1
             found.append((int(match[1]), "", text.replace(",", " ").split()))
             continue
+        if match := REQUEST.match(line):
+            kind = match[1][:4].upper()
+            kind = "ELEM" if kind.startswith(OF_ELEMENTS) else "GRID" if kind.startswith(OF_NODES) else ""
+            requests.setdefault(int(match[2]), set()).update([kind] if kind else [])
+            continue
         upper = line.upper()
         if upper.startswith(("SET1", "SET3")):
             words = fields(upper)
@@ -62,10 +91,46 @@ def read_nastran_cards(path: Path) -> NastranCards:
                 i += 1
             found.append(bulk_set(words))
     for number, kind, words in found:
-        name, code = names.get(number, (f"set_{number}", 1))
-        target = cards.element_sets if kind == "ELEM" or (kind == "" and code == 2) else cards.node_sets
+        name, code = names.get(number, (f"set_{number}", 0))
+        if kind in ("", "SET1") and not code:
+            uses = {"GRID"} if kind else requests.get(number, set())  # SET1 lists grid points of splines, mostly
+            _sort_by_use(cards, path, name, words, uses, node_ids, element_ids)
+            continue
+        target = cards.element_sets if kind == "ELEM" or (kind in ("", "SET1") and code == 2) else cards.node_sets
         target[name] = expanded(path, name, words)
     return cards
+
+
+def _sort_by_use(
+    cards: NastranCards,
+    path: Path,
+    name: str,
+    words: list[str],
+    used_for: set[str],
+    node_ids: np.ndarray,
+    element_ids: np.ndarray,
+) -> None:
+    """Add a set whose card and comments do not say what it holds; such a set never stops the reading."""
+    try:
+        numbers = expanded(path, name, words)
+    except MeshError:
+        cards.notes.append(
+            f"the set '{name}' reads '{' '.join(words)[:40]}'; it is no list of numbers and was left out"
+        )
+        return
+    nodes, elements = bool(np.isin(numbers, node_ids).all()), bool(np.isin(numbers, element_ids).all())
+    if not nodes and not elements:  # of modes, frequencies, or of parts that are not in this file
+        cards.notes.append(f"the set '{name}' names neither grid points nor elements of this file and was left out")
+        return
+    if nodes and elements and len(used_for) != 1:
+        cards.notes.append(
+            f"the numbers of the set '{name}' are those of grid points and of elements, and nothing says which are "
+            f"meant; it was taken as grid points. A comment $HMSET with the type 2 makes it one of elements"
+        )
+    if elements and (not nodes or used_for == {"ELEM"}):
+        cards.element_sets[name] = numbers
+    else:
+        cards.node_sets[name] = numbers
 
 
 def fields(line: str) -> list[str]:
@@ -82,7 +147,7 @@ def bulk_set(words: list[str]) -> tuple[int, str, list[str]]:
     """Return number, kind and members of a SET1 or SET3 card."""
     if words[0].startswith("SET3"):
         return int(words[1]), words[2], words[3:]
-    return int(words[1]), "", words[2:]
+    return int(words[1]), "SET1", words[2:]
 
 
 def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:

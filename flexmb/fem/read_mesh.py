@@ -61,7 +61,8 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     Warns
     -----
     MeshWarning
-        Coincident nodes, a set without cells, masses and links that were left out.
+        Coincident nodes, a set without cells, cells that are listed twice, masses, links and surfaces that were left
+        out.
     """
     if not isinstance(path, str | Path):
         raise MeshError(
@@ -101,14 +102,7 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     ):
         grouped = reader(path)
         mesh = to_mesh(grouped, path.stem, part)
-    if grouped.left_out:
-        warnings.warn(
-            f"{part}: left out were {', '.join(grouped.left_out)}; a mesh holds nodes, elements and sets. Add "
-            "them to the FE model with fem.with_mass, fem.with_rigid_link, fem.with_averaging_link or "
-            "fem.with_spring",
-            MeshWarning,
-            stacklevel=2,
-        )
+    _warn_about_losses(part, grouped)
     kept = mesh.without_unused_nodes().scaled(float(scale))
     for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
         warnings.warn(
@@ -116,6 +110,19 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         )
     _warn_about_coincident_nodes(part, kept)
     return kept
+
+
+def _warn_about_losses(part: str, grouped: GroupedMesh) -> None:
+    """Name what the file holds and the mesh does not."""
+    found = list(grouped.notes)
+    if grouped.left_out:
+        found.append(
+            f"left out were {', '.join(grouped.left_out)}; a mesh holds nodes, elements and sets. Add "
+            "them to the FE model with fem.with_mass, fem.with_rigid_link, fem.with_averaging_link or "
+            "fem.with_spring"
+        )
+    for text in found:
+        warnings.warn(f"{part}: {text}", MeshWarning, stacklevel=3)
 
 
 def _warn_about_coincident_nodes(part: str, mesh: Mesh) -> None:

@@ -15,6 +15,7 @@ from flexmb.fem.facets import oriented_facet_sets, same_side
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.mesh import DIMENSION, Mesh, MeshWarning
 from flexmb.fem.plausibility import warn_about_material, warn_about_size
+from flexmb.fem.repeated_cells import first_copies
 from flexmb.fem.solid_block import SolidBlock
 from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
 from flexmb.model.described import check_kind
@@ -50,7 +51,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     Raises
     ------
     MeshError
-        No solid cells, inverted or flat cells, cells without or with several materials.
+        No solid cells, inverted or flat cells, cells that are listed twice, without or with several materials.
 
     Warns
     -----
@@ -79,6 +80,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
         if DIMENSION[cell_type] < 3 or not len(connectivity):
             continue
         element = kinds[cell_type]
+        _check_each_once(part, cell_type, connectivity)
         cells = _oriented(part, mesh.points, connectivity, element)
         for given, rows in _materials(part, mesh, material, number, len(cells)):
             warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
@@ -195,6 +197,20 @@ def _check_solid_set(part: str, mesh: Mesh, name: str) -> None:
             found=f"a material is given for the cell set '{name}', which {what}",
             expected=f"sets with solid cells: {', '.join(solid) or 'none'}",
             remedy=did_you_mean(name, solid) or "Name the physical groups of volumes in the mesh",
+        )
+
+
+def _check_each_once(part: str, cell_type: str, connectivity: np.ndarray) -> None:
+    """Raise MeshError where a cell is listed twice: two solids cannot be in one place."""
+    first = first_copies(cell_type, connectivity)
+    copies = np.flatnonzero(first != np.arange(len(first)))
+    if len(copies):
+        raise MeshError(
+            part,
+            found=f"{len(copies)} {cell_type} cells are listed twice, the first is number {copies[0]} "
+            f"(counted from 0), which has the nodes of number {first[copies[0]]}",
+            expected="each cell once: a copy doubles mass and stiffness there",
+            remedy="Leave the copies out, or read the file with fem.read_mesh, which merges them",
         )
 
 
