@@ -8,7 +8,6 @@ import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 
 NAME = "check"
-LISTED = 6
 SUMMARY = "count freedoms, name redundant equations, try the assembly"
 
 
@@ -22,18 +21,5 @@ def execute(arguments: argparse.Namespace) -> int:
     report = fmb.check(model)
     print(report)
     if report.mobility > 0:
-        print(f"  frequencies about the start: {_frequencies(model)}")
+        print(f"  frequencies about the start: {fmb.first_frequencies(model)}")
     return 0
-
-
-def _frequencies(model: fmb.Model) -> str:
-    """Return the lowest natural frequencies of the assembled model, linearised where it starts, as text.
-
-    Freedoms without stiffness (a free crank, a rigid body in space) have none.
-    """
-    linear = fmb.linearize(model)
-    found = [f"{frequency:.4g}" for frequency in linear.frequencies if frequency > 0.0]
-    free = len(linear.frequencies) - len(found)
-    listed = ", ".join(found[:LISTED]) + (", ..." if len(found) > LISTED else "")
-    others = f"{free} without oscillation" if free else ""
-    return "; ".join(text for text in (f"{listed} Hz" if listed else "", others) if text)

@@ -25,9 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", help="mesh file: Gmsh .msh, Nastran .bdf, Abaqus .inp, .vtu")
     parser.add_argument(
         "--material",
-        default="steel",
         metavar="NAME",
-        help="steel, aluminium, titanium, or young=...,poisson=...,density=... in SI units",
+        help="steel, aluminium, titanium, or young=...,poisson=...,density=... in SI units; must be given",
     )
     parser.add_argument(
         "--thickness",
@@ -74,12 +73,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-stress", action="store_true", help="leave out stress modes: a smaller file")
     parser.add_argument("--no-report", action="store_true", help="do not write the report (.html, .json) beside it")
     parser.add_argument("-o", "--out", metavar="FILE", help="file to write; default: <mesh>.h5")
+    parser.add_argument("--overwrite", action="store_true", help="replace the body that the file holds")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     from flexmb import fem, io, reduction
 
-    material = _material(arguments.material)
     interfaces, stations, loads = (
         _named(getattr(arguments, word), f"--{word}") for word in ("interface", "station", "load")
     )
@@ -98,6 +97,8 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="at least one place where joints act",
             remedy="Add --interface a=NAME_OF_A_SET",
         )
+    material = _material(arguments.material)
+    out = _target(arguments)
     with ProgressBar() as progress:
         progress("reading the mesh", 0.0)
         mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
@@ -113,7 +114,7 @@ def execute(arguments: argparse.Namespace) -> int:
             stress=not arguments.no_stress,
             progress=progress,
         )
-    out = data.save(arguments.out or Path(arguments.mesh).with_suffix(".h5").name)
+    out = data.save(out)
     print(data.report())
     print()
     print(_summary(data, out))
@@ -123,7 +124,28 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _material(text: str) -> fmb.Material:
+def _target(arguments: argparse.Namespace) -> Path:
+    """Return the file to write; ModelError where that would replace a body unasked, before hours of reduction."""
+    out = Path(arguments.out or Path(arguments.mesh).with_suffix(".h5").name)
+    if out.exists() and not arguments.overwrite:
+        raise ModelError(
+            f"Reduced body '{out}'",
+            found="the file exists already",
+            expected="a new file",
+            remedy="Give another one with -o, or --overwrite to replace it",
+        )
+    return out
+
+
+def _material(text: str | None) -> fmb.Material:
+    if text is None:
+        raise ModelError(
+            "flexmb reduce",
+            found="no --material",
+            expected=f"one of {', '.join(fmb.MATERIALS)}, or numbers",
+            remedy="Add --material steel, or --material young=210e9,poisson=0.3,density=7850; the mesh file does not "
+            "give it",
+        )
     if "=" not in text:
         if text not in fmb.MATERIALS:
             raise ModelError(

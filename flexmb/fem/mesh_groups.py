@@ -148,7 +148,7 @@ def from_gmsh(path: Path) -> GroupedMesh:
     tags_by_block = mesh.cell_data.get("gmsh:physical", [])
     for b, first in enumerate(tags_by_block):
         found = {int(tag): np.flatnonzero(first == tag) for tag in np.unique(first)}
-        entity = mesh.cell_data["gmsh:geometrical"][b] if groups is not None else ()
+        entity = mesh.cell_data["gmsh:geometrical"][b] if groups is not None else np.zeros(0, int)
         if groups is not None and len(entity):  # a block is one entity; meshio knows the first of its groups
             found = dict.fromkeys(groups.get((dimension[b], int(entity[0])), ()), np.arange(len(entity)))
         for tag, rows in found.items():

@@ -76,5 +76,6 @@ def _nastran(path: Path):
                 )
             labels.append(int(words[1]))
             positions.append([nastran_float(word) for word in [*words, "", ""][3:6]])
-    sets = {name: np.asarray(numbers) for name, numbers in read_nastran_cards(path).node_sets.items()}
+    cards = read_nastran_cards(path, np.array(labels, np.int64), np.zeros(0, np.int64))
+    sets = {name: np.asarray(numbers) for name, numbers in cards.node_sets.items()}
     return np.array(labels, int), np.array(positions).reshape(-1, 3), sets

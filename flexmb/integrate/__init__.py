@@ -4,6 +4,7 @@ from flexmb.integrate.accelerations import Accelerations, accelerations
 from flexmb.integrate.campbell import Campbell, campbell
 from flexmb.integrate.check import Report, check
 from flexmb.integrate.explicit import Explicit
+from flexmb.integrate.first_frequencies import FirstFrequencies, first_frequencies
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
@@ -23,6 +24,7 @@ __all__ = [
     "Baumgarte",
     "Campbell",
     "Explicit",
+    "FirstFrequencies",
     "GeneralizedAlpha",
     "Implicit",
     "LimitPoint",
@@ -35,6 +37,7 @@ __all__ = [
     "accelerations",
     "campbell",
     "check",
+    "first_frequencies",
     "inverse_dynamics",
     "kinematics",
     "linearize",

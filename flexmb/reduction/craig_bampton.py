@@ -151,6 +151,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
     normal, exact = choose_modes(body, asked.modes)
+    band = asked.modes.frequency if isinstance(asked.modes, UpTo) else np.inf
     normal = with_residuals(body, normal, forces[:, [names.index(name) for name in asked.residual_vectors]])
     clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
     basis = orthonormal_basis(body, normal, clamped)
@@ -166,7 +167,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         exact = free_modes(body, asked.compare, start=basis.shapes)
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
-    quality = quality_numbers(body, normal, basis, exact, clamped, stations=markers[len(couplings) :])
+    quality = quality_numbers(body, normal, basis, exact, clamped, markers[len(couplings) :], band)
     data = _data(fe, markers, basis, names, forces, asked.stress)
     data = replace(
         data,

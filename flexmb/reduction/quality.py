@@ -27,8 +27,12 @@ def quality_numbers(
     exact: NormalModes | None,
     clamped: int | None,
     stations: Sequence[MarkerMotion] = (),
+    band: float = np.inf,
 ) -> dict[str, Any]:
-    """Return the report as numbers and text that JSON can hold (flexmb.model.modal_neutral_report words it)."""
+    """Return the report as numbers and text that JSON can hold (flexmb.model.modal_neutral_report words it).
+
+    Frequencies above `band`, Hz, were not asked to be right: nothing is said of them.
+    """
     fe = body.fe
     reduced = basis if clamped is None else orthonormal_basis(body, normal, None)
     numbers = {
@@ -52,7 +56,7 @@ def quality_numbers(
         "frequencies": _frequencies(reduced, exact),
         "modes": _mode_table(body, normal, basis),
     }
-    return {**numbers, "warnings": _warnings(body, numbers) + _far_stations(body, stations)}
+    return {**numbers, "warnings": _warnings(body, numbers, band) + _far_stations(body, stations)}
 
 
 def _interface(coupling: Coupling) -> dict[str, Any]:
@@ -78,10 +82,10 @@ def _far_stations(body: HeldBody, stations: Sequence[MarkerMotion]) -> list[str]
     return found
 
 
-def _warnings(body: HeldBody, numbers: dict[str, Any]) -> list[str]:
+def _warnings(body: HeldBody, numbers: dict[str, Any], band: float) -> list[str]:
     """Say what looks wrong and what to do about it."""
     found = []
-    poor = [n for n, row in enumerate(numbers["frequencies"]) if row["error"] > _POOR]
+    poor = [n for n, row in enumerate(numbers["frequencies"]) if row["error"] > _POOR and row["full"] <= band]
     if poor:
         row = numbers["frequencies"][poor[0]]
         found.append(

@@ -27,6 +27,7 @@ def notices(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
         if not solution.status.ok:
             found.append(name + str(solution.status))
         found += [name + text for text in solution.statistics.get("warnings", ())]
+        found += [name + text for text in _of_reductions(solution.model)]
         report = checks.get(run.name)
         if report is not None and report.redundant:
             found.append(
@@ -40,6 +41,16 @@ def notices(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
     boxes = [f'<div class="warning">{escape(text)}</div>' for text in found]
     boxes += [f'<div class="event">{escape(text)}</div>' for text in events]
     return "".join(boxes) or '<div class="fine">Reached its end without a warning.</div>'
+
+
+def _of_reductions(described) -> list[str]:
+    """Return the warnings of the quality reports of all reduced bodies; equal bodies are named together."""
+    found: dict[str, list[str]] = {}
+    for body in described.bodies if described is not None else ():
+        data = getattr(body, "reduced", None)
+        for text in data.quality.get("warnings", ()) if data is not None else ():
+            found.setdefault(text, []).append(body.name)
+    return [f"Reduction of {', '.join(names)}: {text}" for text, names in found.items()]
 
 
 def model(described) -> str:
@@ -140,6 +151,19 @@ def mobility(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
     return "<h2>Mobility</h2>" + table(titles, rows) + note + "".join(more)
 
 
+def _damping_shares(body) -> np.ndarray:
+    """Return the fraction of critical damping of every coordinate alone, (m,): D_jj / (2 sqrt(k_jj m_jj)).
+
+    What counts is the body in its model: the damping proposed at reduction and the body's own.
+    """
+    data = body.reduced
+    if not hasattr(body, "damping_matrix"):
+        return data.damping_ratios
+    critical = 2.0 * np.sqrt(np.maximum(np.diag(data.stiffness), 0.0) * np.diag(data.invariants.nn))
+    own = np.diag(body.damping_matrix())
+    return np.divide(own, critical, out=np.zeros(len(own)), where=critical > 0.0)
+
+
 def modes(described) -> str:
     """The lowest flexible coordinates of every reduced body."""
     parts = []
@@ -148,7 +172,7 @@ def modes(described) -> str:
         if data is None or not data.n_modes:
             continue
         rows = []
-        for row in mode_table(data)[:MODES]:
+        for row, damping in zip(mode_table(data)[:MODES], _damping_shares(body)):
             moves = sorted(row["effective_mass"].items(), key=lambda item: -item[1])
             masses = ", ".join(f"{escape(name)} {percent(share)}" for name, share in moves[:2] if share >= 0.001)
             rows.append(
@@ -157,7 +181,7 @@ def modes(described) -> str:
                     f"{row['frequency']:.5g}",
                     escape(row["kind"]),
                     escape(row["interface"]),
-                    percent(row["damping_ratio"], 2),
+                    percent(float(damping), 2),
                     percent(row["compliance"]),
                     masses,
                 ]

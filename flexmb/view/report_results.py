@@ -204,8 +204,9 @@ def energy(runs: Sequence[Run]) -> str:
             for (name, y), color in zip(named, COLORS)
             if np.abs(y).max() > 1e-6 * largest
         ]
-        svg = svg_curves(lines, y_label=f"[{unit}]", events=event_times(run.solution))
-        drawn.append(figure("Energy" + (f", {run.name}" if len(runs) > 1 else ""), svg, f"[{unit}]"))
+        if lines:  # a model at rest without gravity has no energy
+            svg = svg_curves(lines, y_label=f"[{unit}]", events=event_times(run.solution))
+            drawn.append(figure("Energy" + (f", {run.name}" if len(runs) > 1 else ""), svg, f"[{unit}]"))
     if not rows:
         return ""
     titles = [("run", True), ("most kinetic", False), ("most strain", False), ("work of loads", False)]

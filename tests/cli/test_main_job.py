@@ -54,6 +54,8 @@ def bracket(tmp_path, monkeypatch):
             [
                 "reduce",
                 MESH,
+                "--material",
+                "steel",
                 "--interface",
                 "foot=foot",
                 "--interface",

@@ -95,7 +95,11 @@ def test_shells(thickness, capsys):
     )
     mesh.write("plate.msh", file_format="gmsh22", binary=False)
     options = [word for text in thickness for word in ("--thickness", text)]
-    assert main(["reduce", "plate.msh", *options, "--interface", "a=0", "--interface", "b=26", "--modes", "4"]) == 0
+    steel = ["--material", "steel"]
+    assert (
+        main(["reduce", "plate.msh", *steel, *options, "--interface", "a=0", "--interface", "b=26", "--modes", "4"])
+        == 0
+    )
     data = fmb.ModalNeutralData.load("plate.h5")
     assert data.mass == pytest.approx(7850 * 0.04 * (0.002 if len(thickness) == 1 else 0.003), rel=1e-9)
     assert data.n_modes == 2 * 6 + 4 - 6
@@ -139,8 +143,28 @@ def test_shells(thickness, capsys):
     ],
 )
 def test_errors_are_messages(arguments, messages, capsys):
-    assert main(["reduce", *arguments]) == 2
+    steel = [] if "--material" in arguments else ["--material", "steel"]
+    assert main(["reduce", *arguments, *steel]) == 2
     written = capsys.readouterr().err
     assert written.startswith("flexmb reduce: ")
     for message in messages:
         assert message in written
+
+
+def test_the_material_must_be_said(capsys):
+    assert main(["reduce", MESH, "--interface", "a=foot"]) == 2
+    written = capsys.readouterr().err
+    assert "no --material" in written
+    assert "Add --material steel" in written
+    assert not list(Path().iterdir())
+
+
+def test_a_body_is_replaced_only_when_asked(capsys):
+    command = ["reduce", MESH, "--interface", "a=foot", "--modes", "1", "--no-report", "-o", "b.h5", "--material"]
+    assert main([*command, "steel"]) == 0
+    before = Path("b.h5").read_bytes()
+    assert main([*command, "aluminium"]) == 2
+    assert "Reduced body 'b.h5': the file exists already" in capsys.readouterr().err
+    assert Path("b.h5").read_bytes() == before
+    assert main([*command, "aluminium", "--overwrite"]) == 0
+    assert fmb.ModalNeutralData.load("b.h5").mass == pytest.approx(1.006 / 7850 * 2800, rel=1e-3)

@@ -17,7 +17,10 @@ MESH = str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
 def bracket(tmp_path, monkeypatch, capsys):
     """A reduced bracket in the working folder, and what was printed."""
     monkeypatch.chdir(tmp_path)
-    assert main(["reduce", MESH, "--interface", "a=foot", "--interface", "b=load", "--modes", "4"]) == 0
+    assert (
+        main(["reduce", MESH, "--material", "steel", "--interface", "a=foot", "--interface", "b=load", "--modes", "4"])
+        == 0
+    )
     return capsys.readouterr().out
 
 
@@ -31,7 +34,24 @@ def test_reduce_writes_and_prints_the_report(bracket):
 
 def test_report_can_be_left_out(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["reduce", MESH, "--interface", "a=foot", "--modes", "2", "--no-report", "-o", "x.h5"]) == 0
+    assert (
+        main(
+            [
+                "reduce",
+                MESH,
+                "--material",
+                "steel",
+                "--interface",
+                "a=foot",
+                "--modes",
+                "2",
+                "--no-report",
+                "-o",
+                "x.h5",
+            ]
+        )
+        == 0
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["x.h5"]
 
 

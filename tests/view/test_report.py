@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ElementTree
+from html import escape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -236,3 +237,21 @@ def test_units_of_the_page(swing):
     assert [duration(x) for x in (0.523, 41.6, 200.0)] == ["0.52 s", "42 s", "3 min 20 s"]
     assert [column.title for column in shown_columns(swing, "tip")] == ["x", "z"]
     assert sizes([swing], "tip")["m"] == pytest.approx(1.0)
+
+
+def test_damping_and_warnings_of_reduced_bodies(tmp_path):
+    """The page shows the damping of the body in its model, 3 %, and what its reduction warned of."""
+    from reduction.solids import block
+
+    data = fmb.reduction.reduce(block(), {"a": "left", "b": "right"}, modes=0, damping=0.01)
+    (poor,) = [text for text in data.quality["warnings"] if text.startswith("The reduced frequency")]
+    m = data.n_modes
+    beam = fmb.FloatingBody("beam", data=data, damping=0.02)
+    twin = fmb.FloatingBody("twin", data=data, at=(0, 0, 1), damping=np.diag([5.0] + [0.0] * (m - 1)))
+    model = fmb.Model(bodies=[beam, twin])
+    text, page = read(report(fmb.simulate(model, 1e-6, samples=2), tmp_path / "report.html", pictures=False))
+    tables = [rows[1:] for rows in page.tables if rows[0][1:2] == ["frequency Hz"]]
+    assert [row[4] for row in tables[0]] == ["3.00 %"] * m
+    ratio = 5.0 / (2.0 * np.sqrt(data.stiffness[0, 0] * data.invariants.nn[0, 0]))
+    assert [row[4] for row in tables[1]] == [f"{100 * ratio:.2f} %"] + ["0.00 %"] * (m - 1)
+    assert f"Reduction of beam, twin: {escape(poor)}" in text
