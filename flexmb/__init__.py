@@ -31,6 +31,7 @@ _ROOMS = {
     "simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
+    "flexmb.trust": "Verification verify",
     "flexmb.study": "sweep",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }

@@ -1,6 +1,6 @@
 """The command ``flexmb``: reads the arguments, runs a verb, turns errors into messages and exit codes.
 
-Exit codes: 0 done, 2 an error that the message explains, 130 interrupted.
+Exit codes: 0 done, 1 what `verify` looked at does not hold, 2 an error that the message explains, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -13,12 +13,15 @@ import warnings
 from collections.abc import Sequence
 from types import ModuleType
 
-from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, view
+from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, verify, view
 from flexmb.errors import FlexmbError
 
 __all__ = ["VERBS", "main"]
 
-VERBS: tuple[ModuleType, ...] = (reduce, show, check, run, resume, sweep, export, plot, render, view, report, demo)
+VERBS: tuple[ModuleType, ...] = (
+    *(reduce, show, check, run, resume, verify, sweep),
+    *(export, plot, render, view, report, demo),
+)
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 
 FAILED, INTERRUPTED = 2, 130

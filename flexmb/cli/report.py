@@ -12,7 +12,7 @@ from pathlib import Path
 
 import flexmb as fmb
 from flexmb.cli.picture_arguments import direction
-from flexmb.cli.run_folder import open_run
+from flexmb.cli.run_folder import open_run, stored_verification
 from flexmb.errors import FlexmbError, ModelError
 
 NAME = "report"
@@ -48,8 +48,12 @@ def execute(arguments: argparse.Namespace) -> int:
                 checks[name] = fmb.check(solution.model)
         except FlexmbError as error:  # the rest of the report stands without it
             print(f"No mobility of {name}. {error}")
+    kept = {_name(path, arguments.run): stored_verification(path) for path in arguments.run}
+    verified = {name: found for name, found in kept.items() if found is not None}
     target = Path(arguments.out) if arguments.out else usual
-    written = fmb.view.report(runs, target, checks=checks, pictures=not arguments.no_pictures, camera=camera)
+    written = fmb.view.report(
+        runs, target, checks=checks, verified=verified, pictures=not arguments.no_pictures, camera=camera
+    )
     print(f"Report: {written}")
     return 0
 

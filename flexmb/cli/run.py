@@ -16,7 +16,7 @@ from pathlib import Path
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
-from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, new_run
+from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run
 from flexmb.errors import DataFileError, IntegrationError
 
 NAME = "run"
@@ -77,6 +77,7 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
 def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:
     """Write the table of the sensors and the end of the log of a run folder; return the solution."""
     fmb.write_table(solution, folder / TABLE)
+    (folder / VERIFICATION).unlink(missing_ok=True)  # of the run as it was before
     for name, number in solution.statistics.items():
         log.line(f"{name}: {number}")
     for event in happened(solution):

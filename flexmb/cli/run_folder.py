@@ -10,9 +10,10 @@ from types import TracebackType
 import flexmb as fmb
 from flexmb.errors import DataFileError, ModelError, did_you_mean
 
-__all__ = ["LOG", "MODEL", "SOLUTION", "TABLE", "Log", "new_run", "open_run"]
+__all__ = ["LOG", "MODEL", "SOLUTION", "TABLE", "VERIFICATION", "Log", "new_run", "open_run", "stored_verification"]
 
 MODEL, SOLUTION, TABLE, LOG = "model.toml", "solution.h5", "sensors.csv", "log.txt"
+VERIFICATION = "verification.json"
 
 
 def new_run(folder: Path, model_file: Path, *, overwrite: bool = False) -> Path:
@@ -46,7 +47,7 @@ def new_run(folder: Path, model_file: Path, *, overwrite: bool = False) -> Path:
             expected="a folder that can be written",
             remedy="Give another one with --out",
         ) from None
-    for name in (MODEL, SOLUTION, TABLE, LOG):
+    for name in (MODEL, SOLUTION, TABLE, LOG, VERIFICATION):
         (folder / name).unlink(missing_ok=True)
     return folder
 
@@ -66,6 +67,12 @@ def open_run(folder: str | Path) -> fmb.Solution:
     if stored.model is not None or not (folder / MODEL).is_file():
         return stored
     return fmb.Solution.load(folder / SOLUTION, model=fmb.load_model(folder / MODEL))
+
+
+def stored_verification(folder: str | Path) -> fmb.Verification | None:
+    """Return what `flexmb verify` has found about a run folder, or None if it was not asked."""
+    path = Path(folder) / VERIFICATION
+    return fmb.Verification.load(path) if path.is_file() else None
 
 
 class Log:

@@ -83,7 +83,8 @@ def resume(
         raise
     spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
     counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
-    solution = recorder.solution(status, {**counts, "seconds": spent, **phases.validity.statistics})
+    known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
+    solution = recorder.solution(status, {**counts, **known})
     if status.kind == "failed":
         raise IntegrationError(
             f"Model '{model.name}'",

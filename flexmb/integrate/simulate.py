@@ -175,7 +175,8 @@ def simulate(
         recorder.close()
         raise
     spent = time.perf_counter() - clock
-    solution = recorder.solution(status, {**phases.statistics, "seconds": spent, **phases.validity.statistics})
+    known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
+    solution = recorder.solution(status, {**phases.statistics, **known})
     if status.kind == "failed":
         raise IntegrationError(
             f"Model '{model.name}'",

@@ -14,7 +14,7 @@ import numpy as np
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.io.scene import Scene
 from flexmb.io.web_page import page
-from flexmb.view import report_model, report_results
+from flexmb.view import report_model, report_results, report_trust
 from flexmb.view.curves import COLORS
 from flexmb.view.graphics import require_graphics
 from flexmb.view.pictures import largest_stress, upwards
@@ -40,7 +40,13 @@ PIXELS = (960, 600)
 
 
 def report(
-    runs: Any, path: str | Path, *, checks: Mapping[str, Any] | None = None, pictures: bool = True, camera=None
+    runs: Any,
+    path: str | Path,
+    *,
+    checks: Mapping[str, Any] | None = None,
+    verified: Mapping[str, Any] | None = None,
+    pictures: bool = True,
+    camera=None,
 ) -> Path:
     """Write a report and return its path: model, mobility, pictures, curves, loads, energy, modes, solver.
 
@@ -52,6 +58,8 @@ def report(
         ``.html``.
     checks : mapping of name to Report, optional
         What `flexmb.check` found about the models of the runs.
+    verified : mapping of name to Verification, optional
+        What `flexmb.verify` found about the runs.
     pictures : bool
         Draw still pictures; a machine that cannot draw leaves them out and says so in the page.
     camera : (3,), optional
@@ -70,7 +78,7 @@ def report(
     if not given:
         raise FlexmbError("Report", found="there is no run", expected="at least one", remedy="Give a solution")
     named = [Run(str(name), solution, COLORS[k % len(COLORS)]) for k, (name, solution) in enumerate(given.items())]
-    text = _page(named, checks or {}, pictures, camera)
+    text = _page(named, checks or {}, verified or {}, pictures, camera)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -84,7 +92,7 @@ def report(
     return path
 
 
-def _page(runs: list[Run], checks: Mapping[str, Any], pictures: bool, camera) -> str:
+def _page(runs: list[Run], checks: Mapping[str, Any], verified: Mapping[str, Any], pictures: bool, camera) -> str:
     described = runs[0].solution.model
     name = described.name if described is not None else runs[0].name
     several = len(runs) > 1
@@ -94,7 +102,7 @@ def _page(runs: list[Run], checks: Mapping[str, Any], pictures: bool, camera) ->
     if pictures:
         parts.append(_stills(runs, camera))
     parts += [report_results.curves(runs), _wide(report_results.extremes(runs)), _wide(report_results.loads(runs))]
-    parts.append(report_results.energy(runs))
+    parts += [report_results.energy(runs), report_trust.trust(runs, verified)]
     if described is not None:
         parts += [report_model.mobility(runs, checks), report_model.model(described)]
         parts += ["" if several else report_model.parameters(described), report_model.modes(described)]
