@@ -1,4 +1,4 @@
-"""Equations from energies: they close for every kind of body, and tell accelerations, forces and places that are wrong."""
+"""Equations from energies close for every kind of body, and find accelerations, forces and places that are wrong."""
 
 from dataclasses import replace
 from functools import cache
@@ -16,7 +16,7 @@ from flexmb.trust.levels import constraint_levels
 SAMPLES = (2, 5, 8)
 MESH = Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh"
 CLOSED = 1e5 * MACHINE
-"""Differences of sixth order lose four to five of the sixteen digits, most where stiffness is large beside the loads."""
+"""Differences of sixth order lose four to five of sixteen digits, most where stiffness is large beside the loads."""
 
 
 @cache
