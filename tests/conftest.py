@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import zlib
 from functools import cache
 from pathlib import Path
 
@@ -32,10 +31,18 @@ assert plotter.screenshot(None, return_img=True).std() > 0
 """
 
 
+def pytest_addoption(parser):
+    parser.addoption("--seed", type=int, default=1, help="seed of the random models and states (default: 1)")
+
+
+def pytest_report_header(config) -> str:
+    return f"random models and states: --seed {config.getoption('seed')}"
+
+
 @pytest.fixture
 def rng(request) -> np.random.Generator:
-    """Random numbers seeded by the test's name: reproducible one by one and in any order."""
-    return np.random.default_rng(zlib.crc32(request.node.nodeid.encode()))
+    """Random numbers of one seed for all tests: the same in any order, under any name, alone or with others."""
+    return np.random.default_rng(request.config.getoption("seed"))
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import lstsq, null_space, solve, svd
+from scipy.linalg import null_space, solve, svd
 from scipy.sparse.linalg import splu
 
 from flexmb.errors import CompileError
@@ -35,7 +35,14 @@ DENSE = 200
 
 
 def _least(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return lstsq(A, b, cond=RANK)[0] if A.size else np.zeros(A.shape[1])
+    """Return the x of least norm for which A x is closest to b, refined once with the rounding that it leaves."""
+    if not A.size:
+        return np.zeros(A.shape[1])
+    U, s, Vt = svd(A, full_matrices=False)
+    held = s > RANK * s[0]
+    U, s, Vt = U[:, held], s[held], Vt[held]
+    x = Vt.T @ ((U.T @ b) / s)
+    return x + Vt.T @ ((U.T @ (b - A @ x)) / s)
 
 
 def _multipliers(L: np.ndarray, load: np.ndarray, e: Equations) -> np.ndarray:

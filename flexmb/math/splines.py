@@ -93,25 +93,32 @@ def evaluate_spline(table, s, closed, out):
 def nearest_parameter(table, p, start, closed, axis, out):
     """Return the parameter of the point of the curve nearest to `p` (3,), near `start`; `out` is evaluated there.
 
-    Newton's method on c' . (p - c) = 0, with Gauss' approximation where the curvature would turn it away. With
-    `axis` >= 0 the distance along that axis is left out.
+    Newton's method on c' . (p - c) = 0; where the distance bends down (a point beyond the centre of curvature) Gauss'
+    approximation leads away from the maximum. Steps that lead farther away are halved. With `axis` >= 0 the distance
+    along that axis is left out.
     """
-    s = start
+    s, step, least = start, 0.0, np.inf
     limit = 0.1 * table[int(table[0])]
-    for _ in range(50):
+    for _ in range(100):
         evaluate_spline(table, s, closed, out)
-        along, square, bent = 0.0, 0.0, 0.0
+        along, square, bent, far = 0.0, 0.0, 0.0, 0.0
         for i in range(3):
             if i != axis:
                 e = p[i] - out[0, i]
                 along += out[1, i] * e
                 square += out[1, i] ** 2
                 bent += out[2, i] * e
-        slope = square - bent
-        if slope < 0.3 * square:
-            slope = square
-        step = min(max(along / slope, -limit), limit)
-        s += step
+                far += e * e
+        if far > least * (1.0 + 1e-12):
+            step *= 0.5
+            s -= step
+        else:
+            least = far
+            slope = square - bent
+            if slope <= 0.0:
+                slope = square
+            step = min(max(along / slope, -limit), limit)
+            s += step
         if abs(step) <= 1e-14 * limit:
             break
     evaluate_spline(table, s, closed, out)

@@ -1,7 +1,7 @@
 """Every primitive equation and joint: gradient, rates, work, freedoms, reactions.
 
-Reference of the derivatives: central differences of sixth order along increments of the group, h = 3e-3; their own
-error at these curvatures is below 1e-9.
+Reference of the derivatives: central differences of sixth order along increments of the group, from h = 3e-3 downwards
+until their own error is below 1e-8.
 """
 
 import numpy as np

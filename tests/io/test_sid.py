@@ -191,7 +191,10 @@ def damaged(data, tmp_path, change):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (lambda t: t[: len(t) // 3], r"SID file '.*x\.sid': the block '\w+' has no end\. Expected: an ASCII SID file"),
+        (
+            lambda t: t[: t.index("end Cr")],
+            r"SID file '.*x\.sid': the block 'Cr' has no end\. Expected: an ASCII SID file",
+        ),
         (lambda t: "hello\nworld\n", r"no Taylor block \(mdCM, J, Ct, \.\.\.\)"),
         (lambda t: re.sub(r" +Cr\n.*?end Cr\n", "", t, flags=re.S), r"no block Cr\. Expected: mdCM, J, Ct, Cr, Me, Ke"),
         (
@@ -228,6 +231,16 @@ def damaged(data, tmp_path, change):
 def test_damaged_files(data, tmp_path, change, match):
     with pytest.raises(DataFileError, match=match):
         read_sid(damaged(data, tmp_path, change))
+
+
+def test_cut_off_anywhere(data, tmp_path):
+    """A file that ends early is refused wherever it ends, but for the last end marks, which carry nothing."""
+    path = write_sid(data, tmp_path / "x.sid")
+    whole = path.read_text()
+    for end in np.linspace(0, whole.rindex("end Ke"), 41).astype(int):
+        path.write_text(whole[:end])
+        with pytest.raises(DataFileError, match=r"SID file '.*x\.sid'"):
+            read_sid(path)
 
 
 def test_missing_file(tmp_path):
