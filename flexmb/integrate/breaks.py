@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.math.jets import sample_signals
 
-__all__ = ["just_after", "just_before", "with_breaks"]
+__all__ = ["jumps_at_once", "just_after", "just_before", "with_breaks", "with_fine"]
 
 APART = 1e-11
 """Times that are nearer to each other than this part of the run are one."""
@@ -47,7 +47,8 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
     """
     begin, end = times[0], times[-1]
     near = APART * max(abs(begin), abs(end), end - begin)
-    within = system.breakpoints[(system.breakpoints > begin + near) & (system.breakpoints <= end + near)]
+    breaks = system.signal_times.between(begin, end).breaks
+    within = breaks[(breaks > begin + near) & (breaks <= end + near)]
     if not len(within):
         return times, np.empty(0)
     within = within[np.concatenate([[True], np.diff(within) > near])]
@@ -56,6 +57,26 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
     within = np.where(np.abs(within - closest) <= near, closest, within)
     anew = np.array([t for t in within if _jumps(system, t, NEXT * (end - begin), remembers)])
     return np.unique(np.concatenate([times, within, just_before(anew)])), anew
+
+
+def with_fine(system, marks: np.ndarray) -> np.ndarray:
+    """Return the marks with those times between at which signals begin to change faster than before: a method that
+    goes from mark to mark meets what lasts a small part of the run.
+    """
+    begin, end = marks[0], marks[-1]
+    fine = system.signal_times.between(begin, end).fine
+    near = APART * max(abs(begin), abs(end), end - begin)
+    fine = fine[(fine > begin) & (fine < end)]
+    at = np.clip(np.searchsorted(marks, fine), 1, len(marks) - 1)
+    apart = np.minimum(np.abs(fine - marks[at - 1]), np.abs(fine - marks[at])) > near
+    return np.unique(np.concatenate([marks, fine[apart]]))
+
+
+def jumps_at_once(system, t: float) -> bool:
+    """Have signals other values at `t` than just after it: is a start there none on the right side of a jump?"""
+    now, then = _sampled(system, t), _sampled(system, just_after(t))
+    size = np.fmax(np.abs(now), np.abs(then))
+    return bool(np.any(np.abs(then - now)[:, 0] > JUMP * size[:, 0] + 4.0 * (just_after(t) - t) * size[:, 1]))
 
 
 def _jumps(system, t: float, nearby: float, rates: bool) -> bool:

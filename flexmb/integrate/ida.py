@@ -49,7 +49,9 @@ class _Run:
         self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300), self._yielding(state))
         self.powers = np.zeros(3)
         self.y, self.yp = self._start(state)
-        self.t, self.stops = state.t, just_before(system.breakpoints)
+        self.t = state.t
+        times = system.signal_times.between(state.t, max(state.t, t_end))
+        self.stops = np.unique(np.concatenate([just_before(times.breaks), times.fine]))
         self.latest = state.t, self.y.copy(), self.yp.copy()
         self.counts = {"residuals": 0, "factorisations": 0}
         self._structure()
@@ -257,7 +259,8 @@ class IDA(metaclass=Described):
             failure = variables.advance(float(samples[k]))
             if failure:
                 return Outcome(rows={name: array[: k - first] for name, array in rows.items()}, failure=failure)
-            values = variables.sample(float(samples[k]))
+            # what began just after a jump has its values
+            values = variables.sample(max(float(samples[k]), variables.t))
             for name, value in zip(rows, values, strict=True):
                 rows[name][k - first] = value
         return Outcome(rows=rows)

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate import contradiction
-from flexmb.integrate.breaks import just_after, with_breaks
+from flexmb.integrate.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.continuity import require_continuity
 from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
@@ -116,6 +116,8 @@ class Phases:
     def _phase(self, model, system, start, works, goes_on):
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
         work = system.workspace()
+        if late := jumps_at_once(system, self.t):
+            start = consistent_start(system, system.state(just_after(self.t), start.q, start.u), work)
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
@@ -128,6 +130,8 @@ class Phases:
         times = self.times[(self.times > self.t + same) & (self.times < end - same)]
         times = np.concatenate([[self.t], times, [end] if end > self.t + same else []])
         marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
+        marks = with_fine(system, marks)
+        self.validity.tell(_missed(system, times))
         if watch.events:
             marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS)
         anew = np.append(np.searchsorted(marks, breaks), len(marks))
@@ -140,7 +144,7 @@ class Phases:
                     works = self._begin_anew(system, work, just_after(marks[first]), last_row)
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last)
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
-                if first in anew and len(rows["t"]):
+                if (first in anew or (late and first == 0)) and len(rows["t"]):
                     rows["t"][0] = marks[first]  # the integrator began just after it
                 found = None
                 if watch.events and len(rows["t"]):
@@ -164,7 +168,7 @@ class Phases:
                     self.progress(self.t, float(self.times[-1]))
                 self.interruption.look()
                 spent = time.perf_counter() - clock
-                block = max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4))))
+                block = min(len(marks), max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4)))))
         except KeyboardInterrupt:
             return Status.interrupted(self.t)
         finally:
@@ -210,6 +214,19 @@ class Phases:
             raise IntegrationError(
                 apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
             )
+
+
+def _missed(system, times: np.ndarray) -> list[str]:
+    """Return the sentences about signals of which not all jumps and pulses were found."""
+    titles = dict.fromkeys(
+        system.signal_times.titles[k] for k in system.signal_times.between(times[0], times[-1]).missed
+    )
+    return [
+        f"{title} has a signal that changes too often between t = {times[0]:.6g} s and {times[-1]:.6g} s to find all "
+        "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may go over "
+        "something: give the integrator a largest step below what matters, or a shorter t_end."
+        for title in titles
+    ]
 
 
 def _failed(model: Model, outcome) -> Status:

@@ -68,11 +68,17 @@ class Validity:
                     self._warn(_sentence(title, measure, place, float(values[k]), float(rows["t"][first])))
                 known[measure] = max(known.get(measure, 0.0), float(values[k]))
 
+    def tell(self, sentences: list[str]) -> None:
+        """Warn of what has not been told yet."""
+        for sentence in sentences:
+            if sentence not in self.sentences:
+                self._warn(sentence)
+
     @property
     def statistics(self) -> dict[str, Any]:
-        """Largest measures by body, 1 at the limit, and the warnings; empty if no body is watched."""
+        """Largest measures by body, 1 at the limit, if one is watched, and the warnings, if there are any."""
         told = {WARNINGS: self.sentences} if self.sentences else {}
-        return {SHARES: self.largest, **told} if self.largest else {}
+        return {SHARES: self.largest, **told} if self.largest else told
 
     def _warn(self, sentence: str) -> None:
         self.sentences.append(sentence)

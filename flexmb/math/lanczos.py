@@ -50,7 +50,7 @@ def lowest_modes(
     """
     rng = np.random.default_rng(20210)
     first = rng.standard_normal((n, block))
-    if start is not None:
+    if start is not None and start.shape[1]:
         first[:, : min(block, start.shape[1])] += 1e3 * start[:, :block] / np.abs(start[:, :block]).max()
     V, k = (
         np.zeros((n, min(n, 16 * (count + block))), order="F"),

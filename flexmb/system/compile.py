@@ -10,12 +10,12 @@ from flexmb.constraints import EQUATIONS
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import DAMPED, MARKER, STIFF
-from flexmb.model.breakpoints import breakpoints
 from flexmb.model.described import check_kind
 from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
 from flexmb.system.program import Program, evaluation, kernel_table
+from flexmb.system.signal_times import SignalTimes
 from flexmb.system.sparsity import sparsity
 from flexmb.system.system import System
 
@@ -35,6 +35,8 @@ class _Compiler:
         self.marker_gaps: dict[int, tuple[int, ...]] = {}
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
         self.signals: list[Any] = []
+        self.signal_titles: list[str] = []  # of the parts that have them
+        self.writing = ""
         self.pairs: dict[tuple[int, int, int], int] = {}
         self.active_pairs: dict[int, int] = {}
         self.load_index: dict[tuple[str, str], int] = {}
@@ -69,6 +71,7 @@ class _Compiler:
     def signal(self, value) -> int:
         """Return the number of a signal."""
         self.signals.append(as_signal(value, f"Model '{self.model.name}'", "signal"))
+        self.signal_titles.append(self.writing)
         return len(self.signals) - 1
 
     def pair(self, a: int, b: int, writes: int = DAMPED, *, alone: bool = False) -> int:
@@ -205,6 +208,7 @@ def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
             continue
         first = layout.first_marker[k]
         header = (layout.iq[k], layout.iu[k], first, layout.first_marker[k + 1] - first)
+        compiler.writing = body.title
         items.append((body.table, header + tuple(body.record(compiler, compiler))))
     return _grouped(items)
 
@@ -218,6 +222,7 @@ class _Constraints:
         self.slices: dict[str, slice] = {}
         items, legs = [], []
         for number, description in enumerate(model.joints):
+            compiler.writing = description.title
             markers = tuple(compiler.marker(m) for m in description.resolved_markers(model))
             joint = description.resolved(np.array([compiler.position(m) for m in markers]))
             self.joints.append(joint)
@@ -294,7 +299,10 @@ def compile(model: Model) -> System:
     constraints = _Constraints(model, compiler)
     prescribing = slice(others, len(compiler.signals))
     compiler.equations = constraints.slices
-    force_items = [(force.table, tuple(force.record(compiler))) for force in model.forces]
+    force_items = []
+    for force in model.forces:
+        compiler.writing = force.title
+        force_items.append((force.table, tuple(force.record(compiler))))
     # last, so that the coordinates of a model begin alike whatever is watched
     force_items += [item for sensor in model.sensors for item in sensor.followed(compiler)]
     force_tables, force_rows = _grouped(force_items)
@@ -347,6 +355,6 @@ def compile(model: Model) -> System:
             for k, b in enumerate(model.bodies)
         },
         branch_names=tuple(compiler.branches),
-        breakpoints=np.unique([t for signal in signals for t in breakpoints(signal)]),
+        signal_times=SignalTimes(signals, tuple(compiler.signal_titles)),
         prescribing=prescribing,
     )

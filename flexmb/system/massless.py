@@ -61,7 +61,7 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     bodies = [
         (body, system.body_slices[body.name][1])
         for body in system.model.bodies
-        if body.n_velocities in (3, 6) and body.block_size == body.n_velocities
+        if (body.has_frame or body.n_velocities == 3) and body.block_size == body.n_velocities
     ]
     rows, motions = system.tables["rows"], []
     places: list[tuple[int, int]] = []
@@ -70,13 +70,13 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     for block, u in _without_inertia(M, [u for _, u in bodies]):
         diagonal = np.diag(block)
         typical = typical or _typical(M, bodies)
-        own = (np.max(diagonal[:3]), np.max(diagonal[3:], initial=0.0))
-        floor = np.repeat(
-            [x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)], [3, len(diagonal) - 3]
-        )
+        own = (np.max(diagonal[:3]), np.max(diagonal[3:6], initial=0.0))
+        size = [x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)]
+        frame = min(6, len(diagonal))  # the modes of a reduced body have mass
+        floor = np.concatenate([np.repeat(size, [3, frame - 3]), diagonal[frame:]])
         _, s, V = np.linalg.svd(block / np.sqrt(np.outer(floor, floor)))
-        places += [(u.start + k, rows[u.start + k] + k) for k in range(len(floor))]
-        values += list(FLOOR * floor)
+        places += [(u.start + k, rows[u.start + k] + k) for k in range(frame)]
+        values += list(FLOOR * floor[:frame])
         kernel = V[s <= SINGULAR * max(1.0, s[0])]
         motions += [(u.start + int(np.argmax(np.abs(way))), G[:, u] @ (way / np.sqrt(floor))) for way in kernel]
     return np.array(places, np.int64).reshape(-1, 2), np.array(values, float), _loose(motions)

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.math.tables import State, Work
 from flexmb.model.model import Model
 from flexmb.system.program import Program
+from flexmb.system.signal_times import SignalTimes
 
 __all__ = ["System"]
 
@@ -43,8 +44,8 @@ class System:
         How far equations may stay open at the start because they depend on each other; zero if none does.
     misfits : dict of joint name to (float, float), m and rad
         What they do leave open, because they contradict each other within the digits of a mesh.
-    breakpoints : (nb,), s
-        When signals of forces and drives are not smooth, increasing.
+    signal_times : SignalTimes
+        When signals of forces and drives are not smooth, or change fast.
     prescribing : slice
         The signals that drives prescribe.
     """
@@ -67,7 +68,7 @@ class System:
     joints: tuple[Any, ...]
     gaps: np.ndarray
     body_slices: dict[str, tuple[slice, slice]]
-    breakpoints: np.ndarray
+    signal_times: SignalTimes
     prescribing: slice
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()

@@ -48,21 +48,89 @@ def slide(load, **parts):
         (fmb.step(3.0, at=0.3, rise=0.1), [0.3, 0.4]),
         (fmb.harmonic(2.0, 5.0, start=0.2), [0.2]),
         (2.0 * fmb.table([0.0, 1.0, 3.0], [0, 1, 0], kind="linear") - fmb.step(1.0, at=2.0), [0.0, 1.0, 2.0, 3.0]),
-        (fmb.table([0.0, 1.0, 3.0], [0, 1, 0], of=fmb.expression("1 - 2*t")), [-1.0, 0.0, 0.5]),
+        (fmb.table([0.0, 1.0, 3.0], [0, 1, 0], of=fmb.expression("1 - 2*t"), kind="linear"), [-1.0, 0.0, 0.5]),
+        (fmb.table([0.0, 1.0, 3.0], [0, 1, 0]), [0.0, 3.0]),  # the parabola through three points bends at none
         (fmb.expression("where(t < 2, sin(t), max(1 - t/4, 0)) + abs(3*t - 6)"), [2.0, 4.0]),
         (fmb.expression("step(0.5 - t) * sign(t - 0.1) + smooth((t - 1) / 2)"), [0.1, 0.5, 1.0, 3.0]),
-        (fmb.expression("step(sin(t)) + t**2"), []),
         (fmb.table(np.arange(RECORD + 1), np.zeros(RECORD + 1), kind="linear"), [0.0, RECORD]),
     ],
 )
 def test_breakpoints_of_signals(signal, times):
-    np.testing.assert_allclose(breakpoints(signal.program()), times, atol=1e-14)
+    found = breakpoints(signal.program(), -2.0, 1.0 + max([4.0, *times]))
+    np.testing.assert_allclose(found.times, times, atol=1e-14)
+    assert found.complete
+
+
+E = fmb.expression
+
+
+@pytest.mark.parametrize(
+    ("signal", "times"),
+    [
+        (E("where(abs(t - 5) < 1e-3, 1000, 0)"), [4.999, 5.0, 5.001]),
+        (E("where(abs(t - 5) < 1e-9, 1000, 0)"), [5.0 - 1e-9, 5.0, 5.0 + 1e-9]),
+        (E("step(sin(t)) + t**2"), [0.0, np.pi, 2 * np.pi, 3 * np.pi]),
+        (E("where(t**2 < 4 and t > 1, 1, 0) + abs(t**3 - 2*t)"), [0.0, 1.0, np.sqrt(2.0), 2.0]),
+        (E("where(max(t - 1, 0) == t - 1, 1, 0)"), [1.0]),
+        (E("atan2(sin(t), cos(t))"), [0.0, np.pi, 2 * np.pi, 3 * np.pi]),  # it jumps by a full turn
+        (E("sqrt(max(t - 1, 0))"), [1.0]),
+        (E("where(exp(-t) < 0.5, min(t, 3), 0)"), [np.log(2.0), 3.0]),
+        (E("where(sin(1/(t + 0.1)) > 0, 1, 0)"), [-0.1, *(1 / (np.pi * np.array([3, 2, 1])) - 0.1)]),
+        (E("sign((t - 4)**3 * (t - 4 - 1e-6))"), [4.0, 4.000001]),
+        (
+            fmb.table([0, 1, 3], [0, 1, 0], of=E("2*sin(t)"), kind="linear"),
+            np.pi * np.array([0, 1 / 6, 5 / 6, 1, 2, 13 / 6, 17 / 6, 3]),
+        ),
+    ],
+    ids=repr,
+)
+def test_breakpoints_whatever_the_arguments(signal, times):
+    found = breakpoints(signal.program(), 0.0, 10.0)
+    np.testing.assert_allclose(found.times, times, atol=1e-10)
+    assert found.complete
+
+
+def test_a_straight_table_has_no_corners():
+    """101 points of 3 t, whose cubic pieces differ by rounding only."""
+    x = np.linspace(0.0, 10.0, 101)
+    for kind in ("cubic", "linear"):
+        np.testing.assert_array_equal(breakpoints(fmb.table(x, 3.0 * x, kind=kind).program(), 0.0, 10.0).times, [0, 10])
+
+
+def test_what_cannot_be_found_in_advance_is_told():
+    """A signal with some 10^9 jumps: the run says so, and with which part."""
+    with pytest.warns(fmb.ValidityWarning, match="Force 'F' has a signal that changes too often"):
+        solution = fmb.simulate(slide(E("where(sin(1e9*t) > 0.5, 1, 0)")), 1.0, samples=2)
+    assert "Force 'F'" in solution.statistics["warnings"][0]
+
+
+def test_a_load_of_many_steps():
+    """Sixty changes of a load in one phase, from 1 to -1 N and back: v returns to 0, x grows by 1 m per pair."""
+    load = fmb.expression("sign(sin(pi*t))")
+    for integrator in (fmb.GeneralizedAlpha(), fmb.IDA()):
+        solution = fmb.simulate(slide(load), 60.0, samples=[0.0, 30.0, 60.0], integrator=integrator)
+        np.testing.assert_allclose(solution["x"], [0.0, 15.0 * 1.0, 30.0], atol=1e-4)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+@pytest.mark.parametrize("samples", [2, 401])
+def test_pulses_of_two_milliseconds_in_ten_seconds(integrator, samples):
+    """The momentum is the impulse: 1000 N for 2 ms, and 1000 N exp(-x^2), x = (t - 5 s) / 1 ms.
+
+    A fixed step of ten times the pulse ends where the signal tells, and integrates coarsely there.
+    """
+    for text, impulse, error in (
+        ("where(abs(t - 5) < 1e-3, 1000, 0)", 2.0, 1e-6),
+        ("1000*exp(-((t - 5)/1e-3)**2)", np.sqrt(np.pi), 4e-3 if getattr(integrator, "step", None) is None else 0.1),
+    ):
+        solution = fmb.simulate(slide(fmb.expression(text)), 10.0, samples=samples, integrator=integrator)
+        assert solution["x"][-1] == pytest.approx(5.0 * impulse, rel=error)
 
 
 def test_breakpoints_of_a_model():
     model = slide(fmb.step(1.0, at=0.4))
     model = model.with_parts(joints=[fmb.Drive("d", joint="A", displacement=fmb.step(1.0, at=0.2, rise=0.3))])
-    np.testing.assert_allclose(compile(model).breakpoints, [0.2, 0.4, 0.5], atol=1e-15)
+    np.testing.assert_allclose(compile(model).signal_times.between(0.0, 1.0).breaks, [0.2, 0.4, 0.5], atol=1e-15)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)

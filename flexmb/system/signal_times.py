@@ -1,0 +1,70 @@
+"""`SignalTimes`: when the signals of a system are not smooth, and when they change fast."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flexmb.model.breakpoints import breakpoints
+from flexmb.model.expression import Program
+from flexmb.model.time_scale import resolution
+
+__all__ = ["SignalTimes", "Times"]
+
+
+@dataclass(frozen=True, eq=False)
+class Times:
+    """Times of all signals of a system within a span.
+
+    Parameters
+    ----------
+    begin, end : float, s
+    breaks : (n,), s
+        When one may jump or kink, increasing; some may lie outside of the span.
+    fine : (m,), s
+        Ends of cells of time within which a parabola tells what they do, where they begin to change faster.
+    missed : tuple of int
+        Signals of which not all such times were found.
+    """
+
+    begin: float
+    end: float
+    breaks: np.ndarray
+    fine: np.ndarray
+    missed: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class SignalTimes:
+    """The times at which steps must end, found when they are first asked for.
+
+    Parameters
+    ----------
+    programs : sequence of Program
+        Of all signals, by number.
+    titles : tuple of str
+        Which part has each signal, for messages.
+    """
+
+    programs: Sequence[Program]
+    titles: tuple[str, ...]
+    _known: list[Times] = field(default_factory=list, repr=False)
+
+    def between(self, begin: float, end: float) -> Times:
+        """Return the times between `begin` and `end`, s, or of a longer span that holds them."""
+        for known in self._known:
+            if known.begin <= begin and end <= known.end:
+                return known
+        breaks, fine, missed = [np.empty(0)], [np.empty(0)], []
+        for number, program in enumerate(self.programs):
+            found = breakpoints(program, begin, end)
+            cells, resolved = resolution(program, found.pieces)
+            breaks.append(found.times)
+            fine.append(cells)
+            if not (found.complete and resolved):
+                missed.append(number)
+        times = Times(begin, end, np.unique(np.concatenate(breaks)), np.unique(np.concatenate(fine)), tuple(missed))
+        self._known[:] = [times]
+        return times
