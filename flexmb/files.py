@@ -16,7 +16,7 @@ _PREFIX, _SUFFIX = ".flexmb.", ".part"
 
 
 @contextmanager
-def replacing(path: str | Path, part: str = "", doing: str = "write") -> Iterator[Path]:
+def replacing(path: str | Path, part: str = "", doing: str = "write", *, folder: bool = False) -> Iterator[Path]:
     """Give a path beside `path` to write to; the file is moved to its place when the block ends.
 
     After an exception inside the block, or a kill at any moment, the old file is as it was. What is no ordinary file (a
@@ -29,6 +29,8 @@ def replacing(path: str | Path, part: str = "", doing: str = "write") -> Iterato
         How messages call the file; "File 'path'" unless given.
     doing : str
         What messages say that cannot be done to it.
+    folder : bool
+        Shall its folder be made if there is none?
 
     Raises
     ------
@@ -41,6 +43,8 @@ def replacing(path: str | Path, part: str = "", doing: str = "write") -> Iterato
             yield path
             return
         place = Path(os.path.realpath(path)) if path.is_symlink() else path
+        if folder:
+            place.parent.mkdir(parents=True, exist_ok=True)
         check_folder(place, part or f"File '{path}'")
         handle, name = tempfile.mkstemp(dir=place.parent, prefix=_PREFIX, suffix=_SUFFIX + place.suffix)
         temporary = Path(name)
@@ -54,8 +58,11 @@ def replacing(path: str | Path, part: str = "", doing: str = "write") -> Iterato
 
 
 def write_text(path: str | Path, text: str, *, encoding: str = "utf-8", errors: str = "strict", part: str = "") -> Path:
-    """Write a text file that appears whole or not at all, and return its path."""
-    with replacing(path, part) as temporary, temporary.open("w", encoding=encoding, errors=errors) as stream:
+    """Write a text file that appears whole or not at all, in a folder that is made for it; return its path."""
+    with (
+        replacing(path, part, folder=True) as temporary,
+        temporary.open("w", encoding=encoding, errors=errors) as stream,
+    ):
         stream.write(text)
     return Path(path)
 

@@ -16,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    model = fmb.load_model(arguments.model, settings(arguments))
+    model = fmb.load_model(arguments.model, settings(arguments), trust=arguments.trust)
     print(repr(model))
     report = fmb.check(model)
     print(report)

@@ -6,11 +6,14 @@ Exit codes: 0 done, 1 what `verify` looked at does not hold, 2 an error that the
 from __future__ import annotations
 
 import argparse
+import codecs
 import os
 import signal
 import sys
+import unicodedata
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from types import ModuleType
 
 from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, verify, view
@@ -29,11 +32,14 @@ FAILED, INTERRUPTED = 2, 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
+    _write_what_the_terminal_can()
     given = _parser().parse_args(arguments)
     _let_termination_interrupt()
     shown, warnings.showwarning = warnings.showwarning, _show_warning
     try:
-        return given.execute(given)
+        code = given.execute(given)
+        sys.stdout.flush()  # here, where it can be said that the disk is full
+        return code
     except FlexmbError as error:
         print(f"flexmb {given.verb}: {error}", file=sys.stderr)
         return FAILED
@@ -41,10 +47,53 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"flexmb {given.verb}: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _close_output()
         return 0
+    except OSError as error:
+        print(f"flexmb {given.verb}: {_told(error)}", file=sys.stderr)
+        if error.filename is None:
+            _close_output()  # what waits to be printed would fail once more
+        return FAILED
+    except MemoryError as error:
+        print(
+            f"flexmb {given.verb}: there is not enough memory ({error or 'none left'}). What was written before is "
+            "kept. Take fewer samples, fewer modes or a coarser mesh",
+            file=sys.stderr,
+        )
+        return FAILED
     finally:
         warnings.showwarning = shown
+
+
+def _told(error: OSError) -> str:
+    """Return an error of the file system as a sentence."""
+    where = f"'{error.filename}'" if error.filename is not None else "The output"
+    return (
+        f"{where}: cannot be read or written ({error.strerror or error}). Expected: an existing place with the "
+        "permission to use it, and free space. Correct the path, or free space"
+    )
+
+
+def _close_output() -> None:
+    """Let go of what could not be printed."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _write_what_the_terminal_can() -> None:
+    """Print letters that the terminal's encoding lacks without their accents, or as a question mark."""
+
+    def plain(error):
+        if not isinstance(error, UnicodeEncodeError):
+            raise error
+        lacking = error.object[error.start : error.end]
+        known = unicodedata.normalize("NFKD", lacking).encode("ascii", "ignore").decode()
+        return known or "?" * len(lacking), error.end
+
+    codecs.register_error("flexmb.plain", plain)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="flexmb.plain")
 
 
 def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:

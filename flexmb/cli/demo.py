@@ -39,7 +39,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.out)
     _refuse_changed(folder)
-    run = new_run(folder / "run", DATA / STATION, overwrite=True)
+    with new_run(folder / "run", DATA / STATION, overwrite=True) as run:
+        return _shown(folder, run)
+
+
+def _shown(folder: Path, run: Path) -> int:
+    """Go from the mesh to the pictures, and tell about it."""
     clock = _Clock()
     for name in (STATION, MESH):
         shutil.copyfile(DATA / name, folder / name)

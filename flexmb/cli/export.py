@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 import flexmb as fmb
+from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.run_folder import open_run
 
 NAME = "export"
@@ -14,6 +15,7 @@ SUMMARY = "write ParaView files or the sensor table of a run folder"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
+    add_trust(parser)
     parser.add_argument(
         "--vtk", action="store_true", help="PVD with one VTU per body and frame: any ParaView (default)"
     )
@@ -27,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    solution = open_run(arguments.run)
+    solution = open_run(arguments.run, trust=arguments.trust)
     name = Path(arguments.run).resolve().name
     target = Path(arguments.to) if arguments.to else Path(arguments.run)
     target.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.picture_arguments import add_picture_arguments, picture_settings
 from flexmb.cli.run_folder import open_run
 
@@ -17,6 +18,7 @@ SUMMARY = "draw a run folder: picture (png) or animation (gif, mp4)"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
+    add_trust(parser)
     parser.add_argument("-o", "--out", metavar="FILE", help=".png, .jpg, .gif or .mp4; default: <run>/<name>.png")
     parser.add_argument(
         "--time",
@@ -38,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     from flexmb import view
 
-    solution = open_run(arguments.run)
+    solution = open_run(arguments.run, trust=arguments.trust)
     name = Path(arguments.run).resolve().name
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{name}.png"
     common = picture_settings(arguments)

@@ -11,6 +11,7 @@ import argparse
 from pathlib import Path
 
 import flexmb as fmb
+from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.picture_arguments import direction
 from flexmb.cli.run_folder import open_run, stored_verification
 from flexmb.errors import FlexmbError, ModelError
@@ -21,6 +22,7 @@ SUMMARY = "write a run folder, or several compared, as a web page"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", nargs="+", help="run folder")
+    add_trust(parser)
     parser.add_argument(
         "-o", "--out", metavar="FILE", help=".html; default: <run>/report.html, of several comparison.html"
     )
@@ -32,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     camera = direction(arguments.camera)
-    runs = {_name(path, arguments.run): open_run(path) for path in arguments.run}
+    runs = {_name(path, arguments.run): open_run(path, trust=arguments.trust) for path in arguments.run}
     if len(runs) < len(arguments.run):
         raise ModelError(
             "Report",

@@ -38,11 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     path = Path(arguments.model)
     given = settings(arguments)
-    model = fmb.load_model(path, given)
+    model = fmb.load_model(path, given, trust=arguments.trust)
     simulation = fmb.load_simulation(path, given, t_end=arguments.t_end, samples=arguments.samples)
     out = Path(arguments.out) if arguments.out else Path("runs") / path.stem
-    folder = new_run(out, path, overwrite=arguments.overwrite)
-    with Log(folder / LOG) as log:
+    with new_run(out, path, overwrite=arguments.overwrite) as folder, Log(folder / LOG) as log:
         solution = record(model, simulation, folder, log)
         if arguments.vtk:
             log.line(f"ParaView files: {fmb.write_vtk(solution, folder / f'{path.stem}.pvd')}")

@@ -4,26 +4,73 @@ from __future__ import annotations
 
 import platform
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 
 import flexmb as fmb
 from flexmb.errors import DataFileError, ModelError, did_you_mean
+from flexmb.files import complaints, remove_parts
+from flexmb.lock import Lock
 
-__all__ = ["LOG", "MODEL", "SOLUTION", "TABLE", "VERIFICATION", "Log", "new_run", "open_run", "stored_verification"]
+__all__ = [
+    "LOG",
+    "MODEL",
+    "SOLUTION",
+    "TABLE",
+    "VERIFICATION",
+    "Log",
+    "alone",
+    "new_run",
+    "open_run",
+    "stored_verification",
+]
 
 MODEL, SOLUTION, TABLE, LOG = "model.toml", "solution.h5", "sensors.csv", "log.txt"
 VERIFICATION = "verification.json"
 
 
-def new_run(folder: Path, model_file: Path, *, overwrite: bool = False) -> Path:
-    """Make a folder for a run; the files of an earlier run in it are removed if that is allowed.
+@contextmanager
+def new_run(folder: Path, model_file: Path, *, overwrite: bool = False) -> Iterator[Path]:
+    """Make a folder for a run, for this process alone; the files of an earlier run in it are removed if that is
+    allowed.
 
     Raises
     ------
     ModelError
         The folder cannot be made, it holds a run that must not be overwritten, or the model file of this run.
+    DataFileError
+        Another process is writing it.
     """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ModelError(
+            f"Run folder '{folder}'",
+            found=f"it cannot be made ({error.strerror})",
+            expected="a folder that can be written",
+            remedy="Give another one with --out",
+        ) from None
+    with alone(folder):
+        _clear(folder, model_file, overwrite)
+        yield folder
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Keep other processes from writing a run folder; what a killed one has left unfinished is removed."""
+    part = f"Run folder '{folder}'"
+    with complaints(part, "write"):
+        lock = Lock(folder, part)
+    with lock:
+        remove_parts(folder)
+        yield
+
+
+def _clear(folder: Path, model_file: Path, overwrite: bool) -> None:
+    """Remove the files of an earlier run if that is allowed."""
     if (folder / MODEL).resolve() == model_file.resolve():
         raise ModelError(
             f"Run folder '{folder}'",
@@ -38,22 +85,15 @@ def new_run(folder: Path, model_file: Path, *, overwrite: bool = False) -> Path:
             expected="a new folder",
             remedy="Give another one with --out, or --overwrite to replace it",
         )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ModelError(
-            f"Run folder '{folder}'",
-            found=f"it cannot be made ({error.strerror})",
-            expected="a folder that can be written",
-            remedy="Give another one with --out",
-        ) from None
-    for name in (MODEL, SOLUTION, TABLE, LOG, VERIFICATION):
-        (folder / name).unlink(missing_ok=True)
-    return folder
+    with complaints(f"Run folder '{folder}'", "clear"):
+        for name in (SOLUTION, TABLE, VERIFICATION, MODEL, LOG):
+            (folder / name).unlink(missing_ok=True)
 
 
-def open_run(folder: str | Path) -> fmb.Solution:
-    """Return the solution of a run folder with its model, also of a run that was cut off."""
+def open_run(folder: str | Path, *, trust: bool = False) -> fmb.Solution:
+    """Return the solution of a run folder with its model, also of a run that was cut off; for `trust` see
+    `flexmb.load_model`.
+    """
     folder = Path(folder)
     if not (folder / SOLUTION).is_file():
         runs = sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}")) if folder.parent.is_dir() else []
@@ -63,10 +103,10 @@ def open_run(folder: str | Path) -> fmb.Solution:
             expected="a folder written by `flexmb run`" + (f"; beside it: {', '.join(runs)}" if runs else ""),
             remedy=did_you_mean(folder.name, runs) or "Correct the path, or run the model first",
         )
-    stored = fmb.Solution.load(folder / SOLUTION, read_model=fmb.read_model_text)
+    stored = fmb.Solution.load(folder / SOLUTION, read_model=partial(fmb.read_model_text, trust=trust))
     if stored.model is not None or not (folder / MODEL).is_file():
         return stored
-    return fmb.Solution.load(folder / SOLUTION, model=fmb.load_model(folder / MODEL))
+    return fmb.Solution.load(folder / SOLUTION, model=fmb.load_model(folder / MODEL, trust=trust))
 
 
 def stored_verification(folder: str | Path) -> fmb.Verification | None:
@@ -79,7 +119,8 @@ class Log:
     """Writes lines with the seconds since the start to the log file, and prints them where asked."""
 
     def __init__(self, path: Path, *, goes_on: bool = False):
-        self._file = path.open("a" if goes_on else "w", encoding="utf-8")
+        with complaints(f"Log '{path}'", "write"):
+            self._file = path.open("a" if goes_on else "w", encoding="utf-8")
         self._start = time.monotonic()
         self.line(f"{time.strftime('%Y-%m-%d %H:%M:%S')}, Python {platform.python_version()}, {platform.platform()}")
 
@@ -91,11 +132,13 @@ class Log:
     ) -> None:
         if error is not None:
             self.line(f"{type(error).__name__}: {error}")
-        self._file.close()
+        with suppress(OSError):
+            self._file.close()
 
     def line(self, text: str, *, show: bool = False) -> None:
-        """Write a line; with `show` print it too."""
-        self._file.write(f"[{time.monotonic() - self._start:8.2f} s] {text}\n")
-        self._file.flush()
+        """Write a line; with `show` print it too. A full disk costs the line, not the run."""
+        with suppress(OSError):
+            self._file.write(f"[{time.monotonic() - self._start:8.2f} s] {text}\n")
+            self._file.flush()
         if show:
             print(text)

@@ -77,6 +77,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 plan,
                 outputs=arguments.output,
                 parameters=settings(arguments),
+                trust=arguments.trust,
                 t_end=arguments.t_end,
                 samples=arguments.samples,
                 folder=folder,

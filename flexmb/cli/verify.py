@@ -15,6 +15,7 @@ import argparse
 from pathlib import Path
 
 import flexmb as fmb
+from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.run_folder import VERIFICATION, open_run
 from flexmb.errors import ModelError
 
@@ -26,6 +27,7 @@ HOLDS, DOES_NOT = 0, 1
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
+    add_trust(parser)
     parser.add_argument(
         "--within",
         type=float,
@@ -42,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
-    solution = open_run(folder)
+    solution = open_run(folder, trust=arguments.trust)
     found = fmb.verify(
         solution,
         within=arguments.within,

@@ -19,6 +19,7 @@ from flexmb.fem.matrices_calculix import read_calculix
 from flexmb.fem.matrices_nastran import read_nastran
 from flexmb.fem.matrix_files import FileMatrices
 from flexmb.fem.node_table import NodeTable, node_table
+from flexmb.files import replacing
 
 __all__ = ["read_matrices", "write_matrices"]
 
@@ -97,7 +98,8 @@ def write_matrices(path: str | Path, fe: FEModel) -> None:
             f"{symbol}_indptr": matrix.indptr,
         }
     arrays |= {f"set_{name}": numbers for name, numbers in fe.node_sets.items()}
-    np.savez_compressed(path, **arrays)
+    with replacing(path, f"Matrix file '{path}'") as part:
+        np.savez_compressed(part, **arrays)
 
 
 def _read(path: Path, mass: Path | None) -> FileMatrices:

@@ -15,6 +15,7 @@ from flexmb.math.callbacks import call_back, callback
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
 from flexmb.math.tables import row_kernel
+from flexmb.model.foreign import Foreign
 from flexmb.model.kinds import Force, Table
 
 __all__ = ["UserForce"]
@@ -117,7 +118,7 @@ class UserForce(Force):
     name : str
     markers : (str, str)
         The force acts on marker b and, opposite, on marker a.
-    function : callable, or "module:function" in model files
+    function : callable, or "module:function" in model files, which is imported only if the file is trusted
         ``function(t, d, v, R, w) -> (force, moment)``, N and N m, on the body of b at its marker, all in the axes of a:
         time, displacement d (3,), m, and velocity v (3,), m/s, of b relative to a, its axes R (3, 3) and its
         angular velocity w (3,), rad/s. It must depend on its arguments only.
@@ -128,6 +129,8 @@ class UserForce(Force):
     markers: tuple[str, str]
     function: Any
 
+    imports: ClassVar[tuple[str, ...]] = ("function",)
+    """Fields whose text names code."""
     table: ClassVar[Table] = Table("UserForce", ROW, {"apply": apply})
 
     def __post_init__(self):
@@ -156,6 +159,13 @@ class UserForce(Force):
         """Return the row with the address of the function."""
         function = self.function
         if isinstance(function, str):
+            if isinstance(function, Foreign):
+                raise ModelError(
+                    self.title,
+                    found=f"function = {str(function)!r}: the file names Python code to be imported and run",
+                    expected="a file whose author you know",
+                    remedy="If you do, and know what the function does, give --trust, or load_model(path, trust=True)",
+                )
             module, _, name = function.partition(":")
             try:
                 function = getattr(import_module(module), name)

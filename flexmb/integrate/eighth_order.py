@@ -16,9 +16,10 @@ import numpy as np
 
 from flexmb.errors import CompileError
 from flexmb.integrate import body_steps, joint_steps
-from flexmb.integrate.explicit_steps import NUMBERS, SETTLED, STAGES, Steps, call_accepting, call_rates
+from flexmb.integrate.explicit_steps import NUMBERS, SETTLED, SHORTS, STAGES, Steps, call_accepting, call_rates
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
+from flexmb.integrate.patience import PAUSED, Patience
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.system.branches import branch_rates
 from flexmb.tree.link_tree import no_links
@@ -94,14 +95,21 @@ def _accept(program, work, tree, s, h):
 
 
 @kernel
-def _run(program, work, tree, s, goal, most):
-    """Integrate to the time `goal` in at most so many steps; return 0 or why it ends before."""
-    short, rejected, done, singular = 0, False, 0, 0
+def _run(program, work, tree, s, goal, most, pause):
+    """Integrate to the time `goal` in at most so many steps; return 0 or why it ends before.
+
+    Having tried `pause` steps it returns PAUSED after the next one that is accepted, and goes on when it is called
+    again.
+    """
+    rejected, done, singular, tried = False, 0, 0, 0
     while goal > s.times[0]:
+        if tried >= pause and not rejected and singular == 0:
+            return PAUSED
+        tried += 1
         left = goal - s.times[0]
         h = left / max(1.0, np.ceil(left / min(s.times[1], s.times[2]) * (1.0 - 1e-9)))
-        short = short + 1 if h < VANISHING * s.times[3] and h < left else 0
-        if short > PATIENCE or not s.times[0] + h > s.times[0]:
+        s.counts[SHORTS] = s.counts[SHORTS] + 1 if h < VANISHING * s.times[3] and h < left else 0
+        if s.counts[SHORTS] > PATIENCE or not s.times[0] + h > s.times[0]:
             return SHORT
         if done >= most:
             return MANY
@@ -151,6 +159,7 @@ class CompiledRun:
         calls = [own.rates.compiled.address, own.accepting.compiled.address]
         self.settings, self.system, self.work, self.make_other = settings, system, work, other
         self.other: Any = None
+        self.goal, self.begun = -np.inf, 0
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
         friction = any(force.reads_reactions for force in system.model.forces)
         sweeps = (12, 12) if friction else (3, 12) if system.redundant else (1, 2)
@@ -172,7 +181,7 @@ class CompiledRun:
             signals=state.signals.copy(),
             pace=branch_rates(system, state, work),
             gaps=system.gaps,
-            counts=np.zeros(5, np.int64),
+            counts=np.zeros(6, np.int64),
             times=np.array([state.t, span, settings.largest or span, span]),
             limits=np.array(limits),
             sweeps=np.array(sweeps, np.int64),
@@ -221,12 +230,18 @@ class CompiledRun:
         t, x, v = self._reached()
         return self.motion.unknowns.state(t, x.copy(), v.copy())
 
-    def advance(self, t: float) -> str:
-        """Integrate to `t`; return what went wrong, or an empty text."""
+    @property
+    def reached(self) -> float:
+        """Time of the present state."""
+        return float(self.steps.times[0]) if self.other is None else self.other.reached
+
+    def advance(self, t: float, pace: Patience) -> str:
+        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
         s, reason = self.steps, 0
         if self.other is None:
-            most = self.settings.most_steps
-            reason = _run(self.system.program, self.work, self.tree, s, t, most) if self.trusted else UNSETTLED
+            reason = self._run(t, pace) if self.trusted else UNSETTLED
+        if reason == PAUSED:
+            return ""
         if reason == MANY:
             return (
                 f"{self.settings.most_steps} steps between two samples reached only t = {s.times[0]:.9g} s: the "
@@ -242,7 +257,20 @@ class CompiledRun:
             self.other.solver.y[-3:] = s.y[-3:]
         if self.other is None:
             return ""
-        return self.other.advance(t)
+        return self.other.advance(t, pace)
+
+    def _run(self, t: float, pace: Patience) -> int:
+        """Let the compiled steps go on to `t`, or until the patience is used up; return 0 or why they ended before."""
+        s = self.steps
+        if t > s.times[0] and t != self.goal:
+            self.goal, self.begun, s.counts[SHORTS] = t, int(s.counts[0]), 0
+        reason = PAUSED
+        while reason == PAUSED:
+            most = self.settings.most_steps - (int(s.counts[0]) - self.begun)
+            reason = _run(self.system.program, self.work, self.tree, s, t, most, pace.steps())
+            if pace.used_up:
+                break
+        return reason
 
     def sample(self):
         """Return t, q, u, a, lam, works."""

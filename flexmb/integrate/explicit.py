@@ -11,6 +11,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.eighth_order import AUGMENTED, CompiledRun
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.patience import Patience
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
 
@@ -32,6 +33,7 @@ class _Run:
         self.settings, self.motion, self.system, self.work = settings, motion, motion.system, motion.work
         self.counts = {"steps": 0, "evaluations": 0, "projections": 0}
         self.complaint = ""
+        self.goal, self.left, self.short = -np.inf, settings.most_steps, 0
         self.solver: Any = None
         x, v, _ = self.motion.unknowns.of(state)
         method = getattr(scipy.integrate, settings.method)
@@ -70,9 +72,16 @@ class _Run:
             solver.f = self.rates(solver.t, y)
         solver.y = y
 
-    def advance(self, t: float) -> str:
-        """Integrate to `t`; return what went wrong, or an empty text."""
-        solver, left, short = self.solver, self.settings.most_steps, 0
+    @property
+    def reached(self) -> float:
+        """Time of the present state."""
+        return self.solver.t
+
+    def advance(self, t: float, pace: Patience) -> str:
+        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
+        solver = self.solver
+        if t > solver.t and t != self.goal:
+            self.goal, self.left, self.short = t, self.settings.most_steps, 0
         solver.t_bound = t
         solver.status = "running" if solver.t < t else "finished"
         while solver.status == "running":
@@ -81,13 +90,14 @@ class _Run:
             except ValueError:  # Radau: a matrix that is not finite
                 solver.status, message = "failed", "the iteration of the method met numbers that are not finite"
             self.counts["steps"] += 1
-            left -= 1
+            self.left -= 1
             # one short step may end at a sample; many in a row get nowhere
-            short = short + 1 if solver.step_size is not None and solver.step_size < VANISHING * self.span else 0
-            if short > PATIENCE and solver.status == "running":
+            vanishing = solver.step_size is not None and solver.step_size < VANISHING * self.span
+            self.short = self.short + 1 if vanishing else 0
+            if self.short > PATIENCE and solver.status == "running":
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 return f"the step size fell below {VANISHING * self.span:.3g} s at t = {solver.t:.9g} s{worst}"
-            if left == 0 and solver.status == "running":
+            if self.left == 0 and solver.status == "running":
                 return (
                     f"{self.settings.most_steps} steps between two samples reached only t = {solver.t:.9g} s: the "
                     "motion is stiff or very fast"
@@ -97,6 +107,8 @@ class _Run:
                 why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
                 return f"{why} at t = {solver.t:.9g} s{worst}"
             self.accept()
+            if pace.used_up:
+                break
         return ""
 
     def sample(self):
@@ -176,9 +188,12 @@ class Explicit(metaclass=Described):
             self, motion, state, t_end, lambda now: _Run(self, Motion(self, system, now, work), now, t_end)
         )
 
-    def run(self, system, work, variables, samples: np.ndarray, first: int, last: int) -> Outcome:
-        """Integrate through samples[first:last] and return the rows and why it ended."""
-        return run_samples(variables, system, samples, first, last)
+    def run(
+        self, system, work, variables, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+    ) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
+        so far, to be called again from the next."""
+        return run_samples(variables, system, samples, first, last, patience)
 
     @staticmethod
     def statistics(variables) -> dict[str, Any]:

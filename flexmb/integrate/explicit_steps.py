@@ -10,7 +10,18 @@ from flexmb.math.program import PROGRAM
 from flexmb.math.tables import COUNT, FLOATS, INTEGERS, NUMBER, WORK, caller, tuple_type, void
 from flexmb.tree.link_tree import LINK_TREE
 
-__all__ = ["ACCEPTING", "NUMBERS", "PROJECTIONS", "RATES", "SETTLED", "STAGES", "Steps", "call_accepting", "call_rates"]
+__all__ = [
+    "ACCEPTING",
+    "NUMBERS",
+    "PROJECTIONS",
+    "RATES",
+    "SETTLED",
+    "SHORTS",
+    "STAGES",
+    "Steps",
+    "call_accepting",
+    "call_rates",
+]
 
 STAGES = 12
 
@@ -23,14 +34,15 @@ y, y1 (n,) : coordinates (of bodies with branches), velocities and works, at the
 asked for; K (13, n): rates of stages
 q, u, a, lam, right, rate, signals : the state of a stage; scratch
 pace (nb,) : rate of the branches over the last step; gaps (ng,): see `project`
-counts (5,) : steps, evaluations, projections; are the latest rates numbers; have the accelerations settled
+counts (6,) : steps, evaluations, projections; are the latest rates numbers; have the accelerations settled; very short
+steps in a row
 times (4,): t, next step, longest step, length of the run
 limits (4,) : rtol, atol, residual of the positions and, relative, of the velocities at which the state is projected
 sweeps (2,) : of the accelerations in a stage, and at the end of a step, where their convergence is looked at
 calls (2,) : addresses of what writes rates and of what accepts steps
 """
 
-PROJECTIONS, NUMBERS, SETTLED = 2, 3, 4
+PROJECTIONS, NUMBERS, SETTLED, SHORTS = 2, 3, 4, 5
 
 STEPS = tuple_type(
     Steps,

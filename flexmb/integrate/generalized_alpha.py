@@ -11,6 +11,7 @@ from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.patience import PAUSED, Patience
 from flexmb.integrate.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.model.described import Described, is_number
@@ -221,8 +222,11 @@ class GeneralizedAlpha(metaclass=Described):
         to_world_axes(world, later.q, later.u.copy(), then)
         return (then - now) / probe
 
-    def run(self, system, work, variables: Variables, samples: np.ndarray, first: int, last: int) -> Outcome:
-        """Integrate through samples[first:last] and return the rows and why it ended."""
+    def run(
+        self, system, work, variables: Variables, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+    ) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
+        so far, to be called again from the next."""
         n = last - first
         rows = {
             "t": np.zeros(n),
@@ -233,9 +237,18 @@ class GeneralizedAlpha(metaclass=Described):
             "works": np.zeros((n, 3)),
         }
         controls = self.controls()._replace(sweeps=self._sweeps(system), trend=0.0 if system.redundant else 1.0)
-        reached, reason = run_steps(system.program, work, variables, controls, samples, first, last, *rows.values())
+        reached, reason, pace = first, PAUSED, Patience(patience)
+        while reason == PAUSED:
+            rest = (array[reached - first :] for array in rows.values())
+            trials = pace.steps()
+            reached, reason = run_steps(
+                system.program, work, variables, controls, samples, reached, last, trials, *rest
+            )
+            if pace.used_up:
+                break
         rows = {name: array[: reached - first] for name, array in rows.items()}
-        return Outcome(rows=rows, failure="" if reason == 0 else self._reason(system, work, variables, reason))
+        failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables, reason)
+        return Outcome(rows=rows, failure=failure, reached=float(variables.times[0]))
 
     @staticmethod
     def _sweeps(system) -> int:

@@ -13,6 +13,7 @@ from flexmb.integrate.breaks import just_before
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.stabilised_layout import layout
 from flexmb.model.described import Described, is_number
@@ -49,7 +50,8 @@ class _Run:
         self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300), self._yielding(state))
         self.powers = np.zeros(3)
         self.y, self.yp = self._start(state)
-        self.t = state.t
+        self.t = self.beyond = self.goal = state.t
+        self.steps, self.most_steps = 0, settings.most_steps
         times = system.signal_times.between(state.t, max(state.t, t_end))
         self.stops = np.unique(np.concatenate([just_before(times.breaks), times.fine]))
         self.latest = state.t, self.y.copy(), self.yp.copy()
@@ -148,19 +150,39 @@ class _Run:
             JJ[:] = 0.0
             JJ[self.keys % len(self.y), self.keys // len(self.y)] = summed
 
-    def advance(self, t: float) -> str:
-        """Integrate to `t`; return what went wrong, or an empty text."""
-        if t <= self.t:
-            return ""
+    def advance(self, t: float, pace: Patience) -> str:
+        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text.
+
+        The solver steps on past `t`, and what it returns there lies between its steps.
+        """
+        if t > self.t and t != self.goal:
+            self.goal, self.steps = t, 0
+        while t > self.t:
+            # single steps until one has come past `t`: it can be called back between them
+            failure = self._step(t, "onestep" if self.beyond < t else "normal")
+            if failure:
+                return failure
+            if pace.used_up and self.beyond < t:
+                break
+        return ""
+
+    def _step(self, t: float, how: str) -> str:
+        """Take a step towards `t`, or return to it from beyond; return what went wrong, or an empty text."""
         try:
-            result = self.solver.step(t, tstop=self._stop(t))
+            result = self.solver.step(t, method=how, tstop=self._stop(t))
         except _NotFinite:
             return f"the equations of motion are not finite{self._where()}"
         self.counts.update({"residuals": int(result.nfev), "factorisations": int(result.njev)})
+        self.steps += 1
         if not result.success:
             reason = str(result.message).strip().rstrip(".")
             return f"IDA stopped ({reason}){self._where()}"
-        self.t, self.y, self.yp = t, np.array(result.y).ravel(), np.array(result.yp).ravel()
+        if self.steps > self.most_steps:
+            return f"IDA stopped ({self.most_steps} steps between two samples){self._where()}"
+        self.beyond = max(self.beyond, float(np.ravel(result.t)[-1]))
+        if self.beyond <= t or how == "normal":
+            self.t = min(self.beyond, t)
+            self.y, self.yp = np.array(result.y).ravel(), np.array(result.yp).ravel()
         return ""
 
     def _stop(self, t: float) -> float | None:
@@ -250,20 +272,25 @@ class IDA(metaclass=Described):
         """Return the solver at the start."""
         return _Run(self, system, state, work, t_end)
 
-    def run(self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int) -> Outcome:
-        """Integrate through samples[first:last] and return the rows and why it ended."""
+    def run(
+        self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+    ) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
+        so far, to be called again from the next."""
+        pace = Patience(patience)
         rows = {"t": np.zeros(last - first)}
         for name, size in (("q", system.nq), ("u", system.nu), ("a", system.nu), ("lam", system.ng), ("works", 3)):
             rows[name] = np.zeros((last - first, size))
         for k in range(first, last):
-            failure = variables.advance(float(samples[k]))
-            if failure:
-                return Outcome(rows={name: array[: k - first] for name, array in rows.items()}, failure=failure)
+            failure = variables.advance(float(samples[k]), pace)
+            if failure or variables.t < samples[k]:
+                done = {name: array[: k - first] for name, array in rows.items()}
+                return Outcome(rows=done, failure=failure, reached=variables.t)
             # what began just after a jump has its values
             values = variables.sample(max(float(samples[k]), variables.t))
             for name, value in zip(rows, values, strict=True):
                 rows[name][k - first] = value
-        return Outcome(rows=rows)
+        return Outcome(rows=rows, reached=variables.t)
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, model_size
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.patience import Patience
 from flexmb.integrate.stages import STAGES, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
@@ -40,6 +41,7 @@ class _Run:
         size = model_size(system)
         extent, reach = extents(system, state, work, size, settings.atol or 1e-4 * size)
         self.t, self.works, self.projections = state.t, np.zeros(3), 0
+        self.goal, self.span = state.t, 0.0
         self.x, self.v, a = self.unknowns.of(state)
         self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
         r.L[0], r.A[0] = state.lam, a
@@ -104,15 +106,23 @@ class _Run:
             growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
             self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
 
-    def advance(self, t: float) -> str:
-        """Integrate to `t`; return what went wrong, or an empty text."""
-        span = t - self.t
-        while t - self.t > 1e-12 * max(abs(t), span):
+    @property
+    def reached(self) -> float:
+        """Time of the present state."""
+        return self.t
+
+    def advance(self, t: float, pace: Patience) -> str:
+        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
+        if t > self.t and t != self.goal:
+            self.goal, self.span = t, t - self.t
+        while t - self.t > 1e-12 * max(abs(t), self.span):
             left = t - self.t
             h = left / max(1.0, np.ceil(left / min(self.next, self.largest) * (1.0 - 1e-9)))
             self._step(h)
             if self.next < SMALLEST:
                 return self._reason()
+            if pace.used_up:
+                return ""
         self.t = t
         return ""
 
@@ -189,9 +199,12 @@ class Implicit(metaclass=Described):
         """Return the method at the start."""
         return _Run(self, system, state, work, t_end)
 
-    def run(self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int) -> Outcome:
-        """Integrate through samples[first:last] and return the rows and why it ended."""
-        return run_samples(variables, system, samples, first, last)
+    def run(
+        self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+    ) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
+        so far, to be called again from the next."""
+        return run_samples(variables, system, samples, first, last, patience)
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

@@ -40,6 +40,11 @@ class Interruption:
         if at_once:
             raise KeyboardInterrupt
 
+    @property
+    def asked(self) -> bool:
+        """Has the user asked for the end?"""
+        return self._asked
+
     def look(self) -> None:
         """Raise KeyboardInterrupt if the user has asked for the end."""
         self._looked = True

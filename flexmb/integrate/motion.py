@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.outcome import Outcome
+from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import kinematics
 from flexmb.system.branches import Followed
 from flexmb.system.program import constraint_velocity, evaluate, keep_branches, project
@@ -109,16 +110,17 @@ class Motion:
         )
 
 
-def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outcome:
+def run_samples(run, system, samples: np.ndarray, first: int, last: int, patience: float = np.inf) -> Outcome:
     """Advance a run through samples[first:last]; return the rows and why it ended.
 
-    The run has `advance(t)`, which returns what went wrong or an empty text, and `sample()` (t, q, u, a, lam, works).
+    The run has `advance(t, pace)`, which returns what went wrong or an empty text, `reached`, the time at which it
+    stands (before t if the patience was used up), and `sample()` (t, q, u, a, lam, works).
     """
     kept: list[tuple] = []
-    failure = ""
+    failure, pace = "", Patience(patience)
     for k in range(first, last):
-        failure = run.advance(float(samples[k]))
-        if failure:
+        failure = run.advance(float(samples[k]), pace)
+        if failure or run.reached < samples[k]:
             break
         try:
             row = run.sample()
@@ -136,4 +138,4 @@ def run_samples(run, system, samples: np.ndarray, first: int, last: int) -> Outc
         name: np.array([row[i] for row in kept]).reshape((len(kept), width) if i else (len(kept),))
         for i, (name, width) in enumerate(zip(("t", "q", "u", "a", "lam", "works"), widths, strict=True))
     }
-    return Outcome(rows=rows, failure=failure)
+    return Outcome(rows=rows, failure=failure, reached=float(run.reached))

@@ -12,6 +12,7 @@ from collections import namedtuple
 
 import numpy as np
 
+from flexmb.integrate.patience import PAUSED
 from flexmb.integrate.world_translation import move, to_body_axes, to_increment, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
@@ -353,15 +354,20 @@ def _write_sample(program, work, v, c, u, a, lam):
 
 
 @kernel
-def run_steps(program, work, v, c, samples, first, last, t, q, u, a, lam, works):
-    """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason, place).
+def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam, works):
+    """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason).
+
+    After so many `trials` of a step, the reason is PAUSED: called again from the next sample, it goes on.
 
     The steps are fitted to end exactly at the samples, so every sample is a solution of the step equations.
     """
-    powers = np.empty(3)
+    powers, tried = np.empty(3), 0
     for k in range(first, last):
         span = samples[k] - samples[k - 1] if k > 0 else samples[k] - v.times[0]
         while samples[k] - v.times[0] > 1e-12 * max(abs(samples[k]), span):
+            if tried >= trials:
+                return k, PAUSED
+            tried += 1
             left = samples[k] - v.times[0]
             h = left / max(1.0, np.ceil(left / min(v.times[1], v.times[3]) * (1.0 - 1e-9)))
             _fit_to_step(program, work, v, h)

@@ -21,8 +21,11 @@ class Outcome:
         What went wrong, where and when; empty if all samples were reached.
     remedy : str
         What to try.
+    reached : float, s
+        Time of the state at which the integrator stands: the last row's, or later if it was called back in between.
     """
 
     rows: dict[str, np.ndarray] = field(repr=False)
     failure: str = ""
     remedy: str = "Look at the last samples; try a smaller rtol, a fixed small step, or damping where it is stiff"
+    reached: float = -np.inf

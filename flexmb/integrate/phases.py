@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any
 
@@ -35,7 +37,11 @@ LASTING = (
 SAME = 1e-13
 """Times that differ by less, relative to them, are the same."""
 CHUNK = 0.2
-"""Seconds between looks at progress, interruption and the file."""
+"""Seconds between looks at progress, interruption and the file, where samples come in time."""
+PATIENCE = 0.3
+"""Seconds after which an integrator comes back without a sample."""
+HOLD = 10.0
+"""Seconds without a sample after which the state that was reached is kept."""
 
 
 class Phases:
@@ -135,14 +141,15 @@ class Phases:
         if watch.events:
             marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS)
         anew = np.append(np.searchsorted(marks, breaks), len(marks))
-        first, block, last_row = 0, 1, None
+        first, block, last_row, begun = 0, 1, None, -1
         try:
             while first < len(marks):
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
-                if first in anew:
+                if first in anew and first != begun:
                     works = self._begin_anew(system, work, just_after(marks[first]), last_row)
-                outcome = self.integrator.run(system, work, self.variables, marks, first, last)
+                    begun = first
+                outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
                 if (first in anew or (late and first == 0)) and len(rows["t"]):
                     rows["t"][0] = marks[first]  # the integrator began just after it
@@ -162,18 +169,46 @@ class Phases:
                 self._keep(rows, times)
                 if outcome.failure:
                     return _failed(model, outcome)
-                last_row, first = _row(rows, -1), last
-                self.t = float(marks[last - 1])
+                if len(rows["t"]):
+                    last_row, first = _row(rows, -1), first + len(rows["t"])
+                    self.t = float(marks[first - 1])
+                now = max(self.t, outcome.reached)
                 if self.progress is not None:
-                    self.progress(self.t, float(self.times[-1]))
+                    self.progress(now, float(self.times[-1]))
+                self._hold(last_row if watch.events else now, system, work, works)
                 self.interruption.look()
                 spent = time.perf_counter() - clock
                 block = min(len(marks), max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4)))))
         except KeyboardInterrupt:
+            if not self.recorder.phases and not self.recorder.rows:
+                raise
             return Status.interrupted(self.t)
         finally:
             self._count()
         return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _hold(self, now, system, work, works) -> None:
+        """Keep the state that has been reached: now and then while no samples come, and where the user asks for the
+        end.
+
+        Parameters
+        ----------
+        now : float, s, or row
+            The time of the state; or, in a phase that waits for events, the last row at which they were looked for.
+        """
+        self.recorder.look()
+        if not self.recorder.rows or not (self.interruption.asked or time.monotonic() - self.recorder.latest > HOLD):
+            return
+        if isinstance(now, float):
+            latest = float(self.recorder.rows[-1]["t"][-1])
+            if now <= latest + 1e-11 * max(abs(latest), 1e-6):  # at a sample, or just after it, where a signal jumps
+                return
+            with _unchanged(system, work):  # the run must not depend on when the clock has struck
+                rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
+            now = {**rows, "works": rows["works"] + works}
+        if now is not None and len(now["t"]):
+            self.recorder.hold(now)
+            self.t = float(now["t"][-1])
 
     def _begin_anew(self, system, work, t: float, before) -> np.ndarray:
         """Start the integrator again, where a signal jumps or kinks, from the row before;
@@ -235,6 +270,17 @@ def _failed(model: Model, outcome) -> Status:
     if not told:
         return Status.failed(outcome.failure, outcome.remedy)
     return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
+
+
+@contextmanager
+def _unchanged(system, work) -> Iterator[None]:
+    """Give the scratch arrays of a system back as they were, and the factors of its matrix."""
+    pattern = system.program.pattern
+    arrays = (*work, pattern.inverse, pattern.scratch, pattern.softness)
+    before = [array.copy() for array in arrays]
+    yield
+    for array, kept in zip(arrays, before, strict=True):
+        array[...] = kept
 
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:

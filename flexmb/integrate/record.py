@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -12,6 +13,9 @@ from flexmb.results import Phase, RunFile, Solution, Status, floating_data
 from flexmb.results.run_file import FIELDS
 
 __all__ = ["Recorder", "joined_rows"]
+
+
+_BEFORE_AND_LAST = (slice(None, -1), slice(-1, None))
 
 
 def joined_rows(rows: Sequence[dict[str, np.ndarray]]) -> dict[str, Any]:
@@ -41,6 +45,8 @@ class Recorder:
         self.phases: list[Phase] = [] if before is None else list(before.phases)
         self.going_on = self.phases.pop() if merge else None
         self.rows: list[dict[str, np.ndarray]] = []
+        self.reached: dict[str, np.ndarray] | None = None
+        self.latest = time.monotonic()
         self.model: Model | None = None
         self.system: Any = None
         self.write_model = write_model
@@ -48,9 +54,12 @@ class Recorder:
 
     def begin(self, model: Model, system) -> None:
         """Begin a phase, or take up the one that goes on."""
-        self.model, self.system, self.rows = model, system, []
+        self.model, self.system, self.rows, self.reached = model, system, [], None
         if self.going_on is not None:
-            self.rows = [{name: getattr(self.going_on, name) for name in FIELDS}]
+            rows = {name: getattr(self.going_on, name) for name in FIELDS}
+            if self.going_on.cut_off:  # its last row is no sample
+                rows, self.reached = ({name: x[part] for name, x in rows.items()} for part in _BEFORE_AND_LAST)
+            self.rows = [rows]
         elif self.file is not None:
             self.file.begin(self.write_model(model) if self.write_model is not None else "")
 
@@ -61,15 +70,31 @@ class Recorder:
             rows = {name: x[new] for name, x in rows.items()}
         if len(rows["t"]):
             self.rows.append(rows)
+            self.reached, self.latest = None, time.monotonic()
             if self.file is not None:
                 self.file.append(*rows.values())
+
+    def hold(self, row: dict[str, np.ndarray]) -> None:
+        """Keep the state that was reached after the last sample, until the next one."""
+        self.latest = time.monotonic()
+        if row["t"][-1] > self.rows[-1]["t"][-1]:
+            self.reached = row
+            if self.file is not None:
+                self.file.reached(*row.values())
+
+    def look(self) -> None:
+        """Write what has waited for too long."""
+        if self.file is not None:
+            self.file.look()
 
     def end(self, reason: str) -> None:
         """End the phase; its sensors are stored with it."""
         if not self.rows:
             return
-        phase = Phase(model=self.model, system=self.system, ended=reason, **joined_rows(self.rows))
-        self.going_on = None
+        rows = [*self.rows, *([] if self.reached is None else [self.reached])]
+        cut_off, self.rows = self.reached is not None, []
+        phase = Phase(model=self.model, system=self.system, ended=reason, cut_off=cut_off, **joined_rows(rows))
+        self.going_on = self.reached = None
         self.phases.append(phase)
         if self.file is not None and self.model is not None:
             one = Solution(phases=(phase,))

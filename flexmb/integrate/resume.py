@@ -18,7 +18,7 @@ from flexmb.integrate.record import Recorder
 from flexmb.integrate.simulate import sample_times
 from flexmb.integrate.watch import next_phase
 from flexmb.model.model import Model
-from flexmb.results import RunFile, Series, Solution
+from flexmb.results import RunFile, Series, Solution, Status
 from flexmb.system import assemble
 from flexmb.system import compile as compile_model
 
@@ -38,7 +38,9 @@ def resume(
     write_model: Callable[[Model], str] | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Solution:
-    """Continue a simulation from its last sample to `t_end`.
+    """Continue a simulation from its last sample, or the state that it had reached since, to `t_end`.
+
+    A run that was cut off after its last sample is completed.
 
     Configuration, velocity, works and the model after the events so far are taken over; accelerations and reactions
     follow from them, so the motion is that of an uninterrupted run to the tolerance of the integrator.
@@ -61,7 +63,7 @@ def resume(
     Raises
     ------
     ModelError
-        The run has reached `t_end`, was stopped by an event, or its model is not known.
+        The run has reached `t_end` and its end, was stopped by an event, or its model is not known.
     IntegrationError, DataFileError
         As `simulate`.
     """
@@ -70,6 +72,8 @@ def resume(
     before = run if isinstance(run, Solution) else Solution.load(run, read_model=read_model)
     clock = time.perf_counter()
     last, model, state, merge = _where(before, t_end)
+    if model is None:
+        return _ended(before, path)
     times = sample_times(float(before.t[0]), t_end, samples)
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
     assembled = assemble(model, t=last.t, state=state)
@@ -96,8 +100,18 @@ def resume(
     return solution
 
 
+def _ended(before: Solution, path: Path | None) -> Solution:
+    """Return a run that an event has stopped, with the status that it could not write any more."""
+    status = Status.stopped(before.phases[-1].ended, float(before.t[-1]))
+    if path is not None:
+        RunFile.continued(path, new_phase=True).finish(status, before.statistics)
+    return replace(before, status=status)
+
+
 def _where(before: Solution, t_end: float):
-    """Return the last instant, the model that continues, its state by body name, and whether its phase goes on."""
+    """Return the last instant, the model that continues (None: an event has stopped the run), its state by body name,
+    and whether its phase goes on.
+    """
     phase, last = before.phases[-1], before.final
     part = f"Run of model '{getattr(phase.model, 'name', '?')}'"
     if phase.model is None:
@@ -107,7 +121,8 @@ def _where(before: Solution, t_end: float):
             expected="a solution with its model",
             remedy="Give read_model=flexmb.read_model_text, or a Solution loaded with its model",
         )
-    if not t_end > last.t:
+    over = not t_end > last.t
+    if over and (before.status.ok or before.status.kind == "failed"):
         raise ModelError(
             part,
             found=f"it has reached t = {last.t:.9g} s already",
@@ -121,17 +136,19 @@ def _where(before: Solution, t_end: float):
             expected="a run that was cut off, or reached its end",
             remedy="Take the event out of the model and simulate again",
         )
+    if over and last.t > t_end * (1.0 + 1e-12):
+        raise ModelError(
+            part,
+            found=f"it has gone beyond t_end = {t_end:g} s, to {last.t:.9g} s",
+            expected="the end time of the run, or a later one",
+            remedy="Give a later t_end to go on",
+        )
     system = phase.system or compile_model(phase.model)
     model, merge = phase.model, phase.ended in CONTINUES
     if not merge:  # cut off between an event and the first sample after it
         event = next(event for event in model.events if event.name == phase.ended)
         model = next_phase(model, event, Series(phase))
-        if model is None:
-            raise ModelError(
-                part,
-                found=f"event '{event.name}' has stopped it",
-                expected="a run that was cut off",
-                remedy="Take the event out of the model and simulate again",
-            )
+        if model is None:  # cut off between its last sample and the word that it has ended
+            return last, None, {}, False
         last = replace(last, u=velocities_after(system, event, last.t, last.q, last.u))
     return last, model, carried(system, model, last.q, last.u), merge

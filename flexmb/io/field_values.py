@@ -45,6 +45,8 @@ class Context:
         Where reduced bodies come from instead of files.
     signals : mapping of name to Signal
         Those of the table [signals]; ``"= name"`` is the signal.
+    trust : bool
+        May functions be imported that the file names?
     """
 
     path: Path
@@ -53,6 +55,7 @@ class Context:
     cache: dict[tuple[Path, str], ModalNeutralData] = field(default_factory=dict)
     stored: Mapping[str, ModalNeutralData] | None = None
     signals: Mapping[str, Signal] = field(default_factory=dict)
+    trust: bool = False
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""

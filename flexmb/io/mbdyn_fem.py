@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import DataFileError
+from flexmb.files import write_text
 from flexmb.io.mbdyn_text import Record, group_text, read_groups
 from flexmb.io.sid import acceleration_fields, skew, wallrapp_stiffness
 from flexmb.model.modal_neutral_checks import check_modes, checked
@@ -76,9 +77,7 @@ def write_mbdyn_fem(data: ModalNeutralData, path: str | Path, *, legacy: bool = 
         if data.geometric is not None:
             groups[19] = _stress_stiffness(data.geometric)
     text = group_text(data.name, labels, data.frequencies, groups)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="ascii", errors="replace")
-    return path
+    return write_text(path, text, encoding="ascii", errors="replace")
 
 
 def _nodes(data: ModalNeutralData, path: Path) -> tuple[list[str], np.ndarray, np.ndarray]:

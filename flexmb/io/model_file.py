@@ -19,6 +19,7 @@ from flexmb.io.file_tables import read_tables
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
+from flexmb.model.foreign import Foreign
 from flexmb.model.material import MATERIALS
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
@@ -30,7 +31,7 @@ __all__ = ["load_model", "load_simulation", "read_model_text"]
 _ASSEMBLY_FIELDS = ("file", "prefix", "at", "rotation", "x", "y", "z", "parameters", "inherit")
 
 
-def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None) -> Model:
+def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None, *, trust: bool = False) -> Model:
     """Return the model of a TOML file.
 
     Parameters
@@ -39,6 +40,9 @@ def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None) ->
         Model file; files it names (reduced bodies, assemblies) are relative to it.
     parameters : mapping of str to number, text or list
         Values that replace those of the table ``[parameters]``.
+    trust : bool
+        May Python functions be imported that the file names (`UserForce`)? They can do whatever you can; without trust
+        the model can be looked at, but not computed.
 
     Raises
     ------
@@ -48,12 +52,15 @@ def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None) ->
         A reduced body cannot be read.
     """
     path = Path(path)
-    return _load(read_tables(path), Context(path, dict(parameters or {}), kind_lists.values()), ())
+    return _load(read_tables(path), Context(path, dict(parameters or {}), kind_lists.values(), trust=trust), ())
 
 
-def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None) -> Model:
-    """Return the model of a text written by `model_text`; `bodies` holds the reduced bodies by body name."""
-    context = Context(Path("stored model"), {}, kind_lists.values(), stored=dict(bodies or {}))
+def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None, *, trust: bool = False) -> Model:
+    """Return the model of a text written by `model_text`; `bodies` holds the reduced bodies by body name.
+
+    For `trust` see `load_model`.
+    """
+    context = Context(Path("stored model"), {}, kind_lists.values(), stored=dict(bodies or {}), trust=trust)
     return _load(parse_toml(text, "Stored model"), context, ())
 
 
@@ -227,6 +234,8 @@ def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
             values[field] = {m: context.value(pose, f"{place}.{m}", poses=True) for m, pose in entry.items()}
         else:
             values[field] = context.value(entry, place)
+        if field in getattr(make, "imports", ()) and isinstance(values[field], str) and not context.trust:
+            values[field] = Foreign(values[field])
         if field == "material" and isinstance(values[field], str):
             values[field] = _material(values[field], place)
     return call(make, values, where)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from flexmb.files import complaints, write_text
 from flexmb.io import kind_lists
 from flexmb.io.field_values import own_kind, toml_fields
 from flexmb.io.simulation_settings import Simulation
@@ -25,11 +26,11 @@ def save_model(
     a solution file in the same folder that holds them, they are named as "<solution file>#<body>" instead.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    with complaints(f"Model file '{path}'", "write"):
+        path.parent.mkdir(parents=True, exist_ok=True)
     if bodies_in is not None:
         names = _first_bodies(model)
-        path.write_text(_text(model, simulation, lambda data: f"{bodies_in}#{names[id(data)]}"), encoding="utf-8")
-        return path
+        return write_text(path, _text(model, simulation, lambda data: f"{bodies_in}#{names[id(data)]}"))
     stored: dict[int, str] = {}
 
     def store(data: ModalNeutralData) -> str:
@@ -40,8 +41,7 @@ def save_model(
             data.save(path.parent / stored[id(data)])
         return stored[id(data)]
 
-    path.write_text(_text(model, simulation, store), encoding="utf-8")
-    return path
+    return write_text(path, _text(model, simulation, store))
 
 
 def model_text(model: Model) -> str:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from flexmb.files import replacing
+
 __all__ = ["labels", "write_table"]
 
 
@@ -31,7 +33,7 @@ def write_table(solution, path: str | Path) -> Path:
         values = values.reshape(len(values), -1)
         titles += labels(solution, name)
         columns += list(values.T)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path, f"Table '{path}'") as part, part.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(titles)
         table.writerows([repr(float(x)) for x in row] for row in zip(*columns))

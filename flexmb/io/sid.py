@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import DataFileError
+from flexmb.files import write_text
 from flexmb.io.sid_text import SidText, Taylor, read_sid_text, taylor_text
 from flexmb.model.modal_neutral_checks import check_modes, checked
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
@@ -61,9 +62,8 @@ def write_sid(data: ModalNeutralData, path: str | Path) -> Path:
     lines.append("        end frame")
     for block, (m0, m1) in _body_blocks(data).items():
         lines += taylor_text(block, m0, m1, m, 8 * " ")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join([*lines, "    end modal", "end part", ""]), encoding="ascii", errors="replace")
-    return path
+    text = "\n".join([*lines, "    end modal", "end part", ""])
+    return write_text(path, text, encoding="ascii", errors="replace")
 
 
 def _node_blocks(data: ModalNeutralData, number: int) -> dict:

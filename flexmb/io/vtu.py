@@ -14,6 +14,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from flexmb.files import replacing, write_text
 from flexmb.io.cell_types import flat_cells
 
 __all__ = ["VtuSeries", "write_collection"]
@@ -78,7 +79,7 @@ class VtuSeries:
             f"<Cells>\n{''.join(cells)}</Cells>\n</Piece>\n</UnstructuredGrid>\n"
             '<AppendedData encoding="raw">\n_'
         )
-        with path.open("wb") as file:
+        with replacing(path) as part, part.open("wb") as file:
             file.write(head.encode())
             for packed in data:
                 file.write(packed)
@@ -88,11 +89,11 @@ class VtuSeries:
 def write_collection(path: Path, entries) -> None:
     """Write the PVD file: entries (time in s, part number, part name, relative file name)."""
     lines = [
-        f'<DataSet timestep="{t!r}" group="" part="{part}" name={quoteattr(name)} file="{file}"/>'
+        f'<DataSet timestep="{t!r}" group="" part="{part}" name={quoteattr(name)} file={quoteattr(file)}/>'
         for t, part, name, file in entries
     ]
-    path.write_text(
+    write_text(
+        path,
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n'
         "<Collection>\n" + "\n".join(lines) + "\n</Collection>\n</VTKFile>\n",
-        encoding="utf-8",
     )

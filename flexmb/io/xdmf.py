@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
+from flexmb.files import write_text
 from flexmb.io.vtkhdf import TOPOLOGY
 
 __all__ = ["write_xdmf"]
@@ -49,7 +50,7 @@ def write_xdmf(path: Path, times, parts) -> None:
             lines.append("</Grid>")
         lines.append("</Grid>")
     lines += ["</Grid>", "</Domain>", "</Xdmf>", ""]
-    path.write_text("\n".join(lines), encoding="utf-8")
+    write_text(path, "\n".join(lines))
 
 
 FLOAT = 'NumberType="Float" Precision="4"'

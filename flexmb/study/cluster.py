@@ -57,7 +57,7 @@ def dask_executor(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
         ) from error
     try:
         client = Client(address, timeout=timeout, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last: encryption is required, and not offered
         raise FlexmbError(
             part,
             found=f"it cannot be reached ({str(error) or type(error).__name__})",

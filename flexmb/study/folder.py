@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError
+from flexmb.files import complaints, remove_parts, write_text
+from flexmb.lock import Lock
 from flexmb.study.plan import Plan
 from flexmb.study.table import Results, Row
 
@@ -50,35 +52,56 @@ class StudyFolder:
         settings = {**identity, "plan": {"names": list(plan.names), "rows": [list(row) for row in plan.rows]}}
         try:
             self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = Lock(self.path, f"Study folder '{self.path}'")
+        except OSError as error:
+            raise self._unusable(error) from error
+        try:
+            self._open(settings)
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def _open(self, settings: Mapping[str, Any]) -> None:
+        """Look at what the folder holds, and open the file of the rows to add to it."""
+        try:
             if (self.path / SETTINGS).is_file():
                 self._check(settings)
             else:
                 self._begin(settings)
+            self.rows = self._stored()
+            self._stream = (self.path / ROWS).open("ab", buffering=0)
         except OSError as error:
-            raise self._error(
-                f"it cannot be used ({error.strerror or error})",
-                "a folder that can be written",
-                "Give another one with --out",
-            ) from error
-        self.rows = self._stored()
-        self._stream = (self.path / ROWS).open("a", encoding="utf-8")
+            raise self._unusable(error) from error
+
+    def _unusable(self, error: OSError) -> DataFileError:
+        return self._error(
+            f"it cannot be used ({error.strerror or error})",
+            "a folder that can be written",
+            "Give another one with --out",
+        )
 
     def add(self, row: Row) -> None:
         """Store a row; once this returns, it survives the end of the process."""
-        self._stream.write(json.dumps(row.plain()) + "\n")
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        line, done = (json.dumps(row.plain()) + "\n").encode(), 0
+        with complaints(f"Study folder '{self.path}'", "add a row to", kept=". The rows so far are kept"):
+            while done < len(line):  # near the end of the space a write may take a part only
+                done += self._stream.write(line[done:]) or 0
+            os.fsync(self._stream.fileno())
         self.rows[row.number] = row
 
     def close(self) -> None:
         """Write the table of the rows so far."""
         self._stream.close()
-        results = Results(self.plan.names, list(self.rows.values()))
-        results.write_csv(self.path / TABLE)
-        results.write_parquet(self.path / PARQUET)
+        try:
+            results = Results(self.plan.names, list(self.rows.values()))
+            results.write_csv(self.path / TABLE)
+            results.write_parquet(self.path / PARQUET)
+        finally:
+            self._lock.release()
 
     def _begin(self, settings: Mapping[str, Any]) -> None:
-        there = sorted(entry.name for entry in self.path.iterdir())
+        remove_parts(self.path)
+        there = sorted(entry.name for entry in self.path.iterdir() if entry.name != self._lock.file.name)
         if there:
             raise self._error(
                 f"it holds {', '.join(there[:4])}{', ...' if len(there) > 4 else ''}",
@@ -86,9 +109,7 @@ class StudyFolder:
                 "Give another one with --out",
             )
         content = {"schema": SCHEMA, "schema_version": VERSION, "settings": settings}
-        part = self.path / f".{SETTINGS}.part"
-        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        os.replace(part, self.path / SETTINGS)
+        write_text(self.path / SETTINGS, json.dumps(content, indent=1) + "\n", part=f"Study folder '{self.path}'")
 
     def _check(self, settings: Mapping[str, Any]) -> None:
         try:

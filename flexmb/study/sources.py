@@ -42,6 +42,7 @@ class ModelFile:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     t_end: float | None = None
     samples: int | None = None
+    trust: bool = False
 
     def __post_init__(self):
         object.__setattr__(self, "path", str(Path(self.path).resolve()))
@@ -86,7 +87,7 @@ class ModelFile:
                 fmb.save_model(model, folder / MODEL, simulation)
 
     def _model(self, parameters: Mapping[str, Any]) -> Model:
-        return fmb.load_model(self.path, {**self.parameters, **parameters})
+        return fmb.load_model(self.path, {**self.parameters, **parameters}, trust=self.trust)
 
     def _simulation(self, parameters: Mapping[str, Any]):
         given = {**self.parameters, **parameters}

@@ -41,6 +41,7 @@ def sweep(
     samples: int | None = None,
     folder: str | Path | None = None,
     keep_runs: bool = False,
+    trust: bool = False,
     retry: bool = False,
     jobs: int | None = None,
     timeout: float | None = None,
@@ -59,6 +60,8 @@ def sweep(
     outputs : sequence of str, optional
         ``"max(strut force fx)"``: see `REDUCTIONS`; ``"load = peak(strut force fx)"`` gives the column a title. By
         default max, min and final of every sensor.
+    trust : bool
+        May functions be imported that a model file names? See `flexmb.load_model`.
     parameters : mapping, optional
         Parameters that have the same other value in all variants.
     t_end : float, s, optional
@@ -89,7 +92,7 @@ def sweep(
     plan = over if isinstance(over, Plan) else grid(over)
     _check(jobs, timeout, keep_runs, folder)
     common = (dict(parameters or {}), t_end, samples)
-    origin = FunctionSource(source, *common) if callable(source) else ModelFile(str(source), *common)
+    origin = FunctionSource(source, *common) if callable(source) else ModelFile(str(source), *common, trust)
     origin.check(plan.names, outputs)
     kept = _opened(folder, plan, origin, outputs, keep_runs)
     known = {} if kept is None else {k: row for k, row in kept.rows.items() if not _again(row, retry)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.files import replacing
 
 __all__ = ["Results", "Row"]
 
@@ -109,12 +109,10 @@ class Results:
         """Write the table as CSV, replacing the file in one go, and return the path; missing numbers stay empty."""
         path = Path(path)
         table = self.columns()
-        part = path.with_name(f".{path.name}.part")
-        with part.open("w", newline="", encoding="utf-8") as file:
+        with replacing(path, f"Table '{path}'") as part, part.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(table)
             writer.writerows(["" if x is None else x for x in cells] for cells in zip(*table.values()))
-        os.replace(part, path)
         return path
 
     def write_parquet(self, path: str | Path) -> Path | None:
@@ -126,7 +124,8 @@ class Results:
             return None
         path = Path(path)
         columns = {title: _uniform(cells) for title, cells in self.columns().items()}
-        parquet.write_table(pyarrow.table(columns), path)
+        with replacing(path, f"Table '{path}'") as part:
+            parquet.write_table(pyarrow.table(columns), part)
         return path
 
     def __str__(self) -> str:

@@ -51,6 +51,7 @@ def svg_curves(
         "svg.hashsalt": "flexmb",
         "font.size": 9.0,
         "axes.unicode_minus": False,
+        "text.parse_math": False,  # a dollar sign in the name of a sensor is a dollar sign
     }
     with matplotlib.rc_context(settings):
         figure = Figure(figsize=size, layout="constrained")

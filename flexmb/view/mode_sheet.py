@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
+from flexmb.files import replacing
 from flexmb.io.cell_types import flat_cells
 from flexmb.io.mode_series import mode_amplitude
 from flexmb.view.graphics import require_graphics
@@ -72,8 +73,8 @@ def mode_sheet(data, path: str | Path, *, modes: int = 6, camera=None, up=(0.0, 
             plotter.camera.view_angle = VIEW_ANGLE
             plotter.camera_position = camera_position(_displaced(data, j), direction, up, aspect, LABEL_ROOM)
             plotter.renderer.reset_camera_clipping_range()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        plotter.screenshot(str(path))
+        with replacing(path, f"Picture '{path}'", folder=True) as file:
+            plotter.screenshot(str(file))
     return path
 
 

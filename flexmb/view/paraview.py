@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import DataFileError
+from flexmb.files import write_text
 from flexmb.io.scene import Scene
 from flexmb.io.vtk_output import part_file
 from flexmb.view.pictures import largest_stress, upwards
@@ -15,10 +16,8 @@ from flexmb.view.viewpoint import viewpoint
 
 __all__ = ["paraview_script"]
 
-SCRIPT = '''"""Opens "{title}" in ParaView with colours, camera and time: paraview --script={name}
-
-In ParaView that is open already: Tools > Python Shell > Run Script.
-"""
+SCRIPT = """# Opens {title} in ParaView with colours, camera and time: paraview --script={name}
+# In ParaView that is open already: Tools > Python Shell > Run Script.
 
 from pathlib import Path
 
@@ -27,7 +26,7 @@ from paraview.simple import *
 try:
     FOLDER = Path(__file__).resolve().parent
 except NameError:  # ParaView's shell runs scripts without a name
-    FOLDER = Path({folder!r})
+    FOLDER = Path({folder})
 
 STRESS = "von_mises"  # Pa
 LARGEST = {largest!r}  # Pa, of all flexible bodies over the whole motion
@@ -65,7 +64,7 @@ Render()  # the first time, this places the camera by itself
 view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = {camera}
 view.CameraViewAngle = {angle!r}
 Render()
-'''
+"""
 
 
 def paraview_script(solution, path: str | Path, *, camera=None) -> Path:
@@ -101,22 +100,22 @@ def paraview_script(solution, path: str | Path, *, camera=None) -> Path:
     for part in scene.parts:
         elastic = part.data is not None and part.data.stress_modes is not None
         place = files[part.name].relative_to(path.parent).as_posix()
-        rows.append(f"    ({part.name!r}, {place!r}, {_rgb(part_color(scene, part))}, {elastic}),")
+        rows.append(f"    ({part.name!a}, {place!a}, {_rgb(part_color(scene, part))}, {elastic}),")
     up = upwards(solution.model)
     direction = viewpoint(scene, up) if camera is None else camera
     place = camera_position(framed_points(scene, frames), direction, up, 16 / 9, 0.1)
     script = path.with_name(f"{path.stem}_paraview.py")
     text = SCRIPT.format(
-        title=solution.model.name.replace('"', "'"),
-        name=script.name,
-        folder=str(path.parent.resolve()),
+        # names may hold anything, also what would be code: they are quoted, and stay on their line
+        title=ascii(solution.model.name),
+        name=ascii(script.name),
+        folder=ascii(str(path.parent.resolve())),
         largest=largest_stress(scene, frames),
         parts="\n".join(rows),
         camera=", ".join(str([float(f"{x:.6g}") for x in np.array(vector)]) for vector in place),
         angle=VIEW_ANGLE,
     )
-    script.write_text(text, encoding="utf-8")
-    return script
+    return write_text(script, text)
 
 
 def _rgb(color: str) -> tuple[float, ...]:

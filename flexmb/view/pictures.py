@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import FlexmbError
+from flexmb.files import complaints, replacing
 from flexmb.io.scene import Scene
 from flexmb.results import recover
 from flexmb.view.graphics import require_graphics
@@ -52,10 +53,11 @@ def render(
     try:
         stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
         stage.look_from(camera, upwards(solution.model), frames if picture.suffix in MOVING else ())
-        if picture.suffix in STILL:
-            stage.plotter.screenshot(str(picture))
-        else:
-            _animate(stage, frames, picture, rate)
+        with replacing(picture, f"Picture '{picture}'") as file:
+            if picture.suffix in STILL:
+                stage.plotter.screenshot(str(file))
+            else:
+                _animate(stage, frames, file, rate)
     finally:
         stage.close()
     return picture
@@ -75,7 +77,8 @@ def overlay(solution, path: str | Path, *, times, camera=None, size=(1600, 900),
         stage.add_state(frames[-1])
         stage.plotter.enable_depth_peeling(8)
         stage.look_from(camera, upwards(solution.model))
-        stage.plotter.screenshot(str(picture))
+        with replacing(picture, f"Picture '{picture}'") as file:
+            stage.plotter.screenshot(str(file))
     finally:
         stage.close()
     return picture
@@ -94,7 +97,8 @@ def _checked(path: str | Path, endings: tuple[str, ...]) -> Path:
     if path.suffix in MOVING:
         _imageio(path)
     require_graphics()
-    path.parent.mkdir(parents=True, exist_ok=True)
+    with complaints(f"Picture '{path}'", "write"):
+        path.parent.mkdir(parents=True, exist_ok=True)
     return path
 
 

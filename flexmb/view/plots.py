@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flexmb.errors import FlexmbError
+from flexmb.files import replacing
 
 __all__ = ["plot"]
 
@@ -25,15 +26,22 @@ def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=
     size : (float, float), inch
         Width of the figure and height per sensor.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    import matplotlib
 
     names = solution.sensor_names if names is None else (names,) if isinstance(names, str) else tuple(names)
     if not names:
         raise FlexmbError(
             "Plot", found="there is no sensor to plot", expected="at least one", remedy="Add sensors to the model"
         )
-    path = Path(path)
+    with matplotlib.rc_context({"text.parse_math": False}):  # a dollar sign in a name is a dollar sign
+        return _plotted(solution, names, Path(path), size)
+
+
+def _plotted(solution, names: tuple[str, ...], path: Path, size: tuple[float, float]) -> Path:
+    """Write the plot of some sensors."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(size[0], size[1] * len(names)), layout="constrained", dpi=130)
     canvas = FigureCanvasAgg(figure)
     known = tuple(ending for ending in canvas.get_supported_filetypes())
@@ -48,8 +56,8 @@ def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=
     for name, ax in zip(names, axes, strict=True):
         _draw(ax, solution.t, solution[name], name, solution.column_titles(name))
     axes[-1].set_xlabel("time [s]")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    with replacing(path, f"Plot '{path}'", folder=True) as file:
+        figure.savefig(file)
     return path
 
 

@@ -207,18 +207,23 @@ def solver(runs: Sequence[Run]) -> str:
     rows = [
         ["samples", *(str(len(run.solution.t)) for run in runs)],
         ["last sample, s", *(f"{run.solution.t[-1]:.6g}" for run in runs)],
-        *([escape(name), *(_value(run.solution.statistics.get(name, "")) for run in runs)] for name in names),
+        *([escape(name), *(escape(_value(run.solution.statistics.get(name, ""))) for run in runs)] for name in names),
         ["largest residual of the constraints", *(f"{_residual(run.solution):.1e}" for run in runs)],
         ["computing time", *(_seconds(run.solution) for run in runs)],
     ]
     shares = [
-        [escape(run.name), escape(title), ", ".join(f"{escape(name)} {percent(x)}" for name, x in measures.items())]
+        [escape(run.name), escape(title), ", ".join(f"{escape(name)} {_share(x)}" for name, x in measures.items())]
         for run in runs
         for title, measures in run.solution.statistics.get("share of validity", {}).items()
     ]
     held = table([("run", True), ("body", True), ("share of its limits", True)], shares) if shares else ""
     states = "".join(f'<p class="note">{escape(run.name)}: {escape(str(run.solution.status))}</p>' for run in runs)
     return "<h2>Solver</h2>" + table(titles, rows) + states + held
+
+
+def _share(x: Any) -> str:
+    """Return a share in percent; what a file has instead of a number, as text."""
+    return percent(x) if isinstance(x, int | float) else escape(str(x))
 
 
 def _residual(solution) -> float:
@@ -228,4 +233,4 @@ def _residual(solution) -> float:
 
 def _seconds(solution) -> str:
     seconds = solution.statistics.get("seconds")
-    return "" if seconds is None else duration(float(seconds))
+    return duration(float(seconds)) if isinstance(seconds, int | float) else escape(str(seconds or ""))

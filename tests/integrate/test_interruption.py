@@ -3,11 +3,13 @@
 import os
 import signal
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate import phases
 from flexmb.integrate.interruption import Interruption
 
 
@@ -117,3 +119,97 @@ def test_before_the_first_sample_nothing_stays_open(tmp_path, monkeypatch):
         fmb.simulate(PENDULUM, 1.0, output=tmp_path / "run.h5")
     monkeypatch.undo()
     assert fmb.simulate(PENDULUM, 0.1, output=tmp_path / "run.h5").status.ok
+
+
+SWINGING = replace(PENDULUM, gravity=(0, -9.81, 0))
+HEIGHT = fmb.JointCoordinate("height", joint="pin")
+INTEGRATORS = [
+    fmb.GeneralizedAlpha(),
+    fmb.GeneralizedAlpha(step=1e-3),
+    fmb.IDA(),
+    fmb.Explicit(),
+    fmb.Explicit(method="RK45"),
+    fmb.Explicit(formulation=fmb.Recursive()),
+    fmb.Implicit(),
+]
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+def test_far_from_the_next_sample_a_run_can_be_stopped_and_goes_on(integrator, tmp_path, monkeypatch):
+    """Two samples a week apart: Ctrl-C is looked for in between, what was reached is kept, and `resume` begins there
+    without a sample at that time."""
+    monkeypatch.setattr(phases, "PATIENCE", 0.02)
+    path, week = tmp_path / "run.h5", 604_800.0
+    times = []
+
+    def interrupt(t, t_end):
+        times.append(t)
+        if t > 0.2:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    options = {"integrator": integrator, "write_model": fmb.model_text, "progress": interrupt}
+    solution = fmb.simulate(SWINGING, week, samples=2, output=path, **options)
+    assert solution.status.kind == "interrupted"
+    assert list(solution.t) == [0.0, times[-1]]
+    assert 0.2 < times[-1] < week
+    stored = fmb.Solution.load(path, read_model=fmb.read_model_text)
+    assert np.array_equal(stored.t, solution.t)
+    assert np.array_equal(stored["end"], solution["end"])
+    goal = times[-1] + 0.1
+    reference = fmb.simulate(SWINGING, goal, samples=[0.0, goal], integrator=fmb.Explicit(rtol=1e-11, atol=1e-12))
+    for found in (
+        fmb.resume(solution, goal, samples=[0.0, goal], integrator=fmb.Explicit()),
+        fmb.resume(path, goal, samples=[0.0, goal], integrator=fmb.Explicit(), read_model=fmb.read_model_text),
+        fmb.Solution.load(path),
+    ):
+        assert list(found.t) == [0.0, goal]
+        assert found.status.kind == "finished"
+        np.testing.assert_allclose(found["end"][-1], reference["end"][-1], rtol=0, atol=2e-3)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+def test_to_be_looked_after_changes_nothing(integrator, monkeypatch):
+    """Called back as often as can be, its state kept each time, a run gives the same numbers to the last bit."""
+    alone = fmb.simulate(SWINGING, 1.0, samples=3, integrator=integrator).phases[0]
+    monkeypatch.setattr(phases, "PATIENCE", 0.0)
+    monkeypatch.setattr(phases, "HOLD", -1.0)
+    watched = fmb.simulate(SWINGING, 1.0, samples=3, integrator=integrator).phases[0]
+    for name in ("t", "q", "u", "a", "lam", "works"):
+        assert np.array_equal(getattr(alone, name), getattr(watched, name)), name
+
+
+def test_the_state_is_kept_by_time(tmp_path, monkeypatch):
+    """A run that is killed before its second sample goes on from the last state that was kept."""
+    monkeypatch.setattr(phases, "PATIENCE", 0.0)
+    monkeypatch.setattr(phases, "HOLD", 0.0)
+    path, seen = tmp_path / "run.h5", []
+
+    def look(t, t_end):
+        if t > 1.0:
+            seen.append(fmb.Solution.load(path))
+            raise MemoryError  # the process has no time to write anything more
+
+    with pytest.raises(MemoryError):
+        fmb.simulate(SWINGING, 1e6, samples=2, output=path, write_model=fmb.model_text, progress=look)
+    assert seen[0].status.kind == "running"
+    assert seen[0].phases[0].cut_off
+    assert 0.0 < seen[0].t[-1] <= 1.0
+
+
+def test_where_events_are_waited_for_the_state_is_that_of_the_last_look(tmp_path, monkeypatch):
+    """Beyond it an event may have happened that nobody has seen yet: it must not be skipped by going on from there."""
+    monkeypatch.setattr(phases, "PATIENCE", 0.0)
+    event = fmb.Event("passes", sensor="height", below=-0.5, then=[fmb.Stop()])
+    model = replace(SWINGING, sensors=[fmb.Position("end", marker="rod.end"), HEIGHT], events=[event])
+    whole = fmb.simulate(model, 1.0, samples=2)
+
+    def interrupt(t, t_end):
+        if t > 0.1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    part = fmb.simulate(model, 1.0, samples=2, progress=interrupt)
+    assert part.status.kind == "interrupted"
+    assert part.phases[0].cut_off
+    found = fmb.resume(part, 1.0, samples=2)
+    assert found.status.kind == "stopped"
+    assert found.t[-1] == pytest.approx(whole.t[-1], abs=1e-4)

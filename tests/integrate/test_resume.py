@@ -11,6 +11,7 @@ import pytest
 
 import flexmb as fmb
 from flexmb.cli import main
+from flexmb.results import RunFile
 
 CLOSE = 3e-4
 """Two runs of an integrator at rtol = 1e-7 that take different steps, over two seconds of a double pendulum."""
@@ -91,6 +92,7 @@ def test_file_goes_on_in_place(whole, tmp_path):
 KILLED = """
 import os, signal
 from flexmb.cli import main
+from flexmb.results import RunFile
 from flexmb.cli.progress import ProgressBar
 
 def kill(bar, task, fraction):
@@ -167,3 +169,52 @@ def test_read_only_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(h5py, "File", refuse)
     with pytest.raises(fmb.DataFileError, match=r"cannot create it .*Permission denied.*choose another folder"):
         simulate(pendulum(), 0.1, output=tmp_path / "run.h5")
+
+
+def cut(run, path, number):
+    """Write the file of a finished run as it stands when a kill comes after so many of its last records."""
+    file = RunFile(path)
+    file.begin(fmb.model_text(run.model))
+    phase = run.phases[0]
+    file.append(phase.t, phase.q, phase.u, phase.a, phase.lam, phase.works)
+    file.flush()
+    if number > 0:
+        file.end(phase.ended)
+    file.close()
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_run_cut_off_after_its_last_sample_is_completed(whole, tmp_path, number):
+    """Before or after the end of its phase was noted: nothing is computed, and it is finished."""
+    path = tmp_path / "run.h5"
+    cut(whole, path, number)
+    assert fmb.Solution.load(path).status.kind == "interrupted"
+    found = resume(path, 2.0, samples=101, read_model=fmb.read_model_text, write_model=fmb.model_text)
+    assert found.status.kind == fmb.Solution.load(path).status.kind == "finished"
+    assert np.array_equal(found.t, whole.t)
+    for name in whole.sensor_names:
+        np.testing.assert_allclose(fmb.Solution.load(path)[name], whole[name], rtol=0, atol=1e-12)
+
+
+def test_a_run_cut_off_after_the_event_that_stops_it_is_completed(tmp_path):
+    event = fmb.Event("far", sensor="angle", below=-0.5, then=[fmb.Stop()])
+    stopped = simulate(pendulum(events=[event]), 2.0, samples=101)
+    assert stopped.status.kind == "stopped"
+    path = tmp_path / "run.h5"
+    cut(stopped, path, 1)
+    found = resume(path, 2.0, samples=101, read_model=fmb.read_model_text)
+    for one in (found, fmb.Solution.load(path)):
+        assert one.status == stopped.status
+        assert np.array_equal(one.t, stopped.t)
+
+
+def test_killed_before_the_table_was_written(tmp_path, monkeypatch):
+    """`flexmb resume` writes the sensor table of a run that has its solution; with its table, it is complete."""
+    monkeypatch.chdir(tmp_path)
+    fmb.save_model(pendulum(), tmp_path / "swing.toml", fmb.Simulation(t_end=0.1, samples=11))
+    assert main(["run", "swing.toml", "--out", "run"]) == 0
+    table = (tmp_path / "run" / "sensors.csv").read_text()
+    (tmp_path / "run" / "sensors.csv").unlink()
+    assert main(["resume", "run"]) == 0
+    assert (tmp_path / "run" / "sensors.csv").read_text() == table
+    assert main(["resume", "run"]) == 2

@@ -1,0 +1,46 @@
+"""How long an integrator may go on before it comes back, however far the next sample is: the user may want to stop."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+__all__ = ["PAUSED", "Patience"]
+
+PAUSED = -1
+"""What a compiled loop returns when it has used up its steps."""
+SLICE = 0.1
+"""s: length of a call of a compiled loop that is aimed at."""
+ENDLESS, MOST = np.iinfo(np.int64).max, 10**9
+
+
+class Patience:
+    """Divides a run of compiled steps, which cannot look at a clock, into calls that are short.
+
+    Where they are divided changes nothing in the steps.
+
+    Parameters
+    ----------
+    seconds : float
+        After so long `used_up` is true; infinite: never, and one call does all.
+    """
+
+    def __init__(self, seconds: float):
+        self._until = time.perf_counter() + seconds
+        self._clock = 0.0
+        self._steps = 1 if seconds < np.inf else ENDLESS
+
+    def steps(self) -> int:
+        """Return how many steps the next call may try, by the time that the call before has taken."""
+        now = time.perf_counter()
+        if self._clock and self._steps < ENDLESS:
+            factor = min(4.0, SLICE / max(now - self._clock, 1e-6))
+            self._steps = int(np.clip(self._steps * factor, 1, MOST))
+        self._clock = now
+        return self._steps
+
+    @property
+    def used_up(self) -> bool:
+        """Shall the integrator come back?"""
+        return time.perf_counter() >= self._until

@@ -1,0 +1,401 @@
+"""Campaigns of faults: processes ended before every write and at random moments, full disks, limits, two at a time.
+
+``python tests/faults/campaigns.py`` runs all of them and prints a table; ``--cases 20`` a short one, ``--seed 2`` with
+other random numbers, ``--only kill`` those whose name has the word. It ends with 1 if anything was lost, or told by a
+traceback. Where a C compiler is there, it builds and preloads `shim.c` by itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import numpy as np
+from faults.children import Ended, begin, ended, shim
+from results.spinning import block_data
+
+import flexmb as fmb
+from flexmb.errors import FlexmbError
+
+SAMPLES = 601
+NOBODY = 65534
+SETTINGS = fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=5e-4))
+
+
+@dataclass
+class Counts:
+    """What came out of a campaign."""
+
+    cases: int = 0
+    lost: int = 0
+    refused: int = 0
+    tracebacks: int = 0
+    crashes: int = 0
+    hangs: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def bad(self) -> int:
+        """Number of what must not be."""
+        return self.lost + self.refused + self.tracebacks + self.crashes + self.hangs
+
+    def take(self, end: Ended, what: str, slow: float = np.inf) -> None:
+        """Count how a child ended."""
+        self.tracebacks += end.traceback
+        self.crashes += end.crashed
+        self.hangs += end.hung or end.seconds > slow
+        if end.traceback or end.crashed or end.hung or end.seconds > slow:
+            self.notes.append(f"{what}: code {end.code}, {end.seconds:.1f} s: {end.text[-1500:]}")
+
+
+def swinging() -> fmb.Model:
+    """Return a block on a hinge, elastic: its reduced body is in the file too."""
+    return fmb.Model(
+        name="swing",
+        gravity=(0, -9.81, 0),
+        bodies=[
+            fmb.Ground(),
+            fmb.FloatingBody("block", data=block_data(), at=(0.1, 0, 0)),
+            fmb.PointMass("stone", mass=2.0, at=(0, 0, 1)),
+        ],
+        sensors=[fmb.Position("place", marker="stone.center"), fmb.Energy("energy")],
+    )
+
+
+class Bench:
+    """A folder to work in, with a model, its reference, and forks that know all kernels."""
+
+    def __init__(self, folder: Path, seed: int, cases: int | None):
+        self.folder, self.random, self.cases = folder, random.Random(seed), cases
+        self.model, self.run = folder / "swing.toml", folder / "work" / "run"
+        self.run.parent.mkdir(mode=0o777)
+        os.chmod(self.run.parent, 0o777)
+        fmb.save_model(swinging(), self.model, SETTINGS)
+        done = ended(begin(["run", str(self.model), "--out", str(folder / "reference")]))  # compiles
+        assert done.code == 0, done.text
+        fmb.simulate(fmb.load_model(self.model), **SETTINGS.keywords())  # for the forks
+        self.seconds = ended(begin(["run", str(self.model), "--out", str(folder / "again")])).seconds
+        self.table = self.read(folder / "reference")
+
+    @staticmethod
+    def read(run: Path) -> np.ndarray:
+        """Return the sensor table of a run folder."""
+        return np.loadtxt(run / "sensors.csv", delimiter=",", skiprows=1)
+
+    def clear(self) -> None:
+        """Remove the run."""
+        shutil.rmtree(self.run, ignore_errors=True)
+
+    def start(self, *more: str, before: Callable[[], None] = lambda: None):
+        """Begin the run in a child."""
+        return begin(["run", str(self.model), "--out", str(self.run), *more], before)
+
+    def chosen(self, count: int) -> list[int]:
+        """Return all numbers below `count`, or so many of them as there shall be cases."""
+        if self.cases is None or self.cases >= count:
+            return list(range(count))
+        return sorted(self.random.sample(range(count), self.cases))
+
+    def times(self, count: int) -> range:
+        """Return how often something random is tried."""
+        return range(count if self.cases is None else min(count, self.cases))
+
+    def judge(self, counts: Counts, promised: int, what: str) -> None:
+        """Look for all samples that a child had written, then finish its run and compare it with the reference."""
+        counts.cases += 1
+        try:
+            found = len(fmb.Solution.load(self.run / "solution.h5", read_model=fmb.read_model_text).t)
+        except FlexmbError as error:
+            found = 0
+            if promised:
+                counts.notes.append(f"{what}: {error}")
+        if found < promised:
+            counts.lost += 1
+            counts.notes.append(f"{what}: {found} of {promised} samples")
+        verb = ["resume", str(self.run)] if found else ["run", str(self.model), "--out", str(self.run), "--overwrite"]
+        again = ended(begin(verb))
+        counts.take(again, f"{what}, {verb[0]}")
+        complete = again.code == 2 and "has reached" in again.text  # it was ended when all was done
+        try:
+            table = self.read(self.run)
+            same = table.shape == self.table.shape and np.allclose(table, self.table, rtol=0, atol=1e-5)
+        except (OSError, ValueError):
+            same = False
+        if not (again.code == 0 or complete) or not same:
+            counts.refused += 1
+            counts.notes.append(f"{what}, {verb[0]}: code {again.code}, table equal: {same}: {again.text[-500:]}")
+
+
+def kill_before_writes(bench: Bench, torn: bool = False) -> Counts:
+    """End the run before each call that changes a file (torn: in the middle of each write)."""
+    counts, library = Counts(), shim()
+    if library is None:
+        return counts
+    place = str(bench.run).encode()
+
+    def at(number: int) -> Callable[[], None]:
+        return lambda: library.faults_begin(place, number, torn)
+
+    for number in bench.chosen(10_000):
+        bench.clear()
+        end = ended(bench.start(before=at(number)))
+        if end.code == 0:  # there are no more
+            break
+        bench.judge(counts, end.promised, f"write {number}")
+    return counts
+
+
+def kill_resume_before_writes(bench: Bench) -> Counts:
+    """End `resume` of a run that was cut off before each call that changes a file."""
+    counts, library = Counts(), shim()
+    if library is None:
+        return counts
+    place, kept = str(bench.run).encode(), bench.folder / "cut"
+    for number in range(10_000):  # the first that has samples, and not all
+        bench.clear()
+        cut = ended(bench.start(before=lambda number=number: library.faults_begin(place, number, False)))
+        if cut.promised >= SAMPLES // 3:
+            break
+    shutil.copytree(bench.run, kept)
+    for number in bench.chosen(10_000):
+        bench.clear()
+        shutil.copytree(kept, bench.run)
+        end = ended(begin(["resume", str(bench.run)], lambda number=number: library.faults_begin(place, number, False)))
+        if end.code == 0:
+            break
+        bench.judge(counts, cut.promised + end.promised, f"write {number}")
+    return counts
+
+
+def signals(bench: Bench, number: int) -> Counts:
+    """Send a signal at random moments; a polite one must be heard soon."""
+    counts = Counts()
+    for k in bench.times(100):
+        bench.clear()
+        child = bench.start()
+        time.sleep(bench.random.uniform(0.0, 1.2 * bench.seconds))
+        sent = time.monotonic()
+        os.kill(child.pid, number)
+        end = ended(child)
+        counts.take(end, f"moment {k}", slow=sent - child.began + 5.0)
+        bench.judge(counts, end.promised, f"moment {k}")
+    return counts
+
+
+def file_size_limits(bench: Bench) -> Counts:
+    """Let files not grow beyond random sizes: all verbs that write."""
+    counts = Counts()
+    largest = (bench.folder / "reference" / "solution.h5").stat().st_size
+    for _ in bench.times(60):
+        bench.clear()
+        size = int(largest * bench.random.uniform(0.0, 1.3) ** 2)
+        end = ended(bench.start(before=lambda size=size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))))
+        counts.take(end, f"run, {size} bytes")
+        bench.judge(counts, end.promised, f"run, {size} bytes")
+    return _all_verbs(
+        bench,
+        counts,
+        lambda: bench.random.choice((0, 100, 5000)),
+        lambda n: resource.setrlimit(resource.RLIMIT_FSIZE, (n, n)),
+    )
+
+
+def memory_limits(bench: Bench) -> Counts:
+    """Let processes have little memory beyond what they have when they begin."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    counts = Counts()
+    for _ in bench.times(40):
+        bench.clear()
+        more = int(2 ** bench.random.uniform(16, 27))
+        end = ended(bench.start(before=lambda more=more: resource.setrlimit(resource.RLIMIT_AS, (pages + more,) * 2)))
+        counts.take(end, f"run, {more} bytes more")
+        bench.judge(counts, end.promised, f"run, {more} bytes more")
+    return counts
+
+
+def read_only(bench: Bench) -> Counts:
+    """Write into folders that may not be written, as a user who is not root."""
+
+    def powerless(_) -> None:
+        for path in (bench.folder / "closed", bench.folder / "closed" / "run"):
+            os.chmod(path, 0o555)
+        if os.getuid() == 0:
+            os.setgroups([])
+            os.setgid(NOBODY)
+            os.setuid(NOBODY)
+
+    shutil.copytree(bench.folder / "reference", bench.folder / "closed" / "run")
+    return _all_verbs(bench, Counts(), lambda: 0, powerless, bench.folder / "closed")
+
+
+def full_disk(bench: Bench) -> Counts:
+    """Write to a small file system (as root, else there are no cases)."""
+    counts = Counts()
+    for _ in bench.times(30):
+        kilobytes = 4 * bench.random.randint(1, 120)
+        with _small_disk(bench.run.parent, kilobytes) as mounted:
+            if not mounted:
+                return counts
+            end = ended(bench.start())
+            counts.take(end, f"run, {kilobytes} kB")
+            saved = bench.folder / "saved"
+            shutil.rmtree(saved, ignore_errors=True)
+            if bench.run.is_dir():
+                shutil.copytree(bench.run, saved)
+        bench.clear()
+        if saved.is_dir():
+            shutil.copytree(saved, bench.run)
+        bench.judge(counts, end.promised, f"run, {kilobytes} kB")
+    return counts
+
+
+def deleted_folder(bench: Bench) -> Counts:
+    """Remove the folder while the run writes into it."""
+    counts = Counts()
+    for k in bench.times(20):
+        bench.clear()
+        child = bench.start()
+        time.sleep(bench.random.uniform(0.2, 1.0) * bench.seconds)
+        bench.clear()
+        end = ended(child)
+        counts.cases += 1
+        counts.take(end, f"moment {k}")
+    return counts
+
+
+def two_at_a_time(bench: Bench) -> Counts:
+    """Two processes at the same run folder, body, or study."""
+    counts = Counts()
+    run = ["run", str(bench.model), "--out", str(bench.run)]
+    resume, export = ["resume", str(bench.run)], ["export", str(bench.run), "--csv"]
+    pairs = [(run, run), (run, [*run, "--overwrite"]), (run, resume), (run, export), ([*run, "--overwrite"],) * 2]
+    for k in bench.times(50):
+        first, second = pairs[k % len(pairs)]
+        bench.clear()
+        one = begin(first)
+        time.sleep(bench.random.uniform(0.0, 0.8) * bench.seconds)
+        two = begin(second)
+        ends = [ended(one), ended(two)]
+        what = f"{first[0]} and {' '.join(second[:1] + second[4:])}"
+        for end in ends:
+            counts.take(end, what)
+        if not any(end.code == 0 for end in ends):
+            counts.refused += 1
+            counts.notes.append(f"{what}: both were refused: {ends[0].text[-300:]} {ends[1].text[-300:]}")
+        bench.judge(counts, SAMPLES, what)
+    return counts
+
+
+def _all_verbs(bench: Bench, counts: Counts, draw, limit, folder: Path | None = None) -> Counts:
+    """Run every verb that writes under a limit: messages, no tracebacks."""
+    target = folder or bench.folder / "limited"
+    target.mkdir(exist_ok=True)
+    run = target / "run"
+    if not run.is_dir():
+        shutil.copytree(bench.folder / "reference", run)
+    body = str(bench.folder / "block.h5")
+    block_data().save(body)
+    verbs = [
+        ["run", str(bench.model), "--out", str(target / "new")],
+        ["run", str(bench.model), "--out", str(run), "--overwrite"],
+        ["resume", str(run), "--t-end", "0.4"],
+        ["export", str(run), "--vtk"],
+        ["export", str(run), "--vtkhdf"],
+        ["export", str(run), "--csv", "--to", str(target / "other")],
+        ["plot", str(run)],
+        ["report", str(run), "--no-pictures"],
+        ["show", body, "--modes", "0", "--html"],
+        ["check", str(bench.model)],
+        ["sweep", str(bench.model), "--over", "none=1,2", "--out", str(target / "sweep")],
+    ]
+    for verb in verbs:
+        number = draw()
+        end = ended(begin(verb, lambda number=number: limit(number)))
+        counts.cases += 1
+        counts.take(end, " ".join(verb))
+    return counts
+
+
+@contextmanager
+def _small_disk(folder: Path, kilobytes: int) -> Iterator[bool]:
+    """Mount a small file system on a folder; give whether that was possible."""
+    options = ["-t", "tmpfs", "-o", f"size={kilobytes}k,mode=777", "tmpfs", str(folder)]
+    mounted = (
+        shutil.which("mount") is not None
+        and not subprocess.run(["mount", *options], capture_output=True, check=False).returncode
+    )
+    try:
+        yield mounted
+    finally:
+        if mounted:
+            subprocess.run(["umount", str(folder)], check=True)
+
+
+CAMPAIGNS: dict[str, Callable[[Bench], Counts]] = {
+    "kill before every write": kill_before_writes,
+    "kill inside every write": lambda bench: kill_before_writes(bench, torn=True),
+    "kill resume before every write": kill_resume_before_writes,
+    "kill at random": lambda bench: signals(bench, signal.SIGKILL),
+    "Ctrl-C at random": lambda bench: signals(bench, signal.SIGINT),
+    "SIGTERM at random": lambda bench: signals(bench, signal.SIGTERM),
+    "limit of file size": file_size_limits,
+    "limit of memory": memory_limits,
+    "full disk": full_disk,
+    "read-only folder": read_only,
+    "deleted folder": deleted_folder,
+    "two processes": two_at_a_time,
+}
+
+
+def _preloaded() -> None:
+    """Start again with the shim preloaded, if there is a compiler."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if shim() is not None or compiler is None or "FLEXMB_FAULTS" in os.environ or sys.platform != "linux":
+        return
+    library = Path(tempfile.mkdtemp()) / "shim.so"
+    source = Path(__file__).with_name("shim.c")
+    subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"], check=True)
+    os.environ.update(LD_PRELOAD=str(library), FLEXMB_FAULTS="preloaded")
+    os.execv(sys.executable, [sys.executable, *sys.argv])
+
+
+def execute() -> int:
+    """Run the campaigns that are asked for and print their table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, help="at most so many of each; default: all")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="campaigns whose name has this in it")
+    given = parser.parse_args()
+    _preloaded()
+    print("| campaign | cases | lost | not finished | tracebacks | crashes | hangs |\n|---|---|---|---|---|---|---|")
+    bad = 0
+    for name, campaign in CAMPAIGNS.items():
+        if given.only not in name:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            os.chmod(folder, 0o755)
+            counts = campaign(Bench(Path(folder).resolve(), given.seed, given.cases))
+        bad += counts.bad
+        numbers = (counts.cases, counts.lost, counts.refused, counts.tracebacks, counts.crashes, counts.hangs)
+        print(f"| {name} | {' | '.join(map(str, numbers))} |", flush=True)
+        for note in counts.notes[:5]:
+            print(note, file=sys.stderr)
+    return bad > 0
+
+
+if __name__ == "__main__":
+    sys.exit(execute())
