@@ -13,7 +13,7 @@ from scipy import sparse
 
 from flexmb.errors import FlexmbError, MeshError
 
-__all__ = ["read_market", "understood", "whole_numbers"]
+__all__ = ["read_market", "understood", "understood_matrix", "whole_numbers"]
 
 _CHARACTERS = (string.digits + "+-.eE \t\r\n").encode()
 _FORMATS = (("coordinate", "array"), ("real", "integer", "double"), ("general", "symmetric"))
@@ -35,6 +35,15 @@ def understood(part: str, expected: str, remedy: str) -> Iterator[None]:
         raise MeshError(
             part, found=f"the file cannot be read ({text[:200]})", expected=expected, remedy=remedy
         ) from error
+
+
+def understood_matrix(path: Path):
+    """Return the context in which a matrix file is read: what its reader stumbles over is an error of this file."""
+    return understood(
+        f"Matrix file '{path}'",
+        f"a complete file of the format {path.suffix}",
+        "Export the matrices again: the file was cut off, or it is of another kind",
+    )
 
 
 def whole_numbers(part: str, what: str, values, lowest: int, highest: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.foreign_files import whole_numbers
+from flexmb.fem.foreign_files import understood_matrix, whole_numbers
 from flexmb.fem.matrix_files import FileMatrices, symmetric_from_entries
 
 __all__ = ["read_calculix"]
@@ -28,11 +28,13 @@ def read_calculix(path: Path, mass: Path | None) -> FileMatrices:
                 expected="the .sti, .mas and .dof of one run",
                 remedy="Run *FREQUENCY, SOLVER=MATRIXSTORAGE",
             )
-    words = path.with_suffix(".dof").read_text().split()
-    labels, directions = (np.array(column, int) for column in zip(*(word.split(".") for word in words)))
+    with understood_matrix(path.with_suffix(".dof")):
+        words = path.with_suffix(".dof").read_text().split()
+        labels, directions = (np.array(column, int) for column in zip(*(word.split(".") for word in words)))
     matrices = []
     for file in (path, mass):
-        entries = np.loadtxt(file, ndmin=2)
+        with understood_matrix(file):
+            entries = np.loadtxt(file, ndmin=2)
         if entries.shape[1] != 3 or entries[:, :2].max() > len(words):
             raise MeshError(
                 f"Matrix file '{file}'",

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.foreign_files import read_market, understood, whole_numbers
+from flexmb.fem.foreign_files import read_market, understood, understood_matrix, whole_numbers
 from flexmb.fem.matrices import from_matrices
 from flexmb.fem.matrices_abaqus import read_abaqus
 from flexmb.fem.matrices_calculix import read_calculix
@@ -41,7 +41,8 @@ def read_matrices(
     .npz             `write_matrices`, or scipy.sparse     in the same file, or `mass` and `nodes`
     .mtx             Matrix-Market                         must be given
     .mtx             Abaqus ``*MATRIX OUTPUT``, format     MASS for STIF in the name; `nodes` must
-                     MATRIX INPUT or LABELS                be given
+                     MATRIX INPUT, LABELS or COORDINATE    be given (COORDINATE: all nodes of the
+                                                           matrix, rows by increasing number)
     .sti             CalculiX ``SOLVER=MATRIXSTORAGE``     .mas, .dof and .inp of the same name
     .pch .dmig       Nastran DMIG punch (KAAX, MAAX)       in the same file (GRID cards), or `nodes`
     .bdf .dat
@@ -105,11 +106,7 @@ def write_matrices(path: str | Path, fe: FEModel) -> None:
 def _read(path: Path, mass: Path | None) -> FileMatrices:
     """Call the reader of the format; what it stumbles over is a MeshError with the file's name."""
     read = _reader(path)
-    with understood(
-        f"Matrix file '{path}'",
-        f"complete files of the format {path.suffix}",
-        "Export the matrices again: the file was cut off, or it is of another kind",
-    ):
+    with understood_matrix(path):
         return read(path, mass)
 
 
@@ -180,12 +177,16 @@ def _read_market(path: Path, mass: Path | None) -> FileMatrices:
             expected="two: stiffness and mass",
             remedy="Give mass='M.mtx'",
         )
-    return FileMatrices(K=sparse.csr_matrix(read_market(path)), M=sparse.csr_matrix(read_market(mass)))
+    with understood_matrix(mass):
+        M = sparse.csr_matrix(read_market(mass))
+    return FileMatrices(K=sparse.csr_matrix(read_market(path)), M=M)
 
 
 def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
     if mass is not None:
-        return FileMatrices(K=_sound(path, sparse.load_npz(path)), M=_sound(mass, sparse.load_npz(mass)))
+        with understood_matrix(mass):
+            M = _sound(mass, sparse.load_npz(mass))
+        return FileMatrices(K=_sound(path, sparse.load_npz(path)), M=M)
     with np.load(path) as file:
         if "K_data" not in file or "nodes" not in file:
             raise MeshError(

@@ -261,6 +261,8 @@ class GeneralizedAlpha(metaclass=Described):
     def _reason(system, work, v: Variables, reason: int) -> str:
         t = v.times[0]
         if reason == SINGULAR:
+            if not np.all(np.isfinite(work.residual)):
+                return f"the equations of motion are not finite at t = {t:.9g} s"
             return f"the iteration matrix is singular at t = {t:.9g} s (dead centre, or dependent equations)"
         if reason == STALLED:
             worst = int(np.argmax(np.abs(v.right[: system.nu]) * v.extent)) if system.nu else 0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +41,23 @@ class _NotFinite(ArithmeticError):
     """The residual is not a number: IDA itself would go on silently."""
 
 
+class _WithoutErrors:
+    """Writes to `target` all but what the solver prints about its failures: `Outcome` says it, with the part's name."""
+
+    def __init__(self, target):
+        self.target, self.ends = target, False
+
+    def write(self, text: str) -> int:
+        begins = text.startswith("\n[IDA")
+        if not (begins or (self.ends and text == "\n")):
+            self.target.write(text)
+        self.ends = begins  # print() writes the end of the line by itself
+        return len(text)
+
+    def flush(self) -> None:
+        self.target.flush()
+
+
 class _Run:
     """What a run of IDA keeps between samples: the solver and the storage of its callbacks."""
 
@@ -55,7 +74,8 @@ class _Run:
         times = system.signal_times.between(state.t, max(state.t, t_end))
         self.stops = np.unique(np.concatenate([just_before(times.breaks), times.fine]))
         self.latest = state.t, self.y.copy(), self.yp.copy()
-        self.counts = {"residuals": 0, "factorisations": 0}
+        self.counts = {"steps": 0, "rejected": 0, "residuals": 0, "factorisations": 0}
+        self.tried = state.t
         self._structure()
         self.solver = self._solver(settings)
         self.solver.init_step(state.t, self.y, self.yp)
@@ -139,6 +159,10 @@ class _Run:
         if not np.all(np.isfinite(res)):
             raise _NotFinite(t)
         self.latest = t, y, yp
+        # the solver does not tell its steps: a new one is evaluated later than the one before, a repeated one earlier
+        self.counts["steps"] += t > self.tried
+        self.counts["rejected"] += t < self.tried
+        self.tried = t
 
     def jacobian(self, t, y, yp, res, cj, JJ) -> None:
         """Callback of the solver."""
@@ -169,7 +193,8 @@ class _Run:
     def _step(self, t: float, how: str) -> str:
         """Take a step towards `t`, or return to it from beyond; return what went wrong, or an empty text."""
         try:
-            result = self.solver.step(t, method=how, tstop=self._stop(t))
+            with redirect_stdout(_WithoutErrors(sys.stdout)):
+                result = self.solver.step(t, method=how, tstop=self._stop(t))
         except _NotFinite:
             return f"the equations of motion are not finite{self._where()}"
         self.counts.update({"residuals": int(result.nfev), "factorisations": int(result.njev)})

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.simulate import sample_times
+from flexmb.integrate.unknown_value import REMEDY, unknown_value
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
@@ -132,17 +133,25 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
             remedy="Look at flexmb.check(model)",
         )
     found = f"the mechanism cannot follow its drives at t = {times[min(reached, nt - 1)]:.6g} s"
-    status = Status.finished(t_end) if reached == nt else Status.failed(found, "Look for a dead centre at that time")
+    unknown = None
+    if reached < nt:
+        ends = float(times[reached - 1]), float(times[reached])
+        unknown = unknown_value(system, rows["q"][-1], rows["u"][-1], *ends)
+    status = (
+        Status.finished(t_end)
+        if reached == nt
+        else Status.failed(unknown or found, REMEDY if unknown else "Look for a dead centre at that time")
+    )
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
     solution = Solution(phases=(phase,), status=status, statistics={"samples": reached})
     if reached < nt:
         worst = worst_equations(system, work)
         raise IntegrationError(
             f"Model '{model.name}'",
-            found=f"{found}; worst equations: {worst}",
+            found=unknown or f"{found}; worst equations: {worst}",
             expected="a position that satisfies all joints",
             solution=solution,
-            remedy="Shorten the drive's range, or change the lengths of the linkage",
+            remedy=REMEDY if unknown else "Shorten the drive's range, or change the lengths of the linkage",
         )
     return solution
 

@@ -18,6 +18,8 @@ from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.record import Recorder, joined_rows
+from flexmb.integrate.unknown_value import REMEDY as REMEDY_OF_VALUES
+from flexmb.integrate.unknown_value import unknown_value
 from flexmb.integrate.validity import Validity
 from flexmb.integrate.watch import LOOKS, Watch, next_phase
 from flexmb.math.tables import State
@@ -168,7 +170,10 @@ class Phases:
                     return event, after, watch
                 self._keep(rows, times)
                 if outcome.failure:
-                    return _failed(model, outcome)
+                    known = rows if len(rows["t"]) else last_row
+                    q, u = (start.q, start.u) if known is None else (known["q"][-1], known["u"][-1])
+                    goal = float(marks[min(first + len(rows["t"]), len(marks) - 1)])
+                    return _failed(model, outcome, unknown_value(system, q, u, max(self.t, float(times[0])), goal))
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])
@@ -264,9 +269,14 @@ def _missed(system, times: np.ndarray) -> list[str]:
     ]
 
 
-def _failed(model: Model, outcome) -> Status:
-    """Return how the run ended; what went wrong in the function of a force is the cause, and is told first."""
+def _failed(model: Model, outcome, unknown: str | None) -> Status:
+    """Return how the run ended; what went wrong in the function of a force is the cause, and is told first.
+
+    A force or drive without a value explains the failure too.
+    """
     told = [f"{force.title}: {force.complaint()}" for force in model.forces if force.complaint()]
+    if not told and unknown:
+        return Status.failed(f"{unknown}; {outcome.failure}", REMEDY_OF_VALUES)
     if not told:
         return Status.failed(outcome.failure, outcome.remedy)
     return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")

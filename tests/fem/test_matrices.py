@@ -245,3 +245,39 @@ def test_messages_of_missing_files(tmp_path):
         (tmp_path / f"job.{suffix}").write_text(text)
     with pytest.raises(MeshError, match="rows up to 3"):
         fem.read_matrices(tmp_path / "job.sti")
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_abaqus_coordinate_format(tmp_path, half):
+    """Rows and columns only: the freedoms of the nodes by increasing number; one triangle or both."""
+    expected = fem.read_matrices(EXAMPLES / "block_STIF1.mtx", EXAMPLES / "block.inp")
+    for word, matrix in (("STIF", expected.K), ("MASS", expected.M)):
+        entries = (sparse.tril(matrix) if half else matrix).tocoo()
+        lines = [f"{i + 1} {j + 1} {value:.17E}" for i, j, value in zip(entries.row, entries.col, entries.data)]
+        (tmp_path / f"block_{word}1.mtx").write_text("\n".join(lines) + "\n")
+    found = fem.read_matrices(tmp_path / "block_STIF1.mtx", EXAMPLES / "block.inp")
+    assert_close(found.K, expected.K, 1e-15)
+    assert_close(found.M, expected.M, 1e-15)
+    np.testing.assert_array_equal(found.nodes, expected.nodes)
+
+
+def test_a_damaged_mass_file_is_blamed_itself(tmp_path, block):
+    """By every reader of two files: the stiffness is whole."""
+    text = "%%MatrixMarket matrix coordinate real symmetric\n3 3 3\n1 1 1.0\n2 2 1.0\n3 3 1.0\n"
+    (tmp_path / "K.mtx").write_text(text)
+    (tmp_path / "M.mtx").write_text(text.replace("2 2 1.0", "2 2 1.0.0"))
+    sparse.save_npz(tmp_path / "K.npz", sparse.identity(3, format="csr"))
+    (tmp_path / "M.npz").write_bytes((tmp_path / "K.npz").read_bytes()[:100])
+    write(tmp_path, "1,1,1,1,2.0\n", "1,1,1,1,2.0x\n")
+    for suffix, entries in (("sti", "1 1 1.0\n"), ("mas", "1 1 one\n"), ("dof", "1.1\n"), ("inp", "")):
+        (tmp_path / f"job.{suffix}").write_text(entries)
+    for stiffness, mass in (
+        ("K.mtx", "M.mtx"),
+        ("K.npz", "M.npz"),
+        ("a_STIF1.mtx", "a_MASS1.mtx"),
+        ("job.sti", "job.mas"),
+    ):
+        with pytest.raises(MeshError) as caught:
+            fem.read_matrices(tmp_path / stiffness, [[0, 0, 0]], mass=tmp_path / mass)
+        assert f"{mass}'" in caught.value.part
+        assert stiffness not in str(caught.value)

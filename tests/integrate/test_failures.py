@@ -156,3 +156,56 @@ def test_times(arguments, found):
     with pytest.raises(ModelError) as caught:
         fmb.simulate(overstretched(), **arguments)
     assert found in four_parts(caught.value)
+
+
+def pushed(force, displacement=None) -> fmb.Model:
+    """A mass on a slide, pushed by a force, or driven."""
+    rail = [fmb.Prismatic("rail", markers=("ground.origin", "mass.center"))]
+    drive = [] if displacement is None else [fmb.Drive("pull", joint="rail", displacement=displacement)]
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody("mass", mass=1.0, inertia=(1, 1, 1))],
+        joints=[*rail, *drive],
+        forces=[] if force is None else [fmb.PointLoad("push", marker="mass.center", force=(0, 0, force))],
+    )
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Implicit(), fmb.Explicit()])
+def test_a_force_that_is_no_number_any_more_is_named(integrator):
+    """The square root of a negative number is no dead centre."""
+    model = pushed(fmb.expression("sqrt(0.55 - t)"))
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(model, 1.0, samples=11, integrator=integrator)
+    text = four_parts(caught.value)
+    assert "Force 'push' on Body 'mass': its force and moment are [nan nan nan" in text
+    assert "from t = 0.55 s on" in text
+    assert "Correct its signals" in text
+    assert "singular" not in text
+    assert caught.value.solution.t[-1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("analyse", [fmb.simulate, fmb.kinematics])
+def test_a_drive_that_is_no_number_any_more_is_named(analyse):
+    with pytest.raises(IntegrationError) as caught:
+        analyse(pushed(None, fmb.expression("(0.55 - t)**2.5")), 1.0, samples=11)
+    text = four_parts(caught.value)
+    assert "Joint 'pull': its signal with its two rates is" in text
+    assert "t = 0.55 s on" in text
+
+
+def test_ida_counts_its_steps_and_prints_nothing(capsys):
+    """A mass on a spring for one period: the steps of order up to five, each with its residual evaluations."""
+    spring = fmb.SpringDamper("s", markers=("ground.far", "mass.center"), stiffness=1.0, length=1.0)
+    mass = fmb.PointMass("mass", mass=1.0, at=(0.5, 0, 0))
+    model = fmb.Model(bodies=[fmb.Ground(markers={"far": (-1, 0, 0)}), mass], forces=[spring])
+    few, many = (
+        fmb.simulate(model, 6.0, samples=7, integrator=fmb.IDA(rtol=rtol, atol=rtol)).statistics
+        for rtol in (1e-4, 1e-9)
+    )
+    for counts in (few, many):
+        assert 10 < counts["steps"] + counts["rejected"] <= counts["residuals"]
+        assert counts["factorisations"] <= counts["residuals"]
+    assert many["steps"] > 2 * few["steps"]
+    with pytest.raises(IntegrationError):
+        fmb.simulate(model, 6.0, samples=2, integrator=fmb.IDA(rtol=1e-10, atol=1e-12, most_steps=5))
+    printed = capsys.readouterr()
+    assert printed.out == printed.err == ""

@@ -1,0 +1,79 @@
+"""Which force or drive is no finite number any more, when a run cannot go on: sqrt(1 - t) after one second."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flexmb.system.observe import observe
+
+__all__ = ["REMEDY", "unknown_value"]
+
+REMEDY = "Correct its signals, its function or its table, so that it is a number until the end"
+LOOKS, HALVINGS = 64, 50
+
+
+def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float) -> str | None:
+    """Return a sentence about the first force or drive without a finite value after `begin`, or None.
+
+    The configuration is that of the last sample, so what depends on time is found exactly.
+
+    Parameters
+    ----------
+    q, u : (nq,), (nu,)
+        The last state that is known.
+    begin, end : float, s
+        Its time, and that which the run tried to reach.
+    """
+    model, times = system.model, np.linspace(begin, end, LOOKS + 1)
+    for joint in model.joints:
+        given = [getattr(joint, name, None) for name in ("angle", "displacement")] if joint.prescribes else []
+        for signal in given:
+            found = None if signal is None else _first(signal.sample, times)
+            if found is not None:
+                where = f"{joint.title}{_bodies(joint, model)}"
+                return f"{where}: its signal with its two rates is {_text(found[1])} from t = {found[0]:.9g} s on"
+    if not model.forces:
+        return None
+    numbers = [system.force_index[force.name] for force in model.forces]
+
+    def forces(t: np.ndarray) -> np.ndarray:
+        still = [np.zeros((len(t), n)) for n in (system.nu, system.ng)]
+        seen = observe(system, t, np.tile(q, (len(t), 1)), np.tile(u, (len(t), 1)), *still)
+        return seen.force[:, numbers].reshape(len(t), -1)
+
+    found = _first(forces, times)
+    if found is None:
+        return None
+    wrench = found[1].reshape(-1, 6)
+    k = int(np.flatnonzero(~np.isfinite(wrench).all(axis=1))[0])
+    wrong = model.forces[k]
+    where = f"{wrong.title}{_bodies(wrong, model)}"
+    return f"{where}: its force and moment are {_text(wrench[k])} from t = {found[0]:.9g} s on"
+
+
+def _bodies(part, model) -> str:
+    """Return " on Body 'a', Body 'b'", as far as the part names markers."""
+    places = (*(getattr(part, "markers", None) or ()), getattr(part, "marker", None))
+    names = dict.fromkeys(place.rpartition(".")[0] for place in places if isinstance(place, str) and place)
+    titles = [model.body(name).title for name in names if any(body.name == name for body in model.bodies)]
+    return f" on {', '.join(titles)}" if titles else ""
+
+
+def _first(values: Callable, times: np.ndarray) -> tuple[float, np.ndarray] | None:
+    """Return the first time at which values (nt, n) are not all finite, by halving, and they."""
+    unsound = ~np.isfinite(values(times)).all(axis=1)
+    if not unsound.any():
+        return None
+    k = int(unsound.argmax())
+    good, bad = float(times[max(k - 1, 0)]), float(times[k])
+    for _ in range(HALVINGS if k else 0):
+        middle = 0.5 * (good + bad)
+        sound = bool(np.isfinite(values(np.array([middle]))).all())
+        good, bad = (middle, bad) if sound else (good, middle)
+    return bad, values(np.array([bad]))[0]
+
+
+def _text(values: np.ndarray) -> str:
+    return np.array2string(values, precision=4, max_line_width=200)
