@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.bodies.rows import HEADER
 from flexmb.math.kernel import kernel
 
-__all__ = ["ROW", "geometry", "invariants", "pack", "stiffness_matrices"]
+__all__ = ["ROW", "geometry", "invariants", "mean_motion", "pack", "stiffness_matrices"]
 
 ROW = np.dtype(
     [
@@ -16,6 +16,7 @@ ROW = np.dtype(
         ("interfaces", np.int64),  # markers whose wrench stiffens the body: the first ones
         ("loads", np.int64),  # number of load shapes
         ("first_load", np.int64),  # their first place in work.loads
+        ("turning", np.int64),  # number of matrices by which loads turn: 0, one per load, or one more for the preload
         ("stiffening", np.int64),  # number of geometric stiffness matrices, 0: none
         ("mass", np.int64),  # invariants in the bulk data
         ("geometry", np.int64),  # markers in the bulk data
@@ -29,8 +30,10 @@ SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 """Order of the six entries of a symmetric (3, 3) matrix."""
 
 
-def pack(data, damping: np.ndarray, groups: tuple[str, ...], poses) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Return mass, geometry and elastic bulk data, and the number of geometric stiffness matrices.
+def pack(
+    data, damping: np.ndarray, groups: tuple[str, ...], poses
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, int, int]:
+    """Return mass, geometry and elastic bulk data, and how many matrices of geometric stiffness and of turning loads.
 
     Parameters
     ----------
@@ -46,11 +49,15 @@ def pack(data, damping: np.ndarray, groups: tuple[str, ...], poses) -> tuple[np.
     ww2 = 0.5 * (i.ww2 + np.swapaxes(i.ww2, 2, 3))
     ww2 = 0.5 * (ww2 + np.swapaxes(ww2, 0, 1))
     pairs = np.swapaxes(ww2[:, :, rows, columns], 1, 2)  # (m, 6, m): sums over modes run along rows
-    mass = [i.vv, i.vw0, i.vw1, i.vn, i.ww0, i.ww1[:, rows, columns], pairs, i.wn0, i.wn1, i.nn]
+    mass = [i.vv, i.vw0, i.vw1, i.vn, i.ww0, i.ww1[:, rows, columns], pairs, i.wn0, i.wn1, i.nn, mean_of_modes(i)]
     geometry = []
     for k, pose in enumerate(poses):
         geometry += [np.array(pose.at), pose.matrix, data.marker_translations[k], data.marker_rotations[k]]
-    elastic = [data.stiffness, damping, data.load_shapes]
+    turning = data.load_turning if data.load_turning is not None and m else np.zeros((0, 6 + m, m))
+    if data.preload_turning is not None and "preload" in groups and m:
+        missing = np.zeros((len(data.load_names) - len(turning), 6 + m, m))
+        turning = np.concatenate([turning, missing, data.preload_turning[None]])
+    elastic = [data.stiffness, damping, data.load_shapes, turning]
     n_stiffening = 0
     g = data.geometric
     if g is not None and groups and m:
@@ -68,7 +75,18 @@ def pack(data, damping: np.ndarray, groups: tuple[str, ...], poses) -> tuple[np.
     def flat(arrays):
         return np.concatenate([np.asarray(a, float).ravel() for a in arrays] or [np.empty(0)])
 
-    return flat(mass), flat(geometry), flat(elastic), n_stiffening
+    return flat(mass), flat(geometry), flat(elastic), n_stiffening, len(turning)
+
+
+def mean_of_modes(invariants) -> np.ndarray:
+    """Return the rigid motion (v, w) of the frame that has the momenta of each mode, (6, m): zero in the mean frame."""
+    i = invariants
+    rigid = np.block([[i.vv, i.vw0], [i.vw0.T, i.ww0]])
+    scale = 1.0 / np.sqrt(np.where(np.diag(rigid) > 0.0, np.diag(rigid), 1.0))  # a planar model lacks some motions
+    momenta = np.vstack([i.vn, i.wn0])
+    return scale[:, None] * (
+        np.linalg.pinv(rigid * np.outer(scale, scale), hermitian=True) @ (scale[:, None] * momenta)
+    )
 
 
 @kernel
@@ -97,6 +115,13 @@ def invariants(data, start, m):
 
 
 @kernel
+def mean_motion(data, start, m):
+    """Return the view (6, m) of `mean_of_modes`, behind the invariants."""
+    a = start + 27 + 21 * m + 10 * m * m
+    return data[a : a + 6 * m].reshape((6, m))
+
+
+@kernel
 def geometry(data, start, k, m):
     """Return position (3,), axes (3, 3), translation and rotation shapes (3, m) of marker `k`."""
     a = start + k * (12 + 6 * m)
@@ -108,8 +133,9 @@ def geometry(data, start, k, m):
 
 
 @kernel
-def stiffness_matrices(data, start, m, loads, stiffening):
-    """Return the views K (m, m), D (m, m), load shapes (nl, 6 + m) and geometric stiffness (m, n, m), row by row."""
+def stiffness_matrices(data, start, m, loads, turning, stiffening):
+    """Return the views K, D (m, m), load shapes (nl, 6 + m), how they turn (nt, 6 + m, m) and geometric stiffness
+    (m, n, m), row by row."""
     a = start
     K = data[a : a + m * m].reshape((m, m))
     a += m * m
@@ -117,5 +143,7 @@ def stiffness_matrices(data, start, m, loads, stiffening):
     a += m * m
     shapes = data[a : a + loads * (6 + m)].reshape((loads, 6 + m))
     a += loads * (6 + m)
+    turned = data[a : a + turning * (6 + m) * m].reshape((turning, 6 + m, m))
+    a += turning * (6 + m) * m
     G = data[a : a + stiffening * m * m].reshape((m, stiffening, m))
-    return K, D, shapes, G
+    return K, D, shapes, turned, G

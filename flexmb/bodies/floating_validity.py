@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.bodies.floating_row import ROW, stiffness_matrices
-from flexmb.bodies.floating_stiffness import load_scales
+from flexmb.bodies.floating_row import ROW, mean_motion, stiffness_matrices
+from flexmb.bodies.floating_stiffness import load_scales, mean_acceleration
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.vectors import matvec_t
@@ -32,29 +32,27 @@ LOOKS = 16
 
 
 @kernel
-def _scales(rows, state, work, first, out):
+def _scales(rows, data, state, work, first, out):
     """Write the scales s_i of the unit loads of each row's body to `out` from number `first[row]` on."""
     R = np.empty((3, 3))
     fall = np.empty(3)
+    acceleration = np.empty(6)
     for n in range(rows.shape[0]):
         row = rows[n]
         if row.stiffening == 0:
             continue
-        A = state.a[row.iu : row.iu + 6].copy()
+        A = state.a[row.iu : row.iu + 6 + row.modes].copy()
         euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
         matvec_t(R, row.gravity, fall)
         for i in range(3):
             A[i] -= fall[i]
+        mean_acceleration(mean_motion(data, row.mass, row.modes), A, acceleration)
         load_scales(
             state.u[row.iu : row.iu + 6],
-            A,
+            acceleration,
             R,
-            work.markers,
-            row.marker,
-            row.interfaces,
-            row.loads,
-            row.first_load,
-            work.loads,
+            work.markers[row.marker : row.marker + row.interfaces],
+            work.loads[row.first_load : row.first_load + row.loads],
             out[first[n] : first[n] + row.stiffening],
         )
 
@@ -77,7 +75,8 @@ class _Limits:
         # of the matrices, not of the report: data made by hand need not tell its frequencies
         mass = data.invariants.nn
         self.highest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, data.stiffness))).max()))
-        self.G = stiffness_matrices(bulk, row["elastic"], self.modes, row["loads"], row["stiffening"])[3].swapaxes(0, 1)
+        G = stiffness_matrices(bulk, *(row[name] for name in ("elastic", "modes", "loads", "turning", "stiffening")))[4]
+        self.G = G.swapaxes(0, 1)
         if len(self.G):
             w, vectors = np.linalg.eigh(data.stiffness)
             self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
@@ -124,6 +123,7 @@ class FloatingWatch:
         elastic = [(body, row) for body, row in zip(bodies, rows, strict=True) if row["modes"] > 0]
         self.limits = [_Limits(body, row, program.bulk) for body, row in elastic]
         self.spans = [system.body_slices[body.name] for body, _ in elastic]
+        self.bulk = program.bulk
         self.rows = rows[rows["modes"] > 0]
         self.first = np.concatenate([[0], np.cumsum(self.rows["stiffening"])]).astype(np.int64)
 
@@ -142,7 +142,7 @@ class FloatingWatch:
         scales = np.zeros((len(looks), self.first[-1]))
         if self.first[-1]:
             for row, k in zip(scales, looks):
-                _scales(self.rows, *evaluated(k), self.first, row)
+                _scales(self.rows, self.bulk, *evaluated(k), self.first, row)
         for n, (body, (iq, iu)) in enumerate(zip(self.limits, self.spans)):
             q, u = rows["q"][:, iq], rows["u"][:, iu]
             share = body.deformation(q[:, 7:])

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["node_areas", "pressure_load", "traction_load"]
+__all__ = ["node_areas", "pressure_change", "pressure_field", "pressure_load", "traction_field", "traction_load"]
 
 CORNERS = {"tri": np.array([[0, 0], [1, 0], [0, 1]], float), "quad": np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)}
 FACETS = {
@@ -22,13 +22,25 @@ FACETS = {
 
 def pressure_load(fe: FEModel, facets: str | np.ndarray, pressure: float = 1.0) -> np.ndarray:
     """Return nodal forces (ndof,), N, of a pressure, Pa, that acts against the outward normal, eq. (fe-pressure)."""
-    return fe.forces(_nodal(fe, facets, lambda normal: -pressure * normal))[:, 0]
+    return fe.forces(pressure_field(fe, facets, pressure))[:, 0]
+
+
+def pressure_field(fe: FEModel, facets: str | np.ndarray, pressure: float = 1.0) -> np.ndarray:
+    """Return the nodal forces (n, 6, 1), N, of a pressure, Pa, that acts against the outward normal."""
+    return _nodal(fe, facets, lambda normal: -pressure * normal)
 
 
 def traction_load(
     fe: FEModel, facets: str | np.ndarray, traction: tuple[float, float, float] | np.ndarray
 ) -> np.ndarray:
     """Return nodal forces (ndof,), N, of a traction vector (3,), Pa, in body axes, eq. (fe-traction)."""
+    return fe.forces(traction_field(fe, facets, traction))[:, 0]
+
+
+def traction_field(
+    fe: FEModel, facets: str | np.ndarray, traction: tuple[float, float, float] | np.ndarray
+) -> np.ndarray:
+    """Return the nodal forces (n, 6, 1), N, of a traction vector (3,), Pa, in body axes."""
     t = np.asarray(traction, float)
     if t.shape != (3,) or not np.isfinite(t).all():
         raise MeshError(
@@ -37,7 +49,26 @@ def traction_load(
             expected="three numbers, Pa",
             remedy="Give (tx, ty, tz) in body axes",
         )
-    return fe.forces(_nodal(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t))[:, 0]
+    return _nodal(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * t)
+
+
+def pressure_change(fe: FEModel, facets: np.ndarray, pressure: float, field: np.ndarray) -> np.ndarray:
+    """Return how the nodal forces of a pressure, Pa, change with displacements (n, 6, k) of the surface: (n, 6, k), N.
+
+    The forces follow the deformed surface: ``int N (du_,1 x x_,2 + x_,1 x du_,2)`` in place of ``int N x_,1 x x_,2``.
+    """
+    out = np.zeros(field.shape)
+    width = (facets >= 0).sum(axis=1)
+    for nn in np.unique(width):
+        chosen = facets[width == nn][:, :nn]
+        value, gradient, weight = _facet_tables(int(nn))
+        shape = weight[:, None] * value
+        tangents = np.einsum("fak,qad->fqdk", fe.nodes[chosen], gradient)
+        for j in range(field.shape[2]):
+            moved = np.einsum("fak,qad->fqdk", field[chosen, :3, j], gradient)
+            normal = np.cross(moved[:, :, 0], tangents[:, :, 1]) + np.cross(tangents[:, :, 0], moved[:, :, 1])
+            np.add.at(out[:, :3, j], chosen, -pressure * np.einsum("qa,fqk->fak", shape, normal))
+    return out
 
 
 def node_areas(fe: FEModel, facets: str | np.ndarray) -> np.ndarray:

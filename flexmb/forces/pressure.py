@@ -24,6 +24,9 @@ ROW = np.dtype(
         ("signal", np.int64),
         ("table", np.int64),  # where the table over the coordinate begins in the bulk data, or -1
         ("shape", np.int64),  # where the load shape begins there
+        ("modes", np.int64),  # flexible coordinates of the body by which the shape turns, or 0
+        ("eta", np.int64),  # the first of them
+        ("turning", np.int64),  # where the change of the load shape per coordinate begins in the bulk data
         ("own", np.int64),  # the marker whose one freedom is the amount of the load shape
         ("x", COORDINATE),  # the argument of the table
         ("pairs", np.int64, 2),  # (own, a) and (own, b) of the coordinate
@@ -46,7 +49,10 @@ def apply(raw, data, state, work):
             if work.coefficients[3] > 0.0:
                 own = work.markers[row.own]
                 for j in range(own.nu):
-                    work.J[own.iJ + j] = data[row.shape + j]
+                    force = data[row.shape + j]
+                    for k in range(row.modes):
+                        force += data[row.turning + j * row.modes + k] * state.q[row.eta + k]
+                    work.J[own.iJ + j] = force
                 for side in range(2):
                     K = work.pairs[row.pairs[side]].K
                     for j in range(6):
@@ -57,7 +63,7 @@ def apply(raw, data, state, work):
 
 @dataclass(frozen=True, eq=False)
 class Pressure(Force):
-    """Apply a load shape of an elastic body times a function of time or of a joint; it turns with the body.
+    """Apply a load shape of an elastic body times a function of time or of a joint; it turns with the body's material.
 
     A load shape is named where the body is reduced: ``reduction.reduce(fe, loads={"air": "upper_skin"})``. Its amount
     may be a table over the coordinate of a joint, times a signal: ``fmb.table([0, 0.3, 0.6], [2e3, 5e3, 9e3],
@@ -125,16 +131,20 @@ class Pressure(Force):
         signal, table = signal_and_table(self.amount)
         row = compiler.load(body, load), compiler.signal(signal)
         if table is None:
-            return (*row, -1, -1, -1, (0, 0, 1.0, 0, 0, 0, -1), (-1, -1))
+            return (*row, -1, -1, 0, -1, -1, -1, (0, 0, 1.0, 0, 0, 0, -1), (-1, -1))
         joint = compiler.joint(self._joint)
         x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
         data = compiler.model.body(body).reduced
-        shape = compiler.bulk(data.load_shapes[data.load_names.index(load)])
+        number = data.load_names.index(load)
+        turning = np.zeros((0, 0)) if data.load_turning is None else data.load_turning[number]
         own = compiler.load_marker(body, load)
         return (
             *row,
             compiler.bulk(table.numbers()),
-            shape,
+            compiler.bulk(data.load_shapes[number]),
+            turning.shape[1],
+            compiler.coordinate(body) + 7,
+            compiler.bulk(turning),
             own,
             x,
             (compiler.pair(own, x[3], STIFF), compiler.pair(own, x[4], STIFF)),

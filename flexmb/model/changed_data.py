@@ -142,6 +142,8 @@ def rescaled(data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, tim
             invariants=invariants,
             geometric=geometric,
             load_shapes=data.load_shapes * force,
+            load_turning=None if data.load_turning is None else data.load_turning * force[:, None] / L,
+            preload_turning=None if data.preload_turning is None else data.preload_turning * force[:, None] / L,
             stress_modes=None if data.stress_modes is None else data.stress_modes * m / (L * t) ** 2,
         )
     )
@@ -151,9 +153,6 @@ def rescaled(data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, tim
 
 def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutralData:
     s = float(np.sign(np.linalg.det(Q)))
-    loads = data.load_shapes.copy()
-    loads[:, :3] = data.load_shapes[:, :3] @ Q.T
-    loads[:, 3:6] = s * (data.load_shapes[:, 3:6] - np.cross(p, data.load_shapes[:, :3])) @ Q.T
     turn = lambda shapes, sign=1.0: sign * np.einsum("ab,nbj->naj", Q, shapes)  # noqa: E731
     changed = _with_quality(
         replace(
@@ -167,13 +166,23 @@ def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutr
             marker_rotations=turn(data.marker_rotations, s),
             invariants=_invariants(data.invariants, Q, p, s),
             geometric=None if data.geometric is None else _geometric(data.geometric, Q, p, s),
-            load_shapes=loads,
+            load_shapes=_forces(data.load_shapes[:, :, None], Q, p, s)[:, :, 0],
+            load_turning=None if data.load_turning is None else _forces(data.load_turning, Q, p, s),
+            preload_turning=None if data.preload_turning is None else _forces(data.preload_turning[None], Q, p, s)[0],
             stress_modes=None if data.stress_modes is None else _stress(data.stress_modes, Q),
         )
     )
     turn6 = np.zeros((6, 6))
     turn6[:3, :3], turn6[3:, 3:] = Q, s * Q
     return _with_effective_mass(changed, turn6)
+
+
+def _forces(forces: np.ndarray, Q: np.ndarray, p: np.ndarray, s: float) -> np.ndarray:
+    """Return generalised forces (n, 6 + m, k) in the new axes: f' = Q f, moment s Q (m - p x f)."""
+    changed = forces.copy()
+    changed[:, :3] = Q @ forces[:, :3]
+    changed[:, 3:6] = s * Q @ (forces[:, 3:6] - np.cross(p[None, :, None], forces[:, :3], axis=1))
+    return changed
 
 
 def _invariants(i: InertiaInvariants, Q: np.ndarray, p: np.ndarray, s: float) -> InertiaInvariants:

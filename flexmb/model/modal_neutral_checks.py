@@ -37,6 +37,8 @@ def check_shapes(data: ModalNeutralData) -> None:
         "frequencies": (m,),
         "damping_ratios": (m,),
         "load_shapes": (loads, 6 + m),
+        "load_turning": (loads, 6 + m, m),
+        "preload_turning": (6 + m, m),
         "stress_modes": (n, 6, m),
     }
     for name, shape in expected.items():
@@ -57,7 +59,7 @@ def check_shapes(data: ModalNeutralData) -> None:
 
 
 def _check(part: str, name: str, value: Any, shape: tuple[int, ...]) -> None:
-    if value is None and name in ("rotation_shapes", "stress_modes"):
+    if value is None and name in ("rotation_shapes", "stress_modes", "load_turning", "preload_turning"):
         return
     found = np.shape(value)
     if found != shape:

@@ -117,6 +117,11 @@ class ModalNeutralData:
     load_shapes : (nl, 6 + m), N, N m, N
         Generalised force (force, moment about the origin, modal force, all in body axes) of each unit
         load shape.
+    load_turning : (nl, 6 + m, m) or None
+        Change of the generalised force of each unit load shape per flexible coordinate: the load turns with material,
+        and its points of application move.
+    preload_turning : (6 + m, m) or None
+        The same of the preload whose geometric stiffness is ``geometric.preload``.
     stress_modes : (n, 6, m) or None, Pa/m
         Nodal stress xx, yy, zz, xy, yz, zx of each mode.
     frame : str
@@ -142,6 +147,8 @@ class ModalNeutralData:
     geometric: GeometricStiffness | None = None
     load_names: tuple[str, ...] = ()
     load_shapes: np.ndarray
+    load_turning: np.ndarray | None = None
+    preload_turning: np.ndarray | None = None
     stress_modes: np.ndarray | None = None
     frame: str = "buckens"
     quality: dict[str, Any] = field(default_factory=dict)
@@ -206,6 +213,8 @@ class ModalNeutralData:
             invariants=self.invariants.selected(j),
             geometric=None if self.geometric is None else self.geometric.selected(j),
             load_shapes=np.hstack([self.load_shapes[:, :6], self.load_shapes[:, 6:][:, j]]),
+            load_turning=None if self.load_turning is None else _selected(self.load_turning, j),
+            preload_turning=None if self.preload_turning is None else _selected(self.preload_turning, j),
             stress_modes=None if self.stress_modes is None else self.stress_modes[..., j],
             quality=self.quality
             if not self.quality
@@ -254,3 +263,8 @@ class ModalNeutralData:
         from flexmb.model.modal_neutral_file import load
 
         return load(path)
+
+
+def _selected(turning: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """Return the rows and columns of some modes of (..., 6 + m, m)."""
+    return turning[..., np.concatenate([np.arange(6), 6 + j]), :][..., j]

@@ -68,7 +68,7 @@ def read(group) -> ModalNeutralData:
         elif name in group.attrs:
             value = json.loads(group.attrs[name])
             values[name] = tuple(value) if isinstance(value, list) else value
-        elif name not in ("rotation_shapes", "stress_modes"):
+        elif name not in ("rotation_shapes", "stress_modes", "load_turning", "preload_turning"):
             raise KeyError(f"'{name}' is missing")
     for name, record in _GROUPS.items():
         if name in group:

@@ -13,14 +13,15 @@ from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
 from flexmb.model.described import check_kind, check_mapping, is_number
-from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.modal_neutral_data import GeometricStiffness, ModalNeutralData
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.cache import kept
 from flexmb.reduction.damping import damping_ratios
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
 from flexmb.reduction.interfaces import Coupling, resolve
 from flexmb.reduction.invariants import inertia_invariants
-from flexmb.reduction.loads import load_vectors
+from flexmb.reduction.load_turning import holding_interface, load_turning, reaction, wrench_turning
+from flexmb.reduction.loads import load_vectors, loads_of
 from flexmb.reduction.markers import MarkerMotion, interface_motions, station_motions
 from flexmb.reduction.mode_choice import UpTo, choose_modes, parse_modes
 from flexmb.reduction.quality import quality_numbers
@@ -145,8 +146,9 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     say("interfaces", 0.0)
     couplings = resolve(fe, asked.interfaces)
     markers = interface_motions(fe, couplings) + station_motions(fe, asked.stations)
-    forces = load_vectors(fe, asked.loads)
-    names = list(asked.loads)
+    loads = loads_of(asked.loads)
+    forces = load_vectors(fe, loads)
+    names = list(loads)
     say("factorisation and constraint modes", 0.05)
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
@@ -156,12 +158,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
     basis = orthonormal_basis(body, normal, clamped)
     say("geometric stiffness", 0.6)
-    constant = forces @ np.array([asked.preload.get(name, 0.0) for name in names])
-    geometric = (
-        unit_load_stiffness(body, basis.shapes, markers[: len(couplings)], forces, constant, _support(body, clamped))
-        if asked.geometric_stiffness
-        else None
-    )
+    interfaces, turning = markers[: len(couplings)], load_turning(body, basis.shapes, markers[: len(couplings)], loads)
+    geometric, preload_turning = _stiffening(body, basis, interfaces, forces, turning, asked, clamped)
     say("full model for comparison", 0.7)
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
@@ -174,11 +172,37 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         n_interfaces=len(couplings),
         damping_ratios=damping_ratios(asked.damping, basis.w2),
         geometric=geometric,
+        load_turning=turning,
+        preload_turning=preload_turning,
         frame=asked.frame,
         quality=quality,
     )
     say("done", 1.0)
     return data
+
+
+def _stiffening(
+    body: HeldBody,
+    basis: Basis,
+    interfaces: Sequence[MarkerMotion],
+    forces: np.ndarray,
+    turning: np.ndarray,
+    asked: _Settings,
+    clamped: int | None,
+) -> tuple[GeometricStiffness | None, np.ndarray | None]:
+    """Return the geometric stiffness, and how the generalised force of the preload changes with the shapes."""
+    if not asked.geometric_stiffness:
+        return None, None
+    factors = np.array([asked.preload.get(name, 0.0) for name in asked.loads])
+    constant, held, number = forces @ factors, np.zeros(body.fe.ndof), holding_interface(body)
+    change = np.einsum("n,nij->ij", factors, turning) if asked.preload else None
+    if change is not None:
+        marker = None if number is None else interfaces[number]
+        wrench = reaction(body, marker, constant)
+        if marker is not None:
+            held, change = marker.matrix.T @ wrench, change + wrench_turning(marker, basis.shapes, wrench)
+    support = _support(body, number if clamped is None else clamped)
+    return unit_load_stiffness(body, basis.shapes, interfaces, forces, constant, support, held), change
 
 
 def _data(
@@ -209,13 +233,11 @@ def _data(
     )
 
 
-def _support(body: HeldBody, clamped: int | None) -> np.ndarray:
-    """Hold the unit loads where the frame is clamped, or at the first interface that holds the body alone."""
-    for number in range(len(body.couplings)) if clamped is None else (clamped,):
-        where = body.slices[number]
-        if where.stop - where.start == body.rigid.shape[1] and body.couplings[number].label != "bare nodes":
-            return np.arange(where.start, where.stop)
-    return body.determinate_support()
+def _support(body: HeldBody, number: int | None) -> np.ndarray:
+    """Hold the unit loads at an interface: where the frame is clamped, or the first that holds the body alone."""
+    if number is None:
+        return body.determinate_support()
+    return np.arange(body.slices[number].start, body.slices[number].stop)
 
 
 def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) -> int:

@@ -84,6 +84,7 @@ def geometric_stiffness(
     loads: np.ndarray,
     preload: np.ndarray,
     support: np.ndarray | None = None,
+    preload_reaction: np.ndarray | float = 0.0,
 ) -> GeometricStiffness:
     """Return ``Phi^T K_g(sigma) Phi`` for every unit load.
 
@@ -93,6 +94,8 @@ def geometric_stiffness(
     shapes : (ndof, m)
     interfaces : the motion of each interface; its transpose spreads the unit force or moment over the nodes
     loads, preload : (ndof, nl) and (ndof,), N
+    preload_reaction : (ndof,), N
+        What balances the preload, through an interface: a preload in equilibrium is the same in every frame.
     support : int indices of interface coordinates, or None
         Statically determinate support that balances the unit loads; the actual loads are in equilibrium, so its
         reactions cancel in the sum and any choice gives the same motion.
@@ -107,7 +110,7 @@ def geometric_stiffness(
         )
     m = shapes.shape[1]
     wrenches = [marker.matrix.T.toarray() for marker in interfaces]
-    forces = np.hstack([inertia, *wrenches, loads, preload[:, None]])
+    forces = np.hstack([inertia, *wrenches, loads, (preload + preload_reaction)[:, None]])
     static = body.solve_supported(forces, support)
     displacement, modes = fe.field(static), fe.field(shapes)
     matrices = np.sum([block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0)

@@ -1,4 +1,4 @@
-"""Load shapes: distributed loads of unit size, as nodal forces."""
+"""Load shapes: distributed loads of unit size, as nodal forces, and what they turn with."""
 
 from __future__ import annotations
 
@@ -10,15 +10,34 @@ import numpy as np
 
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.surface_load import pressure_load, traction_load
+from flexmb.fem.surface_load import pressure_change, pressure_field, traction_field
 from flexmb.reduction.interfaces import DIRECTIONS
 from flexmb.reduction.selection import nodes_of
 
-__all__ = ["LineLoad", "NodalForces", "Pressure", "load_vectors"]
+__all__ = ["MATERIAL", "LineLoad", "Load", "NodalForces", "Pressure", "load_vectors", "loads_of"]
+
+MATERIAL = "material"
+"""What a load turns with if each of its forces turns with its own node."""
+
+
+class Load:
+    """A load shape. `turns_with` is `MATERIAL`, the name of an interface, or None for the default of `reduce`."""
+
+    turns_with: str | None = None
+
+    def nodal(self, fe: FEModel, part: str) -> np.ndarray:
+        """Return the nodal forces and moments of the unit load (n, 6), N and N m, in body axes."""
+        field = np.zeros((len(fe.nodes), 6))
+        field[fe.dofs[:, 0], fe.dofs[:, 1]] = self.forces(fe, part)
+        return field
+
+    def forces(self, fe: FEModel, part: str) -> np.ndarray:
+        """Return the forces on the freedoms, (ndof,), N and N m."""
+        return fe.forces(self.nodal(fe, part)[:, :, None])[:, 0]
 
 
 @dataclass(frozen=True)
-class Pressure:
+class Pressure(Load):
     """Unit pressure (1 Pa) on a facet set, along the outward normal or along a fixed direction.
 
     Parameters
@@ -27,34 +46,54 @@ class Pressure:
         Name of a facet set (or of a node set that holds whole shell elements).
     direction : (3,) or None
         Direction of a unit traction in body axes, normalised here; None for the outward normal of each facet.
+    turns_with : str or None
+        None: a pressure along the normal follows the deformed surface; a traction is as in `LineLoad`.
     """
 
     where: str
     direction: Any = None
+    turns_with: str | None = None
 
-    def forces(self, fe: FEModel, part: str) -> np.ndarray:
-        """Return the forces on the freedoms, (ndof,), N and N m."""
-        total = np.zeros(fe.ndof)
+    def nodal(self, fe: FEModel, part: str) -> np.ndarray:
+        """Return the nodal forces of the unit load (n, 6), N, in body axes."""
+        total = np.zeros((len(fe.nodes), 6, 1))
         for facets in _facets(fe, self.where, part):
             if self.direction is None:
-                total -= pressure_load(fe, facets)  # a pressure acts against the outward normal
+                total += pressure_field(fe, facets, -1.0)  # a pressure acts against the outward normal
             else:
-                total += traction_load(fe, facets, _unit(self.direction, part))
-        return total
+                total += traction_field(fe, facets, _unit(self.direction, part))
+        return total[:, :, 0]
+
+    def surface_change(self, fe: FEModel, part: str, field: np.ndarray) -> np.ndarray | None:
+        """Return the change of the forces (n, 6, m) with the surface as `field` (n, 6, m) moves it, or None."""
+        if self.direction is not None or self.turns_with not in (None, MATERIAL):
+            return None
+        changes = [pressure_change(fe, facets, -1.0, field) for facets in _facets(fe, self.where, part)]
+        return np.sum(changes, axis=0)
 
 
 @dataclass(frozen=True)
-class LineLoad:
+class LineLoad(Load):
     """Unit force per length (1 N/m) along `direction` (body axes) on the line elements whose nodes lie in a set.
 
     Consistent for cubic beams: q L / 2 at each end, and moments +-q L^2 / 12 about the transverse axis.
+
+    Parameters
+    ----------
+    where : set name or node numbers
+    direction : (3,)
+    turns_with : str or None
+        The name of an interface: the load keeps its direction as seen from there (a dead load, if that is held);
+        "material": each force turns with its node (a follower load); None: the first interface that can hold the
+        body. The frame of the body plays no part.
     """
 
     where: Any
     direction: Any
+    turns_with: str | None = None
 
-    def forces(self, fe: FEModel, part: str) -> np.ndarray:
-        """Return the forces on the freedoms, (ndof,), N and N m."""
+    def nodal(self, fe: FEModel, part: str) -> np.ndarray:
+        """Return the nodal forces and moments of the unit load (n, 6), N and N m, in body axes."""
         inside = np.isin(np.arange(len(fe.nodes)), nodes_of(fe, self.where, part))
         q = _unit(self.direction, part)
         field, found = np.zeros((len(fe.nodes), 6)), 0
@@ -75,17 +114,21 @@ class LineLoad:
                 expected="a node set that holds beam elements",
                 remedy="Name the set of the loaded beams, or use Pressure for facets",
             )
-        return fe.forces(field[:, :, None])[:, 0]
+        return field
 
 
 @dataclass(frozen=True, eq=False)
-class NodalForces:
-    """A table of nodal forces: node number -> force (3,) or force and moment (6,), N and N m, in body axes."""
+class NodalForces(Load):
+    """A table of nodal forces: node number -> force (3,) or force and moment (6,), N and N m, in body axes.
+
+    `turns_with` is as in `LineLoad`.
+    """
 
     table: Mapping[int, Any]
+    turns_with: str | None = None
 
-    def forces(self, fe: FEModel, part: str) -> np.ndarray:
-        """Return the forces on the freedoms, (ndof,), N and N m."""
+    def nodal(self, fe: FEModel, part: str) -> np.ndarray:
+        """Return the nodal forces and moments of the unit load (n, 6), N and N m, in body axes."""
         field = np.zeros((len(fe.nodes), 6))
         for node, value in self.table.items():
             value = np.asarray(value, float)
@@ -109,15 +152,15 @@ class NodalForces:
                 expected="a freedom that the node has",
                 remedy="Solid nodes carry no moments: use pairs of forces or a rigid interface",
             )
-        return fe.forces(field[:, :, None])[:, 0]
+        return field
 
 
-def load_vectors(fe: FEModel, loads: Mapping[str, Any]) -> np.ndarray:
-    """Return the nodal forces of each unit load shape, (ndof, nl).
+def loads_of(loads: Mapping[str, Any]) -> dict[str, Load]:
+    """Return the loads as such: a bare string is a `Pressure`, a bare table a `NodalForces`.
 
-    A bare string is a `Pressure`, a bare table a `NodalForces`; anything with ``forces(fe, part) -> (ndof,)`` will do.
+    Anything with ``forces(fe, part) -> (ndof,)`` will do.
     """
-    columns = []
+    found: dict[str, Load] = {}
     for name, load in loads.items():
         part = f"Load '{name}'"
         if isinstance(load, str):
@@ -131,7 +174,24 @@ def load_vectors(fe: FEModel, loads: Mapping[str, Any]) -> np.ndarray:
                 expected="a facet set's name, Pressure, LineLoad, NodalForces or a table {node: force}",
                 remedy="See flexmb.reduction.loads",
             )
-        columns.append(load.forces(fe, part))
+        found[name] = load if isinstance(load, Load) else _Foreign(load)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Foreign(Load):
+    """A load that tells its forces on the freedoms only."""
+
+    load: Any
+
+    def forces(self, fe: FEModel, part: str) -> np.ndarray:
+        """Return the forces on the freedoms, (ndof,), N and N m."""
+        return self.load.forces(fe, part)
+
+
+def load_vectors(fe: FEModel, loads: Mapping[str, Any]) -> np.ndarray:
+    """Return the forces on the freedoms of each unit load shape, (ndof, nl)."""
+    columns = [load.forces(fe, f"Load '{name}'") for name, load in loads_of(loads).items()]
     return np.column_stack(columns) if columns else np.zeros((fe.ndof, 0))
 
 

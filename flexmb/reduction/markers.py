@@ -15,7 +15,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.reduction.interfaces import Coupling, independent_columns, rigid_block
 from flexmb.reduction.selection import is_point, model_size, nodes_of, points_of
 
-__all__ = ["MarkerMotion", "interface_motions", "station_motions"]
+__all__ = ["MarkerMotion", "interface_motions", "rotation_at_node", "station_motions"]
 
 _ON_NODE = 1e-9  # relative to the size of the model
 _NEIGHBOURS = 12  # nodes around a point where the model has no elements
@@ -33,6 +33,11 @@ class MarkerMotion:
 def interface_motions(fe: FEModel, couplings: list[Coupling]) -> list[MarkerMotion]:
     """Return the motion of every interface: its own coordinates, or the motion around a bare node."""
     return [_interface(fe, c) for c in couplings]
+
+
+def rotation_at_node(fe: FEModel, node: int) -> sparse.csr_matrix:
+    """Return the rotation of a node, or of the material around one without rotations: (3, ndof) csr, 1/m."""
+    return _at_node(fe, node)[3:]
 
 
 def _interface(fe: FEModel, coupling: Coupling) -> MarkerMotion:

@@ -34,6 +34,7 @@ class _Compiler:
         self.marker_span: list[tuple[int, int]] = []
         self.marker_gaps: dict[int, tuple[int, ...]] = {}
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
+        self.first_coordinate: dict[str, int] = {}
         self.signals: list[Any] = []
         self.signal_titles: list[str] = []  # of the parts that have them
         self.writing = ""
@@ -99,6 +100,10 @@ class _Compiler:
             self.marker_span.append((0, bodies[number].n_velocities))
         return self.marker_index[marker]
 
+    def coordinate(self, body: str) -> int:
+        """Return the number of the first coordinate of a body."""
+        return self.first_coordinate[body]
+
     def reserve_H(self, size: int) -> int:
         """Return where `size` numbers begin in the workspace array H."""
         start = self.size_H
@@ -141,6 +146,7 @@ class _Layout:
         for number, body in enumerate(model.bodies):
             self.iq.append(nq)
             self.iu.append(nu)
+            compiler.first_coordinate[body.name] = nq
             self.first_marker.append(len(compiler.marker_index))
             q0, u0 = body.initial_state()
             if body.has_frame:

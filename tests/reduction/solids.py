@@ -10,7 +10,8 @@ STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
 
 
 def block_mesh(size=(0.4, 0.06, 0.04), divisions=(6, 2, 1)) -> Mesh:
-    """tet10 block from the origin: sets "left", "right", "mid" (a ring of nodes), facets "top" (z = height)."""
+    """tet10 block from the origin: sets "left", "right", "mid" (a ring of nodes), facets "top" (z = height) and
+    "skin" (all around)."""
     from skfem import MeshTet, MeshTet2
 
     straight = MeshTet.init_tensor(*(np.linspace(0.0, s, n + 1) for s, n in zip(size, divisions, strict=True)))
@@ -26,6 +27,7 @@ def block_mesh(size=(0.4, 0.06, 0.04), divisions=(6, 2, 1)) -> Mesh:
     inward = np.einsum("ij,ij->i", normal, points[every[:, 0]] - inside) < 0.0
     every[inward] = every[inward][:, [0, 2, 1, 5, 4, 3]]
     on_top = np.all(np.isclose(z[every], size[2]), axis=1)
+    _, where, once = np.unique(np.sort(every[:, :3], axis=1), axis=0, return_inverse=True, return_counts=True)
     return Mesh(
         points=points,
         cells=(("tetra10", cells),),
@@ -35,7 +37,7 @@ def block_mesh(size=(0.4, 0.06, 0.04), divisions=(6, 2, 1)) -> Mesh:
             "mid": np.flatnonzero(np.isclose(x, size[0] / 2)),
             "edge": np.flatnonzero((x < 1e-9) & (z < 1e-9)),
         },
-        facet_sets={"top": every[on_top]},
+        facet_sets={"top": every[on_top], "skin": every[once[where] == 1]},
         name="block",
     )
 

@@ -13,7 +13,6 @@ from flexmb.model.material import Material
 OPTIONS = {
     "modes": 3,
     "geometric_stiffness": True,
-    "loads": {"air": "top"},
     "stations": {"m": "mid"},
     "compare": 2,
 }
@@ -29,7 +28,11 @@ def reduced(points=lambda x: x, material=STEEL, **options):
         fem.Mesh(points=moved, cells=(("tetra10", cells),), node_sets=mesh.node_sets, facet_sets={"top": tops}),
         material,
     )
-    return reduction.reduce(model, {"a": "left", "b": "right"}, **(OPTIONS | options))
+    drag = reduction.Pressure("top", direction=np.ravel(points(np.array([[1.0, 0.0, 0.5]])) - points(np.zeros((1, 3)))))
+    asked = OPTIONS | {"loads": {"air": "top", "drag": drag}} | options
+    if asked["geometric_stiffness"]:
+        asked = {"preload": {"air": 20.0, "drag": 5.0}} | asked
+    return reduction.reduce(model, {"a": "left", "b": "right"}, **asked)
 
 
 def assert_same_body(found, expected, tolerance=1e-7):
@@ -47,6 +50,10 @@ def assert_same_body(found, expected, tolerance=1e-7):
     for name in ("shapes", "marker_translations", "marker_rotations", "stress_modes"):
         close(getattr(found, name), getattr(expected, name), signs, name)
     close(found.load_shapes, expected.load_shapes, np.r_[np.ones(6), signs], "load_shapes")
+    six = np.r_[np.ones(6), signs]
+    close(found.load_turning, expected.load_turning, np.outer(six, signs), "load_turning")
+    if expected.preload_turning is not None:
+        close(found.preload_turning, expected.preload_turning, np.outer(six, signs), "preload_turning")
     i, j = found.invariants, expected.invariants
     size = np.abs(j.ww0).max()
     for name, sign in (
