@@ -1,0 +1,107 @@
+"""Analyses of a mechanism as it is seen, with results back in the metres, kilograms and seconds of the plain one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+import flexmb as fmb
+from metamorphic.seen import PLAIN, Seen
+
+END = 0.1
+"""s: how long a motion is followed."""
+SAMPLES = 11
+STEP = 1e-3
+TIGHT = 1e-8
+
+INTEGRATORS = {
+    "steps": lambda s: fmb.GeneralizedAlpha(step=STEP * s.time),
+    "GeneralizedAlpha": lambda s: fmb.GeneralizedAlpha(rtol=1e-7),
+    "IDA": lambda s: fmb.IDA(rtol=TIGHT, atol=TIGHT * 1e-2),
+    "Explicit": lambda s: fmb.Explicit(rtol=TIGHT),
+    "Implicit": lambda s: fmb.Implicit(rtol=TIGHT),
+    "Recursive": lambda s: fmb.Explicit(rtol=TIGHT, formulation=fmb.Recursive()),
+}
+FORMULATIONS = {
+    "Augmented": fmb.Augmented,
+    "NullSpace": fmb.NullSpace,
+    "UdwadiaPhohomsiri": fmb.UdwadiaPhohomsiri,
+    "tree": fmb.Recursive,
+}
+ANALYSES = (*INTEGRATORS, *FORMULATIONS, "statics", "linearize")
+
+WITHOUT_TIME = (*FORMULATIONS, "linearize")
+"""What looks at the start as described."""
+
+Results = Mapping[str, np.ndarray]
+
+
+def _of_sensors(solution: fmb.Solution, seen: Seen) -> dict[str, np.ndarray]:
+    found = {}
+    for sensor in solution.model.sensors:
+        name = sensor.name.removeprefix(seen.prefix)
+        values = solution[sensor.name]
+        kind = type(sensor).__name__
+        if kind == "Position":
+            found[name] = seen.place_back(values)
+        elif kind == "Velocity":
+            found[name] = seen.vector_back(values, seen.length / seen.time)
+        elif kind in ("Reaction", "ForceOf"):
+            found[f"{name}, force"] = seen.vector_back(values[:, :3], seen.force)
+            found[f"{name}, moment"] = seen.moment_back(values[:, 3:])
+        elif kind == "Energy":
+            found[f"{name} energy"] = (values - values[0]) / seen.energy  # where potential is zero does not matter
+    return found
+
+
+def analysed(model: fmb.Model, how: str, seen: Seen = PLAIN, end: float = END) -> dict[str, np.ndarray]:
+    """Return results of an analysis by name, in plain metres, kilograms and seconds."""
+    if how in INTEGRATORS:
+        begin = seen.t * seen.time
+        times = begin + np.linspace(0.0, end * seen.time, SAMPLES)
+        solution = fmb.simulate(
+            model, float(times[-1]), t_start=begin, samples=SAMPLES, integrator=INTEGRATORS[how](seen)
+        )
+        return _of_sensors(solution, seen)
+    if how == "statics":
+        solution = fmb.statics(model, t=seen.t * seen.time)
+        return {name: values[-1:] for name, values in _of_sensors(solution, seen).items() if "speed" not in name}
+    if how == "linearize":
+        return {"frequencies": np.sort(fmb.linearize(model).frequencies) * seen.time}
+    found = fmb.accelerations(model, formulation=FORMULATIONS[how]())
+    results = {}
+    for name, wrench in found.reactions.items():
+        results[f"{name.removeprefix(seen.prefix)}, force"] = seen.vector_back(wrench[:3], seen.force)[None]
+        results[f"{name.removeprefix(seen.prefix)}, moment"] = seen.moment_back(wrench[3:])[None]
+    for body in model.bodies:
+        name, a = body.name.removeprefix(seen.prefix), found[body.name]
+        if body.has_frame:  # that of its origin would depend on the choice of its origin
+            spin = np.linalg.det(seen.S) * seen.vector_back(a[3:], 1.0 / seen.time**2)
+            results[f"{name}, spin"] = spin[None]
+        elif body.n_velocities:
+            results[f"{name}, acceleration"] = seen.vector_back(a[:3], seen.length / seen.time**2)[None]
+    return results
+
+
+def worst_difference(a: Results, b: Results) -> tuple[float, str]:
+    """Return the largest difference of two results, relative to the largest value of its kind, and its name."""
+    worst, where = 0.0, "none"
+    scales: dict[str, float] = {}
+    for name, values in a.items():
+        kind = name.rpartition(" ")[2]
+        scales[kind] = max(scales.get(kind, 0.0), float(np.abs(values).max(initial=0.0)))
+    scales["moment"] = max(scales.get("moment", 0.0), 0.3 * scales.get("force", 0.0))
+    scales["acceleration"] = max(scales.get("acceleration", 0.0), 0.3 * scales.get("spin", 0.0), 9.0)
+    scales["spin"] = max(scales.get("spin", 0.0), 3.0 * scales["acceleration"])
+    for name in a.keys() | b.keys():
+        if name not in a or name not in b or a[name].shape != b[name].shape:
+            return np.inf, f"{name}: one of them does not have it"
+        apart = float(np.abs(a[name] - b[name]).max(initial=0.0))
+        scale = scales[name.rpartition(" ")[2]]
+        share = apart / scale if scale > 0.0 else 0.0
+        if not np.isfinite(apart):
+            return np.inf, f"{name}: not finite"
+        if share > worst:
+            worst, where = share, name
+    return worst, where
