@@ -1,15 +1,15 @@
-"""Random mechanisms that can be written down in every way of `Seen`: trees of bodies, with springs, loads and drives."""
+"""Random mechanisms, written down in every way of `Seen`: trees of bodies, with springs, loads and drives."""
 
 from __future__ import annotations
 
 from functools import cache
 
 import numpy as np
+from metamorphic.seen import PLAIN, Seen, turn
 from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
 from flexmb import fem, reduction
-from metamorphic.seen import PLAIN, Seen, turn
 
 KINDS = ("rigid", "rigid", "rigid", "point", "reduced", "cable", "beam")
 JOINTS = ("Spherical", "Revolute", "Universal", "Cylindrical", "Fixed", "Planar", "Prismatic", "Screw", "Driven")
@@ -103,7 +103,9 @@ class Builder:
         s = self.seen
         points = np.array([(0.0, 0.0, 0.0), (0.5 * LENGTH, 0.03, 0.0), (LENGTH, 0.0, 0.02)])
         pressure = s.force / s.length**2
-        damping = {"axial_damping": 0.02 * s.force * s.time} if kind == "cable" else {"damping": 1e-3 * s.time}
+        # a cable that is curved without load may bend to either side: straight=True leaves one equilibrium
+        own = {"axial_damping": 0.02 * s.force * s.time, "straight": True} if kind == "cable" else {}
+        own = own or {"damping": 1e-3 * s.time}
         self.bodies.append(
             {"cable": fmb.AncfCable, "beam": fmb.AncfBeam}[kind](
                 s.name(name),
@@ -113,7 +115,7 @@ class Builder:
                 material=fmb.Material(young=2e6 * pressure, poisson=0.3, density=900.0 * s.mass / s.length**3),
                 at=tuple(s.point(at)),
                 rotation=s.rotation(A),
-                **damping,
+                **own,
             )
         )
         return at + A @ points[-1]
@@ -224,7 +226,11 @@ class Builder:
         stiff, viscous = 60.0 * s.force / s.length, 0.5 * s.force * s.time / s.length
         self.forces.append(
             fmb.SpringDamper(
-                s.name(f"spring{number}"), markers=(far, watched), stiffness=stiff, damping=viscous, length=0.1 * s.length
+                s.name(f"spring{number}"),
+                markers=(far, watched),
+                stiffness=stiff,
+                damping=viscous,
+                length=0.1 * s.length,
             )
         )
 

@@ -1,0 +1,95 @@
+"""A long campaign of metamorphic relations: every analysis of every random mechanism in every way.
+
+    cd tests
+    python -m metamorphic.campaign --seeds 100:200                        # all analyses
+    python -m metamorphic.campaign --seeds 7 --analyses IDA,statics --ways units,mirror
+
+Prints a line for every relation that does not hold, with the seed that repeats it, and at the end how many were tried.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from collections.abc import Iterator
+
+import numpy as np
+from metamorphic.analyses import ANALYSES, WITHOUT_TIME, analysed, worst_difference
+from metamorphic.limits import KINDS_FOR, LIMITS
+from metamorphic.mechanisms import mechanism
+from metamorphic.relations import RELATIONS, differs
+from metamorphic.seen import CHANGES
+
+import flexmb as fmb
+
+
+def kinds_for(how: str) -> dict:
+    """Return the kinds of bodies that an analysis takes."""
+    return {"kinds": KINDS_FOR[how]} if how in KINDS_FOR else {}
+
+
+def outcome(model: fmb.Model, how: str, *seen):
+    """Return the results of an analysis, or the name of the error it ends with."""
+    try:
+        return analysed(model, how, *seen)
+    except fmb.FlexmbError as error:
+        return f"{type(error).__name__}: {error}"
+
+
+def way_holds(seed: int, how: str, change: str, plain=None) -> tuple[bool, str]:
+    """Does an analysis give the same when the mechanism is written down in another way? And what it found."""
+    seen = CHANGES[change](np.random.default_rng(seed))
+    mine = outcome(mechanism(seed, **kinds_for(how)), how) if plain is None else plain
+    other = outcome(mechanism(seed, seen, **kinds_for(how)), how, seen)
+    if isinstance(mine, str) or isinstance(other, str):
+        both = isinstance(mine, str) and isinstance(other, str)
+        return both, f"plain: {mine if isinstance(mine, str) else 'found'}; {change}: {str(other)[:200]}"
+    share, where = worst_difference(mine, other)
+    return share <= LIMITS[how], f"{where}: {share:.1e}, limit {LIMITS[how]:.0e}; {seen!r}"
+
+
+def relation_holds(seed: int, how: str, name: str) -> tuple[bool, str]:
+    """Does a motion stay the same when the mechanism is changed in a way that must not matter?"""
+    model = mechanism(seed, **kinds_for(how))
+    try:
+        share, where = differs(model, RELATIONS[name](model, np.random.default_rng(seed)), how)
+    except fmb.FlexmbError as error:
+        return False, f"{type(error).__name__}: {str(error)[:200]}"
+    return share <= LIMITS[how], f"{where}: {share:.1e}, limit {LIMITS[how]:.0e}"
+
+
+def campaign(seeds, analyses, ways) -> Iterator[tuple[str, bool, str]]:
+    """Yield (what, does it hold, what was found)."""
+    for seed in seeds:
+        for how in analyses:
+            plain = outcome(mechanism(seed, **kinds_for(how)), how)
+            for change in ways:
+                if change in CHANGES and not (change == "start" and how in WITHOUT_TIME):
+                    yield f"seed {seed}, {how}, {change}", *way_holds(seed, how, change, plain)
+                elif change in RELATIONS and how in ("steps", "IDA"):
+                    yield f"seed {seed}, {how}, {change}", *relation_holds(seed, how, change)
+
+
+def main(arguments=None) -> int:
+    """Run the campaign that the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", default="0:20", help="a seed, or FIRST:END")
+    parser.add_argument("--analyses", default=",".join(ANALYSES))
+    parser.add_argument("--ways", default=",".join((*CHANGES, *RELATIONS)))
+    given = parser.parse_args(arguments)
+    first, _, end = given.seeds.partition(":")
+    seeds = range(int(first), int(end) if end else int(first) + 1)
+    tried = failed = 0
+    warnings.simplefilter("ignore")
+    for what, holds, found in campaign(seeds, given.analyses.split(","), given.ways.split(",")):
+        tried += 1
+        if not holds:
+            failed += 1
+            print(f"{what}: {found}", flush=True)
+    print(f"{tried} relations, {failed} do not hold")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,43 @@
+"""A mechanism in other units, at another place, mirrored, with other axes, names, orders and times: the same results.
+
+The mechanisms follow the option --seed (the header of the test run prints it). The campaign repeats a failure:
+``cd tests; python -m metamorphic.campaign --seeds 7 --analyses IDA --ways units``.
+"""
+
+import numpy as np
+import pytest
+from metamorphic.analyses import WITHOUT_TIME
+from metamorphic.campaign import kinds_for, outcome, way_holds
+from metamorphic.mechanisms import mechanism
+from metamorphic.relations import apart
+from metamorphic.seen import CHANGES
+
+WAYS = 3
+"""Ways of each mechanism and analysis that are tried in the quick suite."""
+CASES = [
+    *((k, how) for k, how in enumerate(("Augmented", "NullSpace", "UdwadiaPhohomsiri", "tree"))),
+    *((k, "linearize") for k in range(2)),
+    *((k, "steps") for k in range(3)),
+    *((k, how) for k, how in enumerate(("IDA", "Explicit", "Recursive", "Implicit"))),
+    (0, "statics"),
+]
+
+
+@pytest.mark.parametrize(("number", "how"), CASES)
+def test_ways_to_write_it_down(seed, number, how):
+    seed += number
+    rng = np.random.default_rng(seed)
+    possible = [name for name in CHANGES if not (name == "start" and how in WITHOUT_TIME)]
+    plain = outcome(mechanism(seed, **kinds_for(how)), how)
+    for change in rng.choice(possible, size=WAYS, replace=False):
+        holds, found = way_holds(seed, how, str(change), plain)
+        assert holds, f"seed {seed}, {how}, {change}: {found}"
+
+
+def test_comparison_sees_what_differs():
+    one = {"a place": np.array([[1.0, 2.0, 3.0]]), "b place": np.array([[1e-9, 0.0, 0.0]])}
+    other = {"a place": np.array([[1.0, 2.0, 3.003]]), "b place": np.array([[0.0, 0.0, 0.0]])}
+    assert apart(one, one) == (0.0, "none")
+    share, where = apart(one, other)
+    assert where == "a place"
+    np.testing.assert_allclose(share, 1e-3, rtol=1e-9)
