@@ -150,11 +150,11 @@ def kill_before_writes(bench: Bench, torn: bool = False) -> Counts:
     def at(number: int) -> Callable[[], None]:
         return lambda: library.faults_begin(place, number, torn)
 
-    for number in bench.chosen(10_000):
+    bench.clear()
+    for number in bench.chosen(ended(bench.start(before=at(-1))).calls):
         bench.clear()
         end = ended(bench.start(before=at(number)))
-        if end.code == 0:  # there are no more
-            break
+        counts.crashes += end.code != -signal.SIGKILL
         bench.judge(counts, end.promised, f"write {number}")
     return counts
 
@@ -164,19 +164,23 @@ def kill_resume_before_writes(bench: Bench) -> Counts:
     counts, library = Counts(), shim()
     if library is None:
         return counts
-    place, kept = str(bench.run).encode(), bench.folder / "cut"
-    for number in range(10_000):  # the first that has samples, and not all
+    place, kept, resume = str(bench.run).encode(), bench.folder / "cut", ["resume", str(bench.run)]
+
+    def at(number: int) -> Callable[[], None]:
+        return lambda: library.faults_begin(place, number, False)
+
+    bench.clear()
+    for number in range(ended(bench.start(before=at(-1))).calls):
         bench.clear()
-        cut = ended(bench.start(before=lambda number=number: library.faults_begin(place, number, False)))
-        if cut.promised >= SAMPLES // 3:
+        cut = ended(bench.start(before=at(number)))
+        if cut.promised >= SAMPLES // 2:
             break
     shutil.copytree(bench.run, kept)
-    for number in bench.chosen(10_000):
+    for number in bench.chosen(ended(begin(resume, at(-1))).calls):
         bench.clear()
         shutil.copytree(kept, bench.run)
-        end = ended(begin(["resume", str(bench.run)], lambda number=number: library.faults_begin(place, number, False)))
-        if end.code == 0:
-            break
+        end = ended(begin(resume, at(number)))
+        counts.crashes += end.code != -signal.SIGKILL
         bench.judge(counts, cut.promised + end.promised, f"write {number}")
     return counts
 
@@ -383,17 +387,18 @@ def execute() -> int:
     _preloaded()
     print("| campaign | cases | lost | not finished | tracebacks | crashes | hangs |\n|---|---|---|---|---|---|---|")
     bad = 0
-    for name, campaign in CAMPAIGNS.items():
-        if given.only not in name:
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            os.chmod(folder, 0o755)
-            counts = campaign(Bench(Path(folder).resolve(), given.seed, given.cases))
-        bad += counts.bad
-        numbers = (counts.cases, counts.lost, counts.refused, counts.tracebacks, counts.crashes, counts.hangs)
-        print(f"| {name} | {' | '.join(map(str, numbers))} |", flush=True)
-        for note in counts.notes[:5]:
-            print(note, file=sys.stderr)
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o755)
+        bench = Bench(Path(folder).resolve(), given.seed, given.cases)
+        for name, campaign in CAMPAIGNS.items():
+            if given.only not in name:
+                continue
+            counts = campaign(bench)
+            bad += counts.bad
+            numbers = (counts.cases, counts.lost, counts.refused, counts.tracebacks, counts.crashes, counts.hangs)
+            print(f"| {name} | {' | '.join(map(str, numbers))} |", flush=True)
+            for note in counts.notes[:5]:
+                print(note, file=sys.stderr, flush=True)
     return bad > 0
 
 

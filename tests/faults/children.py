@@ -43,6 +43,11 @@ class Ended:
         return "Traceback (most recent call last)" in self.text
 
     @property
+    def calls(self) -> int:
+        """How many calls the shim has counted; 0 if the child did not come to its end."""
+        return int(self.text.rpartition("calls: ")[2] or 0) if "\ncalls: " in self.text else 0
+
+    @property
     def crashed(self) -> bool:
         """Did it end by a signal that nobody has sent?"""
         return self.code in (-signal.SIGSEGV, -signal.SIGABRT, -signal.SIGBUS, -signal.SIGFPE, -signal.SIGILL)
@@ -82,6 +87,9 @@ def begin(arguments: Sequence[str], before: Callable[[], None] = lambda: None) -
         _report_to(writing)
         before()
         code = main(list(arguments))
+        library = shim()
+        if library is not None:
+            os.write(2, f"\ncalls: {library.faults_count()}\n".encode())
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else 2
     except BaseException:

@@ -1,5 +1,6 @@
 """The script that opens a run in ParaView: run here with stand-ins for ParaView's functions, its files read by VTK."""
 
+import ast
 import runpy
 import sys
 from types import ModuleType, SimpleNamespace
@@ -109,3 +110,20 @@ def test_rigid_models_have_no_stress(monkeypatch, paraview, tmp_path):
     runpy.run_path(str(paraview_script(solution, path)))
     assert all(shown.colored is None for shown in paraview.shown.values())
     assert all(len(shown.DiffuseColor) == 3 for shown in paraview.shown.values())
+
+
+HOSTILE = ['"""\nraise SystemExit(7)\n"""', "\\", "a'b\"c", "{title}", "x\nraise SystemExit(7)"]
+
+
+def test_names_are_no_code(tmp_path):
+    """Whatever a model, its bodies and the file are called, the statements of the script are the same."""
+
+    def statements(name):
+        rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.1)
+        solution = fmb.simulate(fmb.Model(name=name, bodies=[fmb.Ground(), rod]), 0.1, samples=2)
+        file = fmb.write_vtk(solution, tmp_path / f"{name}.pvd")
+        return [type(node).__name__ for node in ast.walk(ast.parse(paraview_script(solution, file).read_text()))]
+
+    plain = statements("plain")
+    for name in HOSTILE:
+        assert statements(name) == plain

@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from html import escape
 from html.parser import HTMLParser
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb import view
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.view import curves, graphics, report
 from flexmb.view.quantities import duration, number, scaled, shown_columns, sizes
@@ -255,3 +257,24 @@ def test_damping_and_warnings_of_reduced_bodies(tmp_path):
     ratio = 5.0 / (2.0 * np.sqrt(data.stiffness[0, 0] * data.invariants.nn[0, 0]))
     assert [row[4] for row in tables[1]] == [f"{100 * ratio:.2f} %"] + ["0.00 %"] * (m - 1)
     assert f"Reduction of beam, twin: {escape(poor)}" in text
+
+
+def test_what_comes_from_a_file_is_escaped(tmp_path):
+    """Statistics, titles and names of a solution file are text, never a part of the page; $ begins no formula."""
+    hostile = "<script>alert(1)</script><img src=x onerror=alert(2)> $\\frac"
+    model = fmb.Model(
+        name=hostile,
+        bodies=[fmb.Ground(), fmb.PointMass("stone", mass=1.0)],
+        sensors=[fmb.Position(hostile, marker="stone.center")],
+    )
+    solution = fmb.simulate(model, 0.1, samples=3)
+    statistics = {hostile: hostile, "seconds": hostile, "share of validity": {hostile: {hostile: hostile}}}
+    path = replace(solution, statistics=statistics, status=fmb.Status.failed(hostile, hostile)).save(
+        tmp_path / "run.h5"
+    )
+    loaded = fmb.Solution.load(path, model=model)
+    page = view.report({hostile: loaded}, tmp_path / "report.html", pictures=False).read_text()
+    assert "<script>alert" not in page
+    assert "<img src=x" not in page
+    assert "&lt;script&gt;alert(1)" in page
+    assert view.plot(loaded, None, tmp_path / "plot.png").is_file()
