@@ -45,7 +45,10 @@ class Record:
     def numbers(self, stream: BinaryIO, first: int = 0, count: int | None = None) -> np.ndarray:
         """Return `count` numbers from number `first` on, by default all."""
         start = self.start + 8 * first
-        found = np.empty((self.end - start) // 8 if count is None else count, "<f8")
+        count = (self.end - start) // 8 if count is None else count
+        if not 0 <= 8 * count <= self.end - start:
+            raise ValueError(f"{count} numbers in {self.end - start} bytes")
+        found = np.empty(count, "<f8")
         stream.seek(start)
         stream.readinto(found.data.cast("B"))  # type: ignore[attr-defined]
         return found.astype(float, copy=False)
@@ -63,6 +66,8 @@ def records(stream: BinaryIO, start: int) -> Iterator[Record]:
             return
         stream.seek(body)
         (text,) = _LENGTH.unpack(stream.read(_LENGTH.size))
+        if body + _LENGTH.size + text > end:
+            return
         says = json.loads(stream.read(text))
         yield Record(kind.decode("ascii"), says, body + _LENGTH.size + text, end)
         start = end

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO
 
@@ -76,9 +77,23 @@ class Written:
 
 def add_records(written: Written, stream: BinaryIO, start: int) -> None:
     """Add to `written` what the records from byte `start` on say."""
+    with _sound():
+        _add(written, stream, start)
+
+
+@contextmanager
+def _sound() -> Iterator[None]:
+    """Tell of records that are whole, but not what a run writes, as of a file that cannot be read."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError, RecursionError) as error:
+        raise OSError(f"a record behind the HDF5 part makes no sense: {error}") from error
+
+
+def _add(written: Written, stream: BinaryIO, start: int) -> None:
     for record in records(stream, start):
         if record.kind == PHASE:
-            written.phases.append(WrittenPhase(record.says["model"]))
+            written.phases.append(WrittenPhase(str(record.says["model"])))
         elif record.kind == FINISHED:
             written.status, written.statistics = record.says["status"], record.says["statistics"]
         elif record.kind == GOES_ON:
@@ -132,12 +147,13 @@ def says_of(blocks: Sequence[Rows]) -> dict[str, Any]:
 
 
 def _rows_in(record: Record, stream: BinaryIO) -> Rows:
-    n, numbers = record.says["n"], record.numbers(stream)
-    rows, first = {"t": numbers[:n]}, n
-    for name, width in zip(FIELDS[1:], record.says["widths"], strict=True):
-        rows[name] = numbers[first : first + n * width].reshape(n, width)
-        first += n * width
-    return rows
+    with _sound():
+        n, numbers = record.says["n"], record.numbers(stream)
+        rows, first = {"t": numbers[:n].reshape(n)}, n
+        for name, width in zip(FIELDS[1:], record.says["widths"], strict=True):
+            rows[name] = numbers[first : first + n * width].reshape(n, width)
+            first += n * width
+        return rows
 
 
 def _rows_of(group, start: int, stop: int) -> Rows:
@@ -152,4 +168,5 @@ def joined(blocks: Sequence[Rows]) -> Rows:
     """Return blocks of rows as one."""
     if len(blocks) == 1:
         return blocks[0]
-    return {name: np.concatenate([rows[name] for rows in blocks]) for name in FIELDS}
+    with _sound():
+        return {name: np.concatenate([rows[name] for rows in blocks]) for name in FIELDS}

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import FlexmbError
+from flexmb.files import remove_parts
 from flexmb.study.table import DONE, FAILED, Row
 
 __all__ = ["Task"]
@@ -54,6 +55,7 @@ class Task:
             return None
         folder = Path(self.runs) / f"{number:04d}"
         folder.mkdir(parents=True, exist_ok=True)
+        remove_parts(folder)  # of a process that was killed over this variant
         return folder
 
 

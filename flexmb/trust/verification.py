@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError
+from flexmb.files import write_text
 
 __all__ = ["Answer", "Check", "Verification"]
 
@@ -169,18 +170,8 @@ class Verification:
 
     def save(self, path: str | Path) -> Path:
         """Write it to a JSON file and return the path."""
-        path = Path(path)
         text = json.dumps({"version": VERSION, **asdict(self)}, indent=1)
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise DataFileError(
-                f"Verification '{path}'",
-                found=f"cannot write it ({error.strerror})",
-                expected="a writable folder",
-                remedy="Choose another place",
-            ) from error
-        return path
+        return write_text(path, text, part=f"Verification '{path}'")
 
     @staticmethod
     def load(path: str | Path) -> Verification:

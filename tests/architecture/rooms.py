@@ -25,7 +25,7 @@ MAY_KNOW = {
     "tree": ("math", "model", "constraints", "system"),
     "results": ("files", "lock", "hdf5", "math", "model", "system"),
     "integrate": ("math", "model", "constraints", "system", "tree", "results"),
-    "trust": ("math", "model", "system", "tree", "results", "integrate"),
+    "trust": ("files", "math", "model", "system", "tree", "results", "integrate"),
     "io": (
         "files",
         "hdf5",

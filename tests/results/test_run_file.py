@@ -304,3 +304,30 @@ def test_the_state_reached_is_read_until_the_next_sample(tmp_path):
     loaded = Solution.load(path)
     assert list(loaded.t) == [phase.t[0], phase.t[3]]
     assert not loaded.phases[0].cut_off
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("SA", {"n": 10**12, "widths": [9, 8, 8, 5, 3]}),
+        ("SA", {"n": -1, "widths": [9, 8, 8, 5, 3]}),
+        ("SA", {"n": 1}),
+        ("SA", {"n": 0, "widths": [1, 1, 1, 1, 1]}),
+        ("EN", {"reason": "finished", "tables": [{"name": "a", "shape": [10**9, 10**9], "columns": []}]}),
+        ("EN", {"reason": "finished", "tables": 3}),
+        ("RE", {"n": "many"}),
+        ("FI", {}),
+    ],
+)
+def test_a_whole_record_that_makes_no_sense(tmp_path, kind, says):
+    """Its checksum is right, but no run has written it: an error with a remedy, and nothing is allocated for it."""
+    phase, path = spinning_phase(system=False), tmp_path / "run.h5"
+    run = RunFile(path)
+    run.begin("model")
+    fill(run, phase, 0)
+    run.flush()
+    run._journal.add(kind, says)
+    with pytest.raises(DataFileError, match=r"truncated or damaged \(a record .*makes no sense"):
+        Solution.load(path)
+    run._journal.close()
+    run._lock.release()
