@@ -1,5 +1,14 @@
 """The command line: one file per verb, each a thin layer over the public functions."""
 
-from flexmb.cli.command_line import main
+from collections.abc import Sequence
 
 __all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
+    try:
+        from flexmb.cli import command_line
+    except KeyboardInterrupt:  # who presses Ctrl-C while the package is loaded wants no list of its files
+        return 130
+    return command_line.main(arguments)

@@ -32,31 +32,33 @@ FAILED, INTERRUPTED = 2, 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
-    _write_what_the_terminal_can()
-    given = _parser().parse_args(arguments)
-    _let_termination_interrupt()
     shown, warnings.showwarning = warnings.showwarning, _show_warning
+    command = "flexmb"
     try:
+        _let_termination_interrupt()
+        _write_what_the_terminal_can()
+        given = _parser().parse_args(arguments)
+        command = f"flexmb {given.verb}"
         code = given.execute(given)
         sys.stdout.flush()  # here, where it can be said that the disk is full
         return code
     except FlexmbError as error:
-        print(f"flexmb {given.verb}: {error}", file=sys.stderr)
+        print(f"{command}: {error}", file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
-        print(f"flexmb {given.verb}: interrupted", file=sys.stderr)
+        print(f"{command}: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
         _close_output()
         return 0
     except OSError as error:
-        print(f"flexmb {given.verb}: {_told(error)}", file=sys.stderr)
+        print(f"{command}: {_told(error)}", file=sys.stderr)
         if error.filename is None:
             _close_output()  # what waits to be printed would fail once more
         return FAILED
     except MemoryError as error:
         print(
-            f"flexmb {given.verb}: there is not enough memory ({error or 'none left'}). What was written before is "
+            f"{command}: there is not enough memory ({error or 'none left'}). What was written before is "
             "kept. Take fewer samples, fewer modes or a coarser mesh",
             file=sys.stderr,
         )

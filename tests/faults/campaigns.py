@@ -29,8 +29,11 @@ from faults.children import Ended, begin, ended, shim
 from results.spinning import block_data
 
 import flexmb as fmb
+from flexmb import io, study, view
 from flexmb.errors import FlexmbError
 
+LOADED = (io, study, view)
+"""What the commands import; in the forks it is there already."""
 SAMPLES = 601
 NOBODY = 65534
 SETTINGS = fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=5e-4))
