@@ -1,7 +1,8 @@
 """Finite elements: every way to arrive at an `FEModel`."""
 
 from flexmb.fem.connectors import with_mass, with_spring, with_supports
-from flexmb.fem.fe_model import ElementBlock, FEModel
+from flexmb.fem.deck import read_deck
+from flexmb.fem.fe_model import ElementBlock, FEModel, ReferencePoint
 from flexmb.fem.frame import frame
 from flexmb.fem.joined import joined
 from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
@@ -24,6 +25,7 @@ __all__ = [
     "Mesh",
     "MeshWarning",
     "Modes",
+    "ReferencePoint",
     "Section",
     "SolidElement",
     "buckling",
@@ -33,6 +35,7 @@ __all__ = [
     "from_matrices",
     "joined",
     "pressure_load",
+    "read_deck",
     "read_matrices",
     "read_mesh",
     "shell",

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from flexmb.errors import MeshError, did_you_mean
 
-__all__ = ["ElementBlock", "FEModel"]
+__all__ = ["ElementBlock", "FEModel", "ReferencePoint"]
 
 
 class ElementBlock(Protocol):
@@ -46,6 +46,23 @@ class ElementBlock(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class ReferencePoint:
+    """A point by which a deck attaches its surroundings; an interface in waiting.
+
+    Parameters
+    ----------
+    node : int
+        The reference node.
+    averaged, weights : (k,) int and (k,), or None
+        Nodes whose weighted mean motion it follows (RBE3, distributing coupling); None: it moves by its own freedoms.
+    """
+
+    node: int
+    averaged: np.ndarray | None = None
+    weights: np.ndarray | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FEModel:
     """Stiffness, mass and everything that must be known of the mesh.
 
@@ -69,6 +86,15 @@ class FEModel:
     expansion : (6 n, ndof) csr or None
         Motion of every node (row 6 node + direction) from the freedoms, where rigid or averaging links make some
         nodes depend on others; None: every node moves by its own freedoms only.
+    C : (ndof, ndof) csr, N s/m, or None
+        Viscous damping of discrete dampers.
+    labels : (n,) int, or None
+        Numbers of the nodes in the file they come from; 0 for nodes that are not in it.
+    reference_points : mapping of name to ReferencePoint
+        Interfaces that the file offers: reference nodes of RBE2, RBE3 and couplings, ASET nodes.
+    supports : mapping of name to (k, 2)
+        Node and direction (0..5) of the freedoms that the file holds; they are not applied unless asked for, by
+        ``fem.eigenmodes(fe, "spc_1")``.
     """
 
     nodes: np.ndarray
@@ -80,6 +106,10 @@ class FEModel:
     blocks: tuple[ElementBlock, ...] = ()
     name: str = "part"
     expansion: sparse.csr_matrix | None = None
+    C: sparse.csr_matrix | None = None
+    labels: np.ndarray | None = None
+    reference_points: Mapping[str, ReferencePoint] = field(default_factory=dict)
+    supports: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self):
         part, size = f"FE model '{self.name}'", len(self.dofs)
@@ -105,6 +135,11 @@ class FEModel:
                 expected=f"({6 * len(self.nodes)}, {size}), six rows per node",
                 remedy="Make links with fem.with_rigid_link or fem.with_averaging_link",
             )
+
+    def node_name(self, node: int) -> str:
+        """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""
+        label = 0 if self.labels is None or node >= len(self.labels) else int(self.labels[node])
+        return f"node {label} of the deck" if label else f"node {int(node)}"
 
     def node_set(self, name: str) -> np.ndarray:
         """Return the node numbers of a named set; raise MeshError with the known names."""

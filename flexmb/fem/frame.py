@@ -18,7 +18,7 @@ from flexmb.fem.section import Section
 from flexmb.model.described import check_kind
 from flexmb.model.material import Material
 
-__all__ = ["frame"]
+__all__ = ["beam_block", "frame"]
 
 PARALLEL = 1e-6
 """Sine of the angle below which an orientation counts as parallel to its beam."""
@@ -95,6 +95,19 @@ def frame(
     stiffness, mass = (summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass))
     named = {key: np.atleast_1d(np.asarray(value, int)) for key, value in (node_sets or {}).items()}
     return FEModel(nodes=nodes, dofs=dofs, K=stiffness, M=mass, node_sets={**sets, **named}, blocks=(block,), name=name)
+
+
+def beam_block(
+    part: str,
+    nodes: np.ndarray,
+    lines: np.ndarray,
+    pairs: list[tuple[Section, Section]],
+    material: Material,
+    orientation: np.ndarray,
+) -> FrameBlock:
+    """Return beams between nodes (n, 3) with the sections of their two ends and y-axes (ne, 3), by themselves."""
+    axes, lengths = _axes(part, nodes, lines, orientation)
+    return _block(pairs, material, lines, axes, lengths, len(nodes), True, True)
 
 
 def wagner_row(section: Section) -> np.ndarray:

@@ -53,6 +53,7 @@ def section_mass(section: Section, material: Material, rotary_inertia: bool) -> 
     """Return the section mass (6, 6) per length, kg/m, kg and kg m, for the motion of the line of nodes.
 
     The polar inertia (torsion) is always there; `rotary_inertia` adds the bending rotations rho I_y, rho I_z.
+    The section's `line_mass` has no rotary inertia of its own.
     """
     y, z = section.mass_center
     arm = np.array([[0.0, -z, y], [z, 0.0, 0.0], [-y, 0.0, 0.0]])
@@ -66,6 +67,14 @@ def section_mass(section: Section, material: Material, rotary_inertia: bool) -> 
     matrix[:3, :3] = mass * np.eye(3)
     matrix[:3, 3:], matrix[3:, :3] = -mass * arm, -mass * arm.T
     matrix[3:, 3:] = mass * arm.T @ arm + material.density * own
+    if section.line_mass:
+        y, z = section.line_mass_center
+        arm = np.array([[0.0, -z, y], [z, 0.0, 0.0], [-y, 0.0, 0.0]])
+        extra = section.line_mass
+        matrix[:3, :3] += extra * np.eye(3)
+        matrix[:3, 3:] -= extra * arm
+        matrix[3:, :3] -= extra * arm.T
+        matrix[3:, 3:] += extra * arm.T @ arm
     return matrix
 
 

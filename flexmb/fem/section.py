@@ -43,6 +43,8 @@ class Section:
         centre (where a transverse force does not twist; the elastic axis) and the centre of mass.
     fibres : tuple of (2,), m
         y and z of the points where the axial stress can be largest, from the area centre.
+    line_mass, line_mass_center : float, kg/m and (2,), m
+        Mass per length that is not structure (cables, insulation), and its place from the line of nodes.
     shape : tuple
         The constructor and its arguments, so that a taper between two equal shapes interpolates the
         dimensions.
@@ -65,6 +67,8 @@ class Section:
     shear_center: Point = (0.0, 0.0)
     mass_center: Point = (0.0, 0.0)
     fibres: tuple[Point, ...] = ()
+    line_mass: float = 0.0
+    line_mass_center: Point = (0.0, 0.0)
     shape: tuple = ("values",)
 
     def __repr__(self):
@@ -93,6 +97,13 @@ class Section:
                     expected="a positive number",
                     remedy="Give the dimensions in metres, walls thinner than half the outer size",
                 )
+        if not is_number(self.line_mass) or self.line_mass < 0.0:
+            raise MeshError(
+                part,
+                found=f"line_mass = {self.line_mass!r} kg/m",
+                expected="a number >= 0",
+                remedy="Give the mass per length of what is no structure",
+            )
         if self.product_yz**2 >= self.inertia_y * self.inertia_z:
             raise MeshError(
                 part,
@@ -117,6 +128,8 @@ class Section:
         shear_center: Point = (0.0, 0.0),
         mass_center: Point = (0.0, 0.0),
         fibres: tuple[Point, ...] = (),
+        line_mass: float = 0.0,
+        line_mass_center: Point = (0.0, 0.0),
     ) -> Section:
         """Return a section of given constants (m2, m4, -, m); see the class for their meaning."""
         return cls(
@@ -132,6 +145,8 @@ class Section:
             shear_center=(*shear_center,),
             mass_center=(*mass_center,),
             fibres=tuple((*point,) for point in fibres),
+            line_mass=line_mass,
+            line_mass_center=(*line_mass_center,),
         )
 
     @classmethod
@@ -269,17 +284,18 @@ class Section:
 
         centers = {
             name: mixed(getattr(self, name), getattr(other, name))
-            for name in ("area_center", "shear_center", "mass_center")
+            for name in ("area_center", "shear_center", "mass_center", "line_mass_center")
         }
+        line = {"line_mass": mixed(self.line_mass, other.line_mass)}
         if self.shape[0] == other.shape[0] != "values":
             name, *arguments, poisson = mixed(self.shape, other.shape)
-            return getattr(Section, name)(*arguments, poisson=poisson).with_offsets(**centers)
+            return replace(getattr(Section, name)(*arguments, poisson=poisson), **centers, **line)
         constants = {
             f.name: mixed(getattr(self, f.name), getattr(other, f.name))
             for f in fields(self)
-            if f.name not in centers and f.name not in ("shape", "polar")
+            if f.name not in centers and f.name not in ("shape", "polar", "line_mass")
         }
-        return Section(**constants, **centers, polar=mixed(self.polar_inertia, other.polar_inertia))
+        return Section(**constants, **centers, **line, polar=mixed(self.polar_inertia, other.polar_inertia))
 
 
 def _corners(width: float, height: float) -> tuple[Point, ...]:

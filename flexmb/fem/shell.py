@@ -16,7 +16,7 @@ from flexmb.fem.shell_block import ShellBlock
 from flexmb.model.described import check_kind, is_number
 from flexmb.model.material import Material
 
-__all__ = ["shell"]
+__all__ = ["WARPING", "flattened", "shell"]
 
 WARPING = 0.2
 """Largest distance of a quadrilateral's corners from its mean plane, as a share of the square root of its
@@ -68,7 +68,7 @@ def shell(
     warn_about_material(part, material.young, material.density)
     blocks = []
     for cell_type, connectivity in cells.items():
-        axes, corners, heights = _flattened(part, cell_type, nodes, connectivity)
+        axes, corners, heights = flattened(part, cell_type, nodes, connectivity)
         blocks.append(
             ShellBlock(
                 connectivity=connectivity,
@@ -130,7 +130,7 @@ def _thickness(part: str, thickness, count: int, groups: Mapping[str, np.ndarray
     return values
 
 
-def _flattened(part: str, cell_type: str, nodes: np.ndarray, connectivity: np.ndarray):
+def flattened(part: str, cell_type: str, nodes: np.ndarray, connectivity: np.ndarray, labels=None):
     """Return axes (ne, 3, 3), corners (ne, c, 2) in the mean plane and heights (ne, c) of the corners above
     it."""
     points = nodes[connectivity]
@@ -147,7 +147,7 @@ def _flattened(part: str, cell_type: str, nodes: np.ndarray, connectivity: np.nd
         cell = int(np.argmin(double_area / longest**2))
         raise MeshError(
             part,
-            found=f"{cell_type} {cell} with the nodes {connectivity[cell].tolist()} has no area",
+            found=f"{_named(cell_type, cell, connectivity, labels)} has no area",
             expected="corners that span a plane",
             remedy="Remove the cell or merge its nodes",
         )
@@ -167,11 +167,18 @@ def _flattened(part: str, cell_type: str, nodes: np.ndarray, connectivity: np.nd
             cell = int(np.argmax(bad))
             raise MeshError(
                 part,
-                found=f"{cell_type} {cell} with the nodes {connectivity[cell].tolist()} {what}",
+                found=f"{_named(cell_type, cell, connectivity, labels)} {what}",
                 expected="convex, nearly flat cells",
                 remedy=remedy,
             )
     return axes, local[:, :, :2], heights
+
+
+def _named(cell_type: str, cell: int, connectivity: np.ndarray, labels) -> str:
+    """Return words for a cell: its number in the file (`labels`), or its place and its nodes."""
+    if labels is not None:
+        return f"element {int(labels[cell])}"
+    return f"{cell_type} {cell} with the nodes {connectivity[cell].tolist()}"
 
 
 def _corner_areas(corners: np.ndarray) -> np.ndarray:

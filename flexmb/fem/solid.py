@@ -20,7 +20,7 @@ from flexmb.fem.solid_block import SolidBlock
 from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
 from flexmb.model.described import check_kind
 
-__all__ = ["solid"]
+__all__ = ["oriented", "solid"]
 
 FLAT = 1e-9
 """det dx/dX below this fraction of the cell's extent cubed counts as zero: the cell is flat or folded."""
@@ -81,7 +81,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
             continue
         element = kinds[cell_type]
         _check_each_once(part, cell_type, connectivity)
-        cells = _oriented(part, mesh.points, connectivity, element)
+        cells = oriented(part, mesh.points, connectivity, element)
         for given, rows in _materials(part, mesh, material, number, len(cells)):
             warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
             blocks.append(
@@ -117,7 +117,9 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     )
 
 
-def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: SolidElement) -> np.ndarray:
+def oriented(
+    part: str, points: np.ndarray, connectivity: np.ndarray, element: SolidElement, labels: np.ndarray | None = None
+) -> np.ndarray:
     """Return the cells with det dx/dX > 0 at all integration points; MeshError if that cannot be had.
 
     A cell with det < 0 everywhere may only be numbered the other way round (scikit-fem sorts its tetrahedra so) and
@@ -140,11 +142,12 @@ def _oriented(part: str, points: np.ndarray, connectivity: np.ndarray, element: 
         bad &= mirrored | (low <= FLAT * size)
     if bad.any():
         first = int(np.flatnonzero(bad)[0])
+        nodes = f"with the nodes {connectivity[first].tolist()}"
+        which = f"number {first} (counted from 0), {nodes}" if labels is None else f"element {int(labels[first])}"
         raise MeshError(
             part,
             found=f"{bad.sum()} of {len(cells)} {element.cell_type} cells are inverted or flat "
-            f"(det dx/dX <= 0), the first is number {first} (counted from 0), with the nodes "
-            f"{connectivity[first].tolist()}, near "
+            f"(det dx/dX <= 0), the first is {which}, near "
             f"{np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
             expected="a positive Jacobian at every integration point",
             remedy="Mesh again: finer at curved surfaces, or with straight-sided second-order cells",

@@ -35,7 +35,8 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
     Parameters
     ----------
     fixed : None, str, sequence of node numbers, mapping, or mask (ndof,)
-        A node set or node numbers: all freedoms of these nodes. A mapping of node set to directions, such as
+        A node set or node numbers: all freedoms of these nodes. The name of supports of a deck ("spc_1"): their
+        freedoms. A mapping of node set to directions, such as
         ``{"symmetry": "x", "foot": "xyz", "hinge": "xyzrxrz"}``. A mask is returned as it is.
     """
     mask = np.zeros(fe.ndof, bool)
@@ -55,6 +56,9 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
             mask |= chosen & np.isin(fe.dofs[:, 0], fe.node_set(name))
         return mask
     if isinstance(fixed, str):
+        if fixed in fe.supports:
+            held = fe.supports[fixed]
+            return np.isin(6 * fe.dofs[:, 0] + fe.dofs[:, 1], 6 * held[:, 0] + held[:, 1])
         return np.isin(fe.dofs[:, 0], fe.node_set(fixed))
     given = np.asarray(fixed)
     if given.dtype == bool:

@@ -1,0 +1,190 @@
+"""`assembled`: the FE model of a `Deck`: elements summed, links eliminated, freedoms without stiffness held."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+
+from flexmb.errors import MeshError
+from flexmb.fem.deck.blocks import beam_blocks, rod_blocks, shell_blocks, solid_blocks
+from flexmb.fem.deck.contents import Deck, Lumped
+from flexmb.fem.deck.links import LinkRows, eliminated
+from flexmb.fem.facets import oriented_facet_sets
+from flexmb.fem.fe_model import FEModel, ReferencePoint
+from flexmb.fem.link_stiffness import RigidLinkBlock
+from flexmb.fem.links import LinkedBlock
+from flexmb.fem.solid_block import SolidBlock
+
+__all__ = ["assembled"]
+
+STIFFLESS = 1e-12
+"""A freedom whose stiffness is below this share of the largest of its kind (translation, rotation) has none."""
+
+
+def assembled(deck: Deck, lumped: bool) -> FEModel:
+    """Return the FE model of a deck; what was held for want of stiffness is added to its inventory."""
+    part = f"Deck '{deck.name}'"
+    points, links = deck.points.copy(), list(deck.links)
+    blocks: list = [*solid_blocks(deck, part), *shell_blocks(deck, part), *rod_blocks(deck, part)]
+    points, beams, ends = beam_blocks(deck, points, part)
+    blocks += beams
+    links += ends
+    if not blocks and not deck.lumped_parts:
+        raise MeshError(
+            part,
+            found="no structural elements",
+            expected="solids, shells, beams, rods, springs or masses",
+            remedy="Give the main file of the deck: the one that includes the others",
+        )
+    n = len(points)
+    blocks = [_grown(block, n) for block in blocks]
+    dofs = _freedoms(blocks, deck.lumped_parts, links, n)
+    K, M, C = _sums(blocks, deck, dofs, n, lumped)
+    if deck.mass_factor != 1.0:
+        M = M * deck.mass_factor
+    mask, transfer = eliminated(part, links, 6 * n)
+    rigid = _rigid_links(links, K, dofs, points)
+    flat = 6 * dofs[:, 0] + dofs[:, 1]
+    kept = flat[~mask[flat]]
+    present = np.zeros(6 * n, bool)
+    present[kept] = True
+    motion = transfer[flat][:, kept].tocsr()
+    K, M, C = ((motion.T @ matrix @ motion).tocsr() for matrix in (K, M, C))
+    held = _without_stiffness(K, M, kept)
+    _say_held(deck, M, kept, held)
+    free = np.flatnonzero(~held)
+    kept = kept[free]
+    K, M, C = (0.5 * (matrix + matrix.T)[free][:, free] for matrix in (K, M, C))
+    expansion = transfer[:, kept].tocsr() if mask.any() else None
+    own = np.stack(np.divmod(kept, 6), axis=1)
+    if expansion is not None:
+        blocks = [LinkedBlock(block=b, own_nodes=n, dofs=own, expansion=expansion) for b in [*blocks, *rigid]]
+    return _finished(deck, points, own, K, M, C, blocks, expansion)
+
+
+def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion) -> FEModel:
+    solids = [(block.cell_type, block.nodes) for block in deck.solids]
+    facets = dict(deck.facet_sets)
+    if solids:
+        facets = oriented_facet_sets(solids, deck.node_sets, facets, len(points))
+    labels = np.concatenate([deck.labels, np.zeros(len(points) - len(deck.labels), np.int64)])
+    return FEModel(
+        nodes=points,
+        dofs=dofs,
+        K=K.tocsr(),
+        M=M.tocsr(),
+        C=C.tocsr() if C.nnz else None,
+        node_sets=dict(deck.node_sets),
+        facet_sets=facets,
+        blocks=tuple(blocks),
+        name=deck.name,
+        expansion=expansion,
+        labels=labels,
+        supports=dict(deck.supports),
+        reference_points={
+            name: ReferencePoint(node=at.node, averaged=at.averaged, weights=at.weights)
+            for name, at in deck.references.items()
+        },
+    )
+
+
+def _grown(block, number_of_nodes: int):
+    """Return a block that knows the number of all nodes, those of offset beam ends included."""
+    if hasattr(block, "number_of_nodes"):
+        return block if block.number_of_nodes == number_of_nodes else replace(block, number_of_nodes=number_of_nodes)
+    missing = number_of_nodes - len(block.nodes)
+    return block if not missing else replace(block, nodes=np.vstack([block.nodes, np.zeros((missing, 3))]))
+
+
+def _freedoms(blocks, parts: list[Lumped], links: list[LinkRows], n: int) -> np.ndarray:
+    """Return node and direction (ndof, 2) of all freedoms that an element, a mass, a spring or a link needs."""
+    needed = np.zeros((n, 6), bool)
+    for block in blocks:
+        count = 3 if isinstance(block, SolidBlock) else 6
+        needed[np.unique(block.connectivity), :count] = True
+    flat = needed.ravel()
+    for lump in parts:
+        rows = (6 * np.array(lump.nodes)[:, None] + np.arange(6)).ravel()
+        flat[rows[np.abs(lump.matrix).sum(axis=1) > 0.0]] = True
+    for link in links:
+        for block in (*link.dependent, *link.columns):
+            flat[block] = True
+    return np.stack(np.divmod(np.flatnonzero(flat), 6), axis=1)
+
+
+def _sums(blocks, deck: Deck, dofs: np.ndarray, n: int, lumped: bool):
+    """Return K, M and C (ndof, ndof) of all parts, before links."""
+    size = len(dofs)
+    K, M = sparse.csr_matrix((size, size)), sparse.csr_matrix((size, size))
+    for block in blocks:
+        stiffness, mass = block.matrices(dofs, lumped)
+        K, M = K + stiffness, M + mass
+    row = np.full(6 * n, -1)
+    row[6 * dofs[:, 0] + dofs[:, 1]] = np.arange(size)
+    sums = {"stiffness": K, "mass": M, "damping": sparse.csr_matrix((size, size))}
+    for kind in sums:
+        i, j, values = [], [], []
+        for lump in deck.lumped_parts:
+            if lump.kind != kind:
+                continue
+            at = row[(6 * np.array(lump.nodes)[:, None] + np.arange(6)).ravel()]
+            a, b = np.nonzero(lump.matrix)
+            i.append(at[a])
+            j.append(at[b])
+            values.append(lump.matrix[a, b])
+        if i:
+            sums[kind] = sums[kind] + sparse.csr_matrix(
+                (np.concatenate(values), (np.concatenate(i), np.concatenate(j))), shape=(size, size)
+            )
+    return sums["stiffness"], sums["mass"], sums["damping"]
+
+
+def _without_stiffness(K: sparse.csr_matrix, M: sparse.csr_matrix, kept: np.ndarray) -> np.ndarray:
+    """Return which freedoms have no stiffness (ndof,), as a program's automatic supports hold them.
+
+    A translation with mass stays: holding it would change what the body weighs.
+    """
+    diagonal, turns = K.diagonal(), kept % 6 >= 3
+    held = np.zeros(len(kept), bool)
+    for kind in (turns, ~turns):
+        if kind.any():
+            held[kind] = diagonal[kind] <= STIFFLESS * max(diagonal[kind].max(), 0.0)
+    return held & (turns | ~(M.diagonal() > 0.0))
+
+
+def _say_held(deck: Deck, M: sparse.csr_matrix, kept: np.ndarray, held: np.ndarray) -> None:
+    if not held.any():
+        return
+    heavy = held & (M.diagonal() > 0.0)
+    deck.inventory.approximated["freedoms without stiffness, held"] += int(held.sum())
+    if heavy.any():
+        node = int(kept[np.flatnonzero(heavy)[0]]) // 6
+        label = int(deck.labels[node]) if node < len(deck.labels) else 0
+        text = f"freedoms with mass but without stiffness, held (the first at node {label})"
+        deck.inventory.approximated[text] += int(heavy.sum())
+
+
+def _rigid_links(links: list[LinkRows], K: sparse.csr_matrix, dofs: np.ndarray, points: np.ndarray) -> list:
+    """Return the geometric stiffness of rigid links, from the forces K u that hold their nodes."""
+    row = np.full((len(points), 6), -1)
+    row[dofs[:, 0], dofs[:, 1]] = np.arange(len(dofs))
+    out = []
+    for link in links:
+        if link.rigid is None:
+            continue
+        node, dependent = link.rigid
+        which, directions = np.nonzero(row[dependent, :3] >= 0)
+        nodes = dependent[which]
+        out.append(
+            RigidLinkBlock(
+                node=node,
+                number_of_nodes=len(points),
+                dofs=dofs,
+                stiffness=K[row[nodes, directions]],
+                directions=directions,
+                arms=points[nodes] - points[node],
+            )
+        )
+    return out

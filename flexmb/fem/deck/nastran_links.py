@@ -1,0 +1,431 @@
+"""Rigid and averaging links of a Nastran deck, multipoint constraints and supports.
+
+RBE2, RBE3, RBAR, RBE1, RROD and MPC as eliminated freedoms (MSC Nastran Quick Reference Guide); SPC, SPC1, SPCADD and
+the permanent constraints of GRID cards as supports; ASET and the like as reference points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from flexmb.fem.deck.contents import Deck, Reference
+from flexmb.fem.deck.links import LinkRows
+from flexmb.fem.deck.nastran_text import Bulk, Card
+
+__all__ = ["add_links", "add_references", "add_supports", "thru"]
+
+Frames = dict[int, np.ndarray]
+
+
+def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
+    """Add all links; the MPC set is that of the case control, or the only one."""
+    for card in bulk.of("RBE2"):
+        _rbe2(card, deck, frames)
+    for card in bulk.of("RBE3"):
+        _rbe3(card, deck, frames)
+    for card in bulk.of("RBAR"):
+        _rbar(card, deck, frames)
+    for card in bulk.of("RBE1"):
+        _rbe1(card, deck, frames)
+    for card in bulk.of("RROD"):
+        _rrod(card, deck, frames)
+    _mpc(bulk, deck, frames)
+
+
+def rows_of(node: int, directions: Iterable[int], frames: Frames) -> np.ndarray:
+    """Return (k, 6): directions of a node in its displacement system, as rows over its six basic freedoms."""
+    axes = frames.get(node)
+    turn = np.eye(6)
+    if axes is not None:
+        turn[:3, :3] = turn[3:, 3:] = axes
+    return turn[list(directions)]
+
+
+def components(card: Card, i: int) -> list[int]:
+    """Return the directions 0..5 of a field such as "123456"; a blank or "0" names the one freedom of a scalar."""
+    word = card.text(i)
+    if not word or not set(word) <= set("123456"):
+        if word in ("", "0"):
+            return [0]
+        raise card.wrong(i, "digits out of 1 to 6")
+    return sorted({int(c) - 1 for c in word})
+
+
+def arm(deck: Deck, node: int, reference: int) -> np.ndarray:
+    """Return (6, 6): the motion of a node from that of a rigid body at the reference."""
+    x, y, z = deck.points[node] - deck.points[reference]
+    matrix = np.eye(6)
+    matrix[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return matrix
+
+
+def _node(card: Card, deck: Deck, i: int) -> int:
+    return int(deck.numbers([card.integer(i)], f"{card.where}, {card.name} {card.text(1)}")[0])
+
+
+def _follow(link: LinkRows, deck: Deck, frames: Frames, node: int, directions: list[int], reference: int, who: str):
+    """Let directions of a node follow a reference node rigidly."""
+    own, columns = 6 * node + np.arange(6), 6 * reference + np.arange(6)
+    motion = arm(deck, node, reference)
+    if node not in frames or ({0, 1, 2} <= set(directions) and len(directions) in (3, 6)):
+        link.add(own[directions], columns, motion[directions])
+        return
+    rows = rows_of(node, directions, frames)
+    link.add_equations(np.concatenate([own, columns]), np.hstack([rows, -rows @ motion]), own, who)
+
+
+def _rbe2(card: Card, deck: Deck, frames: Frames) -> None:
+    reference, directions = _node(card, deck, 2), components(card, 3)
+    words = [word for word in card.fields[4:] if word]
+    if words and not words[-1].isdigit() and "THRU" not in (w.upper() for w in words[-2:]):
+        words = words[:-1]  # thermal expansion coefficient
+    labels = thru(card, words)
+    link = LinkRows(f"RBE2 {card.text(1)}")
+    nodes = [n for n in deck.numbers(labels, f"{card.where}, RBE2 {card.text(1)}") if n != reference]
+    for node in nodes:
+        _follow(link, deck, frames, int(node), directions, reference, f"{card.where}, RBE2 {card.text(1)}")
+    if {0, 1, 2} <= set(directions):
+        link.rigid = (reference, np.array(nodes, np.int64))
+    deck.links.append(link)
+    deck.references.setdefault(f"rbe2_{card.text(1)}", Reference(node=reference))
+    deck.inventory.read["RBE2"] += 1
+
+
+def _rbe3(card: Card, deck: Deck, frames: Frames) -> None:
+    """Weighted least squares motion of the reference; UM moves the dependence onto other freedoms."""
+    who = f"{card.where}, RBE3 {card.text(1)}"
+    reference, directions = _node(card, deck, 3), components(card, 4)
+    groups, chosen = _rbe3_groups(card, deck, who)
+    point = deck.points[reference]
+    moves, flat, weights = [], [], []
+    for node, parts, weight in groups:
+        rows = rows_of(node, parts, frames)
+        moves.append(rows @ arm(deck, node, reference))
+        flat.append((node, rows))
+        weights += [weight] * len(parts)
+    motion = np.vstack(moves)  # of the listed directions from the rigid motion at the reference
+    columns = np.concatenate([6 * node + np.arange(6) for node, _ in flat])
+    pick = np.zeros((len(motion), len(columns)))
+    at = 0
+    for k, (_, rows) in enumerate(flat):
+        pick[at : at + len(rows), 6 * k : 6 * k + 6] = rows
+        at += len(rows)
+    w = np.array(weights)
+    centre_nodes = np.array([node for node, _ in flat])
+    length = float(np.linalg.norm(deck.points[centre_nodes] - point, axis=1).max()) or 1.0
+    scale = np.array([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length, 1.0 / length])
+    scaled = motion * scale
+    # rotations that are listed count with the square of a length, as in Nastran (mean distance of the points)
+    turn = np.array([direction >= 3 for _, parts, _ in groups for direction in parts])
+    w = np.where(turn, w * length**2, w)
+    normal = scaled.T @ (w[:, None] * scaled)
+    values, vectors = np.linalg.eigh(normal)
+    firm = values > 1e-10 * values[-1]
+    inverse = (vectors[:, firm] / values[firm]) @ vectors[:, firm].T
+    needed = rows_of(reference, directions, frames) * scale
+    if not firm.all() and (np.abs(needed @ vectors[:, ~firm]) > 1e-6).any():
+        raise card.refused(
+            f"{len(groups)} points that do not determine the motion of the reference (on one line?)",
+            "points off one line, or rotations among their components",
+            "Add points or components",
+        )
+    mean = scale[:, None] * (inverse @ (scaled.T * w)) @ pick  # (6, columns)
+    link = LinkRows(f"RBE3 {card.text(1)}")
+    own = 6 * reference + np.arange(6)
+    rows = rows_of(reference, directions, frames)
+    equations = np.hstack([rows, -rows @ mean])
+    every = np.concatenate([own, columns])
+    candidates = chosen if len(chosen) else own
+    link.add_equations(every, equations, candidates, who)
+    deck.links.append(link)
+    nodes = np.unique(centre_nodes)
+    spread = {int(n): 0.0 for n in nodes}
+    for node, _, weight in groups:
+        spread[int(node)] = max(spread[int(node)], weight)
+    name = f"rbe3_{card.text(1)}"
+    deck.references.setdefault(
+        name, Reference(node=reference, averaged=nodes, weights=np.array([spread[int(n)] for n in nodes]))
+    )
+    deck.inventory.read["RBE3"] += 1
+
+
+def _rbe3_groups(card: Card, deck: Deck, who: str) -> tuple[list[tuple[int, list[int], float]], np.ndarray]:
+    """Return (node, directions, weight) of the averaged points, and the freedoms of UM."""
+    groups: list[tuple[int, list[int], float]] = []
+    chosen: list[int] = []
+    words = card.fields
+    i, weight, parts, expect = 5, 1.0, [0, 1, 2], "weight"
+    while i < len(words):
+        word = words[i].upper()
+        if word == "UM":
+            i += 1
+            while i < len(words) and words[i].upper() != "ALPHA":
+                if words[i]:
+                    node = _node(card, deck, i)
+                    chosen += [6 * node + k for k in components(card, i + 1)]
+                    i += 1
+                i += 1
+            break
+        if word == "ALPHA":
+            break
+        if not word:
+            i += 1
+        elif card.is_real(i) or expect == "weight":
+            weight, parts, expect = card.real(i), components(card, i + 1), "node"
+            i += 2
+        else:
+            groups.append((_node(card, deck, i), parts, weight))
+            if i + 1 < len(words) and words[i + 1].upper() == "THRU":
+                last = card.integer(i + 2)
+                for label in range(card.integer(i) + 1, last + 1):
+                    groups.append((int(deck.numbers([label], who)[0]), parts, weight))
+                i += 2
+            i += 1
+    if not groups or not sum(w for _, _, w in groups) > 0.0 or min(w for _, _, w in groups) < 0.0:
+        raise card.refused("no points with a positive weight", "weights >= 0 and at least one point")
+    return groups, np.array(chosen, np.int64)
+
+
+def _rbar(card: Card, deck: Deck, frames: Frames) -> None:
+    a, b = _node(card, deck, 2), _node(card, deck, 3)
+    sets = [components(card, k) if card.text(k) and card.text(k) != "0" else [] for k in (4, 5, 6, 7)]
+    independent_a, independent_b, dependent_a, dependent_b = sets
+    if not dependent_a and not dependent_b:
+        dependent_a = [k for k in range(6) if k not in independent_a]
+        dependent_b = [k for k in range(6) if k not in independent_b]
+    if len(independent_a) + len(independent_b) != 6:
+        raise card.refused(
+            f"{len(independent_a) + len(independent_b)} independent components", "six that describe a rigid motion"
+        )
+    _rigid_set(
+        card, deck, frames, [(a, independent_a), (b, independent_b)], [(a, dependent_a), (b, dependent_b)], "RBAR"
+    )
+    for node in (a, b):
+        deck.references.setdefault(f"rbar_{card.text(1)}_{deck.labels[node]}", Reference(node=node))
+
+
+def _rbe1(card: Card, deck: Deck, frames: Frames) -> None:
+    words = card.fields
+    at = next((k for k, word in enumerate(words) if word.upper() == "UM"), None)
+    if at is None:
+        raise card.refused("no UM", "independent components, then UM and dependent ones")
+    independent = _pairs(card, deck, 2, at)
+    dependent = _pairs(card, deck, at + 1, len(words))
+    if sum(len(parts) for _, parts in independent) != 6:
+        raise card.refused("independent components that are not six", "six that describe a rigid motion")
+    _rigid_set(card, deck, frames, independent, dependent, "RBE1")
+
+
+def _pairs(card: Card, deck: Deck, first: int, last: int) -> list[tuple[int, list[int]]]:
+    out, i = [], first
+    while i < last:
+        if card.text(i) and card.text(i).isdigit():
+            out.append((_node(card, deck, i), components(card, i + 1)))
+            i += 2
+        else:
+            i += 1
+    return out
+
+
+def _rigid_set(card: Card, deck: Deck, frames: Frames, independent, dependent, kind: str) -> None:
+    """Let dependent components follow the rigid motion that six independent ones describe."""
+    who = f"{card.where}, {kind} {card.text(1)}"
+    base = independent[0][0]
+    given, columns = [], []
+    for node, parts in independent:
+        if not parts:
+            continue
+        rows = rows_of(node, parts, frames)
+        given.append((rows, node))
+        columns.append(6 * node + np.arange(6))
+    motion = np.vstack([rows @ arm(deck, node, base) for rows, node in given])
+    pick = np.zeros((6, 6 * len(given)))
+    at = 0
+    for k, (rows, _) in enumerate(given):
+        pick[at : at + len(rows), 6 * k : 6 * k + 6] = rows
+        at += len(rows)
+    length = max(float(np.linalg.norm(deck.points[node] - deck.points[base])) for node, _ in [*independent, *dependent])
+    scale = np.array([1.0, 1.0, 1.0] + [1.0 / (length or 1.0)] * 3)
+    if abs(np.linalg.det(motion * scale)) < 1e-9:
+        raise card.refused("independent components that do not describe a rigid motion", "six independent ones")
+    body = scale[:, None] * np.linalg.solve(motion * scale, pick)
+    link = LinkRows(f"{kind} {card.text(1)}")
+    for node, parts in dependent:
+        if not parts:
+            continue
+        rows = rows_of(node, parts, frames)
+        own = 6 * node + np.arange(6)
+        every = np.concatenate([own, *columns])
+        matrix = np.hstack([rows, -rows @ arm(deck, node, base) @ body])
+        unique, inverse = np.unique(every, return_inverse=True)  # a node may be on both sides
+        merged = np.zeros((len(matrix), len(unique)))
+        np.add.at(merged, (slice(None), inverse.ravel()), matrix)
+        allowed = own[np.abs(rows).max(axis=0) > 1e-9]
+        link.add_equations(unique, merged, allowed, who)
+    deck.links.append(link)
+    deck.inventory.read[kind] += 1
+
+
+def _rrod(card: Card, deck: Deck, frames: Frames) -> None:
+    a, b = _node(card, deck, 2), _node(card, deck, 3)
+    along = deck.points[b] - deck.points[a]
+    size = np.linalg.norm(along)
+    if not size > 0.0:
+        raise card.refused("two nodes at one place", "a rod of some length")
+    row = np.concatenate([along / size, -along / size])[None, :]
+    columns = np.concatenate([6 * a + np.arange(3), 6 * b + np.arange(3)])
+    part = card.text(5) or card.text(4)
+    candidates = 6 * (b if card.text(5) or not card.text(4) else a) + np.arange(3)
+    link = LinkRows(f"RROD {card.text(1)}")
+    link.add_equations(columns, row, candidates, f"{card.where}, RROD {card.text(1)} {part}")
+    deck.links.append(link)
+    deck.inventory.read["RROD"] += 1
+
+
+def _mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
+    sets = sorted({card.integer(1) for card in bulk.of("MPC")})
+    if not sets:
+        return
+    wanted = bulk.choices.get("MPC")
+    if wanted is None and len(sets) > 1:
+        deck.inventory.left_out[f"MPC sets {', '.join(map(str, sets))}: the case control chooses none"] += len(sets)
+        return
+    wanted = sets[0] if wanted is None else wanted
+    chosen = {wanted}
+    for card in bulk.of("MPCADD"):
+        if card.integer(1) == wanted:
+            chosen |= {card.integer(k) for k in range(2, len(card.fields)) if card.text(k)}
+    for card in bulk.of("MPC"):
+        if card.integer(1) not in chosen:
+            deck.inventory.unused["MPC of a set that is not chosen"] += 1
+            continue
+        columns, row, first = [], [], None
+        starts = [2, 5]
+        while starts[-1] + 3 < len(card.fields):  # G C A G C A, then 9: blank, G C A G C A
+            last = starts[-1]
+            starts.append(last + 5 if (len(starts) % 2 == 0) else last + 3)
+        for at in starts:
+            if not card.text(at):
+                continue
+            node, factor = _node(card, deck, at), card.real(at + 2)
+            parts = components(card, at + 1)
+            columns.append(6 * node + np.arange(6))
+            row.append(factor * rows_of(node, parts[:1], frames)[0])
+            first = columns[-1][np.abs(row[-1]) > 0.0] if first is None else first
+        if first is None:
+            raise card.refused("no terms", "grid point, component and factor")
+        every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
+        merged = np.zeros((1, len(every)))
+        np.add.at(merged[0], inverse.ravel(), np.concatenate(row))
+        used = np.abs(merged[0]) > 0.0
+        link = LinkRows(f"MPC {card.text(1)} at node {card.text(2)}")
+        link.add_equations(every[used], merged[:, used], first, f"{card.where}, MPC {card.text(1)}")
+        deck.links.append(link)
+        deck.inventory.read["MPC"] += 1
+
+
+def thru(card: Card, words: list[str]) -> list[int]:
+    """Return the numbers of a list such as ``1 5 THRU 9 20``; MeshError if it is none."""
+    out: list[int] = []
+    i = 0
+    try:
+        while i < len(words):
+            if words[i].upper() == "THRU":
+                step = int(words[i + 3]) if i + 3 < len(words) and words[i + 2].upper() == "BY" else 1
+                last = int(words[i + 1])
+                if not 0 <= last - out[-1] < 100_000_000:
+                    raise ValueError("descending")
+                out += range(out[-1] + step, last + 1, step)
+                i += 4 if step != 1 or (i + 2 < len(words) and words[i + 2].upper() == "BY") else 2
+            else:
+                out.append(int(words[i]))
+                i += 1
+    except (ValueError, IndexError):
+        raise card.refused(f"the list {' '.join(words)[:60]}", "numbers and THRU") from None
+    return out
+
+
+def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
+    """Add supports by set: "spc_1", and "spc" for the set that the case control chooses."""
+    held: dict[int, list[tuple[int, list[int]]]] = {}
+    existing = set(deck.labels.tolist())
+    for card in bulk.of("SPC"):
+        for at in (2, 5):
+            if card.text(at):
+                held.setdefault(card.integer(1), []).append((_node(card, deck, at), components(card, at + 1)))
+        deck.inventory.read["SPC"] += 1
+    for card in bulk.of("SPC1"):
+        words = [word for word in card.fields[3:] if word]
+        labels = thru(card, words)
+        if any(word.upper() == "THRU" for word in words):  # Nastran lets THRU pass over points that do not exist
+            labels = [n for n in labels if n in existing]
+        for node in deck.numbers(labels, f"{card.where}, SPC1 {card.text(1)}"):
+            held.setdefault(card.integer(1), []).append((int(node), components(card, 2)))
+        deck.inventory.read["SPC1"] += 1
+    for card in bulk.of("SPCADD"):
+        members = [card.integer(k) for k in range(2, len(card.fields)) if card.text(k)]
+        held[card.integer(1)] = [pair for member in members for pair in held.get(member, [])]
+        deck.inventory.read["SPCADD"] += 1
+    permanent = []
+    if table is not None:
+        for row in np.flatnonzero(~table.blank(7)):
+            card = table.card(int(row))
+            if card.text(7) != "0":
+                permanent.append((_node(card, deck, 1), components(card, 7)))
+    for number, pairs in held.items():
+        deck.supports[f"spc_{number}"] = _directions(pairs, frames, deck, f"SPC {number}")
+    if permanent:
+        deck.supports["grid_ps"] = _directions(permanent, frames, deck, "GRID cards")
+    chosen = bulk.choices.get("SPC", next(iter(held)) if len(held) == 1 else None)
+    rows = [deck.supports[name] for name in (f"spc_{chosen}", "grid_ps") if name in deck.supports]
+    if rows:
+        deck.supports["spc"] = np.unique(np.vstack(rows), axis=0)
+
+
+def _directions(pairs: list[tuple[int, list[int]]], frames: Frames, deck: Deck, name: str) -> np.ndarray:
+    """Return held (node, basic direction) rows (k, 2); directions across basic ones are named and left out."""
+    out, slanted = [], 0
+    for node, parts in pairs:
+        axes = frames.get(node)
+        for block in (range(3), range(3, 6)):
+            own = [k for k in parts if k in block]
+            if axes is None or len(own) == 3:
+                out += [(node, k) for k in own]
+                continue
+            for k in own:
+                row = axes[k - block[0]]
+                main = int(np.abs(row).argmax())
+                if abs(abs(row[main]) - 1.0) < 1e-6:
+                    out.append((node, block[0] + main))
+                else:
+                    slanted += 1
+    if slanted:
+        deck.inventory.left_out[f"{name}: supports in a turned displacement system, across the basic axes"] += slanted
+    return np.unique(np.array(out, np.int64).reshape(-1, 2), axis=0)
+
+
+def add_references(bulk: Bulk, deck: Deck) -> None:
+    """Offer ASET, BSET and CSET nodes as interfaces: "aset_17"."""
+    existing = set(deck.labels.tolist())
+    for name in ("ASET", "BSET", "CSET", "QSET", "OMIT"):
+        for card in bulk.of(name):
+            if name in ("ASET", "BSET", "CSET"):
+                for at in range(1, len(card.fields), 2):
+                    if card.text(at):
+                        _offer(deck, name, [card.integer(at)], card)
+            deck.inventory.read[name] += 1
+        for card in bulk.of(name + "1"):
+            if name in ("ASET", "BSET", "CSET"):
+                words = [word for word in card.fields[2:] if word]
+                labels = thru(card, words)
+                if any(word.upper() == "THRU" for word in words):
+                    labels = [n for n in labels if n in existing]
+                _offer(deck, name, labels, card)
+            deck.inventory.read[name + "1"] += 1
+
+
+def _offer(deck: Deck, name: str, labels: list[int], card: Card) -> None:
+    for label, node in zip(labels, deck.numbers(labels, f"{card.where}, {card.name}"), strict=True):
+        deck.references.setdefault(f"{name.lower()}_{label}", Reference(node=int(node)))

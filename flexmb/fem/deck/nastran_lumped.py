@@ -1,0 +1,256 @@
+"""Masses, springs and dampers of a Nastran deck: CONM1/2, CMASS1/2, CELAS1/2, CBUSH, CBUSH1D, CDAMP1/2, CVISC."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.fem.deck.contents import Deck, Lumped
+from flexmb.fem.deck.nastran_links import Frames, components, rows_of
+from flexmb.fem.deck.nastran_systems import Systems
+from flexmb.fem.deck.nastran_text import Bulk, Card
+
+__all__ = ["add_masses", "add_springs"]
+
+RIGID_SPRING = 1e12
+"""A spring stiffer than this times the others of its deck is told in the inventory."""
+
+
+def add_masses(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
+    """Add concentrated masses."""
+    for card in bulk.of("CONM2"):
+        _conm2(card, deck, frames, systems)
+    for card in bulk.of("CONM1"):
+        node = _node(card, deck, 2)
+        turn = _turn(card, deck, node, frames, systems, 3)
+        matrix, at = np.zeros((6, 6)), 4
+        for i in range(6):
+            for j in range(i + 1):
+                matrix[i, j] = matrix[j, i] = card.real(at, 0.0)
+                at += 1
+        _add(deck, card, "mass", (node,), turn.T @ matrix @ turn)
+    properties = {card.integer(1): card for card in bulk.of("PMASS")}
+    for card in bulk.of("CMASS1", "CMASS2"):
+        _scalar(card, deck, frames, "mass", _value(card, properties, "CMASS2", 2))
+    for card in bulk.of("CMASS3", "CMASS4", "CELAS3", "CELAS4", "CDAMP3", "CDAMP4", "CDAMP5"):
+        deck.inventory.left_out[f"{card.name}: elements between scalar points"] += 1
+
+
+def _conm2(card: Card, deck: Deck, frames: Frames, systems: Systems) -> None:
+    """M at X from the node, in CID: -1 gives the place itself in the basic system; I21, I31, I32 are int xy dm ..."""
+    node = _node(card, deck, 2)
+    cid, mass = card.integer(3, 0), card.real(4, 0.0)
+    offset = np.array([card.real(5 + k, 0.0) for k in range(3)])
+    i11, i21, i22, i31, i32, i33 = (card.real(9 + k, 0.0) for k in range(6))
+    inertia = np.array([[i11, -i21, -i31], [-i21, i22, -i32], [-i31, -i32, i33]])
+    if cid == -1:
+        offset = offset - deck.points[node]
+    elif cid:
+        axes = systems.system(cid, card.where).directions(deck.points[node : node + 1])[0]
+        offset, inertia = offset @ axes, axes.T @ inertia @ axes
+    if mass < 0.0 or np.linalg.eigvalsh(inertia)[0] < -1e-9 * max(np.abs(inertia).max(), 1e-300):
+        raise card.refused(f"mass {mass:g}, inertia {inertia.tolist()}", "a mass and an inertia that are not negative")
+    x, y, z = offset
+    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = mass * np.eye(3)
+    matrix[:3, 3:], matrix[3:, :3] = -mass * arm, -mass * arm.T
+    matrix[3:, 3:] = mass * arm.T @ arm + inertia
+    _add(deck, card, "mass", (node,), matrix)
+
+
+def add_springs(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
+    """Add springs and dampers; those of bushings act at their own place between the two nodes."""
+    springs = {card.integer(1): card for card in bulk.of("PELAS")}
+    dampers = {card.integer(1): card for card in bulk.of("PDAMP")}
+    for card in bulk.of("CELAS1", "CELAS2"):
+        _scalar(card, deck, frames, "stiffness", _value(card, springs, "CELAS2", 2))
+    for card in bulk.of("CDAMP1", "CDAMP2"):
+        _scalar(card, deck, frames, "damping", _value(card, dampers, "CDAMP2", 2))
+    bushings = {card.integer(1): card for card in bulk.of("PBUSH", "PBUSH1D")}
+    for card in bulk.of("CBUSH"):
+        _bush(card, deck, frames, systems, bushings)
+    for card in bulk.of("CBUSH1D"):
+        _bush1d(card, deck, systems, bushings)
+    viscous = {card.integer(1): card for card in bulk.of("PVISC")}
+    for card in bulk.of("CVISC"):
+        pid = card.integer(2, card.integer(1))
+        if pid not in viscous:
+            raise card.refused(f"the property {pid}, which does not exist", "a PVISC card")
+        a, b = _node(card, deck, 3), _node(card, deck, 4)
+        axes = np.eye(3)
+        axes[0] = _along(card, deck, a, b)
+        axes[1:] = 0.0
+        c = np.diag([viscous[pid].real(2, 0.0), 0.0, 0.0, viscous[pid].real(3, 0.0), 0.0, 0.0])
+        _add(deck, card, "damping", (a, b), _between(c, axes, np.zeros(3), np.zeros(3)))
+
+
+def _value(card: Card, properties: dict[int, Card], direct: str, first: int) -> float:
+    if card.name == direct:
+        return card.real(2)
+    pid = card.integer(2, card.integer(1))
+    if pid not in properties:
+        # several properties may stand on one card: PELAS PID1 K1 GE1 S1 PID2 K2
+        for other in properties.values():
+            for at in (3, 5, 7) if other.name != "PELAS" else (5,):
+                if other.text(at) and other.integer(at) == pid:
+                    return other.real(at + 1, 0.0)
+        raise card.refused(f"the property {pid}, which does not exist", "its property card")
+    return properties[pid].real(first, 0.0)
+
+
+def _scalar(card: Card, deck: Deck, frames: Frames, kind: str, value: float) -> None:
+    """Add value * (u_1 - u_2)^2 / 2 between components of two nodes, the second or its component may be ground."""
+    ends = []
+    for at in (3, 5):
+        if card.text(at) and card.integer(at) != 0:
+            label = card.integer(at)
+            if card.text(at + 1) in ("", "0"):
+                deck.inventory.left_out[f"{card.name} at scalar point {label}"] += 1
+                return
+            node = _node(card, deck, at)
+            ends.append((node, rows_of(node, components(card, at + 1)[:1], frames)[0]))
+    if not ends:
+        raise card.refused("no grid point", "one or two grid points with a component")
+    nodes = tuple(node for node, _ in ends)
+    if len(ends) == 2 and nodes[0] == nodes[1]:
+        row, nodes = ends[0][1] - ends[1][1], nodes[:1]
+    else:
+        row = np.concatenate([(1.0, -1.0)[k] * r for k, (_, r) in enumerate(ends)])
+    if kind == "mass" and len(ends) == 1:
+        row = ends[0][1]
+    _add(deck, card, kind, nodes, value * np.outer(row, row))
+
+
+def _bush(card: Card, deck: Deck, frames: Frames, systems: Systems, properties: dict[int, Card]) -> None:
+    pid = card.integer(2, card.integer(1))
+    if pid not in properties or properties[pid].name != "PBUSH":
+        raise card.refused(f"the property {pid}, which does not exist", "a PBUSH card")
+    values = _pbush(properties[pid])
+    a = _node(card, deck, 3)
+    b = _node(card, deck, 4) if card.text(4) and card.integer(4) else None
+    axes = _bush_axes(card, deck, frames, systems, a, b)
+    s = card.real(10, 0.5)
+    if card.text(11) and card.integer(11, -1) >= 0:
+        system = systems.system(card.integer(11), card.where)
+        place = system.points(np.array([[card.real(12 + k, 0.0) for k in range(3)]]))[0]
+    elif b is None:
+        place = deck.points[a]
+    else:
+        place = (1.0 - s) * deck.points[a] + s * deck.points[b]
+    for kind in ("stiffness", "damping", "mass"):
+        diagonal = values.get(kind)
+        if diagonal is None or not diagonal.any():
+            continue
+        matrix = np.diag(diagonal)
+        if kind == "mass":
+            continue
+        if b is None:
+            full = _grounded(matrix, axes, place - deck.points[a])
+            _add(deck, card, kind, (a,), full, count=kind == "stiffness")
+        else:
+            full = _between(matrix, axes, place - deck.points[a], place - deck.points[b])
+            _add(deck, card, kind, (a, b), full, count=kind == "stiffness")
+
+
+def _pbush(card: Card) -> dict[str, np.ndarray]:
+    """Return the diagonals of stiffness and damping of a PBUSH: rows of K, B, GE, RCV, M in any order."""
+    out: dict[str, np.ndarray] = {}
+    names = {"K": "stiffness", "B": "damping", "M": "mass"}
+    for at in range(2, len(card.fields), 8):
+        kind = names.get(card.text(at).upper())
+        if kind is not None:
+            out[kind] = np.array([card.real(at + 1 + k, 0.0) for k in range(6)])
+    return out
+
+
+def _bush_axes(card: Card, deck: Deck, frames: Frames, systems: Systems, a: int, b: int | None) -> np.ndarray:
+    """Return the axes (3, 3) of a bushing: CID, or along the line of its nodes with GO or a vector."""
+    if card.text(8):
+        return systems.system(card.integer(8), card.where).directions(deck.points[a : a + 1])[0]
+    if b is None:
+        return np.eye(3)
+    along = deck.points[b] - deck.points[a]
+    size = float(np.linalg.norm(along))
+    if not size > 1e-12 * max(float(np.abs(deck.points).max()), 1e-300):
+        if not card.text(5):
+            raise card.refused("coincident nodes without CID", "CID, the system of its axes")
+        return np.eye(3)
+    if not card.text(5):  # a spring along its line alone needs no more
+        return _any_axes(along / size)
+    if card.is_real(5) or card.text(6) or card.text(7):
+        vector = np.array([card.real(5 + k, 0.0) for k in range(3)]) @ frames.get(a, np.eye(3))
+    else:
+        vector = deck.points[_node(card, deck, 5)] - deck.points[a]
+    x = along / size
+    z = np.cross(x, vector)
+    if not np.linalg.norm(z) > 1e-9 * np.linalg.norm(vector):
+        raise card.refused("an orientation along its line", "a vector across it")
+    z /= np.linalg.norm(z)
+    return np.stack([x, np.cross(z, x), z])
+
+
+def _any_axes(x: np.ndarray) -> np.ndarray:
+    y = np.cross(np.eye(3)[int(np.abs(x).argmin())], x)
+    y /= np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+def _bush1d(card: Card, deck: Deck, systems: Systems, properties: dict[int, Card]) -> None:
+    pid = card.integer(2, card.integer(1))
+    if pid not in properties:
+        raise card.refused(f"the property {pid}, which does not exist", "a PBUSH1D card")
+    a, b = _node(card, deck, 3), _node(card, deck, 4)
+    source = properties[pid]
+    axes = np.zeros((3, 3))
+    axes[0] = systems.system(card.integer(5), card.where).axes[0] if card.text(5) else _along(card, deck, a, b)
+    for kind, value in (("stiffness", source.real(2, 0.0)), ("damping", source.real(3, 0.0))):
+        if value:
+            matrix = _between(np.diag([value, 0, 0, 0, 0, 0]), axes, np.zeros(3), np.zeros(3))
+            _add(deck, card, kind, (a, b), matrix, count=kind == "stiffness")
+
+
+def _along(card: Card, deck: Deck, a: int, b: int) -> np.ndarray:
+    along = deck.points[b] - deck.points[a]
+    size = float(np.linalg.norm(along))
+    if not size > 0.0:
+        raise card.refused("two nodes at one place", "nodes whose line is the direction")
+    return along / size
+
+
+def _between(matrix: np.ndarray, axes: np.ndarray, from_a: np.ndarray, from_b: np.ndarray) -> np.ndarray:
+    """Return (12, 12) of a spring (6, 6) in its axes that acts at arms (3,) from its two nodes."""
+    relative = np.hstack([-_seen(axes, from_a), _seen(axes, from_b)])
+    return relative.T @ matrix @ relative
+
+
+def _grounded(matrix: np.ndarray, axes: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    seen = _seen(axes, arm)
+    return seen.T @ matrix @ seen
+
+
+def _seen(axes: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Return (6, 6): motion in the axes of a spring, at an arm from a node, from that of the node."""
+    x, y, z = arm
+    out = np.zeros((6, 6))
+    out[:3, :3] = out[3:, 3:] = axes
+    out[:3, 3:] = axes @ np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+    return out
+
+
+def _turn(card: Card, deck: Deck, node: int, frames: Frames, systems: Systems, at: int) -> np.ndarray:
+    cid = card.integer(at, 0)
+    axes = systems.system(cid, card.where).directions(deck.points[node : node + 1])[0] if cid else np.eye(3)
+    turn = np.zeros((6, 6))
+    turn[:3, :3] = turn[3:, 3:] = axes
+    return turn
+
+
+def _node(card: Card, deck: Deck, i: int) -> int:
+    return int(deck.numbers([card.integer(i)], f"{card.where}, {card.name} {card.text(1)}")[0])
+
+
+def _add(deck: Deck, card: Card, kind: str, nodes: tuple[int, ...], matrix: np.ndarray, count: bool = True) -> None:
+    name = f"{card.name} {card.text(1)}"
+    deck.lumped_parts.append(Lumped(kind=kind, nodes=nodes, matrix=0.5 * (matrix + matrix.T), name=name))
+    if count:
+        deck.inventory.read[card.name] += 1

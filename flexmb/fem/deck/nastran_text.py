@@ -1,0 +1,378 @@
+"""The bulk data of a Nastran deck as cards: INCLUDE files in their places, continuations joined.
+
+Fields of 8 characters, of 16 (names with ``*``), or between commas, in any mixture. The executive and case control are
+passed over, but for the sets of supports and multipoint constraints that they choose. Grid points and cells, of which
+there are many, are cut into columns all at once.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError
+
+__all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
+
+INCLUDE = re.compile(rb"""^\s*INCLUDE\s+(.*)$""", re.IGNORECASE)
+BEGIN = re.compile(rb"^\s*BEGIN\s*(BULK|SUPER|ARBMODEL|AUXMODEL)?\b\s*(.*)$", re.IGNORECASE)
+END = re.compile(rb"^\s*ENDDATA\b", re.IGNORECASE)
+CHOICE = re.compile(rb"^\s*(SPC|MPC)\s*(\([^)]*\))?\s*=\s*(\d+)", re.IGNORECASE)
+CONTINUED = re.compile(r"[+*]([A-Za-z]\w*)?")
+MANY = frozenset(
+    ("GRID", "CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CTRIA3", "CTRIAR", "CTRIA6", "CQUAD4", "CQUADR", "CQUAD8")
+)
+"""Cards that are cut as tables."""
+FIELDS = 24
+"""Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
+DEEPEST = 20
+"""Files within files."""
+
+
+@dataclass(slots=True, eq=False)
+class Card:
+    """One card: its name, its fields (the name first), and where it stands."""
+
+    name: str
+    fields: list[str]
+    where: str
+
+    def text(self, i: int) -> str:
+        """Return field i, blank if the card is shorter."""
+        return self.fields[i] if i < len(self.fields) else ""
+
+    def integer(self, i: int, default: int | None = None) -> int:
+        """Return field i as an integer; MeshError if it is none, or blank without a default."""
+        word = self.text(i)
+        if not word and default is not None:
+            return default
+        try:
+            return int(word)
+        except ValueError:
+            try:
+                value = _real(word)
+                if value == int(value) and abs(value) < 1e9:
+                    return int(value)
+            except (ValueError, OverflowError):
+                pass
+            raise self.wrong(i, "an integer") from None
+
+    def real(self, i: int, default: float | None = None) -> float:
+        """Return field i as a finite number; MeshError if it is none, or blank without a default."""
+        word = self.text(i)
+        if not word and default is not None:
+            return default
+        try:
+            value = _real(word)
+        except ValueError:
+            raise self.wrong(i, "a number") from None
+        if not np.isfinite(value):
+            raise self.wrong(i, "a finite number")
+        return value
+
+    def is_real(self, i: int) -> bool:
+        """Whether field i is written as a real number (with a point or an exponent)."""
+        word = self.text(i)
+        try:
+            _real(word)
+        except ValueError:
+            return False
+        return bool(word) and not re.fullmatch(r"[+-]?\d+", word)
+
+    def wrong(self, i: int, expected: str) -> MeshError:
+        """Return the error of a field that is not as expected."""
+        return MeshError(
+            f"{self.where}, card {self.name} {self.text(1)}",
+            found=f"field {i + 1} reads '{self.text(i)}'",
+            expected=expected,
+            remedy="Correct the card, or write the deck again",
+        )
+
+    def refused(self, found: str, expected: str, remedy: str = "Correct the card") -> MeshError:
+        """Return an error about the card as a whole."""
+        return MeshError(
+            f"{self.where}, card {self.name} {self.text(1)}", found=found, expected=expected, remedy=remedy
+        )
+
+
+@dataclass(eq=False)
+class FieldTable:
+    """Cards of one name as columns: fields (n, k) of bytes, places (file number and line) (n, 2)."""
+
+    name: str
+    fields: np.ndarray
+    places: np.ndarray
+    files: list[Path]
+
+    def __len__(self) -> int:
+        return len(self.fields)
+
+    def blank(self, i: int) -> np.ndarray:
+        """Whether field i is blank, (n,)."""
+        return self.fields[:, i] == b""
+
+    def integers(self, i: int, default: int = 0) -> np.ndarray:
+        """Return field i of all cards, (n,); blanks become `default`."""
+        column = np.where(self.blank(i), str(default).encode(), self.fields[:, i])
+        try:
+            return column.astype(np.int64)
+        except (ValueError, OverflowError):
+            return np.array([self.card(k).integer(i, default) for k in range(len(column))], np.int64)
+
+    def reals(self, i: int, default: float = 0.0) -> np.ndarray:
+        """Return field i of all cards, (n,); blanks become `default`."""
+        column = np.where(self.blank(i), repr(default).encode(), self.fields[:, i])
+        try:
+            values = column.astype(float)
+        except ValueError:  # 1.5-3, 1.0D+2
+            values = np.empty(len(column))
+            for k, word in enumerate(column):
+                try:
+                    values[k] = _real(word.decode("latin-1"))
+                except ValueError:
+                    raise self.card(k).wrong(i, "a number") from None
+        if not np.isfinite(values).all():
+            raise self.card(int(np.argmin(np.isfinite(values)))).wrong(i, "a finite number")
+        return values
+
+    def card(self, k: int) -> Card:
+        """Return card k."""
+        words = [word.decode("latin-1") for word in self.fields[k]]
+        return Card(self.name, [self.name, *words[1:]], self.where(k))
+
+    def where(self, k: int) -> str:
+        """Return words for the place of card k."""
+        file, line = self.places[k]
+        return f"{self.files[int(file)]}:{int(line)}"
+
+    def chosen(self, rows: np.ndarray) -> FieldTable:
+        """Return some of the cards."""
+        return FieldTable(self.name, self.fields[rows], self.places[rows], self.files)
+
+
+@dataclass(eq=False)
+class Bulk:
+    """The bulk data: few cards one by one, many as tables; the chosen SPC and MPC sets; comments with names."""
+
+    cards: dict[str, list[Card]] = field(default_factory=dict)
+    tables: dict[str, FieldTable] = field(default_factory=dict)
+    choices: dict[str, int] = field(default_factory=dict)
+    comments: list[str] = field(default_factory=list)
+    counts: Counter[str] = field(default_factory=Counter)
+
+    def of(self, *names: str) -> list[Card]:
+        """Return the cards of some names, in the order of the file for each name."""
+        return [card for name in names for card in self.cards.get(name, ())]
+
+
+def read_bulk(path: Path) -> Bulk:
+    """Read a deck; MeshError names file and line of what cannot be read."""
+    files: list[Path] = []
+    lines = _lines(path, path.parent, files, ())
+    start, bulk = _control(lines, path, files)
+    found_by_name: dict[str, list[tuple[list[bytes], tuple[int, int]]]] = {}
+    tail: list[bytes] | None = None  # of the card that is being continued
+    for text, place in lines[start:]:
+        first = text[:1]
+        if first == b"$" or not text:
+            if text[:2] in (b"$H", b"$ ", b"$*") and len(bulk.comments) < 100_000:
+                bulk.comments.append(text.decode("latin-1"))
+            continue
+        if first in b" +*," and tail is not None:
+            tail.append(text)
+            continue
+        if END.match(text):
+            break
+        tail = [text]
+        key = text[:8].split(b",")[0].strip().rstrip(b"*").upper().decode("latin-1")
+        found_by_name.setdefault(key, []).append((tail, place))
+    for name, found in found_by_name.items():
+        bulk.counts[name] += len(found)
+        if name in MANY:
+            bulk.tables[name] = _table(name, found, files)
+        else:
+            bulk.cards[name] = [
+                Card(name, _words(parts, f"{files[place[0]]}:{place[1]}"), f"{files[place[0]]}:{place[1]}")
+                for parts, place in found
+            ]
+    return bulk
+
+
+def _lines(path: Path, main: Path, files: list[Path], above: tuple[Path, ...]) -> list[tuple[bytes, tuple[int, int]]]:
+    """Return all lines (tabs expanded, stripped at the end) with file number and line number."""
+    if path.resolve() in above or len(above) > DEEPEST:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="files that include each other" if path.resolve() in above else f"more than {DEEPEST} files deep",
+            expected="INCLUDE files that end",
+            remedy="Remove the INCLUDE that leads back",
+        )
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MeshError(
+            f"Deck '{path}'",
+            found=f"cannot read it ({error.strerror})",
+            expected="a readable file",
+            remedy="Check the name and the permissions",
+        ) from None
+    if b"\0" in data[:4096]:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="bytes of a binary file",
+            expected="the text of a deck",
+            remedy="Give the input deck (.bdf, .dat, .nas), not a result file",
+        )
+    number = len(files)
+    files.append(path)
+    out: list[tuple[bytes, tuple[int, int]]] = []
+    raw = data.splitlines()
+    del data
+    waiting: tuple[bytes, int] | None = None
+    for k, line in enumerate(raw, 1):
+        if b"\t" in line:
+            line = line.expandtabs(8)
+        line = line.rstrip()
+        if waiting is not None:
+            line, k = waiting[0] + line.strip(), waiting[1]
+            waiting = None
+        if line[:1] not in b"$" and line[:16].lstrip()[:7].upper() == b"INCLUDE" and (match := INCLUDE.match(line)):
+            name = match[1].strip()
+            if name[:1] in (b"'", b'"') and name.count(name[:1]) < 2 and k < len(raw):
+                waiting = (line, k)
+                continue
+            out += _included(name, path, main, files, above, k)
+            continue
+        if line and line[:1] != b"$" and b"$" in line:
+            line = line[: line.index(b"$")].rstrip()
+        out.append((line, (number, k)))
+    return out
+
+
+def _included(name: bytes, path: Path, main: Path, files: list[Path], above: tuple[Path, ...], k: int) -> list:
+    text = name.decode("utf-8", "replace").strip()
+    if text[:1] in "'\"" and text:
+        text = text[1:].split(text[0])[0]
+    else:
+        text = text.split("$")[0].strip()
+    text = text.replace("\\", "/") if "/" not in text else text
+    for folder in (main, path.parent):
+        candidate = folder / text
+        try:
+            if candidate.is_file():
+                return _lines(candidate, main, files, (*above, path.resolve()))
+        except (OSError, ValueError):
+            break
+    raise MeshError(
+        f"Deck '{path}', line {k}",
+        found=f"INCLUDE '{text[:120]}': no such file",
+        expected=f"a file beside the main deck ('{main}') or beside the file that includes it",
+        remedy="Put the included file there, or write one flat deck",
+    )
+
+
+def _control(lines: list, path: Path, files: list[Path]) -> tuple[int, Bulk]:
+    """Return the number of the first bulk line, and what the case control chooses."""
+    bulk, begin, cend = Bulk(), None, None
+    for k, (text, place) in enumerate(lines):
+        if text[:1] == b"$":
+            continue
+        upper = text[:12].lstrip().upper()
+        if upper.startswith(b"CEND"):
+            cend = k
+        if upper.startswith(b"BEGIN") and (match := BEGIN.match(text)):
+            if b"SUPER" in (match[1] or b"").upper() + match[2].upper():
+                raise MeshError(
+                    f"{files[place[0]]}:{place[1]}",
+                    found="a deck of superelements (BEGIN SUPER)",
+                    expected="one residual structure",
+                    remedy="Write the deck flat, or read each superelement from its own file",
+                )
+            begin = k
+            break
+        if upper.startswith((b"GRID", b"CQUAD4", b"CTETRA", b"CHEXA", b"ENDDATA")) and cend is None:
+            break  # no control sections: an included file or a punched mesh
+        if cend is not None and (match := CHOICE.match(text)):
+            bulk.choices.setdefault(match[1].upper().decode(), int(match[3]))
+    if begin is not None:
+        for text, _ in lines[begin + 1 :]:
+            if text[:5].upper() == b"BEGIN" and b"SUPER" in text.upper():
+                raise MeshError(
+                    f"Deck '{path}'",
+                    found="superelements (BEGIN SUPER)",
+                    expected="one residual structure",
+                    remedy="Write the deck flat, or read each superelement from its own file",
+                )
+        return begin + 1, bulk
+    return (cend + 1 if cend is not None else 0), bulk
+
+
+def _words(parts: list[bytes], where: str) -> list[str]:
+    """Return the fields of a card, the name first, the lines of its continuations joined at full width."""
+    words: list[str] = []
+    width = 8
+    for number, line in enumerate(parts):
+        text = line.decode("latin-1")
+        if "," in text:
+            fields = [word.strip() for word in text.split(",")]
+            large = fields[0].endswith("*") or fields[0].startswith("*")
+            data = fields[1:]
+            per_line = 4 if large else 8
+            if len(data) > per_line and (not data[per_line] or CONTINUED.fullmatch(data[per_line])):
+                data = data[:per_line]
+            elif data and number + 1 < len(parts) and CONTINUED.fullmatch(data[-1]):
+                data = data[:-1]
+        else:
+            head = text[:8]
+            large = "*" in head
+            size, per_line = (16, 4) if large else (8, 8)
+            data = [text[k : k + size].strip() for k in range(8, min(len(text), 72), size)]
+        if number == 0:
+            words = [text.split(",")[0][:8].strip().rstrip("*").upper()]
+        else:
+            words += [""] * (-(len(words) - 1) % width)
+        width = per_line
+        words += data
+    return words
+
+
+def _table(name: str, found: list, files: list[Path]) -> FieldTable:
+    """Return cards as columns; those in fields of 8 are cut all together."""
+    plain, other = [], []
+    for k, (parts, _) in enumerate(found):
+        (other if any(b"," in p or b"*" in p[:8] for p in parts) else plain).append(k)
+    table = np.zeros((len(found), FIELDS), "S16")
+    if plain:
+        text = b"".join(
+            b"".join([parts[0][:72].ljust(72), *(p[8:72].ljust(64) for p in parts[1:3])]).ljust(200)[:200]
+            for parts in (found[k][0] for k in plain)
+        )
+        raw = np.frombuffer(text, "S8").reshape(len(plain), 25)[:, :FIELDS]
+        table[plain] = np.char.strip(raw)
+    for k in other:
+        parts, place = found[k]
+        words = _words(parts, "")
+        if len(words) > FIELDS and any(words[FIELDS:]):
+            raise MeshError(
+                f"{files[place[0]]}:{place[1]}, card {name} {words[1]}",
+                found=f"{len(words)} fields",
+                expected=f"at most {FIELDS}",
+                remedy="Write the deck again",
+            )
+        table[k, : min(len(words), FIELDS)] = [word.encode("latin-1") for word in words[:FIELDS]]
+    table[:, 0] = name.encode()
+    return FieldTable(name, table, np.array([place for _, place in found], np.int64).reshape(-1, 2), files)
+
+
+def _real(word: str) -> float:
+    """Return 1.0, 1.0E+3, 1.0D+3 or 1.0+3 as a number."""
+    text = word.strip().upper().replace("D", "E")
+    if not text or text[-1] in "NFY" or "_" in text:
+        raise ValueError(word)
+    if "E" not in text:
+        text = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text)
+    return float(text)

@@ -1,0 +1,99 @@
+"""`read_deck`: the deck of another program as an `FEModel`, with everything that it says."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.deck.assemble import assembled
+from flexmb.fem.deck.contents import Deck
+from flexmb.fem.deck.inventory import inventory_text
+from flexmb.fem.deck.nastran import read_nastran_deck
+from flexmb.fem.deck.units import converted
+from flexmb.fem.fe_model import FEModel
+from flexmb.fem.mesh import MeshWarning
+
+__all__ = ["DECK_READERS", "read_deck"]
+
+DECK_READERS: dict[str, Callable[[Path], Deck]] = {
+    ".bdf": read_nastran_deck,
+    ".dat": read_nastran_deck,
+    ".nas": read_nastran_deck,
+    ".pch": read_nastran_deck,
+    ".fem": read_nastran_deck,
+    ".blk": read_nastran_deck,
+}
+"""Readers by file suffix."""
+
+
+def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None = None, show: bool = True) -> FEModel:
+    """Return the FE model that a deck describes: elements, properties, materials, links, springs and masses.
+
+    The model is free: supports of the deck are kept by name in `FEModel.supports` and held only where asked for
+    (``fem.eigenmodes(fe, "spc")``). Reference nodes of links are offered as interfaces (`FEModel.reference_points`,
+    ``reduction.reduce(fe, interfaces="all")``).
+
+    Parameters
+    ----------
+    path : path
+        Nastran: .bdf .dat .nas .pch .fem.
+    units : str, optional
+        Units of the deck, "mm, t, s", "mm, kg, ms", "in, lbf s2/in, s" or "m, kg, s"; everything is converted to SI.
+        Without it the numbers stay as they are, and a warning is given where they cannot be SI.
+    lumped : bool, optional
+        Whether element masses are lumped at the nodes; default: as the program of the deck does it.
+    show : bool
+        Print the inventory: what was read, approximated, left out, and the mass.
+
+    Returns
+    -------
+    FEModel
+        Nodes carry the numbers of the deck in `labels`.
+
+    Raises
+    ------
+    MeshError
+        With file, line and card: missing nodes or properties, numbers that cannot be read, circular includes, links
+        that contradict each other, cards that cannot be represented.
+
+    Warns
+    -----
+    MeshWarning
+        Something was left out; the units cannot be SI.
+    """
+    if not isinstance(path, str | Path):
+        raise MeshError(
+            "fem.read_deck",
+            found=f"the path {path!r}",
+            expected="the name of a deck",
+            remedy='Write fem.read_deck("wing.bdf")',
+        )
+    path = Path(path)
+    if not path.is_file():
+        near = did_you_mean(path.name, [p.name for p in path.parent.glob("*")]) if path.parent.is_dir() else ""
+        raise MeshError(
+            f"Deck '{path}'",
+            found="no such file",
+            expected="an existing deck",
+            remedy=near or f"The current folder is {Path.cwd()}",
+        )
+    reader = DECK_READERS.get(path.suffix.lower())
+    if reader is None:
+        raise MeshError(
+            f"Deck '{path}'",
+            found=f"the suffix '{path.suffix}'",
+            expected=f"One of: {', '.join(DECK_READERS)}",
+            remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
+        )
+    deck = reader(path)
+    fe = assembled(deck, deck.lumped if lumped is None else lumped)
+    fe = converted(fe, deck, units)
+    text = inventory_text(deck, fe)
+    if show:
+        print(text)
+    if deck.inventory.left_out:
+        left = "; ".join(f"{what} ({n})" for what, n in sorted(deck.inventory.left_out.items()) if n)
+        warnings.warn(f"Deck '{path}': left out: {left}", MeshWarning, stacklevel=2)
+    return fe
