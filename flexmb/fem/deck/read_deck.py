@@ -9,9 +9,9 @@ from pathlib import Path
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.deck.assemble import assembled
 from flexmb.fem.deck.contents import Deck
-from flexmb.fem.deck.inventory import inventory_text
+from flexmb.fem.deck.inventory import inventory_text, mass_and_center
 from flexmb.fem.deck.nastran import read_nastran_deck
-from flexmb.fem.deck.units import converted
+from flexmb.fem.deck.units import converted, doubt
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.mesh import MeshWarning
 
@@ -87,13 +87,19 @@ def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None
             expected=f"One of: {', '.join(DECK_READERS)}",
             remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
         )
-    deck = reader(path)
-    fe = assembled(deck, deck.lumped if lumped is None else lumped)
-    fe = converted(fe, deck, units)
-    text = inventory_text(deck, fe)
+    part = f"Deck '{path}'"
+    try:
+        deck = converted(reader(path), units, part)
+        fe = assembled(deck, deck.lumped if lumped is None else lumped)
+    except MemoryError:
+        raise MeshError(
+            part, found="more than fits into memory", expected="a smaller deck", remedy="Reduce parts by themselves"
+        ) from None
     if show:
-        print(text)
+        print(inventory_text(deck, fe))
+    if words := doubt(deck, mass_and_center(fe)[0]):
+        warnings.warn(f"{part}: {words}", MeshWarning, stacklevel=2)
     if deck.inventory.left_out:
         left = "; ".join(f"{what} ({n})" for what, n in sorted(deck.inventory.left_out.items()) if n)
-        warnings.warn(f"Deck '{path}': left out: {left}", MeshWarning, stacklevel=2)
+        warnings.warn(f"{part}: left out: {left}", MeshWarning, stacklevel=2)
     return fe
