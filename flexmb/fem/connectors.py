@@ -40,7 +40,7 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
         Negative mass or inertia; a node without freedoms, or without rotations where they are needed.
     """
     number = node_number(fe, node)
-    part = f"Mass at node {number} of '{fe.name}'"
+    part = f"Mass at {fe.node_name(number)} of '{fe.name}'"
     own = np.zeros((3, 3)) if inertia is None else np.asarray(inertia, float)
     own = np.diag(own) if own.ndim == 1 else own
     if mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or np.linalg.eigvalsh(own).min() < 0.0:
@@ -70,7 +70,7 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
         The other node; it is seen from `node` through a rigid arm, so rigid motions stay free of force.
     """
     number = node_number(fe, node)
-    part = f"Spring at node {number} of '{fe.name}'"
+    part = f"Spring at {fe.node_name(number)} of '{fe.name}'"
     matrix = np.asarray(stiffness, float)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
     if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not _semidefinite(matrix):
@@ -188,7 +188,7 @@ def _nearest(fe: FEModel, point: np.ndarray) -> np.ndarray:
     if distance[nearest] > 1e-6 * max(size, 1e-300):
         raise MeshError(
             f"FE model '{fe.name}'",
-            found=f"no node at {point.tolist()} m; the nearest, node {nearest}, is {distance[nearest]:.3g} m away",
+            found=f"no node at {point.tolist()} m; the nearest, {fe.node_name(nearest)}, is {distance[nearest]:.3g} m away",
             expected="the coordinates of a node",
             remedy="Make a node there with fem.with_rigid_link or fem.with_averaging_link",
         )
@@ -222,7 +222,7 @@ def _check_independent(fe: FEModel, numbers: np.ndarray, directions: np.ndarray)
     if bad:
         raise MeshError(
             f"Support of '{fe.name}'",
-            found=f"node {bad[0]} depends on other nodes through a link",
+            found=f"{fe.node_name(bad[0])} depends on other nodes through a link",
             expected="nodes with freedoms of their own",
             remedy="Hold the reference node of the link instead",
         )

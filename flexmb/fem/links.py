@@ -64,7 +64,7 @@ def with_rigid_link(
     """
     fe, node = _reference(fe, reference, name)
     numbers = np.setdiff1d(node_numbers(fe, dependent), [node])
-    part = f"Rigid link at node {node} of '{fe.name}'"
+    part = f"Rigid link at {fe.node_name(node)} of '{fe.name}'"
     rows = _rows(fe)
     if (rows[node] < 0).any():
         raise MeshError(
@@ -107,7 +107,7 @@ def with_averaging_link(
     """
     fe, node = _reference(fe, reference, name)
     numbers = np.setdiff1d(node_numbers(fe, nodes), [node])
-    part = f"Averaging link at node {node} of '{fe.name}'"
+    part = f"Averaging link at {fe.node_name(node)} of '{fe.name}'"
     weights = np.ones(len(numbers)) if weights is None else np.asarray(weights, float)
     if weights.shape != numbers.shape or (weights < 0.0).any() or not weights.sum() > 0.0:
         raise MeshError(
@@ -264,14 +264,14 @@ def _check_free(fe: FEModel, part: str, numbers: np.ndarray, rows: np.ndarray, t
         if dependent:
             raise MeshError(
                 part,
-                found=f"node {dependent[0]} depends on another link already",
+                found=f"{fe.node_name(dependent[0])} depends on another link already",
                 expected="nodes with freedoms of their own",
                 remedy="Remove the node from one of the two links, or link their reference nodes",
             )
     if lacking:
         raise MeshError(
             part,
-            found=f"node {lacking[0]} is held in a translation",
+            found=f"{fe.node_name(lacking[0])} is held in a translation",
             expected="nodes free in x, y, z" if translations_only else "free nodes: links come before supports",
             remedy="Make the link first and hold its reference node",
         )

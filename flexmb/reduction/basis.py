@@ -155,7 +155,7 @@ def _eigenvectors(
         node = body.fe.dofs[int(np.abs(shape).argmax()), 0]
         raise ReductionError(
             f"FE model '{body.fe.name}'",
-            found=f"an interface motion without mass, largest at node {node}",
+            found=f"an interface motion without mass, largest at {body.fe.node_name(node)}",
             expected="mass behind every interface freedom",
             remedy="Give this region a density, a lumped mass or inertia (fem.with_mass), or take the interface away",
         )

@@ -60,9 +60,11 @@ def fingerprint(fe: FEModel, settings: tuple) -> str:
         fe.K,
         fe.M,
         fe.expansion,
+        fe.C,
         cells,
         fe.node_sets,
         fe.facet_sets,
+        [(name, at.node, at.averaged, at.weights) for name, at in sorted(fe.reference_points.items())],
     )
     for part in _parts((content, settings)):
         digest.update(part)

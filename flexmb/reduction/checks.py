@@ -25,7 +25,7 @@ def mechanism(fe: FEModel, freedom: int, found: str, *, held: bool = True) -> Re
     at = ", ".join(f"{x:.4g}" for x in fe.nodes[node])
     return ReductionError(
         f"FE model '{fe.name}'",
-        found=f"a mechanism: node {node} at ({at}) m moves freely in "
+        found=f"a mechanism: {fe.node_name(node)} at ({at}) m moves freely in "
         f"{DIRECTIONS[direction]}{' while the interfaces are held' if held else ''}; {found}",
         expected="a stiffness matrix that is singular for rigid motions only",
         remedy="Look there for elements that are not joined, a hinge, or a freedom without stiffness",
@@ -52,7 +52,7 @@ def check_connected(fe: FEModel, couplings: Sequence[Coupling]) -> None:
         raise ReductionError(
             f"FE model '{fe.name}'",
             found=f"{len(parts)} parts that are not connected; the smallest has "
-            f"{sizes[small]} nodes, e.g. node {node} at ({at}) m",
+            f"{sizes[small]} nodes, e.g. {fe.node_name(node)} at ({at}) m",
             expected="one connected part",
             remedy="Merge duplicate nodes at the seam, join the parts with a rigid link, or reduce them apart",
         )

@@ -18,7 +18,7 @@ from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_re
 from flexmb.reduction.cache import kept
 from flexmb.reduction.damping import damping_ratios
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
-from flexmb.reduction.interfaces import Coupling, resolve
+from flexmb.reduction.interfaces import Coupling, offered, resolve
 from flexmb.reduction.invariants import inertia_invariants
 from flexmb.reduction.load_turning import holding_interface, load_turning, reaction, wrench_turning
 from flexmb.reduction.loads import load_vectors, loads_of
@@ -35,7 +35,7 @@ Progress = Callable[[str, float], None]
 
 def reduce(
     fe: FEModel,
-    interfaces: Mapping[str, Any],
+    interfaces: Mapping[str, Any] | Sequence[str] | str,
     modes: int | str | UpTo = 12,
     *,
     geometric_stiffness: bool = False,
@@ -59,6 +59,7 @@ def reduce(
         A free body; its elements are needed for stress and geometric stiffness only.
     interfaces : mapping of name to set name, node numbers (list), coordinates (tuple), or a coupling object
         Where joints and forces act. A bare selection is a rigid coupling; see `Rigid`, `Averaging`, `Nodes`.
+        Names of the reference points of a deck, or "all" of them, are interfaces by themselves.
     modes : int, text or UpTo
         Number of fixed-interface modes (0: Guyan), or ``"up to 200 Hz within 1 %"``.
     geometric_stiffness, stress : bool
@@ -90,6 +91,14 @@ def reduce(
     ReductionError
         The interfaces or the FE model do not allow it; the message names the place.
     """
+    check_kind(
+        fe,
+        FEModel,
+        "Reduction",
+        "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices",
+        ReductionError,
+    )
+    interfaces = offered(fe, interfaces) if isinstance(interfaces, str | list | tuple) else interfaces
     settings = _Settings(
         interfaces,
         parse_modes(modes),
@@ -102,13 +111,6 @@ def reduce(
         tuple(residual_vectors),
         preload or {},
         compare,
-    )
-    check_kind(
-        fe,
-        FEModel,
-        "Reduction",
-        "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices",
-        ReductionError,
     )
     for words, given in (("interfaces", interfaces), ("stations", stations or {}), ("loads", loads or {})):
         check_mapping(given, "Reduction", words, f'{{"{EXAMPLES[words]}": "name of a set"}}', ReductionError)
@@ -170,7 +172,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     data = replace(
         data,
         n_interfaces=len(couplings),
-        damping_ratios=damping_ratios(asked.damping, basis.w2),
+        damping_ratios=damping_ratios(asked.damping, basis.w2, _dampers(fe, basis)),
         geometric=geometric,
         load_turning=turning,
         preload_turning=preload_turning,
@@ -203,6 +205,11 @@ def _stiffening(
             held, change = marker.matrix.T @ wrench, change + wrench_turning(marker, basis.shapes, wrench)
     support = _support(body, number if clamped is None else clamped)
     return unit_load_stiffness(body, basis.shapes, interfaces, forces, constant, support, held), change
+
+
+def _dampers(fe: FEModel, basis: Basis) -> np.ndarray | None:
+    """Return the modal damping (m,), 1/s, of the discrete dampers of the FE model; None without any."""
+    return None if fe.C is None else np.einsum("im,im->m", basis.shapes, fe.C @ basis.shapes)
 
 
 def _data(

@@ -33,14 +33,15 @@ class Bands:
     bands: tuple[tuple[float, float], ...]
 
 
-def damping_ratios(damping: Any, w2: np.ndarray) -> np.ndarray:
+def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = None) -> np.ndarray:
     """Return the fraction of critical damping of each mode, (m,), for angular frequencies squared w2 (m,), 1/s2.
 
-    `damping` is None (zero), a number for all modes, one number per mode, `Rayleigh` or `Bands`.
+    `damping` is None, a number for all modes, one number per mode, `Rayleigh` or `Bands`. With None it is that of the
+    discrete dampers, ``phi^T C phi / (2 w)`` of each mode by itself, `dampers` (m,) being ``phi^T C phi``; else zero.
     """
     w = np.sqrt(w2)
     if damping is None:
-        ratios = np.zeros(len(w))
+        ratios = np.zeros(len(w)) if dampers is None else np.maximum(dampers, 0.0) / (2.0 * w)
     elif isinstance(damping, Rayleigh):
         ratios = damping.mass / (2.0 * w) + damping.stiffness * w / 2.0
     elif isinstance(damping, Bands):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
 
@@ -14,7 +14,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.surface_load import node_areas
 from flexmb.reduction.selection import nodes_of
 
-__all__ = ["Averaging", "Coupling", "Nodes", "Rigid", "independent_columns", "resolve", "rigid_block"]
+__all__ = ["Averaging", "Coupling", "Nodes", "Rigid", "independent_columns", "offered", "resolve", "rigid_block"]
 
 DIRECTIONS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
 _FLAT = 1e-6  # a node set this thin, relative to its radius, has no rotation about its axis
@@ -106,6 +106,31 @@ def independent_columns(block: np.ndarray, length: float) -> np.ndarray:
     return np.array(chosen, int)
 
 
+def offered(fe: FEModel, interfaces: Mapping[str, Any] | Iterable[str] | str) -> Mapping[str, Any]:
+    """Return interfaces by name from "all" or a list of names: the reference points that a deck offers.
+
+    "all" takes every reference node with six freedoms of its own, and every one that follows the mean of others.
+    """
+    if isinstance(interfaces, Mapping):
+        return interfaces
+    own = np.bincount(fe.dofs[:, 0], minlength=len(fe.nodes))
+    if isinstance(interfaces, str) and interfaces == "all":
+        names = [n for n, at in fe.reference_points.items() if at.averaged is not None or own[at.node] == 6]
+        taken: dict[int, str] = {}
+        for name in names:  # one node may be the reference of two links
+            taken.setdefault(fe.reference_points[name].node, name)
+        names = [name for name in names if name in taken.values()]
+        if not names:
+            raise ReductionError(
+                f"FE model '{fe.name}'",
+                found="interfaces='all', but the model offers no reference points",
+                expected="RBE2, RBE3, couplings or ASET nodes of a deck (fem.read_deck)",
+                remedy='Name the interfaces: interfaces={"a": "bore_a"}',
+            )
+        return {name: name for name in names}
+    return {name: name for name in ([interfaces] if isinstance(interfaces, str) else interfaces)}
+
+
 def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
     """Return the couplings of all interfaces in the order given; check that no two share a node."""
     everything = np.arange(fe.ndof)
@@ -118,7 +143,7 @@ def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
         if len(common):
             raise ReductionError(
                 f"Interfaces '{a.name}' and '{b.name}'",
-                found=f"{len(common)} common nodes, first node {common[0]}",
+                found=f"{len(common)} common nodes, first {fe.node_name(common[0])}",
                 expected="interfaces without common nodes",
                 remedy="Shrink one of the groups in the mesh, or join both into one interface",
             )
@@ -128,6 +153,8 @@ def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
 def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     part = f"Interface '{name}'"
     kind = where if isinstance(where, (Rigid, Averaging, Nodes)) else Rigid(where)
+    if isinstance(kind.where, str) and kind.where in fe.reference_points and kind.where not in fe.node_sets:
+        kind = _at_reference(fe, kind)
     nodes = nodes_of(fe, kind.where, part)
     rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
     if isinstance(kind, Nodes):
@@ -138,6 +165,16 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     block = rigid_block(fe, rows, point)
     freedoms = _full_motion(fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node")
     return [Coupling(name, point, nodes, rows, block[:, freedoms], freedoms)]
+
+
+def _at_reference(fe: FEModel, kind: Rigid | Averaging | Nodes) -> Rigid | Averaging | Nodes:
+    """Return the coupling of a reference point of a deck: its node, or the mean of the nodes it follows."""
+    at = fe.reference_points[kind.where]
+    if at.averaged is None:
+        return replace(kind, where=np.array([at.node]))
+    weights = np.asarray(at.weights, float)
+    kept = weights > 0.0
+    return Averaging(np.asarray(at.averaged)[kept], at=fe.nodes[at.node], weights=weights[kept])
 
 
 def _center(fe: FEModel, where, nodes: np.ndarray) -> np.ndarray:

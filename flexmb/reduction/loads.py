@@ -148,7 +148,7 @@ class NodalForces(Load):
         if len(lost):
             raise ReductionError(
                 part,
-                found=f"a load on node {lost[0][0]} in {DIRECTIONS[lost[0][1]]}",
+                found=f"a load on {fe.node_name(lost[0][0])} in {DIRECTIONS[lost[0][1]]}",
                 expected="a freedom that the node has",
                 remedy="Solid nodes carry no moments: use pairs of forces or a rigid interface",
             )

@@ -65,7 +65,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
         why = "a link makes them follow other nodes" if linked else "no element gives them stiffness"
         raise ReductionError(
             part,
-            found=f"{len(free)} of its nodes have no freedoms of their own ({why}), first node {free[0]}",
+            found=f"{len(free)} of its nodes have no freedoms of their own ({why}), first {fe.node_name(free[0])}",
             expected="nodes of the FE model that move by themselves",
             remedy="Choose the node that the link hangs on" if linked else "Choose nodes that belong to elements",
         )
@@ -75,6 +75,8 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
 def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
     if name in fe.node_sets:
         return np.asarray(fe.node_sets[name], int)
+    if name in fe.reference_points:
+        return np.array([fe.reference_points[name].node])
     if name in fe.facet_sets:
         facets = np.asarray(fe.facet_sets[name], int).ravel()
         return facets[facets >= 0]  # rows of mixed sets end in -1
