@@ -188,7 +188,8 @@ def _nearest(fe: FEModel, point: np.ndarray) -> np.ndarray:
     if distance[nearest] > 1e-6 * max(size, 1e-300):
         raise MeshError(
             f"FE model '{fe.name}'",
-            found=f"no node at {point.tolist()} m; the nearest, {fe.node_name(nearest)}, is {distance[nearest]:.3g} m away",
+            found=f"no node at {point.tolist()} m; the nearest, {fe.node_name(nearest)}, is "
+            f"{distance[nearest]:.3g} m away",
             expected="the coordinates of a node",
             remedy="Make a node there with fem.with_rigid_link or fem.with_averaging_link",
         )

@@ -6,7 +6,7 @@ followed to freedoms that are free. A freedom is numbered ``6 node + direction``
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy import linalg, sparse
@@ -14,7 +14,10 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import MeshError
 
-__all__ = ["LinkRows", "eliminated"]
+__all__ = ["Frames", "LinkRows", "arm", "eliminated", "follow", "mean_motion", "rows_of"]
+
+Frames = dict[int, np.ndarray]
+"""Axes (3, 3) of the displacements of a node, rows 1, 2, 3, where they are not the basic ones."""
 
 SINGULAR = 1e-9
 """A pivot smaller than this share of the largest coefficient of its link makes the link indeterminate."""
@@ -151,3 +154,75 @@ def _refuse_twice(part: str, follows: np.ndarray, of: np.ndarray, names: list[st
             expected="each freedom dependent in one link at most",
             remedy="Remove it from one of the two links",
         )
+
+
+def rows_of(node: int, directions: Iterable[int], frames: Frames) -> np.ndarray:
+    """Return (k, 6): directions of a node in its displacement system, as rows over its six basic freedoms."""
+    axes = frames.get(node)
+    turn = np.eye(6)
+    if axes is not None:
+        turn[:3, :3] = turn[3:, 3:] = axes
+    return turn[list(directions)]
+
+
+def arm(points: np.ndarray, node: int, reference: int) -> np.ndarray:
+    """Return (6, 6): the motion of a node from that of a rigid body at the reference."""
+    x, y, z = points[node] - points[reference]
+    matrix = np.eye(6)
+    matrix[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return matrix
+
+
+def follow(
+    link: LinkRows, points: np.ndarray, frames: Frames, node: int, directions: list[int], reference: int, who: str
+) -> None:
+    """Let directions of a node, in its displacement system, follow a reference node rigidly."""
+    own, columns = 6 * node + np.arange(6), 6 * reference + np.arange(6)
+    motion = arm(points, node, reference)
+    if node not in frames or ({0, 1, 2} <= set(directions) and len(directions) in (3, 6)):
+        link.add(own[directions], columns, motion[directions])
+        return
+    rows = rows_of(node, directions, frames)
+    link.add_equations(np.concatenate([own, columns]), np.hstack([rows, -rows @ motion]), own, who)
+
+
+def mean_motion(
+    points: np.ndarray,
+    frames: Frames,
+    groups: list[tuple[int, list[int], float]],
+    reference: int,
+    directions: list[int],
+    who: str,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return freedoms (k,) and the weighted least-squares rigid motion (6, k) at a reference of what they do.
+
+    `groups` are (node, directions, weight). Rotations among the directions count with the square of the distance of
+    the farthest point, so that weights keep their meaning in any unit of length.
+    """
+    moves, blocks, weights = [], [], []
+    for node, parts, weight in groups:
+        rows = rows_of(node, parts, frames)
+        moves.append(rows @ arm(points, node, reference))
+        blocks.append(rows)
+        weights += [weight] * len(parts)
+    motion = np.vstack(moves)
+    columns = np.concatenate([6 * node + np.arange(6) for node, _, _ in groups])
+    pick = sparse.block_diag(blocks, format="csr")
+    nodes = np.array([node for node, _, _ in groups])
+    length = float(np.linalg.norm(points[nodes] - points[reference], axis=1).max()) or 1.0
+    scale = np.array([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length, 1.0 / length])
+    turn = np.array([direction >= 3 for _, parts, _ in groups for direction in parts])
+    w = np.where(turn, np.array(weights) * length**2, weights)
+    scaled = motion * scale
+    values, vectors = np.linalg.eigh(scaled.T @ (w[:, None] * scaled))
+    firm = values > 1e-10 * values[-1]
+    needed = rows_of(reference, directions, frames) * scale
+    if not firm.all() and (np.abs(needed @ vectors[:, ~firm]) > 1e-6).any():
+        raise MeshError(
+            who,
+            found=f"{len(groups)} points that do not determine the motion of the reference (on one line?)",
+            expected="points off one line, or rotations among their components",
+            remedy="Add points or components",
+        )
+    inverse = (vectors[:, firm] / values[firm]) @ vectors[:, firm].T
+    return columns, (pick.T @ (scale[:, None] * (inverse @ (scaled.T * w))).T).T

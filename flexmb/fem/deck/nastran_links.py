@@ -6,17 +6,13 @@ the permanent constraints of GRID cards as supports; ASET and the like as refere
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Reference
-from flexmb.fem.deck.links import LinkRows
+from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
 from flexmb.fem.deck.nastran_text import Bulk, Card
 
 __all__ = ["add_links", "add_references", "add_supports", "thru"]
-
-Frames = dict[int, np.ndarray]
 
 
 def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
@@ -34,15 +30,6 @@ def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
     _mpc(bulk, deck, frames)
 
 
-def rows_of(node: int, directions: Iterable[int], frames: Frames) -> np.ndarray:
-    """Return (k, 6): directions of a node in its displacement system, as rows over its six basic freedoms."""
-    axes = frames.get(node)
-    turn = np.eye(6)
-    if axes is not None:
-        turn[:3, :3] = turn[3:, 3:] = axes
-    return turn[list(directions)]
-
-
 def components(card: Card, i: int) -> list[int]:
     """Return the directions 0..5 of a field such as "123456"; a blank or "0" names the one freedom of a scalar."""
     word = card.text(i)
@@ -53,27 +40,8 @@ def components(card: Card, i: int) -> list[int]:
     return sorted({int(c) - 1 for c in word})
 
 
-def arm(deck: Deck, node: int, reference: int) -> np.ndarray:
-    """Return (6, 6): the motion of a node from that of a rigid body at the reference."""
-    x, y, z = deck.points[node] - deck.points[reference]
-    matrix = np.eye(6)
-    matrix[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-    return matrix
-
-
 def _node(card: Card, deck: Deck, i: int) -> int:
     return int(deck.numbers([card.integer(i)], f"{card.where}, {card.name} {card.text(1)}")[0])
-
-
-def _follow(link: LinkRows, deck: Deck, frames: Frames, node: int, directions: list[int], reference: int, who: str):
-    """Let directions of a node follow a reference node rigidly."""
-    own, columns = 6 * node + np.arange(6), 6 * reference + np.arange(6)
-    motion = arm(deck, node, reference)
-    if node not in frames or ({0, 1, 2} <= set(directions) and len(directions) in (3, 6)):
-        link.add(own[directions], columns, motion[directions])
-        return
-    rows = rows_of(node, directions, frames)
-    link.add_equations(np.concatenate([own, columns]), np.hstack([rows, -rows @ motion]), own, who)
 
 
 def _rbe2(card: Card, deck: Deck, frames: Frames) -> None:
@@ -85,7 +53,7 @@ def _rbe2(card: Card, deck: Deck, frames: Frames) -> None:
     link = LinkRows(f"RBE2 {card.text(1)}")
     nodes = [n for n in deck.numbers(labels, f"{card.where}, RBE2 {card.text(1)}") if n != reference]
     for node in nodes:
-        _follow(link, deck, frames, int(node), directions, reference, f"{card.where}, RBE2 {card.text(1)}")
+        follow(link, deck.points, frames, int(node), directions, reference, f"{card.where}, RBE2 {card.text(1)}")
     if {0, 1, 2} <= set(directions):
         link.rigid = (reference, np.array(nodes, np.int64))
     deck.links.append(link)
@@ -98,40 +66,7 @@ def _rbe3(card: Card, deck: Deck, frames: Frames) -> None:
     who = f"{card.where}, RBE3 {card.text(1)}"
     reference, directions = _node(card, deck, 3), components(card, 4)
     groups, chosen = _rbe3_groups(card, deck, who)
-    point = deck.points[reference]
-    moves, flat, weights = [], [], []
-    for node, parts, weight in groups:
-        rows = rows_of(node, parts, frames)
-        moves.append(rows @ arm(deck, node, reference))
-        flat.append((node, rows))
-        weights += [weight] * len(parts)
-    motion = np.vstack(moves)  # of the listed directions from the rigid motion at the reference
-    columns = np.concatenate([6 * node + np.arange(6) for node, _ in flat])
-    pick = np.zeros((len(motion), len(columns)))
-    at = 0
-    for k, (_, rows) in enumerate(flat):
-        pick[at : at + len(rows), 6 * k : 6 * k + 6] = rows
-        at += len(rows)
-    w = np.array(weights)
-    centre_nodes = np.array([node for node, _ in flat])
-    length = float(np.linalg.norm(deck.points[centre_nodes] - point, axis=1).max()) or 1.0
-    scale = np.array([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length, 1.0 / length])
-    scaled = motion * scale
-    # rotations that are listed count with the square of a length, as in Nastran (mean distance of the points)
-    turn = np.array([direction >= 3 for _, parts, _ in groups for direction in parts])
-    w = np.where(turn, w * length**2, w)
-    normal = scaled.T @ (w[:, None] * scaled)
-    values, vectors = np.linalg.eigh(normal)
-    firm = values > 1e-10 * values[-1]
-    inverse = (vectors[:, firm] / values[firm]) @ vectors[:, firm].T
-    needed = rows_of(reference, directions, frames) * scale
-    if not firm.all() and (np.abs(needed @ vectors[:, ~firm]) > 1e-6).any():
-        raise card.refused(
-            f"{len(groups)} points that do not determine the motion of the reference (on one line?)",
-            "points off one line, or rotations among their components",
-            "Add points or components",
-        )
-    mean = scale[:, None] * (inverse @ (scaled.T * w)) @ pick  # (6, columns)
+    columns, mean = mean_motion(deck.points, frames, groups, reference, directions, who)
     link = LinkRows(f"RBE3 {card.text(1)}")
     own = 6 * reference + np.arange(6)
     rows = rows_of(reference, directions, frames)
@@ -140,7 +75,7 @@ def _rbe3(card: Card, deck: Deck, frames: Frames) -> None:
     candidates = chosen if len(chosen) else own
     link.add_equations(every, equations, candidates, who)
     deck.links.append(link)
-    nodes = np.unique(centre_nodes)
+    nodes = np.unique([node for node, _, _ in groups])
     spread = {int(n): 0.0 for n in nodes}
     for node, _, weight in groups:
         spread[int(node)] = max(spread[int(node)], weight)
@@ -240,7 +175,7 @@ def _rigid_set(card: Card, deck: Deck, frames: Frames, independent, dependent, k
         rows = rows_of(node, parts, frames)
         given.append((rows, node))
         columns.append(6 * node + np.arange(6))
-    motion = np.vstack([rows @ arm(deck, node, base) for rows, node in given])
+    motion = np.vstack([rows @ arm(deck.points, node, base) for rows, node in given])
     pick = np.zeros((6, 6 * len(given)))
     at = 0
     for k, (rows, _) in enumerate(given):
@@ -258,7 +193,7 @@ def _rigid_set(card: Card, deck: Deck, frames: Frames, independent, dependent, k
         rows = rows_of(node, parts, frames)
         own = 6 * node + np.arange(6)
         every = np.concatenate([own, *columns])
-        matrix = np.hstack([rows, -rows @ arm(deck, node, base) @ body])
+        matrix = np.hstack([rows, -rows @ arm(deck.points, node, base) @ body])
         unique, inverse = np.unique(every, return_inverse=True)  # a node may be on both sides
         merged = np.zeros((len(matrix), len(unique)))
         np.add.at(merged, (slice(None), inverse.ravel()), matrix)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Lumped
-from flexmb.fem.deck.nastran_links import Frames, components, rows_of
+from flexmb.fem.deck.links import Frames, rows_of
+from flexmb.fem.deck.nastran_links import components
 from flexmb.fem.deck.nastran_systems import Systems
 from flexmb.fem.deck.nastran_text import Bulk, Card
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.deck.abaqus import read_abaqus_deck
 from flexmb.fem.deck.assemble import assembled
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.inventory import inventory_text, mass_and_center
@@ -24,6 +25,7 @@ DECK_READERS: dict[str, Callable[[Path], Deck]] = {
     ".pch": read_nastran_deck,
     ".fem": read_nastran_deck,
     ".blk": read_nastran_deck,
+    ".inp": read_abaqus_deck,
 }
 """Readers by file suffix."""
 

@@ -1,0 +1,133 @@
+"""`read_abaqus_deck`: an Abaqus or CalculiX deck as a `Deck`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError
+from flexmb.fem.deck.abaqus_links import add_abaqus_links, add_boundary
+from flexmb.fem.deck.abaqus_model import Flat, flattened_deck
+from flexmb.fem.deck.abaqus_sections import Materials, add_sections
+from flexmb.fem.deck.abaqus_surfaces import facets, surface_nodes
+from flexmb.fem.deck.abaqus_text import read_blocks
+from flexmb.fem.deck.contents import Deck
+
+__all__ = ["read_abaqus_deck"]
+
+LEFT_OUT = frozenset(
+    (
+        "SHELL TO SOLID COUPLING",
+        "EMBEDDED ELEMENT",
+        "FASTENER",
+        "CONNECTOR SECTION",
+        "NONSTRUCTURAL MASS",
+        "PRE-TENSION SECTION",
+        "CYCLIC SYMMETRY MODEL",
+        "SUBMODEL",
+        "GAP",
+        "JOINT",
+        "USER ELEMENT",
+        "COHESIVE SECTION",
+        "GASKET SECTION",
+        "SURFACE SECTION",
+        "REBAR LAYER",
+        "FLUID SECTION",
+        "NODAL THICKNESS",
+        "SHELL GENERAL SECTION",
+        "MATRIX INPUT",
+    )
+)
+"""Keywords that change the structure and have no counterpart here: told by name."""
+
+
+def read_abaqus_deck(path: Path) -> Deck:
+    """Read an Abaqus or CalculiX deck; MeshError with file, line and keyword for whatever cannot be read."""
+    part = f"Deck '{path}'"
+    flat = flattened_deck(read_blocks(path), part)
+    order = _order(flat)
+    deck = Deck(name=path.stem, source="Abaqus", labels=order, points=np.array(flat.points))
+    deck.inventory.read["*NODE"] = len(flat.points)
+    materials = Materials(flat, deck)
+    steps = _model_data(flat, deck)
+    frames = _frames(flat, deck)
+    add_sections(flat, deck, materials)
+    add_abaqus_links(flat, deck, frames)
+    add_boundary(flat, deck, frames, steps)
+    for name, nodes in flat.node_sets.items():
+        if nodes:
+            deck.node_sets[flat.names.get(name, name)] = np.unique(np.array(nodes, np.int64))
+    for name in flat.surfaces:
+        rows = facets(flat, name)
+        if len(rows):
+            deck.facet_sets[flat.names.get(name, name)] = rows
+        nodes = surface_nodes(flat, name)
+        if len(nodes):
+            deck.node_sets.setdefault(flat.names.get(name, name), nodes)
+    return deck
+
+
+def _order(flat: Flat) -> np.ndarray:
+    """Return a label per node: its number in the file, or one by one where instances use numbers twice."""
+    labels = np.array(flat.labels, np.int64)
+    if len(np.unique(labels)) == len(labels):
+        return labels
+    return np.arange(1, len(labels) + 1)
+
+
+def _model_data(flat: Flat, deck: Deck) -> list:
+    """Return the keywords of the first step, remove all steps, and tell what is left out or not needed."""
+    kept, first, step = [], [], 0
+    for block, scope in flat.blocks:
+        if block.name == "STEP":
+            step += 1
+        elif block.name == "END STEP":
+            step = -abs(step)
+        elif step > 0:
+            if step == 1:
+                first.append((block, scope))
+        else:
+            kept.append((block, scope))
+            if block.name in LEFT_OUT:
+                deck.inventory.left_out[f"*{block.name}"] += 1
+    flat.blocks = kept
+    return first
+
+
+def _frames(flat: Flat, deck: Deck) -> dict[int, np.ndarray]:
+    """Return the axes (3, 3) of nodes with *TRANSFORM, in which supports, equations and loads are meant."""
+    frames: dict[int, np.ndarray] = {}
+    for block, scope in flat.blocks:
+        if block.name != "TRANSFORM":
+            continue
+        rows = block.rows()
+        if not rows:
+            raise block.wrong("no data line", "two points")
+        values = np.array(block.reals(rows[0], 6, 0.0))
+        a, b = values[:3], values[3:]
+        kind = block.parameters.get("TYPE", "R").upper()[:1]
+        if kind not in "RC":
+            raise block.wrong(f"TYPE={kind}", "R or C")
+        turn = flat.scopes[scope].rotation
+        for node in flat.nodes_of(block.need("NSET"), scope, block):
+            point = deck.points[node]
+            if kind == "R":
+                x = turn @ a
+                z = np.cross(x, turn @ b)
+                y = np.cross(z, x)
+            else:
+                z = turn @ (b - a)
+                x = point - (turn @ a + flat.scopes[scope].origin)
+                x = x - (x @ z) / (z @ z) * z if z.any() else x
+                y = np.cross(z, x)
+            if min(np.linalg.norm(v) for v in (x, y, z)) <= 0.0:
+                raise MeshError(
+                    f"{block.where}, *TRANSFORM",
+                    found="axes without direction",
+                    expected="two directions, or an axis away from the node",
+                    remedy="Correct the points",
+                )
+            frames[node] = np.stack([v / np.linalg.norm(v) for v in (x, y, z)])
+        deck.inventory.read["*TRANSFORM"] += 1
+    return frames

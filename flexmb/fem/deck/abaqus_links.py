@@ -1,0 +1,338 @@
+"""Links, masses, springs and supports of an Abaqus deck.
+
+*RIGID BODY, *COUPLING, *KINEMATIC COUPLING, *MPC, *EQUATION and *TIE as eliminated freedoms; *MASS, *ROTARY INERTIA,
+*SPRING and *DASHPOT as matrices; *BOUNDARY as supports.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.fem.deck.abaqus_model import Flat
+from flexmb.fem.deck.abaqus_surfaces import facets, shape_of, surface_nodes
+from flexmb.fem.deck.abaqus_text import Block
+from flexmb.fem.deck.contents import Deck, Lumped, Reference
+from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
+from flexmb.fem.deck.tie import tie_rows
+
+__all__ = ["add_abaqus_links", "add_boundary"]
+
+NAMED_SUPPORTS = {
+    "ENCASTRE": range(6),
+    "PINNED": range(3),
+    "XSYMM": (0, 4, 5),
+    "YSYMM": (1, 3, 5),
+    "ZSYMM": (2, 3, 4),
+    "XASYMM": (1, 2, 3),
+    "YASYMM": (0, 2, 4),
+    "ZASYMM": (0, 1, 5),
+}
+
+
+def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames) -> None:
+    """Add what joins and loads the parts with mass; a coupling takes the keyword that follows it as its kind."""
+    makers = {
+        "RIGID BODY": _rigid_body,
+        "KINEMATIC COUPLING": _old_kinematic,
+        "MPC": _mpc,
+        "EQUATION": _equation,
+        "TIE": _tie,
+        "MASS": _mass,
+        "ROTARY INERTIA": _rotary_inertia,
+        "SPRING": _spring,
+        "DASHPOT": _spring,
+    }
+    for k, (block, scope) in enumerate(flat.blocks):
+        if block.name == "COUPLING":
+            _coupling(block, scope, [b for b, _ in flat.blocks[k + 1 : k + 3]], flat, deck, frames)
+        elif block.name == "DISTRIBUTING COUPLING":
+            deck.inventory.left_out["*DISTRIBUTING COUPLING (use *COUPLING and *DISTRIBUTING)"] += 1
+        elif block.name in makers:
+            makers[block.name](block, scope, flat, deck, frames)
+
+
+def _one(flat: Flat, word: str, scope: str, block: Block) -> int:
+    nodes = flat.nodes_of(word, scope, block)
+    if len(set(nodes)) != 1:
+        raise block.wrong(f"'{word}' with {len(set(nodes))} nodes", "one node")
+    return nodes[0]
+
+
+def _name(flat: Flat, word: str, prefix: str) -> str:
+    """Return the name of a reference point: the set that names the node, or its number."""
+    return word if not word.isdigit() else f"{prefix}_{word}"
+
+
+def _directions(rows: list[list[str]], block: Block) -> list[int]:
+    """Return directions 0..5 of lines "first, last"; all six without lines."""
+    out: set[int] = set()
+    for row in rows:
+        numbers = block.integers(row[:2])
+        if not numbers or not all(1 <= n <= 6 for n in numbers):
+            raise block.wrong(f"directions '{','.join(row)}'", "numbers 1 to 6")
+        out |= set(range(numbers[0] - 1, (numbers[1] if len(numbers) > 1 else numbers[0])))
+    return sorted(out) or list(range(6))
+
+
+def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: Deck, frames: Frames) -> None:
+    word = block.need("REF NODE")
+    reference = _one(flat, word, scope, block)
+    surface = flat.full(flat.surfaces, block.need("SURFACE"), scope)
+    if surface is None:
+        known = ", ".join(sorted(flat.surfaces)[:12]) or "none"
+        raise block.wrong(f"the surface '{block.parameters['SURFACE']}', which does not exist", f"One of: {known}")
+    nodes = [n for n in surface_nodes(flat, surface).tolist() if n != reference]
+    kind = next((b for b in after if b.name in ("KINEMATIC", "DISTRIBUTING")), None)
+    if kind is None or not nodes:
+        raise block.wrong("neither *KINEMATIC nor *DISTRIBUTING behind it" if nodes else "no nodes", "both")
+    label = block.parameters.get("CONSTRAINT NAME", "") or f"coupling_{word}"
+    own = dict(frames)
+    if "ORIENTATION" in block.parameters:
+        deck.inventory.approximated[f"*COUPLING '{label}': its orientation (all directions follow)"] += 1
+    directions = _directions(kind.rows(), kind)
+    link = LinkRows(f"the coupling '{label}'")
+    if kind.name == "KINEMATIC":
+        if "ORIENTATION" in block.parameters and not {0, 1, 2} <= set(directions):
+            raise block.wrong("some directions in an ORIENTATION", "all three translations", "Couple 1 to 3 at least")
+        for node in nodes:
+            follow(link, deck.points, own, node, directions, reference, f"{block.where}, *COUPLING")
+        if {0, 1, 2} <= set(directions):
+            link.rigid = (reference, np.array(nodes, np.int64))
+        at = Reference(node=reference)
+    else:
+        weights = np.ones(len(nodes))
+        groups = [(node, [0, 1, 2], float(w)) for node, w in zip(nodes, weights, strict=True)]
+        who = f"{block.where}, *COUPLING"
+        columns, mean = mean_motion(deck.points, frames, groups, reference, directions, who)
+        rows = rows_of(reference, directions, frames)
+        own_freedoms = 6 * reference + np.arange(6)
+        every = np.concatenate([own_freedoms, columns])
+        link.add_equations(every, np.hstack([rows, -rows @ mean]), own_freedoms, who)
+        at = Reference(node=reference, averaged=np.array(sorted(nodes), np.int64), weights=np.ones(len(nodes)))
+    deck.links.append(link)
+    deck.references.setdefault(label, at)
+    deck.inventory.read[f"*COUPLING ({kind.name.lower()})"] += 1
+
+
+def _old_kinematic(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    word = block.need("REF NODE")
+    reference = _one(flat, word, scope, block)
+    link = LinkRows(f"the kinematic coupling at node {word}")
+    for row in block.rows():
+        directions = _directions([row[1:]] if any(row[1:]) else [], block)
+        for node in dict.fromkeys(flat.nodes_of(row[0], scope, block)):
+            if node != reference:
+                follow(link, deck.points, frames, node, directions, reference, f"{block.where}, *{block.name}")
+    deck.links.append(link)
+    deck.references.setdefault(_name(flat, word, "coupling"), Reference(node=reference))
+    deck.inventory.read["*KINEMATIC COUPLING"] += 1
+
+
+def _rigid_body(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    """All nodes follow the reference; CalculiX keeps the rotations in the translations of a ROT NODE."""
+    word = block.need("REF NODE")
+    reference = _one(flat, word, scope, block)
+    nodes: set[int] = set()
+    for key in ("ELSET",):
+        if key in block.parameters:
+            for k in flat.named(flat.element_sets, block.parameters[key], scope, block, "element set"):
+                nodes |= set(flat.elements[k].nodes)
+    for key in ("NSET", "TIE NSET"):
+        if key in block.parameters:
+            nodes |= set(flat.nodes_of(block.parameters[key], scope, block))
+    pinned = set(flat.nodes_of(block.parameters["PIN NSET"], scope, block)) if "PIN NSET" in block.parameters else set()
+    turning: int | None = None
+    if "ROT NODE" in block.parameters:
+        turning = _one(flat, block.parameters["ROT NODE"], scope, block)
+    nodes -= {reference, turning if turning is not None else reference}
+    link = LinkRows(f"the rigid body at node {word}")
+    for node in sorted(nodes | pinned):
+        directions = list(range(3)) if node in pinned and node not in nodes else list(range(6))
+        if turning is None:
+            follow(link, deck.points, frames, node, directions, reference, f"{block.where}, *RIGID BODY")
+        else:
+            motion = arm(deck.points, node, reference)
+            columns = np.concatenate([6 * reference + np.arange(3), 6 * turning + np.arange(3)])
+            link.add(6 * node + np.arange(6), columns, motion)
+    if turning is not None:
+        link.add(6 * reference + np.arange(3, 6), 6 * turning + np.arange(3), np.eye(3))
+    else:
+        link.rigid = (reference, np.array(sorted(nodes | pinned), np.int64))
+        deck.references.setdefault(_name(flat, word, "rigid"), Reference(node=reference))
+    deck.links.append(link)
+    deck.inventory.read["*RIGID BODY"] += 1
+
+
+def _mpc(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    for row in block.rows():
+        kind, words = row[0].upper(), [word for word in row[1:] if word]
+        if kind not in ("BEAM", "TIE", "PIN") or len(words) < 2:
+            deck.inventory.left_out[f"*MPC of type {kind or '?'}"] += 1
+            continue
+        directions = [0, 1, 2] if kind == "PIN" else list(range(6))
+        followers, leaders = (flat.nodes_of(word, scope, block) for word in words[:2])
+        if len(leaders) == 1:
+            leaders = leaders * len(followers)
+        if len(leaders) != len(followers):
+            raise block.wrong(f"{len(followers)} nodes that follow {len(leaders)}", "sets of one size")
+        link = LinkRows(f"*MPC {kind}")
+        for node, leader in zip(followers, leaders, strict=True):
+            if kind == "BEAM":
+                follow(link, deck.points, frames, node, directions, leader, f"{block.where}, *MPC")
+            else:
+                link.add(6 * node + np.array(directions), 6 * leader + np.array(directions), np.eye(len(directions)))
+        deck.links.append(link)
+        deck.inventory.read[f"*MPC {kind}"] += 1
+
+
+def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    words = [word for row in block.rows() for word in row if word]
+    at = 0
+    while at < len(words):
+        count = block.integers(words[at : at + 1])[0]
+        terms = words[at + 1 : at + 1 + 3 * count]
+        if count < 1 or len(terms) < 3 * count:
+            raise block.wrong(f"an equation of {count} terms with {len(terms)} words", "node, direction, factor each")
+        at += 1 + 3 * count
+        sets = [flat.nodes_of(terms[3 * k], scope, block) for k in range(count)]
+        size = max(len(s) for s in sets)
+        for i in range(size):
+            _one_equation(block, terms, sets, i, deck, frames)
+        deck.inventory.read["*EQUATION"] += 1
+
+
+def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int, deck: Deck, frames: Frames) -> None:
+    columns, row, first = [], [], None
+    for k, nodes in enumerate(sets):
+        if len(nodes) not in (1, max(len(s) for s in sets)):
+            raise block.wrong("sets of different size in an equation", "single nodes or sets of one size")
+        node = nodes[0] if len(nodes) == 1 else nodes[i]
+        direction = block.integers(terms[3 * k + 1 : 3 * k + 2])[0]
+        if not 1 <= direction <= 6:
+            raise block.wrong(f"direction {direction}", "1 to 6")
+        factor = block.reals(terms[3 * k + 2 : 3 * k + 3])[0]
+        columns.append(6 * node + np.arange(6))
+        row.append(factor * rows_of(node, [direction - 1], frames)[0])
+        first = columns[-1][np.abs(row[-1]) > 0.0] if first is None else first
+    every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
+    merged = np.zeros((1, len(every)))
+    np.add.at(merged[0], inverse.ravel(), np.concatenate(row))
+    used = np.abs(merged[0]) > 0.0
+    link = LinkRows("*EQUATION")
+    assert first is not None
+    link.add_equations(every[used], merged[:, used], first, f"{block.where}, *EQUATION")
+    deck.links.append(link)
+
+
+def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    """Nodes of the first surface follow the faces of the second on which they lie, by projection."""
+    for row in block.rows():
+        names = [flat.full(flat.surfaces, word, scope) for word in row[:2]]
+        if len(names) < 2 or None in names:
+            known = ", ".join(sorted(flat.surfaces)[:12]) or "none"
+            raise block.wrong(f"surfaces '{', '.join(row[:2])}' that do not exist", f"two of: {known}")
+        follower, leader = names
+        assert follower is not None
+        assert leader is not None
+        given = block.parameters.get("POSITION TOLERANCE", "")
+        tolerance = block.reals([given])[0] if given else None
+        nodes, rows = surface_nodes(flat, follower), facets(flat, leader)
+        if not len(rows):
+            raise block.wrong(f"the surface '{row[1]}' without faces", "a surface of element faces")
+        dofs = _turning(flat, nodes, rows)
+        link, far = tie_rows(f"the tie '{block.parameters.get('NAME', '')}'", deck.points, nodes, rows, tolerance, dofs)
+        deck.links.append(link)
+        if far:
+            deck.inventory.approximated[f"*TIE: nodes of '{row[0]}' too far from '{row[1]}' to be tied"] += far
+        deck.inventory.read["*TIE"] += 1
+
+
+def _turning(flat: Flat, nodes: np.ndarray, rows: np.ndarray) -> bool:
+    """Whether both sides of a tie are shells, whose rotations are tied as well."""
+    shells = {n for e in flat.elements if shape_of(e.kind)[0] in ("shell", "beam") for n in e.nodes}
+    return bool(shells) and set(nodes.tolist()) <= shells and set(rows[rows >= 0].tolist()) <= shells
+
+
+def _mass(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    value = block.reals(block.rows()[0][:1])[0] if block.rows() else 0.0
+    if value < 0.0:
+        raise block.wrong(f"a mass of {value:g}", "a mass >= 0")
+    for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
+        matrix = np.diag([value] * 3 + [0.0] * 3)
+        _lump(deck, "mass", (flat.elements[k].nodes[0],), matrix, "*MASS")
+
+
+def _rotary_inertia(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    rows = block.rows()
+    i11, i22, i33, i12, i13, i23 = block.reals(rows[0] if rows else [], 6, 0.0)
+    inertia = np.array([[i11, i12, i13], [i12, i22, i23], [i13, i23, i33]])
+    if np.linalg.eigvalsh(inertia)[0] < -1e-9 * np.abs(inertia).max(initial=1e-300):
+        raise block.wrong(f"{inertia.tolist()}", "an inertia that is not negative")
+    turn = flat.scopes[scope].rotation
+    for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
+        matrix = np.zeros((6, 6))
+        matrix[3:, 3:] = turn @ inertia @ turn.T
+        _lump(deck, "mass", (flat.elements[k].nodes[0],), matrix, "*ROTARY INERTIA")
+
+
+def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    kind = "stiffness" if block.name == "SPRING" else "damping"
+    rows = block.rows()
+    for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
+        element = flat.elements[k]
+        nodes = tuple(element.nodes[:2])
+        if element.kind in ("SPRINGA", "DASHPOTA"):
+            value = block.reals(next((row for row in rows[::-1] if any(row)), [])[:1])[0]
+            along = deck.points[nodes[1]] - deck.points[nodes[0]]
+            size = np.linalg.norm(along)
+            if not size > 0.0:
+                raise block.wrong(f"element {element.label} without length", "two different places")
+            row = np.concatenate([-along / size, np.zeros(3), along / size, np.zeros(3)])
+        else:
+            if len(rows) < 2:
+                raise block.wrong("no line of directions", "directions, then the value")
+            directions, value = block.integers(rows[0]), block.reals(rows[1][:1])[0]
+            ends = [rows_of(n, [d - 1], frames)[0] for n, d in zip(nodes, directions * 2, strict=False)]
+            row = np.concatenate([(-1.0) ** i * end for i, end in enumerate(ends)])
+            nodes = nodes[: len(ends)]
+        _lump(deck, kind, nodes, value * np.outer(row, row), f"*{block.name}")
+
+
+def _lump(deck: Deck, kind: str, nodes: tuple[int, ...], matrix: np.ndarray, name: str) -> None:
+    deck.lumped_parts.append(Lumped(kind=kind, nodes=nodes, matrix=matrix, name=name))
+    deck.inventory.read[name] += 1
+
+
+def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block, str]]) -> None:
+    """Keep the supports of the model and of the first step as "boundary"."""
+    held: set[tuple[int, int]] = set()
+    slanted = 0
+    for block, scope in [*flat.blocks, *steps]:
+        if block.name != "BOUNDARY":
+            continue
+        for row in block.rows():
+            nodes = flat.nodes_of(row[0], scope, block)
+            word = row[1].upper() if len(row) > 1 else ""
+            if word in NAMED_SUPPORTS:
+                directions = list(NAMED_SUPPORTS[word])
+            else:
+                numbers = block.integers(row[1:3])
+                if not numbers or not all(1 <= n <= 11 for n in numbers):
+                    raise block.wrong(f"'{','.join(row)[:60]}'", "a node or set, first and last direction")
+                directions = [k for k in range(numbers[0] - 1, numbers[-1]) if k < 6]
+            for node in nodes:
+                axes = frames.get(node)
+                if axes is None or len(directions) >= 3:
+                    held |= {(node, k) for k in directions}
+                    continue
+                for k in directions:
+                    turned = axes[k % 3]
+                    main = int(np.abs(turned).argmax())
+                    if abs(abs(turned[main]) - 1.0) < 1e-6:
+                        held.add((node, 3 * (k // 3) + main))
+                    else:
+                        slanted += 1
+    if held:
+        deck.supports["boundary"] = np.array(sorted(held), np.int64)
+    if slanted:
+        deck.inventory.left_out["*BOUNDARY: supports across the basic axes at nodes with *TRANSFORM"] += slanted

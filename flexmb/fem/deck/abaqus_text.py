@@ -1,0 +1,154 @@
+"""The keywords of an Abaqus or CalculiX deck as blocks: INCLUDE files in their places, continued lines joined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError
+
+__all__ = ["Block", "read_blocks"]
+
+DEEPEST = 20
+"""Files within files."""
+
+
+@dataclass(slots=True, eq=False)
+class Block:
+    """One keyword with its parameters (names in capitals) and its data lines as words."""
+
+    name: str
+    parameters: dict[str, str]
+    where: str
+    lines: list[str] = field(default_factory=list)
+
+    def rows(self) -> list[list[str]]:
+        """Return the words of the data lines."""
+        return [[word.strip() for word in line.split(",")] for line in self.lines]
+
+    def words(self) -> list[str]:
+        """Return the words of all data lines in one list, empty ones at the end of a line left out."""
+        out: list[str] = []
+        for row in self.rows():
+            while row and not row[-1]:
+                row.pop()
+            out += row
+        return out
+
+    def reals(self, row: list[str], count: int | None = None, default: float | None = None) -> list[float]:
+        """Return the words of a row as finite numbers; MeshError if one is none."""
+        out = []
+        for word in row if count is None else (row + [""] * count)[:count]:
+            if not word and default is not None:
+                out.append(default)
+                continue
+            try:
+                value = float(word.upper().replace("D", "E"))
+            except ValueError:
+                raise self.wrong(f"'{word}' among '{', '.join(row)[:60]}'", "numbers") from None
+            if not np.isfinite(value):
+                raise self.wrong(f"'{word}'", "finite numbers")
+            out.append(value)
+        return out
+
+    def integers(self, row: list[str]) -> list[int]:
+        """Return the words of a row as integers; MeshError if one is none."""
+        try:
+            return [int(word) for word in row if word]
+        except ValueError:
+            raise self.wrong(f"'{', '.join(row)[:60]}'", "integers") from None
+
+    def need(self, parameter: str) -> str:
+        """Return a parameter; MeshError if the keyword has none of that name."""
+        if not self.parameters.get(parameter):
+            raise self.wrong(f"no {parameter}=", f"{parameter}= with a name")
+        return self.parameters[parameter]
+
+    def wrong(self, found: str, expected: str, remedy: str = "Correct the deck, or write it again") -> MeshError:
+        """Return an error about this keyword."""
+        return MeshError(f"{self.where}, *{self.name}", found=found, expected=expected, remedy=remedy)
+
+
+def read_blocks(path: Path) -> list[Block]:
+    """Return the keywords of a deck in order."""
+    blocks: list[Block] = []
+    _read(path, path.parent, blocks, ())
+    if not blocks:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="no keyword (a line that begins with *)",
+            expected="an Abaqus or CalculiX deck",
+            remedy="Check whether the file is one",
+        )
+    return blocks
+
+
+def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) -> None:
+    if path.resolve() in above or len(above) > DEEPEST:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="files that include each other" if path.resolve() in above else f"more than {DEEPEST} files deep",
+            expected="*INCLUDE files that end",
+            remedy="Remove the *INCLUDE that leads back",
+        )
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MeshError(
+            f"Deck '{path}'",
+            found=f"cannot read it ({error.strerror})",
+            expected="a readable file",
+            remedy="Check the name and the permissions",
+        ) from None
+    if b"\0" in data:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="bytes of a binary file",
+            expected="the text of a deck",
+            remedy="Give the input deck (.inp), not a result file",
+        )
+    lines = data.decode("utf-8", "replace").splitlines()
+    k = 0
+    while k < len(lines):
+        line, k = lines[k], k + 1
+        text = line.strip()
+        if not text or text.startswith("**"):
+            continue
+        if not text.startswith("*"):
+            if blocks:
+                blocks[-1].lines.append(text)
+            elif not above:
+                raise MeshError(
+                    f"{path}:{k}",
+                    found=f"'{text[:60]}' before the first keyword",
+                    expected="a keyword: * and its name",
+                    remedy="Check whether the file is an Abaqus or CalculiX deck",
+                )
+            continue
+        start = k
+        while text.endswith(",") and k < len(lines) and not lines[k].strip().startswith("*"):
+            text, k = text + lines[k].strip(), k + 1
+        head, *rest = text[1:].split(",")
+        parameters = {}
+        for word in rest:
+            name, _, value = word.partition("=")
+            parameters[" ".join(name.split()).upper()] = value.strip().strip('"')
+        block = Block(" ".join(head.split()).upper(), parameters, f"{path}:{start}")
+        if block.name == "INCLUDE":
+            _include(block, path, main, blocks, above)
+        else:
+            blocks.append(block)
+
+
+def _include(block: Block, path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) -> None:
+    name = block.need("INPUT").replace("\\", "/")
+    for folder in (main, path.parent):
+        try:
+            if (folder / name).is_file():
+                _read(folder / name, main, blocks, (*above, path.resolve()))
+                return
+        except (OSError, ValueError):
+            break
+    raise block.wrong(f"INPUT={name[:120]}: no such file", f"a file beside '{main}'", "Put the included file there")
