@@ -49,6 +49,7 @@ def read_abaqus_deck(path: Path) -> Deck:
     order = _order(flat)
     deck = Deck(name=path.stem, source="Abaqus", labels=order, points=np.array(flat.points))
     deck.inventory.read["*NODE"] = len(flat.points)
+    deck.inventory.left_out.update(flat.skipped)
     materials = Materials(flat, deck)
     steps = _model_data(flat, deck)
     frames = _frames(flat, deck)

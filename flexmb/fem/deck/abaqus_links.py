@@ -75,7 +75,7 @@ def _directions(rows: list[list[str]], block: Block) -> list[int]:
 
 
 def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: Deck, frames: Frames) -> None:
-    word = block.need("REF NODE")
+    word = block.need("REFNODE")
     reference = _one(flat, word, scope, block)
     surface = flat.full(flat.surfaces, block.need("SURFACE"), scope)
     if surface is None:
@@ -85,7 +85,7 @@ def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: De
     kind = next((b for b in after if b.name in ("KINEMATIC", "DISTRIBUTING")), None)
     if kind is None or not nodes:
         raise block.wrong("neither *KINEMATIC nor *DISTRIBUTING behind it" if nodes else "no nodes", "both")
-    label = block.parameters.get("CONSTRAINT NAME", "") or f"coupling_{word}"
+    label = block.parameters.get("CONSTRAINTNAME", "") or f"coupling_{word}"
     own = dict(frames)
     if "ORIENTATION" in block.parameters:
         deck.inventory.approximated[f"*COUPLING '{label}': its orientation (all directions follow)"] += 1
@@ -115,7 +115,7 @@ def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: De
 
 
 def _old_kinematic(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
-    word = block.need("REF NODE")
+    word = block.need("REFNODE")
     reference = _one(flat, word, scope, block)
     link = LinkRows(f"the kinematic coupling at node {word}")
     for row in block.rows():
@@ -130,20 +130,20 @@ def _old_kinematic(block: Block, scope: str, flat: Flat, deck: Deck, frames: Fra
 
 def _rigid_body(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
     """All nodes follow the reference; CalculiX keeps the rotations in the translations of a ROT NODE."""
-    word = block.need("REF NODE")
+    word = block.need("REFNODE")
     reference = _one(flat, word, scope, block)
     nodes: set[int] = set()
     for key in ("ELSET",):
         if key in block.parameters:
             for k in flat.named(flat.element_sets, block.parameters[key], scope, block, "element set"):
                 nodes |= set(flat.elements[k].nodes)
-    for key in ("NSET", "TIE NSET"):
+    for key in ("NSET", "TIENSET"):
         if key in block.parameters:
             nodes |= set(flat.nodes_of(block.parameters[key], scope, block))
-    pinned = set(flat.nodes_of(block.parameters["PIN NSET"], scope, block)) if "PIN NSET" in block.parameters else set()
+    pinned = set(flat.nodes_of(block.parameters["PINNSET"], scope, block)) if "PINNSET" in block.parameters else set()
     turning: int | None = None
-    if "ROT NODE" in block.parameters:
-        turning = _one(flat, block.parameters["ROT NODE"], scope, block)
+    if "ROTNODE" in block.parameters:
+        turning = _one(flat, block.parameters["ROTNODE"], scope, block)
     nodes -= {reference, turning if turning is not None else reference}
     link = LinkRows(f"the rigid body at node {word}")
     for node in sorted(nodes | pinned):
@@ -186,6 +186,8 @@ def _mpc(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> No
 
 
 def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    if "REMOVE" in block.parameters:
+        return
     words = [word for row in block.rows() for word in row if word]
     at = 0
     while at < len(words):
@@ -226,6 +228,9 @@ def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int,
 
 def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
     """Nodes of the first surface follow the faces of the second on which they lie, by projection."""
+    if {"CYCLICSYMMETRY", "MULTISTAGE", "FLUIDPERIODIC", "FLUIDCYCLIC"} & set(block.parameters):
+        deck.inventory.left_out["*TIE of a cyclic or periodic structure"] += 1
+        return
     for row in block.rows():
         names = [flat.full(flat.surfaces, word, scope) for word in row[:2]]
         if len(names) < 2 or None in names:
@@ -234,7 +239,7 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> No
         follower, leader = names
         assert follower is not None
         assert leader is not None
-        given = block.parameters.get("POSITION TOLERANCE", "")
+        given = block.parameters.get("POSITIONTOLERANCE", "")
         tolerance = block.reals([given])[0] if given else None
         nodes, rows = surface_nodes(flat, follower), facets(flat, leader)
         if not len(rows):
@@ -317,9 +322,9 @@ def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block
                 directions = list(NAMED_SUPPORTS[word])
             else:
                 numbers = block.integers(row[1:3])
-                if not numbers or not all(1 <= n <= 11 for n in numbers):
+                if not numbers or not all(0 <= n <= 11 for n in numbers):
                     raise block.wrong(f"'{','.join(row)[:60]}'", "a node or set, first and last direction")
-                directions = [k for k in range(numbers[0] - 1, numbers[-1]) if k < 6]
+                directions = [k for k in range(numbers[0] - 1, numbers[-1]) if 0 <= k < 6]
             for node in nodes:
                 axes = frames.get(node)
                 if axes is None or len(directions) >= 3:

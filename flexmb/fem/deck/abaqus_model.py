@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -12,6 +13,8 @@ from flexmb.fem.deck.abaqus_text import Block
 
 __all__ = ["Element", "Flat", "Scope", "flattened_deck", "instance_pose", "members"]
 
+NOT_STRUCTURAL = frozenset(("D", "F3D4", "F3D6", "F3D8", "DC3D4", "DC3D6", "DC3D8", "DC3D10", "DC3D15", "DC3D20"))
+"""Elements of fluid networks, fluids and heat."""
 MANY = 50_000_000
 """More numbers than a set of any deck holds: GENERATE with a wrong increment."""
 
@@ -50,6 +53,8 @@ class Flat:
     surface_kinds: dict[str, str] = field(default_factory=dict)
     scopes: dict[str, Scope] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
+    skipped: Counter[str] = field(default_factory=Counter)
+    """Elements that are no structure, and numbers in sets that do not exist, by words."""
     blocks: list[tuple[Block, str]] = field(default_factory=list)
     """What is no mesh, each with its scope; those of a part once per instance."""
 
@@ -178,7 +183,8 @@ def _fill(flat: Flat, blocks: list[Block], scope: Scope) -> None:
     for block in blocks:
         if block.name == "NODE":
             _nodes(flat, block, scope, prefix)
-        elif block.name == "ELEMENT":
+    for block in blocks:
+        if block.name == "ELEMENT":
             _elements(flat, block, scope, prefix)
     for block in blocks:
         if block.name in ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"):
@@ -224,17 +230,10 @@ def _nodes(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
 
 def _elements(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
     kind = block.need("TYPE").upper()
-    rows, pending = [], []
-    for row in block.rows():
-        open_line = row and not row[-1]
-        pending += [word for word in row if word]
-        if open_line:
-            continue
-        rows.append(pending)
-        pending = []
-    if pending:
-        rows.append(pending)
-    rows = _joined(rows, _count(kind))
+    if kind in NOT_STRUCTURAL:
+        flat.skipped[kind] += sum(1 for row in block.rows() if row[0])
+        return
+    rows = _joined([[word for word in row if word] for row in block.rows()], _count(kind))
     made = []
     for row in rows:
         numbers = [word.rpartition(".") for word in row[1:]]
@@ -245,6 +244,9 @@ def _elements(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
                 raise block.wrong(f"element {label} with the node '{tail}'", "node numbers")
             nodes.append(flat.node(int(tail), head.lower() if head else scope.name, block))
         if label in scope.elements:
+            if flat.elements[scope.elements[label]].nodes == nodes:
+                made.append(scope.elements[label])
+                continue
             raise block.wrong(f"element {label} a second time", "each number once")
         scope.elements[label] = len(flat.elements)
         made.append(len(flat.elements))
@@ -256,22 +258,22 @@ def _elements(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
 
 
 def _count(kind: str) -> int:
-    """Return the number of nodes of elements that need more than one line of a file, else 0."""
-    for text, count in (("C3D20", 20), ("C3D15", 15), ("C3D27", 27)):
+    """Return the number of nodes of elements that may need more than one line of a file, else 0."""
+    for text, count in (("C3D20", 20), ("C3D15", 15), ("C3D27", 27), ("C3D10", 10), ("C3D8", 8)):
         if text in kind:
             return count
     return 0
 
 
 def _joined(rows: list[list[str]], count: int) -> list[list[str]]:
-    """Return rows of which a long one was broken without a comma at the end of the line."""
+    """Return one row per element where a long one is broken over lines."""
     if not count:
-        return rows
+        return [row for row in rows if row]
     out: list[list[str]] = []
     for row in rows:
         if out and len(out[-1]) < count + 1:
             out[-1] = out[-1] + row
-        else:
+        elif row:
             out.append(list(row))
     return out
 
@@ -304,8 +306,11 @@ def _set(flat: Flat, block: Block, scope: Scope, table: dict[str, list[int]], ke
         for word in block.words():
             if not word:
                 continue
-            if word.isdigit() and int(word) in numbers:
-                found.append(numbers[int(word)])
+            if word.isdigit():
+                if int(word) in numbers:
+                    found.append(numbers[int(word)])
+                else:  # the programs pass over numbers that do not exist
+                    flat.skipped[f"*{key} '{flat.names[name]}': numbers that do not exist"] += 1
             elif key == "NSET":
                 found += flat.nodes_of(word, inside, block)
             else:

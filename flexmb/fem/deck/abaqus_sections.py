@@ -94,8 +94,9 @@ def _elastic(name: str, head: Block, blocks: list[Block]) -> Elastic:
         raise head.wrong(f"the material '{name}' without *ELASTIC", "*ELASTIC with its constants")
     if density < 0.0:
         raise head.wrong(f"a density of {density:g}", "a density >= 0")
-    kind = " ".join(elastic.parameters.get("TYPE", "ISOTROPIC").upper().replace("ISO", "ISOTROPIC").split())
-    kind = "ISOTROPIC" if kind.startswith("ISOTROPIC") else kind
+    word = elastic.parameters.get("TYPE", "ISOTROPIC").upper()
+    known = ("ISOTROPIC", "ENGINEERING CONSTANTS", "ORTHOTROPIC", "ANISOTROPIC", "LAMINA")
+    kind = next((name for name in known if word[:3] == name[:3]), word)
     values = [x for row in elastic.rows()[:3] for x in elastic.reals([w for w in row if w])]
     if kind == "ISOTROPIC":
         e, nu = (*elastic.reals([w for w in elastic.rows()[0][:2] if w]), 0.0)[:2]
@@ -472,7 +473,7 @@ def _beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, ma
 def _section(shape: str, block: Block, d: list[float]) -> Section:
     """Return a section: the first local axis (1) is y, the second (2) is z."""
     try:
-        if shape == "RECT":
+        if shape.startswith("RECT"):
             c = constants("BAR", [d[1] if len(d) > 1 else d[0], d[0]])  # a along 1, b along 2
         elif shape in ("CIRC", "CIRCULAR"):
             # CalculiX gives two thicknesses, Abaqus one radius

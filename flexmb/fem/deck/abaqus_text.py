@@ -17,7 +17,7 @@ DEEPEST = 20
 
 @dataclass(slots=True, eq=False)
 class Block:
-    """One keyword with its parameters (names in capitals) and its data lines as words."""
+    """One keyword with its parameters (names in capitals without spaces) and its data lines."""
 
     name: str
     parameters: dict[str, str]
@@ -134,7 +134,7 @@ def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) 
         parameters = {}
         for word in rest:
             name, _, value = word.partition("=")
-            parameters[" ".join(name.split()).upper()] = value.strip().strip('"')
+            parameters["".join(name.split()).upper()] = value.strip().strip('"')
         block = Block(" ".join(head.split()).upper(), parameters, f"{path}:{start}")
         if block.name == "INCLUDE":
             _include(block, path, main, blocks, above)

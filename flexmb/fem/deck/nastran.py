@@ -15,7 +15,7 @@ from flexmb.fem.deck.nastran_lumped import add_masses, add_springs
 from flexmb.fem.deck.nastran_materials import Materials
 from flexmb.fem.deck.nastran_shells import add_shells, add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
-from flexmb.fem.deck.nastran_text import Bulk, Card, read_bulk
+from flexmb.fem.deck.nastran_text import Bulk, read_bulk
 from flexmb.fem.nastran_cards import PROPERTY_NAME, SET_NAME
 
 __all__ = ["read_nastran_deck"]
@@ -80,7 +80,7 @@ def read_nastran_deck(path: Path) -> Deck:
     """Read a Nastran deck; MeshError with file, line and card for whatever cannot be read."""
     bulk = read_bulk(path)
     part = f"Deck '{path}'"
-    _refuse(bulk, part)
+    _refuse(bulk)
     systems = Systems(bulk)
     try:
         labels, points, frames = read_grids(bulk, systems, part)
@@ -113,11 +113,10 @@ def read_nastran_deck(path: Path) -> Deck:
     return deck
 
 
-def _refuse(bulk: Bulk, part: str) -> None:
+def _refuse(bulk: Bulk) -> None:
     for name in FLUID & set(bulk.cards):
         card = bulk.cards[name][0]
         raise card.refused(f"a fluid element {name}", "a structure", "Remove the fluid from the deck")
-    del part
 
 
 def _parameters(bulk: Bulk, deck: Deck) -> None:
@@ -151,6 +150,9 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         words = [word for word in card.fields[3 if card.name == "SET3" else 2 :] if word]
         if kind not in ("", "GRID", "ELEM") or any(w.upper() in ("SKIN", "ALL") for w in words):
             deck.inventory.unused[f"{card.name} of {kind or 'other things'}"] += 1
+            continue
+        if any(not (w.isdigit() or w.upper() in ("THRU", "BY")) for w in words):
+            deck.inventory.unused[f"{card.name} of other things"] += 1
             continue
         number = card.integer(1)
         of_elements = kind == "ELEM" or (not kind and (number, 2) in names and (number, 1) not in names)
@@ -203,9 +205,3 @@ def _tell(bulk: Bulk, deck: Deck) -> None:
             )
         else:
             inventory.unused[name] += count
-
-
-def first_card(bulk: Bulk, name: str) -> Card | None:
-    """Return the first card of a name, or None."""
-    found = bulk.of(name)
-    return found[0] if found else None

@@ -12,9 +12,6 @@ from flexmb.fem.deck.nastran_text import Bulk, Card
 
 __all__ = ["add_masses", "add_springs"]
 
-RIGID_SPRING = 1e12
-"""A spring stiffer than this times the others of its deck is told in the inventory."""
-
 
 def add_masses(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
     """Add concentrated masses."""
@@ -29,9 +26,9 @@ def add_masses(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None
                 matrix[i, j] = matrix[j, i] = card.real(at, 0.0)
                 at += 1
         _add(deck, card, "mass", (node,), turn.T @ matrix @ turn)
-    properties = {card.integer(1): card for card in bulk.of("PMASS")}
+    properties = _values(bulk, "PMASS", (1, 3, 5, 7), 1)
     for card in bulk.of("CMASS1", "CMASS2"):
-        _scalar(card, deck, frames, "mass", _value(card, properties, "CMASS2", 2))
+        _scalar(card, deck, frames, "mass", _value(card, properties, "CMASS2"))
     for card in bulk.of("CMASS3", "CMASS4", "CELAS3", "CELAS4", "CDAMP3", "CDAMP4", "CDAMP5"):
         deck.inventory.left_out[f"{card.name}: elements between scalar points"] += 1
 
@@ -61,18 +58,21 @@ def _conm2(card: Card, deck: Deck, frames: Frames, systems: Systems) -> None:
 
 def add_springs(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
     """Add springs and dampers; those of bushings act at their own place between the two nodes."""
-    springs = {card.integer(1): card for card in bulk.of("PELAS")}
-    dampers = {card.integer(1): card for card in bulk.of("PDAMP")}
+    springs, dampers = _values(bulk, "PELAS", (1, 5), 1), _values(bulk, "PDAMP", (1, 3, 5, 7), 1)
     for card in bulk.of("CELAS1", "CELAS2"):
-        _scalar(card, deck, frames, "stiffness", _value(card, springs, "CELAS2", 2))
+        _scalar(card, deck, frames, "stiffness", _value(card, springs, "CELAS2"))
     for card in bulk.of("CDAMP1", "CDAMP2"):
-        _scalar(card, deck, frames, "damping", _value(card, dampers, "CDAMP2", 2))
+        _scalar(card, deck, frames, "damping", _value(card, dampers, "CDAMP2"))
     bushings = {card.integer(1): card for card in bulk.of("PBUSH", "PBUSH1D")}
     for card in bulk.of("CBUSH"):
         _bush(card, deck, frames, systems, bushings)
     for card in bulk.of("CBUSH1D"):
         _bush1d(card, deck, systems, bushings)
-    viscous = {card.integer(1): card for card in bulk.of("PVISC")}
+    viscous = {}
+    for card in bulk.of("PVISC"):  # two properties a card
+        for at in (1, 5):
+            if card.text(at):
+                viscous[card.integer(at)] = (card.real(at + 1, 0.0), card.real(at + 2, 0.0))
     for card in bulk.of("CVISC"):
         pid = card.integer(2, card.integer(1))
         if pid not in viscous:
@@ -81,22 +81,27 @@ def add_springs(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> Non
         axes = np.eye(3)
         axes[0] = _along(card, deck, a, b)
         axes[1:] = 0.0
-        c = np.diag([viscous[pid].real(2, 0.0), 0.0, 0.0, viscous[pid].real(3, 0.0), 0.0, 0.0])
+        c = np.diag([viscous[pid][0], 0.0, 0.0, viscous[pid][1], 0.0, 0.0])
         _add(deck, card, "damping", (a, b), _between(c, axes, np.zeros(3), np.zeros(3)))
 
 
-def _value(card: Card, properties: dict[int, Card], direct: str, first: int) -> float:
+def _values(bulk: Bulk, name: str, places: tuple[int, ...], after: int) -> dict[int, float]:
+    """Return the values of scalar properties by number; several may stand on one card."""
+    return {
+        card.integer(at): card.real(at + after, 0.0)
+        for card in bulk.of(name)
+        for at in places
+        if card.text(at) and not card.is_real(at)
+    }
+
+
+def _value(card: Card, properties: dict[int, float], direct: str) -> float:
     if card.name == direct:
         return card.real(2)
     pid = card.integer(2, card.integer(1))
     if pid not in properties:
-        # several properties may stand on one card: PELAS PID1 K1 GE1 S1 PID2 K2
-        for other in properties.values():
-            for at in (3, 5, 7) if other.name != "PELAS" else (5,):
-                if other.text(at) and other.integer(at) == pid:
-                    return other.real(at + 1, 0.0)
         raise card.refused(f"the property {pid}, which does not exist", "its property card")
-    return properties[pid].real(first, 0.0)
+    return properties[pid]
 
 
 def _scalar(card: Card, deck: Deck, frames: Frames, kind: str, value: float) -> None:
