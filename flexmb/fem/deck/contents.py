@@ -173,7 +173,9 @@ class Deck:
         By which all masses are to be multiplied (PARAM, WTMASS).
     lumped : bool
         Whether the program lumps masses at nodes by default.
-    node_sets, cell_sets : mappings of name to node numbers 0 .. n-1, and to element numbers of the file
+    node_sets, facet_sets : mappings of name to node numbers 0 .. n-1, and to corners of facets (nf, 3 or 4)
+    scalar_points : set of int
+        Numbers of points without a place (SPOINT): what hangs on them is left out.
     """
 
     name: str
@@ -190,6 +192,7 @@ class Deck:
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
     references: dict[str, Reference] = field(default_factory=dict)
+    scalar_points: set[int] = field(default_factory=set)
     mass_factor: float = 1.0
     lumped: bool = False
     units: str = ""

@@ -67,7 +67,23 @@ KNOWN = frozenset(
         "RROD",
     ]
 )
-HARMLESS = frozenset(("PLOTEL", "CHBDYE", "CHBDYG", "CHBDYP", "CSET", "CSET1", "CAERO1", "CAERO2", "CAERO3", "CAERO5"))
+HARMLESS = frozenset(
+    (
+        "CBARAO",
+        "CTRIAX6",
+        "CTRAX3",
+        "PLOTEL",
+        "CHBDYE",
+        "CHBDYG",
+        "CHBDYP",
+        "CSET",
+        "CSET1",
+        "CAERO1",
+        "CAERO2",
+        "CAERO3",
+        "CAERO5",
+    )
+)
 """Elements without stiffness and mass: for drawing, heat, aerodynamics."""
 FLUID = frozenset(("CHACAB", "CHACBR", "CFLUID2", "CFLUID3", "CFLUID4", "CAXIF2", "CAXIF3", "CAXIF4"))
 STRUCTURAL = re.compile(
@@ -93,6 +109,8 @@ def read_nastran_deck(path: Path) -> Deck:
             )
         deck = Deck(name=path.stem, source="Nastran", labels=labels, points=points)
         deck.inventory.read["GRID"] = len(labels)
+        for card in bulk.of("SPOINT", "EPOINT"):
+            deck.scalar_points |= set(thru(card, [word for word in card.fields[1:] if word]))
         materials = Materials(bulk)
         _parameters(bulk, deck)
         add_solids(bulk, deck, materials, systems)

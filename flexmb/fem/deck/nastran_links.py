@@ -237,11 +237,11 @@ def _mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
             deck.inventory.unused["MPC of a set that is not chosen"] += 1
             continue
         columns, row, first = [], [], None
-        starts = [2, 5]
-        while starts[-1] + 3 < len(card.fields):  # G C A G C A, then 9: blank, G C A G C A
-            last = starts[-1]
-            starts.append(last + 5 if (len(starts) % 2 == 0) else last + 3)
-        for at in starts:
+        scalar = next((n for n in _points(card) if n in deck.scalar_points), None)
+        if scalar is not None:
+            deck.inventory.left_out["MPC with scalar points"] += 1
+            continue
+        for at in _places(card):
             if not card.text(at):
                 continue
             node, factor = _node(card, deck, at), card.real(at + 2)
@@ -259,6 +259,18 @@ def _mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
         link.add_equations(every[used], merged[:, used], first, f"{card.where}, MPC {card.text(1)}")
         deck.links.append(link)
         deck.inventory.read["MPC"] += 1
+
+
+def _places(card: Card) -> list[int]:
+    """Return where the terms of an MPC begin: G C A G C A, then after a blank field again."""
+    starts = [2, 5]
+    while starts[-1] + 3 < len(card.fields):
+        starts.append(starts[-1] + (5 if len(starts) % 2 == 0 else 3))
+    return starts
+
+
+def _points(card: Card) -> list[int]:
+    return [card.integer(at) for at in _places(card) if card.text(at)]
 
 
 def thru(card: Card, words: list[str]) -> list[int]:
@@ -288,7 +300,7 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
     existing = set(deck.labels.tolist())
     for card in bulk.of("SPC"):
         for at in (2, 5):
-            if card.text(at):
+            if card.text(at) and card.integer(at) not in deck.scalar_points:
                 held.setdefault(card.integer(1), []).append((_node(card, deck, at), components(card, at + 1)))
         deck.inventory.read["SPC"] += 1
     for card in bulk.of("SPC1"):
@@ -296,6 +308,7 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
         labels = thru(card, words)
         if any(word.upper() == "THRU" for word in words):  # Nastran lets THRU pass over points that do not exist
             labels = [n for n in labels if n in existing]
+        labels = [n for n in labels if n not in deck.scalar_points]
         for node in deck.numbers(labels, f"{card.where}, SPC1 {card.text(1)}"):
             held.setdefault(card.integer(1), []).append((int(node), components(card, 2)))
         deck.inventory.read["SPC1"] += 1
