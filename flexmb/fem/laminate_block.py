@@ -128,7 +128,17 @@ class LaminateBlock(ShellBlock):
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> LaminateBlock:
         """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
-        rows = ("axes", "corners", "heights", "thickness", "membrane", "coupling", "bending", "shear", "surface_mass")
+        rows: tuple[str, ...] = (
+            "axes",
+            "corners",
+            "heights",
+            "thickness",
+            "membrane",
+            "coupling",
+            "bending",
+            "shear",
+            "surface_mass",
+        )
         rows += ("faces", "depths")
         return replace(
             self,

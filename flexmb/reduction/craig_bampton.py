@@ -98,9 +98,9 @@ def reduce(
         "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices",
         ReductionError,
     )
-    interfaces = offered(fe, interfaces) if isinstance(interfaces, str | list | tuple) else interfaces
+    named = offered(fe, interfaces) if isinstance(interfaces, str | list | tuple) else interfaces
     settings = _Settings(
-        interfaces,
+        named,  # type: ignore[arg-type] # checked below
         parse_modes(modes),
         geometric_stiffness,
         stations or {},
@@ -112,7 +112,7 @@ def reduce(
         preload or {},
         compare,
     )
-    for words, given in (("interfaces", interfaces), ("stations", stations or {}), ("loads", loads or {})):
+    for words, given in (("interfaces", named), ("stations", stations or {}), ("loads", loads or {})):
         check_mapping(given, "Reduction", words, f'{{"{EXAMPLES[words]}": "name of a set"}}', ReductionError)
     _check_names(settings)
     if cache is None:

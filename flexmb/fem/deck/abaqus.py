@@ -8,8 +8,9 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.abaqus_links import add_abaqus_links, add_boundary
+from flexmb.fem.deck.abaqus_materials import Materials
 from flexmb.fem.deck.abaqus_model import Flat, flattened_deck
-from flexmb.fem.deck.abaqus_sections import Materials, add_sections
+from flexmb.fem.deck.abaqus_sections import add_sections
 from flexmb.fem.deck.abaqus_surfaces import facets, surface_nodes
 from flexmb.fem.deck.abaqus_text import read_blocks
 from flexmb.fem.deck.contents import Deck
@@ -59,13 +60,17 @@ def read_abaqus_deck(path: Path) -> Deck:
     for name, nodes in flat.node_sets.items():
         if nodes:
             deck.node_sets[flat.names.get(name, name)] = np.unique(np.array(nodes, np.int64))
+    for name, chosen in flat.element_sets.items():
+        held = {node for k in chosen for node in flat.elements[k].nodes}
+        if held:
+            deck.node_sets.setdefault(flat.names.get(name, name), np.array(sorted(held), np.int64))
     for name in flat.surfaces:
         rows = facets(flat, name)
         if len(rows):
             deck.facet_sets[flat.names.get(name, name)] = rows
-        nodes = surface_nodes(flat, name)
-        if len(nodes):
-            deck.node_sets.setdefault(flat.names.get(name, name), nodes)
+        on = surface_nodes(flat, name)
+        if len(on):
+            deck.node_sets.setdefault(flat.names.get(name, name), on)
     return deck
 
 

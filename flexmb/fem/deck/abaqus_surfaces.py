@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.abaqus_cards import FACES
+from flexmb.fem.abaqus_surfaces import FACES
 from flexmb.fem.deck.abaqus_model import Element, Flat
 from flexmb.fem.deck.cells import EDGES
 
 __all__ = ["facets", "shape_of", "surface_nodes"]
 
-SOLID = (("C3D20", "hexahedron20"), ("C3D10", "tetra10"), ("C3D15", "wedge15"), ("C3D27", "hexahedron27"))
+SOLID: tuple[tuple[str, str], ...] = (
+    ("C3D20", "hexahedron20"),
+    ("C3D10", "tetra10"),
+    ("C3D15", "wedge15"),
+    ("C3D27", "hexahedron27"),
+)
 SOLID += (("C3D4", "tetra"), ("C3D5", "pyramid"), ("C3D6", "wedge"), ("C3D8", "hexahedron"))
 SHELLS = {"S3": 3, "STRI3": 3, "S4": 4, "STRI65": 6, "S6": 6, "S8": 8, "S9": 9, "R3D3": 3, "R3D4": 4}
 SHELLS |= {"M3D3": 3, "M3D4": 4, "M3D6": 6, "M3D8": 8}

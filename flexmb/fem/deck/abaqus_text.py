@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from flexmb.errors import MeshError
+from flexmb.fem.deck.nastran_text import HUGE
 
 __all__ = ["Block", "read_blocks"]
 
@@ -48,8 +47,8 @@ class Block:
                 value = float(word.upper().replace("D", "E"))
             except ValueError:
                 raise self.wrong(f"'{word}' among '{', '.join(row)[:60]}'", "numbers") from None
-            if not np.isfinite(value):
-                raise self.wrong(f"'{word}'", "finite numbers")
+            if not abs(value) < HUGE:
+                raise self.wrong(f"'{word}'", f"numbers below {HUGE:g}")
             out.append(value)
         return out
 

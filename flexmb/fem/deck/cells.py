@@ -61,7 +61,8 @@ class SolidCells:
         link, new = LinkRows("a midside node that is left out"), []
         for row, column in missing:
             a, b = EDGES[self.high][column - self.corners]
-            pair = tuple(sorted((int(nodes[row, a]), int(nodes[row, b]))))
+            first, second = sorted((int(nodes[row, a]), int(nodes[row, b])))
+            pair = (first, second)
             if pair not in made:
                 made[pair] = len(deck.points) + len(new)
                 new.append(deck.points[list(pair)].mean(axis=0))

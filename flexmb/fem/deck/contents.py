@@ -198,6 +198,10 @@ class Deck:
     units: str = ""
     inventory: Inventory = field(default_factory=Inventory)
 
+    def groups(self) -> list[Solids | Shells | Beams | Rods]:
+        """Return all groups of elements."""
+        return [*self.solids, *self.shells, *self.beams, *self.rods]
+
     def numbers(self, labels: Iterable[int] | np.ndarray, what: str) -> np.ndarray:
         """Return the node numbers 0 .. n-1 of numbers of the file; MissingNode names one that does not exist."""
         wanted = np.asarray(labels if isinstance(labels, np.ndarray) else list(labels), np.int64)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
@@ -46,7 +47,7 @@ class LinkRows:
         """Reference node and dependent nodes (in all translations) of a rigid link, for its geometric stiffness."""
         self._count = 0
 
-    def add(self, dependent: Sequence[int], columns: Sequence[int], matrix: np.ndarray) -> None:
+    def add(self, dependent: ArrayLike, columns: ArrayLike, matrix: np.ndarray) -> None:
         """Add explicit rows: ``u[dependent] = matrix @ u[columns]``."""
         matrix = np.asarray(matrix, float)
         i, j = np.nonzero(np.abs(matrix) > NEGLIGIBLE * max(np.abs(matrix).max(initial=0.0), 1e-300))
@@ -56,13 +57,13 @@ class LinkRows:
         self.values.append(matrix[i, j])
         self._count += len(matrix)
 
-    def add_equations(self, columns: Sequence[int], matrix: np.ndarray, candidates: Sequence[int], part: str) -> None:
+    def add_equations(self, columns: ArrayLike, matrix: np.ndarray, candidates: ArrayLike, part: str) -> None:
         """Add ``matrix @ u[columns] = 0`` (r, k): r of the candidate freedoms become dependent, the best conditioned.
 
         Columns of rotations are weighed like those of translations after scaling to unit size.
         """
         matrix, columns = np.asarray(matrix, float), np.asarray(columns, np.int64)
-        may = np.flatnonzero(np.isin(columns, candidates))
+        may = np.flatnonzero(np.isin(columns, np.asarray(candidates)))
         scale = np.abs(matrix).max(axis=1, keepdims=True)
         scaled = matrix / np.where(scale > 0.0, scale, 1.0)
         if len(may) < len(matrix):

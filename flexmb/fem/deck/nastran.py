@@ -186,16 +186,16 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         if len(found):
             deck.node_sets[name] = np.unique(found)
         deck.inventory.read[card.name] += 1
-    for group in (*deck.solids, *deck.shells, *deck.beams, *deck.rods):
-        name = properties.get(group.group, group.group)
-        nodes = np.unique(group.nodes)
-        deck.node_sets[name] = np.union1d(deck.node_sets.get(name, nodes[:0]), nodes)
+    for group in deck.groups():
+        own = properties.get(group.group, group.group)
+        members = np.unique(group.nodes)
+        deck.node_sets[own] = np.union1d(deck.node_sets.get(own, members[:0]), members)
 
 
 def _elements(deck: Deck) -> dict[int, np.ndarray]:
     """Return the nodes of every element by its number in the file."""
     out = {}
-    for group in (*deck.solids, *deck.shells, *deck.beams, *deck.rods):
+    for group in deck.groups():
         for label, nodes in zip(group.labels.tolist(), group.nodes, strict=True):
             out[label] = np.union1d(out[label], nodes) if label in out else nodes
     return out

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
-from flexmb.fem.deck.nastran_text import Bulk, Card
+from flexmb.fem.deck.nastran_text import LARGEST, Bulk, Card
 
 __all__ = ["add_links", "add_references", "add_supports", "thru"]
 
@@ -195,10 +195,10 @@ def _rigid_set(card: Card, deck: Deck, frames: Frames, independent, dependent, k
         every = np.concatenate([own, *columns])
         matrix = np.hstack([rows, -rows @ arm(deck.points, node, base) @ body])
         unique, inverse = np.unique(every, return_inverse=True)  # a node may be on both sides
-        merged = np.zeros((len(matrix), len(unique)))
-        np.add.at(merged, (slice(None), inverse.ravel()), matrix)
+        merged = np.zeros((len(unique), len(matrix)))
+        np.add.at(merged, inverse.ravel(), matrix.T)
         allowed = own[np.abs(rows).max(axis=0) > 1e-9]
-        link.add_equations(unique, merged, allowed, who)
+        link.add_equations(unique, merged.T, allowed, who)
     deck.links.append(link)
     deck.inventory.read[kind] += 1
 
@@ -289,6 +289,8 @@ def thru(card: Card, words: list[str]) -> list[int]:
             else:
                 out.append(int(words[i]))
                 i += 1
+        if any(not 0 < number < LARGEST for number in out):
+            raise ValueError("numbers of nodes")
     except (ValueError, IndexError):
         raise card.refused(f"the list {' '.join(words)[:60]}", "numbers and THRU") from None
     return out

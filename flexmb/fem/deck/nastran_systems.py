@@ -119,7 +119,7 @@ class Systems:
         z, along = b - a, c - a
         size = np.linalg.norm(z)
         y = np.cross(z, along)
-        if size == 0.0 or np.linalg.norm(y) <= PARALLEL * size * max(np.linalg.norm(along), 1e-300):
+        if size == 0.0 or np.linalg.norm(y) <= PARALLEL * size * float(np.linalg.norm(along)):
             raise card.refused(
                 "three points on one line", "a point on the z-axis and one in the x-z plane", "Correct the points"
             )

@@ -31,6 +31,10 @@ FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
 DEEPEST = 20
 """Files within files."""
+LARGEST = 10**15
+"""Integers stay below."""
+HUGE = 1e60
+"""No length, modulus or mass in any unit is that large; powers of it stay finite."""
 
 
 @dataclass(slots=True, eq=False)
@@ -51,15 +55,16 @@ class Card:
         if not word and default is not None:
             return default
         try:
-            return int(word)
+            value = int(word) if "_" not in word else None
         except ValueError:
             try:
-                value = _real(word)
-                if value == int(value) and abs(value) < 1e9:
-                    return int(value)
+                number = _real(word)
+                value = int(number) if number == int(number) else None
             except (ValueError, OverflowError):
-                pass
-            raise self.wrong(i, "an integer") from None
+                value = None
+        if value is None or abs(value) >= LARGEST:
+            raise self.wrong(i, "an integer")
+        return value
 
     def real(self, i: int, default: float | None = None) -> float:
         """Return field i as a finite number; MeshError if it is none, or blank without a default."""
@@ -70,8 +75,8 @@ class Card:
             value = _real(word)
         except ValueError:
             raise self.wrong(i, "a number") from None
-        if not np.isfinite(value):
-            raise self.wrong(i, "a finite number")
+        if not abs(value) < HUGE:
+            raise self.wrong(i, f"a number below {HUGE:g}")
         return value
 
     def is_real(self, i: int) -> bool:
@@ -135,8 +140,8 @@ class FieldTable:
                     values[k] = _real(word.decode("latin-1"))
                 except ValueError:
                     raise self.card(k).wrong(i, "a number") from None
-        if not np.isfinite(values).all():
-            raise self.card(int(np.argmin(np.isfinite(values)))).wrong(i, "a finite number")
+        if not (np.abs(values) < HUGE).all():
+            raise self.card(int(np.argmin(np.abs(values) < HUGE))).wrong(i, f"a number below {HUGE:g}")
         return values
 
     def card(self, k: int) -> Card:
@@ -322,6 +327,13 @@ def _words(parts: list[bytes], where: str) -> list[str]:
             large = fields[0].endswith("*") or fields[0].startswith("*")
             data = fields[1:]
             per_line = 4 if large else 8
+            if len(data) > per_line + 1 and any(data[per_line + 1 :]):
+                raise MeshError(
+                    f"{where}, card {text.split(',')[0]}",
+                    found=f"{len(data)} fields in one line",
+                    expected=f"at most {per_line}, and the name of a continuation",
+                    remedy="Continue the card on another line",
+                )
             if len(data) > per_line and (not data[per_line] or CONTINUED.fullmatch(data[per_line])):
                 data = data[:per_line]
             elif data and number + 1 < len(parts) and CONTINUED.fullmatch(data[-1]):
@@ -355,7 +367,7 @@ def _table(name: str, found: list, files: list[Path]) -> FieldTable:
         table[plain] = np.char.strip(raw)
     for k in other:
         parts, place = found[k]
-        words = _words(parts, "")
+        words = _words(parts, f"{files[place[0]]}:{place[1]}")
         if len(words) > FIELDS and any(words[FIELDS:]):
             raise MeshError(
                 f"{files[place[0]]}:{place[1]}, card {name} {words[1]}",

@@ -93,7 +93,7 @@ def converted(deck: Deck, units: str | None, part: str) -> Deck:
 
 def _section(section: Section, length: float, line: float, seen: dict[Section, Section]) -> Section:
     if section not in seen:
-        moved = {
+        moved: dict = {
             name: tuple(x * length for x in getattr(section, name))
             for name in ("area_center", "shear_center", "mass_center", "line_mass_center")
         }

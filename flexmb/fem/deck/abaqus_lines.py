@@ -1,0 +1,156 @@
+"""Beams and trusses of an Abaqus deck."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from flexmb.fem.deck.abaqus_materials import Elastic, Materials
+from flexmb.fem.deck.abaqus_model import Element, Flat
+from flexmb.fem.deck.abaqus_surfaces import shape_of
+from flexmb.fem.deck.abaqus_text import Block
+from flexmb.fem.deck.contents import Beams, Deck, Rods
+from flexmb.fem.deck.nastran_materials import LOWEST
+from flexmb.fem.deck.shapes import Constants, constants
+from flexmb.fem.section import Section
+from flexmb.model.material import Material
+
+__all__ = ["beam_section", "trusses"]
+
+
+def trusses(group: list[Element], block: Block, deck: Deck, material: Elastic) -> None:
+    rows = block.rows()
+    area = block.reals(rows[0][:1], 1, 1.0)[0] if rows else 1.0
+    pairs, labels = _segments(group)
+    one = np.ones(len(pairs))
+    deck.rods.append(
+        Rods(
+            nodes=pairs,
+            labels=labels,
+            axial=material.young * area * one,
+            torsion=0.0 * one,
+            mass=material.density * area * one,
+            polar=0.0 * one,
+            group=block.parameters["ELSET"],
+        )
+    )
+
+
+def _segments(group: list[Element]) -> tuple[np.ndarray, np.ndarray]:
+    """Return pairs of nodes and element numbers; three nodes on a line give two pairs."""
+    pairs, labels = [], []
+    for element in group:
+        ends = element.nodes if len(element.nodes) <= 3 else element.nodes[:2]
+        for a, b in pairwise(ends):
+            pairs.append((a, b))
+            labels.append(element.label)
+    return np.array(pairs, np.int64), np.array(labels, np.int64)
+
+
+def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, materials: Materials) -> None:
+    general = block.name == "BEAM GENERAL SECTION"
+    rows = block.rows()
+    shape = block.parameters.get("SECTION", "GENERAL" if general else "RECT").upper()
+    if not rows:
+        raise block.wrong("no data line", "the dimensions of the section")
+    if general and shape == "GENERAL":
+        area, i11, i12, i22, j = block.reals(rows[0], 5, 0.0)
+        if not area > 0.0 or i11 <= 0.0 or i22 <= 0.0 or j < 0.0:
+            raise block.wrong(f"A = {area:g}, I11 = {i11:g}, I22 = {i22:g}, J = {j:g}", "positive constants")
+        section = Section.values(area, i11, i22, j or 1e-9 * (i11 + i22), 1e6, 1e6, product_yz=-i12)
+        young, shear = (*block.reals(rows[2], 2, 0.0),) if len(rows) > 2 else (0.0, 0.0)
+        density = block.reals([block.parameters.get("DENSITY", "0") or "0"])[0]
+        name = "general"
+        if "MATERIAL" in block.parameters:
+            elastic = materials.get(block)
+            young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
+        else:
+            poisson = young / (2.0 * shear) - 1.0 if shear > 0.0 else 0.0
+    else:
+        section = _section(shape, block, block.reals([w for w in rows[0] if w]))
+        elastic = materials.get(block)
+        young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
+    if not young > 0.0 or not -1.0 < poisson < 0.5:
+        raise block.wrong(f"E = {young:g}, nu = {poisson:g}", "an isotropic material")
+    direction = np.array(block.reals(rows[1], 3, 0.0)) if len(rows) > 1 and any(rows[1]) else np.array([0.0, 0.0, -1.0])
+    direction = flat.scopes[scope].rotation @ direction
+    group = [element for element in elements if shape_of(element.kind)[0] == "beam"]
+    for element in elements:
+        if element not in group:
+            raise block.wrong(f"{element.kind} with a beam section", "B31, B32 or B33")
+        deck.inventory.read[element.kind] += 1
+    if any(len(element.nodes) == 3 for element in group):
+        deck.inventory.approximated["beams of three nodes, as two beams"] += sum(len(e.nodes) == 3 for e in group)
+    pairs, labels = _segments(group)
+    along = deck.points[pairs[:, 1]] - deck.points[pairs[:, 0]]
+    y = np.broadcast_to(direction, along.shape).copy()
+    parallel = np.linalg.norm(np.cross(along, y), axis=1) <= 1e-6 * np.linalg.norm(along, axis=1) * np.linalg.norm(y[0])
+    y[parallel] = [1.0, 0.0, 0.0]
+    none: frozenset[int] = frozenset()
+    deck.beams.append(
+        Beams(
+            nodes=pairs,
+            labels=labels,
+            sections=[(section, section)] * len(pairs),
+            material=Material(young=young, poisson=poisson, density=max(density, LOWEST), name=name),
+            y_axis=y,
+            offsets=np.zeros((len(pairs), 2, 3)),
+            released=[(none, none)] * len(pairs),
+            group=block.parameters["ELSET"],
+        )
+    )
+
+
+def _section(shape: str, block: Block, d: list[float]) -> Section:
+    """Return a section: the first local axis (1) is y, the second (2) is z."""
+    try:
+        if shape.startswith("RECT"):
+            c = constants("BAR", [d[1] if len(d) > 1 else d[0], d[0]])  # a along 1, b along 2
+        elif shape in ("CIRC", "CIRCULAR"):
+            # CalculiX gives two thicknesses, Abaqus one radius
+            c = constants("ROD", [d[0] if len(d) < 2 else d[0] / 2.0])
+        elif shape == "PIPE":
+            c = constants("TUBE2", d[:2])
+        elif shape == "BOX":
+            a, b, t1, t2, t3, t4 = (d + d[2:3] * 4)[:6]
+            c = constants("BOX1", [b, a, t1, t3, t2, t4])
+        elif shape == "I":
+            # l, h, b1, b2, t1, t2, t3: height along 2, flanges along 1
+            _, h, b1, b2, t1, t2, t3 = d[:7]
+            return _swapped(constants("I", [h, b1, b2, t3, t1, t2]))
+        elif shape == "L":
+            a, b, t1, t2 = d[:4]
+            return _swapped(constants("L", [a, b, t1, t2]))
+        else:
+            raise block.wrong(f"SECTION={shape}", "RECT, CIRC, PIPE, BOX, I, L or GENERAL", "Give A, I11, I22, J")
+    except (ValueError, IndexError) as error:
+        raise block.wrong(f"{shape} {d}: {error}", "the dimensions of that section") from None
+    return _made(c)
+
+
+def _made(c: Constants) -> Section:
+    return Section.values(
+        c.area,
+        c.inertia_y,
+        c.inertia_z,
+        c.torsion,
+        c.shear_y,
+        c.shear_z,
+        product_yz=c.product_yz,
+        fibres=c.fibres,
+    )
+
+
+def _swapped(c: Constants) -> Section:
+    """Return a shape whose height is along the second local axis."""
+    return Section.values(
+        c.area,
+        c.inertia_z,
+        c.inertia_y,
+        c.torsion,
+        c.shear_z,
+        c.shear_y,
+        product_yz=-c.product_yz,
+        fibres=tuple((-z, y) for y, z in c.fibres),
+    )

@@ -1,0 +1,319 @@
+"""Nastran decks: every part weighs, bends and vibrates as closed forms and the blocks of `fem` say."""
+
+import numpy as np
+import pytest
+
+from flexmb import fem, reduction
+from flexmb.errors import MeshError
+from flexmb.fem.deck.inventory import mass_and_center
+
+E, RHO, LENGTH = 210e9, 7850.0, 2.0
+WIDTH, HEIGHT = 0.05, 0.08  # along z and along y of the bar
+
+quiet = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = quiet
+
+
+def deck(tmp_path, bulk, control="", name="part.bdf", **options):
+    """Read the bulk data of a deck."""
+    path = tmp_path / name
+    path.write_text(f"SOL 103\nCEND\n{control}\nBEGIN BULK\n{bulk}\nENDDATA\n")
+    return fem.read_deck(path, show=False, **options)
+
+
+def beam(count=20, card="CBAR", prop=None, extra="", shift=lambda k: "", grid=lambda k, x: f"GRID,{k},,{x},0.,0."):
+    """Return the bulk data of a straight beam along x of BAR section."""
+    rows = [grid(k + 1, LENGTH * k / count) for k in range(count + 1)]
+    rows += [f"{card},{k + 1},1,{k + 1},{k + 2},0.,1.,0.{shift(k)}" for k in range(count)]
+    rows += [prop or f"PBARL,1,1,,BAR,,,,,+\n+,{WIDTH},{HEIGHT}", f"MAT1,1,{E:.6e},,.3,{RHO}", "SPC1,1,123456,1"]
+    return "\n".join([*rows, extra])
+
+
+def bernoulli(inertia, area):
+    """First three frequencies of a cantilever, Hz."""
+    roots = np.array([1.8751040687, 4.6940911330, 7.8547574382])
+    return (roots / LENGTH) ** 2 * np.sqrt(E * inertia / (RHO * area)) / (2 * np.pi)
+
+
+def test_cantilever_of_bars(tmp_path):
+    fe = deck(tmp_path, beam(40), "SPC = 1", lumped=False)
+    found = fem.eigenmodes(fe, "spc", 4).frequencies
+    weak = bernoulli(HEIGHT * WIDTH**3 / 12, WIDTH * HEIGHT)
+    strong = bernoulli(WIDTH * HEIGHT**3 / 12, WIDTH * HEIGHT)
+    np.testing.assert_allclose(found[:3], [weak[0], strong[0], weak[1]], rtol=6e-3)  # shear and rotary inertia
+    mass, centre = mass_and_center(fe)
+    np.testing.assert_allclose(
+        [mass, *centre], [RHO * WIDTH * HEIGHT * LENGTH, LENGTH / 2, 0, 0], rtol=1e-12, atol=1e-12
+    )
+
+
+def test_lumped_masses_are_points(tmp_path):
+    """As in Nastran: half of a bar at each end, without rotary inertia; COUPMASS asks for the consistent matrix."""
+    fe = deck(tmp_path, beam(4))
+    assert fe.M.diagonal()[fe.dofs[:, 1] >= 3].max() == 0.0
+    assert (fe.M != fe.M.T).nnz == 0
+    np.testing.assert_array_equal((fe.M - fe.M.multiply(np.eye(fe.ndof))).nnz, 0)
+    coupled = deck(tmp_path, beam(4, extra="PARAM,COUPMASS,1"))
+    assert coupled.M.diagonal()[coupled.dofs[:, 1] >= 3].max() > 0.0
+
+
+@pytest.mark.parametrize("style", ["free", "small", "large", "continued"])
+def test_field_formats_are_one_deck(tmp_path, style):
+    def grid(k, x):
+        if style == "small":
+            return f"GRID    {k:8d}        {x:8.4f}      0.      0."
+        if style == "large":
+            return f"GRID*   {k:16d}                {x:16.9f}              0.+\n+                     0."
+        return f"grid, {k},, {x} , 0., 0.0" if style == "free" else f"GRID,{k},,{x:.8f},+A\n+A,0.,0."
+
+    if style == "continued":
+        grid = lambda k, x: f"GRID,{k},,{x:.8f},0.,0.,,,,+A\n+A"  # noqa: E731
+    np.testing.assert_allclose(deck(tmp_path, beam(5, grid=grid)).K.toarray(), deck(tmp_path, beam(5)).K.toarray())
+
+
+def test_numbers_without_e(tmp_path):
+    a = deck(tmp_path, beam(3).replace(f"{E:.6e}", "2.1+11"))
+    np.testing.assert_allclose(a.K.toarray(), deck(tmp_path, beam(3)).K.toarray(), rtol=1e-12)
+
+
+def test_coordinate_systems(tmp_path):
+    """A ring in cylindrical coordinates, on a system that stands on another one."""
+    ring = [
+        "CORD2R,7,0,1.,0.,0.,1.,0.,1.,+\n+,1.,1.,0.",
+        "CORD2C,8,7,0.,0.,0.,0.,0.,1.,+\n+,1.,0.,0.",
+        *(f"GRID,{k + 1},8,2.,{45.0 * k},.5,8" for k in range(8)),
+        *(f"CROD,{k + 1},1,{k + 1},{(k + 1) % 8 + 1}" for k in range(8)),
+        "PROD,1,1,1.e-4,1.e-8",
+        f"MAT1,1,{E:.6e},,.3,{RHO}",
+    ]
+    fe = deck(tmp_path, "\n".join(ring))
+    angle = np.radians(45.0 * np.arange(8))  # x of system 7 is the basic y, y of it minus the basic x
+    np.testing.assert_allclose(fe.nodes[:, :2], [[1 - 2 * np.sin(a), 2 * np.cos(a)] for a in angle], atol=1e-12)
+    np.testing.assert_allclose(fe.nodes[:, 2], 0.5)
+    np.testing.assert_array_equal(fe.labels, range(1, 9))
+
+
+def test_offsets_move_the_stiffness(tmp_path):
+    """Both ends off by the same arm: a beam that lies there, seen from the nodes."""
+    arm = ",,+\n+,,,0.,.1,.2,0.,.1,.2"
+    shifted = deck(tmp_path, beam(2, shift=lambda k: arm), lumped=False)
+    straight = deck(tmp_path, beam(2), lumped=False)
+    rigid = np.eye(6)
+    rigid[:3, 3:] = [[0, 0.2, -0.1], [-0.2, 0, 0], [0.1, 0, 0]]
+    turn = np.kron(np.eye(3), rigid)
+    np.testing.assert_allclose(shifted.K.toarray(), turn.T @ straight.K.toarray() @ turn, rtol=1e-9, atol=1e-3)
+    np.testing.assert_allclose(shifted.M.toarray(), turn.T @ straight.M.toarray() @ turn, rtol=1e-9, atol=1e-9)
+
+
+def test_pinned_end(tmp_path):
+    """A bar clamped at A and hinged at B carries 3 E I / L^3 there instead of 12."""
+    text = beam(1).replace("CBAR,1,1,1,2,0.,1.,0.", "CBAR,1,1,1,2,0.,1.,0.,,+\n+,,56")
+    text = text.replace("PBARL,1,1,,BAR,,,,,+\n+,0.05,0.08", "PBAR,1,1,4.e-3,2.e-6,1.e-6,1.e-6")
+    fe = deck(tmp_path, text)
+    free = fe.dofs[:, 0] != 0  # node 2, and the end of the beam behind its hinge
+    K = fe.K[free][:, free].toarray()
+    row = list(map(tuple, fe.dofs[free])).index((1, 1))
+    others = [k for k in range(len(K)) if k != row]
+    stiff = K[row, row] - K[row, others] @ np.linalg.lstsq(K[np.ix_(others, others)], K[others, row], rcond=None)[0]
+    assert stiff == pytest.approx(3 * E * 2e-6 / LENGTH**3, rel=1e-6)
+
+
+def test_tapered_beam_weighs_its_volume(tmp_path):
+    prop = "PBEAML,1,1,,BAR,,,,,+\n+,.04,.08,0.,YES,1.,.02,.04,0."
+    fe = deck(tmp_path, beam(1, card="CBEAM", prop=prop), lumped=False)
+    # area linear between the ends, as the program interpolates it
+    assert mass_and_center(fe)[0] == pytest.approx(RHO * LENGTH * 0.5 * (0.0032 + 0.0008), rel=1e-9)
+
+
+def test_concentrated_mass(tmp_path):
+    mass = "CONM2,100,21,,5.,.1,.2,.3,,+\n+,.4,.01,.5,.02,.03,.6"
+    fe = deck(tmp_path, beam(20, extra=mass))
+    bare = deck(tmp_path, beam(20))
+    added = (fe.M - bare.M).toarray()[-6:, -6:]
+    x, y, z = 0.1, 0.2, 0.3
+    arm = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    inertia = np.array([[0.4, -0.01, -0.02], [-0.01, 0.5, -0.03], [-0.02, -0.03, 0.6]])
+    np.testing.assert_allclose(added[3:, 3:], 5 * arm.T @ arm + inertia, rtol=1e-12)
+    np.testing.assert_allclose(added[:3, 3:], -5 * arm, atol=1e-12)
+    np.testing.assert_allclose(
+        mass_and_center(fe)[1] * mass_and_center(fe)[0] - mass_and_center(bare)[1] * mass_and_center(bare)[0],
+        5 * np.array([LENGTH + x, y, z]),
+        rtol=1e-9,
+    )
+
+
+def test_weight_in_pounds(tmp_path):
+    fe = deck(tmp_path, beam(3, extra="PARAM,WTMASS,.00259"))
+    assert mass_and_center(fe)[0] == pytest.approx(0.00259 * mass_and_center(deck(tmp_path, beam(3)))[0])
+
+
+def test_rigid_element_and_mean(tmp_path):
+    """RBE2 and RBE3 on a block; a load on the mean is spread, a rigid end moves as one."""
+    fe = deck(tmp_path, block("RBE2,900,500,123456,2,4,6,8", "RBE3,901,,501,123456,1.,123,1,+\n+,3,5,7"))
+    assert set(fe.reference_points) == {"rbe2_900", "rbe3_901"}
+    rigid = fe.field(fe.rigid_motions())
+    arms = fe.nodes
+    np.testing.assert_allclose(rigid[:, :3, 4], np.cross([0, 1, 0], arms), atol=1e-12)  # links carry rigid motions
+    data = reduction.reduce(fe, interfaces="all", modes=4, compare=0)
+    assert data.marker_names == ("rbe2_900", "rbe3_901")
+    np.testing.assert_allclose(data.marker_positions, [[1.0, 0.5, 0.5], [0.0, 0.5, 0.5]])
+
+
+def block(*cards):
+    """Return the bulk data of one hexahedron of 1 m with two more points at its ends."""
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    rows = [f"GRID,{k + 1},,{x}.,{y}.,{z}." for k, (x, y, z) in enumerate(corners)]
+    rows += ["GRID,500,,1.,.5,.5", "GRID,501,,0.,.5,.5", "CHEXA,1,1,1,2,4,3,5,6,+\n+,8,7"]
+    return "\n".join([*rows, "PSOLID,1,1", f"MAT1,1,{E:.6e},,.3,{RHO}", *cards])
+
+
+def test_multipoint_constraint(tmp_path):
+    """u_2x = 2 u_1x - u_3y, with components in the displacement system of node 2, which is turned by 90 degrees."""
+    text = block("MPC,5,2,2,-1.,1,1,2.,,+\n+,,3,2,-1.", "CORD2R,9,0,0.,0.,0.,0.,0.,1.,+\n+,0.,1.,0.")
+    fe = deck(tmp_path, text.replace("GRID,2,,1.,0.,0.", "GRID,2,,1.,0.,0.,9"), "MPC = 5")
+    # direction 2 of the system 9 is minus the basic x
+    field = fe.field(np.random.default_rng(1).standard_normal((fe.ndof, 1)))[:, :, 0]
+    assert -field[1, 0] == pytest.approx(2 * field[0, 0] - field[2, 1])
+    assert fe.ndof == deck(tmp_path, block()).ndof - 1
+
+
+def test_bushing_between_coincident_nodes(tmp_path):
+    text = "\n".join(
+        ["GRID,1,,0.,0.,0.", "GRID,2,,0.,0.,0.", "CBUSH,1,1,1,2,,,,0", "PBUSH,1,K,1.,2.,3.,4.,5.,6.,+\n+,,B,.1"]
+    )
+    fe = deck(tmp_path, text + "\nCONM2,9,2,,1.\nCONM2,8,1,,1.")
+    K = fe.K.toarray()
+    np.testing.assert_allclose(np.diag(K)[:6], [1, 2, 3, 4, 5, 6])
+    np.testing.assert_allclose(K[:6, 6:], -np.diag([1, 2, 3, 4, 5, 6.0]))
+    assert fe.C is not None
+    assert fe.C[0, 0] == pytest.approx(0.1)
+
+
+def test_laminate_of_one_ply_is_a_plate(tmp_path):
+    """A PCOMP of four plies of steel equals the PSHELL of their sum; one above the nodes equals an offset."""
+    grids = "\n".join(f"GRID,{k + 1},,{x},{y},0." for k, (x, y) in enumerate([(0, 0), (1, 0), (1, 1), (0, 1)]))
+    common = f"{grids}\nCQUAD4,1,1,1,2,3,4\nMAT1,1,{E:.6e},,.3,{RHO}\n"
+    plate = deck(tmp_path, common.replace("x", "x") + "PSHELL,1,1,.02,1,,1")
+    layers = deck(tmp_path, common + "PCOMP,1,,,,,,,SYM,+\n+,1,.005,0.,,1,.005,90.")
+    np.testing.assert_allclose(layers.K.toarray(), plate.K.toarray(), rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(layers.M.toarray(), plate.M.toarray(), rtol=1e-12)
+    lower = deck(tmp_path, common + "PCOMP,1,0.\n+,1,.02,0.")  # all above the nodes
+    offset = deck(tmp_path, common.replace("CQUAD4,1,1,1,2,3,4", "CQUAD4,1,1,1,2,3,4,,.01") + "PSHELL,1,1,.02,1,,1")
+    x, t, curvature = lower.nodes[:, 0], 0.02, 1e-2
+    field = np.zeros((4, 6, 1))  # bending about y that does not stretch the middle of the plate
+    field[:, 0, 0], field[:, 2, 0], field[:, 4, 0] = t / 2 * curvature * x, curvature * x**2 / 2, -curvature * x
+    for plate in (lower, offset):
+        energy = 0.5 * float((plate.vectors(field).T @ plate.K @ plate.vectors(field))[0, 0])
+        assert energy == pytest.approx(0.5 * E * t**3 / 12 / (1 - 0.09) * curvature**2, rel=1e-9)
+
+
+def test_missing_midside_node_and_pyramid(tmp_path):
+    """Constant strain passes through hexahedra with left out midside nodes and split pyramids."""
+    text = block().replace("CHEXA,1,1,1,2,4,3,5,6,+\n+,8,7", "CHEXA,1,1,1,2,4,3,5,6,+\n+,8,7,600")
+    fe = deck(tmp_path, text + "\nGRID,600,,.5,0.,0.")
+    strain = np.array([[1e-3, 2e-3, 0], [0, -1e-3, 5e-4], [3e-4, 0, 2e-3]])
+    field = np.zeros((len(fe.nodes), 6, 1))
+    field[:, :3, 0] = fe.nodes @ strain.T
+    force = fe.K @ fe.vectors(field)
+    apex = "\n".join(["GRID,700,,.5,.5,2.", "CPYRAM,2,1,5,6,8,7,700"])
+    assert mass_and_center(deck(tmp_path, block(apex)))[0] == pytest.approx(RHO * (1 + 1 / 3))
+    inner = fe.dofs[:, 0] == list(fe.labels).index(600)
+    assert np.abs(force[inner]).max() <= 1.1 * np.abs(force).max()
+    energy = 0.5 * float((fe.vectors(field).T @ force)[0, 0])
+    sym = 0.5 * (strain + strain.T)
+    lame, shear = E * 0.3 / (1.3 * 0.4), E / 2.6
+    assert energy == pytest.approx(0.5 * lame * np.trace(sym) ** 2 + shear * (sym**2).sum(), rel=1e-9)
+
+
+def test_supports_are_kept_not_applied(tmp_path):
+    fe = deck(tmp_path, beam(3, extra="SPC,2,4,13\nSPCADD,3,1,2"), "SPC = 3")
+    assert set(fe.supports) == {"spc", "spc_1", "spc_2", "spc_3"}
+    assert fe.ndof == 24
+    np.testing.assert_array_equal(fe.supports["spc_2"], [[3, 0], [3, 2]])
+    assert fem.fixed_freedoms(fe, "spc").sum() == 8
+
+
+def test_include_from_the_main_deck_and_beside(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "a.inc").write_text("INCLUDE 'b.inc'\nINCLUDE 'top.inc'\n")
+    (tmp_path / "sub" / "b.inc").write_text(beam(3))
+    (tmp_path / "top.inc").write_text("CONM2,77,2,,1.\n")
+    fe = deck(tmp_path, "INCLUDE 'sub/a.inc'")
+    assert mass_and_center(fe)[0] == pytest.approx(1 + RHO * WIDTH * HEIGHT * LENGTH)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("GRID,2,", "GRID,99,"), r"names the node 2, which does not exist"),
+        (("MAT1,1,", "MAT1,2,"), r"the material 1, which does not exist"),
+        (("PBARL,1,", "PBARL,5,"), r"part.bdf:\d+, card CBAR 1.*the property 1, which does not exist"),
+        (("BAR,,,,,+\n+,0.05,0.08", "BAR,,,,,+\n+,0.05,abc"), r"field 11 reads 'abc'"),
+        (("PBARL,1,1,,BAR", "PBARL,1,1,,RAIL"), r"the shape RAIL.*BAR"),
+        (("GRID,3,,", "GRID,3,42,"), r"coordinate system 42, which does not exist"),
+        (("MAT1,1,", "MAT10,1,"), r"MAT10"),
+        (("CBAR,1,1,1,2,0.,1.,0.", "CBAR,1,1,1,2,1.,0.,0."), r"along the beam"),
+        (("CBAR,2,1,2,3", "CBAR,2,1,2,2"), r"ends at one place"),
+        (("SPC1,1,123456,1", "INCLUDE 'part.bdf'"), r"include each other"),
+        (("SPC1,1,123456,1", "INCLUDE 'gone.bdf'"), r"INCLUDE 'gone.bdf': no such file"),
+        (("SPC1,1,123456,1", "CORD2R,3,4,,,,,,1.,+\n+,1.\nCORD2R,4,3,,,,,,1.,+\n+,1.\nGRID,50,3,1."), r"3 -> 4 -> 3"),
+        (("SPC1,1,123456,1", "RBE2,5,1,123456,2\nRBE2,6,3,123456,2"), r"depends on RBE2 5.*RBE2 6"),
+        (("SPC1,1,123456,1", "RBE2,5,1,123456,2\nRBE2,6,2,123456,1"), r"follows itself"),
+        (("SPC1,1,123456,1", "RBE3,5,,1,123456,1.,123,2,3,+\n+,4"), r"do not determine.*Add points"),
+        (("SPC1,1,123456,1", "GRID,2,,5.,0.,0."), r"grid point 2 a second time"),
+    ],
+)
+def test_bad_decks(tmp_path, change, words):
+    text = beam(3)
+    assert change[0] in text
+    with pytest.raises(MeshError, match=f"(?s){words}"):
+        deck(tmp_path, text.replace(*change, 1))
+
+
+def test_binary_junk(tmp_path):
+    path = tmp_path / "part.bdf"
+    path.write_bytes(bytes(range(256)) * 20)
+    with pytest.raises(MeshError, match="binary"):
+        fem.read_deck(path)
+
+
+@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+def test_what_is_left_out_is_said(tmp_path):
+    with pytest.warns(fem.MeshWarning, match=r"left out: CGAP: an element that is not known \(1\)"):
+        deck(tmp_path, beam(3, extra="CGAP,60,2,1,2,1.,0.,0.\nPGAP,2,0.,,1.e6"))
+
+
+def test_inventory(tmp_path, capsys):
+    path = tmp_path / "part.bdf"
+    path.write_text(f"BEGIN BULK\n{beam(3)}\nENDDATA\n")
+    fem.read_deck(path)
+    text = capsys.readouterr().out
+    assert "3 CBAR, 4 GRID, 1 PBARL, 1 SPC1" in text
+    assert "mass          62.8 at (1, 0, 0)" in text
+
+
+def test_mutated_decks_never_end_in_a_traceback(tmp_path):
+    """600 decks with changed, lost and repeated bytes: read, or refused by name."""
+    random = np.random.default_rng(20261122)
+    seeds = [beam(3, extra="CONM2,9,2,,1.,.1,.2\nRBE2,5,1,123456,4"), block("RBE3,901,,501,123456,1.,123,1,+\n+,3,5,7")]
+    path = tmp_path / "m.bdf"
+    refused = 0
+    for k in range(600):
+        data = bytearray(f"CEND\nBEGIN BULK\n{seeds[k % 2]}\nENDDATA\n".encode())
+        for _ in range(int(random.integers(1, 4))):
+            at = int(random.integers(20, len(data)))
+            kind = random.integers(4)
+            if kind == 0:
+                data[at] = int(random.integers(32, 127))
+            elif kind == 1:
+                del data[at : at + int(random.integers(1, 12))]
+            elif kind == 2:
+                data[at:at] = data[at : at + int(random.integers(1, 30))]
+            else:
+                data[at:at] = random.choice([b"-1", b"9" * 20, b"1e308", b",,,", b"nan", b"THRU"])
+        path.write_bytes(bytes(data))
+        try:
+            fem.read_deck(path, show=False)
+        except MeshError:
+            refused += 1
+    assert 50 < refused < 590
