@@ -14,6 +14,7 @@ import unicodedata
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from types import ModuleType
 
 from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, verify, view
@@ -28,6 +29,8 @@ VERBS: tuple[ModuleType, ...] = (
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 
 FAILED, INTERRUPTED = 2, 130
+MEMORY = 64_000_000
+"""Bytes that must be left of a limit: with less, the compiler of the kernels ends the process without a word."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         _let_termination_interrupt()
         _write_what_the_terminal_can()
+        _require_memory()
         given = _parser().parse_args(arguments)
         command = f"flexmb {given.verb}"
         code = given.execute(given)
@@ -80,6 +84,24 @@ def _close_output() -> None:
     """Let go of what could not be printed."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _require_memory() -> None:
+    """Raise FlexmbError if the limit of the process's memory (ulimit -v) leaves too little to load the kernels."""
+    try:
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):  # another system
+        return
+    if limit != resource.RLIM_INFINITY and limit - used < MEMORY:
+        raise FlexmbError(
+            "Memory",
+            found=f"{max(limit - used, 0) / 1e6:.1f} MB are left of the limit of {limit / 1e6:.0f} MB",
+            expected=f"at least {MEMORY / 1e6:.0f} MB to load the kernels",
+            remedy="Raise the limit (ulimit -v), or leave it out",
+        )
 
 
 def _write_what_the_terminal_can() -> None:

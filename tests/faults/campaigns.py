@@ -35,7 +35,6 @@ from flexmb.errors import FlexmbError
 LOADED = (io, study, view)
 """What the commands import; in the forks it is there already."""
 SAMPLES = 601
-NOBODY = 65534
 SETTINGS = fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=5e-4))
 
 
@@ -235,18 +234,11 @@ def memory_limits(bench: Bench) -> Counts:
 
 
 def read_only(bench: Bench) -> Counts:
-    """Write into folders that may not be written, as a user who is not root."""
-
-    def powerless(_) -> None:
-        for path in (bench.folder / "closed", bench.folder / "closed" / "run"):
-            os.chmod(path, 0o555)
-        if os.getuid() == 0:
-            os.setgroups([])
-            os.setgid(NOBODY)
-            os.setuid(NOBODY)
-
-    shutil.copytree(bench.folder / "reference", bench.folder / "closed" / "run")
-    return _all_verbs(bench, Counts(), lambda: 0, powerless, bench.folder / "closed")
+    """Write into folders that may not be written."""
+    closed = bench.folder / "closed"
+    shutil.copytree(bench.folder / "reference", closed / "run")
+    with _closed(closed):
+        return _all_verbs(bench, Counts(), lambda: 0, lambda _: None, closed)
 
 
 def full_disk(bench: Bench) -> Counts:
@@ -350,6 +342,26 @@ def _small_disk(folder: Path, kilobytes: int) -> Iterator[bool]:
     finally:
         if mounted:
             subprocess.run(["umount", str(folder)], check=True)
+
+
+@contextmanager
+def _closed(folder: Path) -> Iterator[None]:
+    """Make a folder read-only: by its mode, and for root, who may write all the same, by a mount."""
+    mounted = os.getuid() == 0 and not any(
+        subprocess.run(["mount", *options, folder], capture_output=True, check=False).returncode
+        for options in (["--bind", folder], ["-o", "remount,bind,ro"])
+    )
+    if not mounted:
+        for path in (folder / "run", folder):
+            os.chmod(path, 0o555)
+    try:
+        yield
+    finally:
+        if mounted:
+            subprocess.run(["umount", folder], check=True)
+        else:
+            for path in (folder, folder / "run"):
+                os.chmod(path, 0o755)
 
 
 CAMPAIGNS: dict[str, Callable[[Bench], Counts]] = {
