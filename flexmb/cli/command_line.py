@@ -5,11 +5,13 @@ Exit codes: 0 done, 1 what `verify` looked at does not hold, 2 an error that the
 
 from __future__ import annotations
 
+import _thread
 import argparse
 import codecs
 import os
 import signal
 import sys
+import threading
 import unicodedata
 import warnings
 from collections.abc import Sequence
@@ -36,6 +38,7 @@ MEMORY = 64_000_000
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
     shown, warnings.showwarning = warnings.showwarning, _show_warning
+    lost, sys.unraisablehook = sys.unraisablehook, _strike_again
     command = "flexmb"
     try:
         _let_termination_interrupt()
@@ -68,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return FAILED
     finally:
-        warnings.showwarning = shown
+        warnings.showwarning, sys.unraisablehook = shown, lost
 
 
 def _told(error: OSError) -> str:
@@ -84,6 +87,16 @@ def _close_output() -> None:
     """Let go of what could not be printed."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _strike_again(unraisable: sys.UnraisableHookArgs) -> None:
+    """Let an interruption come once more that has struck where exceptions are lost, in a destructor."""
+    if unraisable.exc_type is not KeyboardInterrupt:
+        sys.__unraisablehook__(unraisable)
+        return
+    later = threading.Timer(0.02, _thread.interrupt_main, (signal.SIGTERM,))
+    later.daemon = True
+    later.start()
 
 
 def _require_memory() -> None:

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 import warnings
 
 import pytest
@@ -114,3 +115,21 @@ def test_no_progress_in_a_file():
     with ProgressBar(stream) as progress:
         progress("normal modes", 0.5)
     assert stream.text == ""
+
+
+def test_an_interruption_that_is_lost_comes_again(monkeypatch, capsys):
+    """An exception in a destructor goes nowhere: Ctrl-C that strikes there must end the command all the same."""
+
+    class Falling:
+        def __del__(self):
+            raise KeyboardInterrupt
+
+    def execute(arguments):
+        Falling()
+        for _ in range(500):
+            time.sleep(0.01)
+        return 0
+
+    monkeypatch.setattr(command_line.check, "execute", execute)
+    assert main(["check", "any.toml"]) == 130
+    assert "Traceback" not in capsys.readouterr().err
