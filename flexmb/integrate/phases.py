@@ -172,8 +172,9 @@ class Phases:
                 if outcome.failure:
                     known = rows if len(rows["t"]) else last_row
                     q, u = (start.q, start.u) if known is None else (known["q"][-1], known["u"][-1])
-                    goal = float(marks[min(first + len(rows["t"]), len(marks) - 1)])
-                    return _failed(model, outcome, unknown_value(system, q, u, max(self.t, float(times[0])), goal))
+                    begin = self.t if known is None else float(known["t"][-1])
+                    goal = float(next((t for t in self.times if t > begin), self.times[-1]))
+                    return _failed(model, outcome, unknown_value(system, q, u, begin, goal))
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])

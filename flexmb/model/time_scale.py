@@ -40,8 +40,8 @@ def resolution(program: Program, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
         within = bounds(program.ops, program.args, program.tables, a, b, at)
         f = [_values(program, t, at) for t in (a, 0.5 * (a + b), b)]
         size = max(size, *(float(np.abs(x[np.isfinite(x)]).max(initial=0.0)) for x in f))
-        change = np.maximum(np.abs(f[2] - f[0]), np.abs(f[0] - 2.0 * f[1] + f[2]))
         with np.errstate(invalid="ignore"):
+            change = np.maximum(np.abs(f[2] - f[0]), np.abs(f[0] - 2.0 * f[1] + f[2]))
             missed = (within.second[1] - within.second[0]) * (b - a) ** 2 / 8.0
         split = ~(missed <= np.maximum(SMALL * size, SHARE * change)) & (b - a > shortest)
         if np.count_nonzero(split) > MOST:
