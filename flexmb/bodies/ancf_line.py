@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
@@ -12,10 +13,11 @@ from flexmb.bodies.ancf_curve import Curve, curve_through
 from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.bodies.line_sections import checked_masses, checked_sections, section_constants
 from flexmb.bodies.line_stretches import Stretch, checked_stretches, places_of
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.model.described import is_number
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
+from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import rotation3
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
@@ -78,8 +80,19 @@ class AncfLine(Body):
         object.__setattr__(self, "markers", dict(self.markers or {}))
         stretches = checked_stretches(self.stretches, self.elements, curve.length, self.title)
         object.__setattr__(self, "_stretches", stretches)
+        self._doubt(curve.length)
         own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
         object.__setattr__(self, "_places", own | places_of(stretches))
+
+    def _doubt(self, length: float) -> None:
+        """Warn of a material, or of sections beside the length, m, that can hardly be meant."""
+        found = material_doubts(self.material.young, self.material.density)
+        for section in self.sections[:1]:
+            moments = [getattr(section, name, 0.0) for name in ("inertia_y", "inertia_z")]
+            # the depth of a rectangle with that radius of gyration
+            found += section_doubts(float(np.sqrt(12.0 * max(moments) / section.area)), length, "a section")
+        for text in found:
+            warnings.warn(f"{self.title}: {text}", ValidityWarning, stacklevel=6)
 
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
@@ -29,9 +30,10 @@ from flexmb.bodies.ancf_surface import (
 )
 from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.bodies.quad_grid import grid_of_mesh
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.model.kinds import Body, Table
 from flexmb.model.material import Material
+from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import Pose
 
 __all__ = ["AncfPlate"]
@@ -138,6 +140,7 @@ class AncfPlate(Body):
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "elements", checked_elements(self.elements, points, self.title))
         object.__setattr__(self, "_thickness", checked_thickness(self.thickness, self.title))
+        self._doubt(float(np.linalg.norm(np.ptp(points.reshape(-1, 3), axis=0))))
         object.__setattr__(
             self,
             "_surface",
@@ -157,6 +160,13 @@ class AncfPlate(Body):
         object.__setattr__(self, "_data", (heads, element_points))
         object.__setattr__(self, "_drawn", {name: functional(self, place) for name, place in self.places.items()})
         object.__setattr__(self, "_pairs", self._coupled())
+
+    def _doubt(self, length: float) -> None:
+        """Warn of a material, or of a thickness beside the size, m, that can hardly be meant."""
+        found = material_doubts(self.material.young, self.material.density)
+        found += section_doubts(float(np.max(self._thickness)), length, "a thickness")  # type: ignore[attr-defined]
+        for text in found:
+            warnings.warn(f"{self.title}: {text}", ValidityWarning, stacklevel=6)
 
     @classmethod
     def rectangle(cls, name: str, *, edges, thickness, material, corner=(0.0, 0.0, 0.0), **fields) -> AncfPlate:

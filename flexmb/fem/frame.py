@@ -84,7 +84,6 @@ def frame(
         MeshError,
     )
     nodes, lines, groups, sets = _lines(part, points, mesh, connectivity)
-    warn_about_size(part, nodes)
     warn_about_material(part, material.young, material.density)
     axes, lengths = _axes(part, nodes, lines, orientation)
     pairs = _section_pairs(part, section, nodes, lines, lengths, groups)
@@ -93,6 +92,7 @@ def frame(
     dofs = all_freedoms(len(nodes))
     mass = elements.lumped_mass() if lumped else elements.consistent_mass()
     stiffness, mass = (summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass))
+    warn_about_size(part, nodes, mass=float(mass[::6, ::6].sum()))
     named = {key: np.atleast_1d(np.asarray(value, int)) for key, value in (node_sets or {}).items()}
     return FEModel(nodes=nodes, dofs=dofs, K=stiffness, M=mass, node_sets={**sets, **named}, blocks=(block,), name=name)
 

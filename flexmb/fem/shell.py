@@ -64,7 +64,6 @@ def shell(
         MeshError,
     )
     nodes, cells, groups, node_sets, facet_sets = kept_cells(mesh, ("triangle", "quad"), part)
-    warn_about_size(part, nodes)
     warn_about_material(part, material.young, material.density)
     blocks = []
     for cell_type, connectivity in cells.items():
@@ -86,6 +85,7 @@ def shell(
         sum(summed(matrices(block), block.connectivity, dofs, len(nodes)) for block in blocks)
         for matrices in (ShellBlock.stiffness, lambda block: block.mass(lumped))
     )
+    warn_about_size(part, nodes, mass=float(mass.tocsr()[::6, ::6].sum()))
     return FEModel(
         nodes=nodes,
         dofs=dofs,

@@ -74,7 +74,6 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
             remedy="Save the volume group too, or use fem.shell or fem.frame",
         )
     mesh = mesh.without_unused_nodes()
-    warn_about_size(part, mesh.points)
     blocks = []
     for number, (cell_type, connectivity) in enumerate(mesh.cells):
         if DIMENSION[cell_type] < 3 or not len(connectivity):
@@ -101,6 +100,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
     for block in blocks:
         block.add_stiffness(pattern, stiffness)
         block.add_mass(pattern, mass, lumped)
+    warn_about_size(part, mesh.points, mass=float(mass.sum()))
     m = pattern.three_times(mass)
     if lumped:
         m.eliminate_zeros()

@@ -40,15 +40,16 @@ class _Run:
         end = max(t_end, state.t + 1e-12)
         self.span = end - state.t
         self.nx, self.end = len(x), len(x) + len(v)
-        self.solver = method(
-            self.rates,
-            state.t,
-            np.concatenate([x, v, np.zeros(3)]),
-            end,
-            rtol=settings.rtol,
-            atol=settings.atol,
-            max_step=settings.largest or np.inf,
-        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            self.solver = method(
+                self.rates,
+                state.t,
+                np.concatenate([x, v, np.zeros(3)]),
+                end,
+                rtol=settings.rtol,
+                atol=settings.atol,
+                max_step=settings.largest or np.inf,
+            )
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """Callback of the solver: rates of the unknowns and of the works."""
@@ -86,7 +87,8 @@ class _Run:
         solver.status = "running" if solver.t < t else "finished"
         while solver.status == "running":
             try:
-                message = solver.step()
+                with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is seen below
+                    message = solver.step()
             except ValueError:  # Radau: a matrix that is not finite
                 solver.status, message = "failed", "the iteration of the method met numbers that are not finite"
             self.counts["steps"] += 1

@@ -75,7 +75,8 @@ class Motion:
             work.coefficients[3] = 0.0
             evaluate(self.system.program, state, work)
         else:  # the evaluation of the formulation holds, but for the power of the drives at its own multipliers
-            work.energy[4] -= (state.lam - work.equations["force"]) @ work.equations["rate"]
+            with np.errstate(over="ignore", invalid="ignore"):  # whoever asked looks for numbers that are not finite
+                work.energy[4] -= (state.lam - work.equations["force"]) @ work.equations["rate"]
 
     def sample(self, t: float, x: np.ndarray, v: np.ndarray):
         """Return the state of the unknowns with accelerations and multipliers."""

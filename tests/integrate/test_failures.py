@@ -1,5 +1,7 @@
 """What the integrators say when they cannot go on, and what they leave behind."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -209,3 +211,15 @@ def test_ida_counts_its_steps_and_prints_nothing(capsys):
         fmb.simulate(model, 6.0, samples=2, integrator=fmb.IDA(rtol=1e-10, atol=1e-12, most_steps=5))
     printed = capsys.readouterr()
     assert printed.out == printed.err == ""
+
+
+@pytest.mark.parametrize(
+    "integrator", [fmb.Explicit(method="DOP853", formulation=fmb.NullSpace()), fmb.Explicit(method="Radau")]
+)
+def test_forces_that_overflow_are_told_once(integrator):
+    """By the error, without what the arithmetic behind it says."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        with pytest.raises(IntegrationError) as caught:
+            fmb.simulate(pushed(fmb.expression("1e10 * exp(1500 * t)")), 1.0, samples=3, integrator=integrator)
+    assert "t = 0." in four_parts(caught.value)
