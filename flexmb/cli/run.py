@@ -131,6 +131,15 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
     ]
     if rows:
         lines += aligned([("sensor", "least", "greatest", "at the end"), *rows])
+    if solution.shared_reactions:
+        sensors = solution.model.sensors if solution.model is not None else ()
+        readers = [s.name for s in sensors if isinstance(s, fmb.Reaction) and s.joint in solution.shared_reactions]
+        lines.append(
+            f"Reactions are not unique in the joints {', '.join(solution.shared_reactions)}: they share loads as their "
+            "stiffness decides, which rigid bodies do not have; what is given is of least norm"
+            + (f" (sensors {', '.join(readers)})" if readers else "")
+            + ". flexmb check tells the equations"
+        )
     if zero:
         lines.append(f"({zero} columns are zero throughout)")
     lines.append(f"Run folder: {folder}. ParaView files: flexmb export {folder} --vtk")

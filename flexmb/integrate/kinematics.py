@@ -13,9 +13,10 @@ from flexmb.integrate.unknown_value import REMEDY, unknown_value
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
-from flexmb.results import Phase, Solution, Status
+from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble
 from flexmb.system.complaints import worst_equations
+from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import accelerations, advance, evaluate, keep_branches, project
 
 __all__ = ["inverse_dynamics", "kinematics"]
@@ -143,7 +144,9 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         else Status.failed(unknown or found, REMEDY if unknown else "Look for a dead centre at that time")
     )
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
-    solution = Solution(phases=(phase,), status=status, statistics={"samples": reached})
+    shared = shared_reactions(system, start)
+    known = {SHARED: shared} if shared else {}
+    solution = Solution(phases=(phase,), status=status, statistics={"samples": reached, **known})
     if reached < nt:
         worst = worst_equations(system, work)
         raise IntegrationError(

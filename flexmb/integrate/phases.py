@@ -27,6 +27,7 @@ from flexmb.model.model import Model
 from flexmb.results import Status
 from flexmb.system import System, assemble
 from flexmb.system.assembly import consistent_start
+from flexmb.system.mobility import shared_reactions
 
 __all__ = ["Phases", "carried"]
 
@@ -92,6 +93,7 @@ class Phases:
         while True:
             system, start = assembled
             self.recorder.begin(model, system)
+            self.validity.share(shared_reactions(system, start))
             self.recording = True
             ended = self._phase(model, system, start, works, goes_on)
             goes_on = None

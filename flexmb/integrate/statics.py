@@ -15,10 +15,10 @@ from flexmb.integrate.matrices import tangent_at
 from flexmb.integrate.steady import saddle, steady_motion, unsteady_equation
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
-from flexmb.results import Phase, Solution, Status
+from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble
 from flexmb.system.given_state import given_state
-from flexmb.system.mobility import mass_metric
+from flexmb.system.mobility import mass_metric, shared_reactions
 from flexmb.system.program import advance, evaluate, keep_branches
 
 __all__ = ["statics"]
@@ -287,4 +287,6 @@ def _solution(model, system, t, path, status) -> Solution:
         works=np.zeros((n, 3)),
         ended=status.kind,
     )
-    return Solution(phases=(phase,), status=status, statistics={"iterations": n})
+    shared = shared_reactions(system, system.state(t, q[-1], u[-1]))
+    known: dict[str, Any] = {SHARED: shared} if shared else {}
+    return Solution(phases=(phase,), status=status, statistics={"iterations": n, **known})

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import ValidityWarning
 from flexmb.math.tables import State
+from flexmb.results import SHARED
 from flexmb.system.program import evaluate
 
 __all__ = ["Validity"]
@@ -47,6 +48,7 @@ class Validity:
 
     def __init__(self, before: dict[str, Any] | None = None):
         before = before or {}
+        self.shared: list[str] = list(before.get(SHARED, ()))
         self.largest: dict[str, dict[str, float]] = {k: dict(v) for k, v in before.get(SHARES, {}).items()}
         self.sentences: list[str] = list(before.get(WARNINGS, []))
         self._system: Any = None
@@ -68,6 +70,10 @@ class Validity:
                     self._warn(_sentence(title, measure, place, float(values[k]), float(rows["t"][first])))
                 known[measure] = max(known.get(measure, 0.0), float(values[k]))
 
+    def share(self, joints: list[str]) -> None:
+        """Keep the joints whose reactions are not unique in a phase, each with its equations."""
+        self.shared += [joint for joint in joints if joint not in self.shared]
+
     def tell(self, sentences: list[str]) -> None:
         """Warn of what has not been told yet."""
         for sentence in sentences:
@@ -78,6 +84,7 @@ class Validity:
     def statistics(self) -> dict[str, Any]:
         """Largest measures by body, 1 at the limit, if one is watched, and the warnings, if there are any."""
         told = {WARNINGS: self.sentences} if self.sentences else {}
+        told |= {SHARED: self.shared} if self.shared else {}
         return {SHARES: self.largest, **told} if self.largest else told
 
     def _warn(self, sentence: str) -> None:

@@ -5,10 +5,11 @@ from flexmb.results.phase import Instant, Phase
 from flexmb.results.read_file import stored_body
 from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import MarkerMotion, Series
-from flexmb.results.solution import Solution
+from flexmb.results.solution import SHARED, Solution
 from flexmb.results.status import Status
 
 __all__ = [
+    "SHARED",
     "Instant",
     "MarkerMotion",
     "Phase",

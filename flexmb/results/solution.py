@@ -18,7 +18,10 @@ from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import Series
 from flexmb.results.status import Status
 
-__all__ = ["Solution"]
+__all__ = ["SHARED", "Solution"]
+
+SHARED = "reactions not unique"
+"""Name of the statistic that lists the joints, with their equations, between which reactions are not unique."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,10 +64,23 @@ class Solution:
     def __repr__(self):
         phases = f" in {len(self.phases)} phases" if len(self.phases) > 1 else ""
         sensors, how = ", ".join(self.sensor_names) or "none", str(self.status).rstrip(".")
+        shared = f"; reactions not unique: {', '.join(self.shared_reactions)}" if self.shared_reactions else ""
         return (
             f"Solution({len(self.t)} samples{phases}, t = {self.t[0]:.6g} to {self.t[-1]:.6g} s; {how}; "
-            f"sensors: {sensors})"
+            f"sensors: {sensors}{shared})"
         )
+
+    @property
+    def shared_reactions(self) -> dict[str, list[str]]:
+        """The primitive equations whose reactions are not unique, by joint, at the start of the phases.
+
+        Redundant hinges share a load as nobody can tell without their stiffness; what sensors read is of least norm.
+        """
+        found: dict[str, list[str]] = {}
+        for text in self.statistics.get(SHARED, ()):
+            joint, _, kinds = text.partition(": ")
+            found[joint] = kinds.split(", ")
+        return found
 
     @property
     def t(self) -> np.ndarray:

@@ -21,6 +21,7 @@ __all__ = [
     "indeterminate_equations",
     "mass_metric",
     "mobility",
+    "shared_reactions",
 ]
 
 DEPENDENT = 1e-6
@@ -150,3 +151,14 @@ def mobility(system: System, state, work) -> Mobility:
         evaluate(bare, state, work)
         shared = tuple(names[k] for k in indeterminate_equations(*constraint_matrix(system, work), system.redundant))
     return Mobility(system.nu, system.ng, system.ng - len(redundant), redundant, shared)
+
+
+def shared_reactions(system: System, state) -> list[str]:
+    """Return the joints whose reactions are not unique at a state, each with its equations: "B: InPlane x"."""
+    if not system.redundant:
+        return []
+    found: dict[str, list[str]] = {}
+    for name in mobility(system, state, system.workspace()).indeterminate:
+        joint, _, kind = name.partition(": ")
+        found.setdefault(joint, []).append(kind)
+    return [f"{joint}: {', '.join(kinds)}" for joint, kinds in found.items()]

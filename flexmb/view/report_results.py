@@ -150,7 +150,8 @@ def loads(runs: Sequence[Run]) -> str:
             if run.name not in found[name]:
                 continue
             kind, peaks = found[name][run.name]
-            cells = [label, escape(kind)]
+            shared = " (not unique)" if name in run.solution.shared_reactions else ""
+            cells = [label, escape(kind) + shared]
             if len(runs) > 1:
                 cells.append(_named(run))
             for (peak, time), (factor, _), greatest in zip(peaks, units, (max(forces), max(moments))):
@@ -161,7 +162,8 @@ def loads(runs: Sequence[Run]) -> str:
             label = "" if len(runs) > 1 else label
     return (
         '<h2>Loads</h2><p class="note">Greatest magnitudes over time: what a joint, or a force element, exerts on its '
-        "second body.</p>" + table(titles, rows)
+        "second body. Not unique: dependent equations share the load, and the least of all possible reactions are "
+        "given.</p>" + table(titles, rows)
     )
 
 

@@ -12,7 +12,7 @@ MAY_KNOW = {
     "hdf5": ("files", "drain"),
     "math": (),
     "model": ("files", "hdf5", "math"),
-    "fem": ("files", "math", "model.described", "model.material"),
+    "fem": ("files", "math", "model.described", "model.material", "model.plausibility"),
     "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
     "constraints": ("math", "model"),
     "bodies": ("math", "model"),
