@@ -16,9 +16,7 @@ def door(hinges=HINGES, gravity=(0, 0, -9.81), at=(0, 0, 0)):
         gravity=gravity,
         bodies=[
             fmb.Ground(markers=places),
-            fmb.RigidBody(
-                "door", mass=12.0, inertia=(1, 1, 1), center_of_mass=(0.4, 0, 0.5), at=at, markers=places
-            ),
+            fmb.RigidBody("door", mass=12.0, inertia=(1, 1, 1), center_of_mass=(0.4, 0, 0.5), at=at, markers=places),
         ],
         joints=[fmb.Revolute(name, markers=(f"ground.{name}", f"door.{name}")) for name in hinges],
         sensors=[fmb.Reaction(f"force {name}", joint=name) for name in hinges],
