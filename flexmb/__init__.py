@@ -22,8 +22,8 @@ _ROOMS = {
     "RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineContact LineLoad Motor OneSidedSpring "
     "PointLoad Pressure SpringDamper TorsionSpring UserForce",
-    "flexmb.sensors": "Acceleration ConstraintError Deflection Distance Energy ForceOf JointCoordinate Momentum "
-    "Orientation Position Reaction SectionForces SectionStrains Stress StressResultants Velocity",
+    "flexmb.sensors": "Acceleration AngularVelocity ConstraintError Deflection Distance Energy ForceOf JointCoordinate "
+    "Momentum Orientation Position Reaction SectionForces SectionStrains Stress StressResultants Velocity",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "

@@ -21,7 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_trust(parser)
     parser.add_argument("-o", "--out", metavar="FILE", help=".png, .jpg, .gif or .mp4; default: <run>/<name>.png")
     parser.add_argument(
+        "--times",
         "--time",
+        dest="times",
         type=float,
         action="append",
         metavar="SECONDS",
@@ -44,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
     name = Path(arguments.run).resolve().name
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{name}.png"
     common = picture_settings(arguments)
-    times = arguments.time
+    times = arguments.times
     if times and len(times) > 1 and target.suffix not in (".gif", ".mp4"):
         picture = view.overlay(solution, target, times=times, **common)
     else:

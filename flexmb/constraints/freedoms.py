@@ -17,6 +17,9 @@ class Slide(Freedom):
 
     axis: str
 
+    def __str__(self) -> str:
+        return f"a slide along {self.axis}"
+
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (k, 6) of marker b in W: velocity of b's origin, angular velocity."""
         return np.concatenate([R_a[:, "xyz".index(self.axis)], np.zeros(3)])[None]
@@ -28,6 +31,9 @@ class Turn(Freedom):
 
     axis: str
     to: str = "x"
+
+    def __str__(self) -> str:
+        return f"a turn about {self.axis}"
 
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (k, 6) of marker b in W; `d` = r_b - r_a."""
@@ -41,6 +47,9 @@ class TurnOfSecond(Freedom):
 
     axis: str
 
+    def __str__(self) -> str:
+        return f"a turn about {self.axis} of the second marker"
+
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (k, 6) of marker b in W."""
         return np.concatenate([np.zeros(3), R_b[:, "xyz".index(self.axis)]])[None]
@@ -49,6 +58,9 @@ class TurnOfSecond(Freedom):
 @dataclass(frozen=True)
 class Ball(Freedom):
     """All three rotations about the origin of marker b."""
+
+    def __str__(self) -> str:
+        return "all turns"
 
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (3, 6) of marker b in W."""
@@ -61,6 +73,9 @@ class Helix(Freedom):
 
     pitch: float
 
+    def __str__(self) -> str:
+        return f"a turn about z that slides {self.pitch:g} m per turn"
+
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (k, 6) of marker b in W; `d` = r_b - r_a."""
         axis = R_a[:, 2]
@@ -70,6 +85,9 @@ class Helix(Freedom):
 @dataclass(frozen=True)
 class Bend(Freedom):
     """Two shafts bend against each other: rotations in the plane that halves the angle between their z-axes."""
+
+    def __str__(self) -> str:
+        return "a bend between the two shafts"
 
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (2, 6) of marker b in W."""
@@ -84,6 +102,9 @@ class RollAbout(Freedom):
 
     radius: float
     disc: bool
+
+    def __str__(self) -> str:
+        return "rolling"
 
     def twists(self, R_a: np.ndarray, R_b: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the relative unit twists (3, 6) of marker b in W."""

@@ -14,6 +14,7 @@ from flexmb.forces.rows import hunt_crossley
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Force, Table
 
 __all__ = ["Contact"]
@@ -185,7 +186,7 @@ class Contact(Force):
     exponent : float, -
         1.5 for Hertzian contact.
     damping : float, s/m
-        3/2 (1 - e) / v for a coefficient of restitution e near 1 at the impact speed v.
+        `Contact.damping_for(e, v)` for a coefficient of restitution e at the impact speed v; 3/2 (1 - e) / v near 1.
     friction : float, -
     transition : float, m/s
         Slip at which friction has reached 71 % of its full size.
@@ -230,6 +231,29 @@ class Contact(Force):
             )
         if self.other_radius is not None:
             self.require_positive("other_radius")
+
+    @staticmethod
+    def damping_for(restitution: float, speed: float) -> float:
+        """Return the damping, s/m, with which a body bounces back at `restitution` times its impact `speed`, m/s.
+
+        Of ``m v dv = -k p^n (1 + c v) dp`` from speed v to zero and back to e v follows, whatever the exponent,
+        ``c (1 + e) v = ln((1 + c v) / (1 - c e v))``; near e = 1 that is c v = 3/2 (1 - e) (Hunt & Crossley 1975).
+        """
+        if not is_number(restitution) or not 0.0 < restitution <= 1.0 or not is_number(speed) or speed <= 0.0:
+            raise ModelError(
+                "Contact",
+                found=f"restitution = {restitution!r} at the speed {speed!r} m/s",
+                expected="0 < restitution <= 1, speed > 0",
+                remedy="Write Contact.damping_for(0.6, 2.0)",
+            )
+        e, low, high = float(restitution), 0.0, 1.0 / float(restitution)
+        if e > 1.0 - 1e-6:
+            return 1.5 * (1.0 - e) / speed
+        for _ in range(200):  # the right side grows without bound towards c v = 1 / e
+            middle = 0.5 * (low + high)
+            more = np.log1p(middle) - np.log1p(-e * middle) < (1.0 + e) * middle
+            low, high = (middle, high) if more else (low, middle)
+        return 0.5 * (low + high) / float(speed)
 
     @staticmethod
     def hertz_stiffness(radius: float, material, other_radius: float = np.inf, other_material=None) -> float:

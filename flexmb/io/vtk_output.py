@@ -34,7 +34,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
         ``out/name.pvd`` writes the collection and ``out/name/<part>_<frame>.vtu``: any ParaView reads it. One part
         alone is opened by ``out/name/<part>.pvd``.
         ``out/name.vtkhdf`` writes ``out/name_<part>.vtkhdf``, cells once and all frames in one file per part, read by
-        ParaView 5.12 and later, and ``out/name.xdmf``, which shows the same data in earlier ones (Xdmf Reader).
+        ParaView 5.12 and later, and ``out/name.xdmf``, which shows the same data in earlier ones by their "XDMF
+        Reader"; their "Xdmf3" readers cannot, and those of 5.11 end ParaView: take the .pvd there.
     every : int
         Write every n-th sample.
     stress : bool

@@ -155,8 +155,10 @@ class ModalNeutralData:
 
     def __post_init__(self):
         from flexmb.model.modal_neutral_checks import check_shapes
+        from flexmb.model.modal_neutral_report import Quality
 
         check_shapes(self)
+        object.__setattr__(self, "quality", Quality(self.quality))
 
     def __repr__(self):
         first = f", first {self.frequencies[0]:.4g} Hz" if self.n_modes else ""

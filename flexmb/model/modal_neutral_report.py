@@ -11,7 +11,18 @@ from flexmb.model.mode_table import mode_table
 if TYPE_CHECKING:
     from flexmb.model.modal_neutral_data import ModalNeutralData
 
-__all__ = ["report"]
+__all__ = ["Quality", "report"]
+
+
+class Quality(dict):
+    """The numbers of a quality report by name, as JSON can hold them; printed as the paragraphs of the report."""
+
+    def __str__(self) -> str:
+        if not {"mass", "interfaces", "frequencies", "effective_mass", "warnings"} <= set(self):
+            return "no quality report" if not self else super().__repr__()
+        mass = f"Mass of the mesh {self['mass']['mass']:.9g} kg"
+        parts = [[mass], _interfaces(self), _frequencies(self), _effective_mass(self), _warnings(self)]
+        return "\n\n".join("\n".join(lines) for lines in parts)
 
 
 def report(data: ModalNeutralData) -> str:

@@ -84,7 +84,9 @@ def reduce(
     Returns
     -------
     ModalNeutralData
-        With nq + modes - 6 flexible coordinates, nq = 6 per rigid or averaging interface.
+        With nq + modes - r flexible coordinates: nq are the freedoms of the interfaces, 6 of a rigid or averaging one
+        and those of its nodes otherwise; r are the rigid motions of the model, 6, or 3 of one in a plane, as told by
+        ``quality["rigid_modes"]["removed"]``. Residual vectors add one each.
 
     Raises
     ------

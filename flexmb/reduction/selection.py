@@ -32,6 +32,22 @@ def points_of(where) -> np.ndarray:
     return np.atleast_2d(np.asarray(where, float))
 
 
+def _require_place(fe: FEModel, where, part: str) -> None:
+    """Raise ReductionError where three whole numbers are those of nodes, most likely, and no place near the part."""
+    whole = isinstance(where, tuple) and all(isinstance(x, int | np.integer) for x in where)
+    if not whole or not all(0 <= x < len(fe.nodes) for x in where):
+        return
+    low, high, size = fe.nodes.min(axis=0), fe.nodes.max(axis=0), model_size(fe)
+    if np.all(low - size <= where) and np.all(where <= high + size):
+        return
+    raise ReductionError(
+        part,
+        found=f"{where!r}, a place {size:.3g} m and more away from the part",
+        expected="coordinates in metres, or node numbers",
+        remedy=f"Write {list(where)!r} for three nodes, or ({', '.join(f'{x}.0' for x in where)}) for the place",
+    )
+
+
 def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarray:
     """Return sorted node numbers, (k,) int.
 
@@ -48,6 +64,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
     if isinstance(where, str):
         nodes = _named(fe, where, part)
     elif is_point(where):
+        _require_place(fe, where, part)
         nodes = _located(fe, points_of(where), part)
     else:
         nodes = _numbered(fe, where, part)

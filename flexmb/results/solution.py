@@ -152,7 +152,7 @@ class Solution:
                     "Solution",
                     found=f"sensor '{key}' does not exist",
                     expected=f"One of: {listed(key, self.sensor_names)}",
-                    remedy=did_you_mean(key, self.sensor_names) or "Add the sensor to the model",
+                    remedy=_instead(self.model, key, self.sensor_names),
                 )
             self._known[key] = self._values(key, own, stored=True)
         return self._known[key]
@@ -219,6 +219,26 @@ class Solution:
         """
         phases, status, statistics, columns = read_solution_file(path, model=model, read_model=read_model)
         return Solution(phases=phases, status=status, statistics=statistics, columns=columns)
+
+
+def _instead(model, key: str, names: tuple[str, ...]) -> str:
+    """Return what to write for a sensor that does not exist: one of a similar name, or of a part of that name."""
+    if similar := did_you_mean(key, names):
+        return similar
+    plain = "".join(c for c in key.lower() if c.isalnum())
+    within = [name for name in names if plain and plain in "".join(c for c in name.lower() if c.isalnum())]
+    if within:
+        return f"Did you mean '{within[0]}'?"
+    if model is not None:
+        body, _, marker = key.partition(".")
+        if any(joint.name == key for joint in model.joints):
+            return f"It is a joint: solution[fmb.Reaction('{key} force', joint='{key}')]"
+        if any(force.name == key for force in model.forces):
+            return f"It is a force: solution[fmb.ForceOf('{key} force', force='{key}')]"
+        if any(known.name == body for known in model.bodies):
+            place = key if marker else f"{body}.MARKER"
+            return f"Ask for a quantity of a marker: solution[fmb.Position('place', marker='{place}')]"
+    return "Add the sensor to the model"
 
 
 def _sensor(model, name: str):

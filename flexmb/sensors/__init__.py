@@ -6,7 +6,7 @@ from flexmb.sensors.distance import Distance
 from flexmb.sensors.energy import Energy
 from flexmb.sensors.joint_coordinate import JointCoordinate
 from flexmb.sensors.loads import ForceOf, Reaction
-from flexmb.sensors.marker_motion import Acceleration, Orientation, Position, Velocity
+from flexmb.sensors.marker_motion import Acceleration, AngularVelocity, Orientation, Position, Velocity
 from flexmb.sensors.momentum import Momentum
 from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.stress import Stress
@@ -15,6 +15,7 @@ from flexmb.sensors.stress_resultants import StressResultants
 __all__ = [
     "KINDS",
     "Acceleration",
+    "AngularVelocity",
     "ConstraintError",
     "Deflection",
     "Distance",
@@ -37,6 +38,7 @@ KINDS = {
     for kind in (
         Position,
         Velocity,
+        AngularVelocity,
         Acceleration,
         Orientation,
         Distance,

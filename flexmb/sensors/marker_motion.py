@@ -1,4 +1,4 @@
-"""`Position`, `Velocity`, `Acceleration`, `Orientation`: the motion of a marker, in W."""
+"""`Position`, `Velocity`, `AngularVelocity`, `Acceleration`, `Orientation`: the motion of a marker, in W."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.math.rotations import matrix_to_euler
 from flexmb.model.kinds import Sensor
 
-__all__ = ["Acceleration", "Orientation", "Position", "Velocity"]
+__all__ = ["Acceleration", "AngularVelocity", "Orientation", "Position", "Velocity"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +63,24 @@ class Velocity(MarkerSensor):
     def values(self, series) -> np.ndarray:
         """Return v (nt, 3), m/s, in W."""
         return series.marker(self.marker).v
+
+
+@dataclass(frozen=True, eq=False)
+class AngularVelocity(MarkerSensor):
+    """Angular velocity of a marker in W, (nt, 3), rad/s: of a shaft, of the section of a beam.
+
+    Parameters
+    ----------
+    name : str
+    marker : str
+        "body.marker".
+    """
+
+    titles: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")
+
+    def values(self, series) -> np.ndarray:
+        """Return w (nt, 3), rad/s, in W."""
+        return series.marker(self.marker).w
 
 
 @dataclass(frozen=True, eq=False)

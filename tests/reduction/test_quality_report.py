@@ -10,6 +10,7 @@ from reduction.solids import block
 from scipy.linalg import eigh
 
 from flexmb import reduction
+from flexmb.errors import ReductionError
 from flexmb.model.modal_neutral_data import ModalNeutralData
 
 BOTH = {"a": "left", "b": "right"}
@@ -138,3 +139,25 @@ def test_frequencies_above_the_band_asked_for_are_not_warned_about():
     assert within["frequencies"][0]["error"] <= 0.01
     assert max(row["error"] for row in within["frequencies"]) > 0.05
     assert within["warnings"] == []
+
+
+def test_the_numbers_print_as_paragraphs(data, tmp_path):
+    """``print(data.quality)``: what the report says, not a dictionary on one line."""
+    text = str(data.quality)
+    assert "Free-free frequencies (within 1 %" in text
+    assert max(len(line) for line in text.splitlines()) < 160
+    assert str(ModalNeutralData.load(data.save(tmp_path / "again.h5")).quality) == text
+    assert str(replace(data, quality={}).quality) == "no quality report"
+    assert data.quality["mass"]["mass"] == pytest.approx(data.mass)
+
+
+def test_three_whole_numbers_are_no_place_far_away():
+    """(6, 7, 8) may be nodes or metres; a list says nodes, and the origin stays a place."""
+    part = block()
+    with pytest.raises(ReductionError) as caught:
+        reduction.reduce(part, {"a": (6, 7, 8), "b": "right"}, modes=1)
+    assert "[6, 7, 8] for three nodes" in str(caught.value)
+    assert "(6.0, 7.0, 8.0)" in str(caught.value)
+    assert reduction.reduce(part, BOTH, modes=1, stations={"m": (0, 0, 0)}).marker_positions[-1] == pytest.approx(
+        [0, 0, 0]
+    )
