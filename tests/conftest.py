@@ -35,6 +35,19 @@ def pytest_addoption(parser):
     parser.addoption("--seed", type=int, default=1, help="seed of the random models and states (default: 1)")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config):
+    """Run the whole suite on all cores; single files and folders, or what -n says, as they are asked for."""
+    options = config.option
+    if "PYTEST_XDIST_WORKER" in os.environ:  # one of them: it must not start others
+        return
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    watched = options.collectonly or options.usepdb
+    if whole and not watched and config.pluginmanager.hasplugin("xdist") and options.numprocesses is None:
+        options.numprocesses = "auto"
+        options.dist = "worksteal" if options.dist == "no" else options.dist
+
+
 def pytest_report_header(config) -> str:
     return f"random models and states: --seed {config.getoption('seed')}"
 
