@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -14,6 +15,7 @@ from pathlib import Path
 # One BLAS thread: two threads on small matrices cost more than they bring. Set before numpy is loaded.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
+os.environ["FLEXMB_QUIET"] = "1"  # what a test prints does not depend on what is compiled already
 
 import numpy as np
 import pytest
@@ -46,6 +48,23 @@ def pytest_cmdline_main(config):
     if whole and not watched and config.pluginmanager.hasplugin("xdist") and options.numprocesses is None:
         options.numprocesses = "auto"
         options.dist = "worksteal" if options.dist == "no" else options.dist
+
+
+def pytest_sessionstart(session):
+    """Compile all kernels once, in shares, before workers begin: each would compile the same ones in an empty cache."""
+    if "PYTEST_XDIST_WORKER" in os.environ or not getattr(session.config.option, "numprocesses", None):
+        return
+    content = hashlib.sha256()
+    for path in sorted((Path(__file__).parents[1] / "flexmb").rglob("*.py")):
+        content.update(path.read_bytes())
+    from flexmb.math.kernel_cache import kernel_folder
+
+    done = kernel_folder() / f"warm-{content.hexdigest()[:20]}"
+    if not done.exists():
+        command = [sys.executable, "-m", "flexmb", "warm", "--jobs", str(session.config.option.numprocesses)]
+        if subprocess.run(command, check=False).returncode == 0:
+            done.parent.mkdir(parents=True, exist_ok=True)
+            done.touch()
 
 
 def pytest_report_header(config) -> str:

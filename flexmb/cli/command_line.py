@@ -19,14 +19,14 @@ from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
-from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, verify, view
+from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, verify, view, warm
 from flexmb.errors import FlexmbError
 
 __all__ = ["VERBS", "main"]
 
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
-    *(export, plot, render, view, report, demo),
+    *(export, plot, render, view, report, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 

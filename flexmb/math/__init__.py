@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
+from pkgutil import walk_packages
 from time import perf_counter
+from typing import Any
 
-__all__ = ["watch_compilation"]
+__all__ = ["compile_declared", "declared_kernels", "watch_compilation"]
 
 
 def watch_compilation(
@@ -44,3 +47,24 @@ def watch_compilation(
     watch = Watch()
     event.register("numba:compile", watch)
     return lambda: watch.seconds
+
+
+def declared_kernels(package: str) -> list[Any]:
+    """Return all kernels below a package whose signature is declared, in the order of their modules."""
+    from flexmb.math.tables import PointerKernel
+
+    found: dict[int, PointerKernel] = {}
+    for module in walk_packages(import_module(package).__path__, f"{package}."):
+        if not module.name.endswith("__main__"):
+            for value in vars(import_module(module.name)).values():
+                if isinstance(value, PointerKernel):
+                    found[id(value)] = value
+    return list(found.values())
+
+
+def compile_declared(package: str, part: int = 0, parts: int = 1) -> int:
+    """Compile every `parts`-th of these kernels from number `part` on; return how many that are."""
+    kernels = declared_kernels(package)[part::parts]
+    for kernel in kernels:
+        _ = kernel.compiled
+    return len(kernels)

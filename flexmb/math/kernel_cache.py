@@ -15,10 +15,12 @@ import tempfile
 import time
 import warnings
 from contextlib import suppress
+from functools import cache
 from hashlib import blake2b
 from pathlib import Path
 from types import FunctionType
 
+import llvmlite.binding as llvm
 import numba
 from numba.core import config
 from numba.core.caching import _Cache
@@ -29,6 +31,13 @@ from numba.core.typing import Signature
 from flexmb.math.kernel_content import UnknownContent, code_digest, type_text
 
 __all__ = ["KernelCache", "kernel_folder"]
+
+SHIPPED = Path(__file__).parents[1] / "compiled"
+"""Kernels that came with the package, compiled for a BASELINE when the wheel was built."""
+BASELINES = {
+    "x86_64": ("x86-64-v3", "sse3 ssse3 sse4.1 sse4.2 popcnt cx16 sahf xsave avx avx2 bmi bmi2 f16c fma lzcnt movbe"),
+}
+"""By architecture: the processor that shipped kernels are compiled for, and the features that it has."""
 
 FORMAT = b"flexmb kernel 1\n"
 CHECK = 32  # bytes of the checksum that follows
@@ -73,22 +82,31 @@ class KernelCache(_Cache):
             path.unlink(missing_ok=True)
 
     def load_overload(self, sig, target_context):
-        """Return what was compiled for these argument types, or None."""
+        """Return what was compiled for these argument types, or None: here for this processor, or with the package."""
         target_context.refresh()
-        path = self._path(sig, target_context.codegen())
-        content = None if path is None else _read(path)
-        if content is None:
+        if not self._enabled:
             return None
-        try:
-            return CompileResult._rebuild(target_context, *pickle.loads(content))
-        except Exception:  # whatever unpickling finds in a file of a release that wrote it otherwise
-            _remove(path)
-            return None
+        native = target_context.codegen().magic_tuple()
+        baseline = _baseline(*native)
+        places = [(kernel_folder(), native)] + ([(SHIPPED, baseline)] if baseline else [])
+        for folder, target in places:
+            path = self._path(folder, sig, target)
+            content = None if path is None else _read(path)
+            if content is not None:
+                try:
+                    return CompileResult._rebuild(target_context, *pickle.loads(content))
+                except Exception:  # whatever unpickling finds in a file of a release that wrote it otherwise
+                    _remove(path)
+        if self._function.__module__.startswith("flexmb."):
+            announce_compiling()
+        return None
 
     def save_overload(self, sig, data) -> None:
         """Keep what was compiled for these argument types."""
-        path = self._path(sig, data.codegen)
-        if path is None or data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
+        if not self._enabled or data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
+            return
+        path = self._path(kernel_folder(), sig, data.codegen.magic_tuple())
+        if path is None:
             return
         try:
             _write(path, dumps(data._reduce()))
@@ -96,15 +114,14 @@ class KernelCache(_Cache):
         except OSError as error:
             _warn_once(path.parent, error)
 
-    def _path(self, sig, codegen) -> Path | None:
-        """Return the file of one compiled version, None if its content cannot be told."""
-        if not self._enabled:
-            return None
+    def _path(self, folder: Path, sig, target: tuple) -> Path | None:
+        """Return the file of one version compiled for a target, None if its content cannot be told."""
         arguments, result = (sig.args, sig.return_type) if isinstance(sig, Signature) else (sig, None)
+        settings = config.OPT, config.BOUNDSCHECK, config.USING_SVML
         try:
             name = [
-                f"numba {numba.__version__}, Python {sys.version_info[:2]}, {config.OPT}, {config.BOUNDSCHECK}",
-                repr(codegen.magic_tuple()),
+                f"numba {numba.__version__}, Python {sys.version_info[:2]}, {settings}",
+                repr(target),
                 code_digest(self._function),
                 repr(self._options),
                 *map(type_text, arguments),
@@ -113,7 +130,17 @@ class KernelCache(_Cache):
         except UnknownContent:
             return None
         digest = blake2b("\n".join(name).encode(), digest_size=16).hexdigest()
-        return Path(self.cache_path) / f"{_file_stem(self._function)}-{digest}"
+        return folder / self._function.__module__ / f"{_file_stem(self._function)}-{digest}"
+
+
+@cache
+def _baseline(triple: str, processor: str, features: str) -> tuple[str, str, str] | None:
+    """Return what shipped kernels are compiled for, None if this processor lacks a feature or was not the host's."""
+    name, needed = BASELINES.get(triple.partition("-")[0], ("", ""))
+    if not name or not SHIPPED.is_dir() or config.CPU_NAME or config.CPU_FEATURES:
+        return None
+    host = llvm.get_host_cpu_features()
+    return (triple, name, "") if all(host.get(feature) for feature in needed.split()) else None
 
 
 def _file_stem(function: FunctionType) -> str:
@@ -164,6 +191,17 @@ def _remove_unused(folder: Path, pattern: str) -> None:
     for path in folder.glob(pattern):
         if path.stat().st_mtime < oldest:
             _remove(path)
+
+
+@cache
+def announce_compiling() -> None:
+    """Say once in a process that it takes long because kernels are compiled, unless FLEXMB_QUIET is set."""
+    if not os.environ.get("FLEXMB_QUIET"):
+        print(
+            f"flexmb: compiling kernels (once on this machine, kept in {kernel_folder()}; `flexmb warm` compiles all)",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 _warned: set[Path] = set()

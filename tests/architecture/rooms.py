@@ -67,6 +67,7 @@ MAY_USE_THE_FACE = ("cli", "study")
 # third-party package (or standard parser): files below flexmb/ that may import it.
 DOORS = {
     "numba": ("math/",),
+    "llvmlite": ("math/",),
     "threadpoolctl": ("math/",),
     "pypardiso": ("math/",),
     "sksparse": ("math/",),

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 
 import pytest
 from architecture.sources import FILES, ROOT, name, tree
@@ -42,10 +43,21 @@ def test_inner_kernels_are_called_by_kernels_only(path):
             assert outside or elsewhere(path, kernel.name), f"{kernel.name} is called by kernels only: @inner_kernel"
 
 
+@cache
+def text(path):
+    return path.read_text(encoding="utf-8")
+
+
+@cache
+def mentioning(function):
+    """Return the files in which a name stands: most stand in one, so that few are searched."""
+    return [path for path in (*FILES, *OUTSIDE) if function in text(path)]
+
+
 def elsewhere(path, function):
     """Return the files that take a private function of a file."""
     used = re.compile(rf"import[^\n]*\b{function}\b|\b{path.stem}\.{function}\b")
-    return [other for other in (*FILES, *OUTSIDE) if other != path and used.search(other.read_text(encoding="utf-8"))]
+    return [other for other in mentioning(function) if other != path and used.search(text(other))]
 
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=name)

@@ -3,6 +3,7 @@
 import importlib
 import os
 import pickle
+import platform
 import subprocess
 import sys
 from collections import namedtuple
@@ -237,3 +238,51 @@ def test_flush_removes_the_files(folder):
     compiled(3.0)
     compiled._cache.flush()
     assert not list(folder.rglob("*-*"))
+
+
+FEATURES = kernel_cache.BASELINES["x86_64"][1].split()
+
+
+@pytest.fixture
+def shipped(package, tmp_path, monkeypatch):
+    """Compile a kernel for the baseline in another process, as a wheel carries it."""
+    host = kernel_cache.llvm.get_host_cpu_features()
+    if platform.machine() != "x86_64" or not all(host.get(feature) for feature in FEATURES):
+        pytest.skip("the baseline of the shipped kernels is x86-64-v3")
+    top = package("here")
+    code = (
+        f"import sys; sys.path.insert(0, {str(Path(top.__file__).parents[1])!r}); import scratch.top as t; t.outer(2.0)"
+    )
+    built = {"NUMBA_CACHE_DIR": str(tmp_path / "built"), "NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""}
+    subprocess.run([sys.executable, "-c", code], env={**os.environ, **built}, check=True)
+    monkeypatch.setattr(kernel_cache, "SHIPPED", tmp_path / "built" / "flexmb")
+    kernel_cache._baseline.cache_clear()
+    yield top
+    kernel_cache._baseline.cache_clear()
+
+
+def test_kernels_that_came_with_the_package_are_used(folder, shipped):
+    assert shipped.outer(2.0) == 2.0
+    assert hits(shipped.outer) == 1
+    assert not folder.exists()
+
+
+def test_shipped_kernels_stay_unused_where_the_processor_lacks_a_feature(folder, shipped, monkeypatch):
+    host = dict(kernel_cache.llvm.get_host_cpu_features()) | {"avx2": False}
+    monkeypatch.setattr(kernel_cache.llvm, "get_host_cpu_features", lambda: host)
+    assert shipped.outer(2.0) == 2.0
+    assert hits(shipped.outer) == 0
+
+
+def test_other_shipped_code_stays_unused(folder, shipped, package):
+    top = package("there", numbers="SIN, COS = 21, 20")
+    assert top.outer(2.0) == -2.0
+    assert hits(top.outer) == 0
+
+
+def test_the_first_compilation_is_announced_once(monkeypatch, capsys):
+    monkeypatch.delenv("FLEXMB_QUIET")
+    kernel_cache.announce_compiling.cache_clear()
+    kernel_cache.announce_compiling()
+    kernel_cache.announce_compiling()
+    assert capsys.readouterr().err.count("flexmb: compiling kernels") == 1

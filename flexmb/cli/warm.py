@@ -1,0 +1,105 @@
+"""Compile all kernels now, on all cores, instead of when they are first used.
+
+Examples:
+  flexmb warm
+  flexmb warm --into kernels                           then: NUMBA_CACHE_DIR=kernels flexmb run ...
+  flexmb warm --into kernels --processor x86-64-v3     code for every processor of that level
+
+What is compiled already is passed over. Compiled kernels are kept in the user's cache folder, or below NUMBA_CACHE_DIR.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from pathlib import Path
+
+from flexmb.cli.progress import ProgressBar
+from flexmb.errors import ModelError
+
+NAME = "warm"
+SUMMARY = "compile all kernels now, on all cores"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one per core")
+    parser.add_argument("--into", metavar="FOLDER", help="keep the kernels below this folder")
+    parser.add_argument(
+        "--processor", metavar="NAME", help="compile for this processor instead of the one that runs, as x86-64-v3"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    jobs = _cores() if arguments.jobs is None else arguments.jobs
+    if jobs < 1:
+        raise ModelError(
+            "flexmb warm",
+            found=f"--jobs {jobs}",
+            expected="a number of processes, 1 or more",
+            remedy="Omit it for one per core",
+        )
+    began = time.perf_counter()
+    with _environment(arguments.into, arguments.processor):
+        count = _in_processes(jobs)
+    print(f"{count} kernels and analyses are ready, {time.perf_counter() - began:.0f} s on {jobs} cores")
+    return 0
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def _environment(into: str | None, processor: str | None) -> Iterator[None]:
+    """Let the processes that are started meanwhile compile for a processor and keep kernels below a folder."""
+    wanted = {"NUMBA_CACHE_DIR": str(Path(into).resolve())} if into else {}
+    wanted |= {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""} if processor else {}
+    wanted |= {name: os.environ.get(name, "1") for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name)
+            else:
+                os.environ[name] = value
+
+
+def _in_processes(jobs: int) -> int:
+    """Compile the declared kernels in equal shares, then what each analysis needs beyond them; return the number."""
+    from flexmb.cli.warm_models import ANALYSES
+
+    spawning = multiprocessing.get_context("spawn")
+    tasks = len(ANALYSES) + jobs
+    count = 0
+    with ProgressBar() as progress, ProcessPoolExecutor(jobs, mp_context=spawning) as pool:
+        done = 0
+        for wave in (
+            [pool.submit(_declared, part, jobs) for part in range(jobs)],
+            [pool.submit(_analysis, name) for name in ANALYSES],
+        ):
+            for one in as_completed(wave):
+                done += 1
+                count += one.result()
+                progress("compiling kernels", done / tasks)
+    return count
+
+
+def _declared(part: int, parts: int) -> int:
+    from flexmb.math import compile_declared
+
+    return compile_declared("flexmb", part, parts)
+
+
+def _analysis(name: str) -> int:
+    from flexmb.cli.warm_models import ANALYSES
+
+    ANALYSES[name]()
+    return 1

@@ -1,0 +1,35 @@
+"""Kernels are compiled ahead: those with a declared signature, and what the small analyses need."""
+
+import os
+
+import pytest
+
+from flexmb.cli import main, warm
+from flexmb.cli.warm_models import ANALYSES
+from flexmb.math import declared_kernels
+
+
+def test_declared_kernels_are_those_of_all_kinds():
+    found = {f"{kernel.function.__module__}.{kernel.function.__name__}" for kernel in declared_kernels("flexmb")}
+    assert {"flexmb.bodies.rigid.inertia", "flexmb.system.program.evaluation"} <= found
+    assert len(found) > 40
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_every_analysis_runs(name):
+    ANALYSES[name]()
+
+
+def test_processes_compile_for_what_was_asked(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "before")
+    monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
+    with warm._environment(str(tmp_path), "x86-64-v3"):
+        assert os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
+        assert (os.environ["NUMBA_CPU_NAME"], os.environ["NUMBA_CPU_FEATURES"]) == ("x86-64-v3", "")
+    assert os.environ["NUMBA_CACHE_DIR"] == "before"
+    assert "NUMBA_CPU_NAME" not in os.environ
+
+
+def test_jobs_are_at_least_one(capsys):
+    assert main(["warm", "--jobs", "0"]) == 2
+    assert "--jobs 0. Expected: a number of processes, 1 or more. Omit it" in capsys.readouterr().err
