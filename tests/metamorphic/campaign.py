@@ -37,6 +37,12 @@ def outcome(model: fmb.Model, how: str, *seen):
         return f"{type(error).__name__}: {error}"
 
 
+def _told(seen) -> str:
+    """Return the units of a way; turns and places follow from the seed."""
+    sizes = {name: getattr(seen, name) for name in ("length", "mass", "time")}
+    return ", ".join(f"{name} {size:.3g}" for name, size in sizes.items() if size != 1.0) or "SI units"
+
+
 def way_holds(seed: int, how: str, change: str, plain=None) -> tuple[bool, str]:
     """Does an analysis give the same when the mechanism is written down in another way? And what it found."""
     seen = CHANGES[change](np.random.default_rng(seed))
@@ -46,7 +52,7 @@ def way_holds(seed: int, how: str, change: str, plain=None) -> tuple[bool, str]:
         both = isinstance(mine, str) and isinstance(other, str)
         return both, f"plain: {mine if isinstance(mine, str) else 'found'}; {change}: {str(other)[:200]}"
     share, where = worst_difference(mine, other)
-    return share <= LIMITS[how], f"{where}: {share:.1e}, limit {LIMITS[how]:.0e}; {seen!r}"
+    return share <= LIMITS[how], f"{where}: {share:.1e}, limit {LIMITS[how]:.0e}; {_told(seen)}"
 
 
 def relation_holds(seed: int, how: str, name: str) -> tuple[bool, str]:
