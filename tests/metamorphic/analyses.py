@@ -96,6 +96,9 @@ def worst_difference(a: Results, b: Results) -> tuple[float, str]:
     scales["moment"] = max(scales.get("moment", 0.0), 0.3 * scales.get("force", 0.0))
     scales["acceleration"] = max(scales.get("acceleration", 0.0), 0.3 * scales.get("spin", 0.0), 9.0)
     scales["spin"] = max(scales.get("spin", 0.0), 3.0 * scales["acceleration"])
+    scales["energy"] = max(
+        scales.get("energy", 0.0), 1e-3
+    )  # J, a thousandth of what these weights have over these sizes
     scales["frequencies"] = max(scales.get("frequencies", 0.0), 1.0)  # Hz, about that of gravity over these sizes
     for name in a.keys() | b.keys():
         if name not in a or name not in b or a[name].shape != b[name].shape:

@@ -21,7 +21,7 @@ def bar(frame=None) -> fmb.ModalNeutralData:
     """A slender bar, reduced between its ends, soft enough to bend visibly."""
     x = np.linspace(0.0, LENGTH, 7)
     points = np.column_stack([x, 0.02 * np.sin(x / LENGTH * np.pi), np.zeros(7)])
-    soft = fmb.Material(young=2e9, poisson=0.3, density=2700.0)
+    soft = fmb.Material(young=2e10, poisson=0.3, density=2700.0)
     fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.01), material=soft)
     where = {} if frame is None else {"frame": frame}
     return reduction.reduce(fe, interfaces={"start": [0], "end": [6]}, modes=3, geometric_stiffness=True, **where)

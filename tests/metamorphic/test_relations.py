@@ -4,6 +4,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -60,3 +61,20 @@ def test_equal_on_repetition_in_other_processes_and_with_other_threads(seed):
         check=False,
     )
     assert done.stdout.strip() == here[0], done.stderr
+
+
+def bar_at_rest(frame) -> tuple[np.ndarray, np.ndarray]:
+    """Return first frequencies and the reaction of a bar in equilibrium; damping is a share per mode of its frame."""
+    model = mechanism(21, count=1, frame=frame, kinds=("reduced",))
+    undamped = [body if body.name == "ground" else body.replaced(damping=0.0) for body in model.bodies]
+    model = replace(model, bodies=tuple(undamped))
+    rest = fmb.statics(model)
+    frequencies = np.sort(fmb.linearize(model, about=rest).frequencies)[:4]
+    return frequencies, rest["joint1 reaction"][-1, :3]
+
+
+@pytest.mark.parametrize("frame", ["start", "end"])
+def test_choice_of_the_reduction_frame(frame):
+    plain, other = bar_at_rest(None), bar_at_rest(frame)
+    np.testing.assert_allclose(other[0], plain[0], rtol=1e-3)
+    np.testing.assert_allclose(other[1], plain[1], rtol=0.0, atol=1e-3 * np.abs(plain[1]).max())
