@@ -37,6 +37,8 @@ ANGLE = 0.02
 """rad and, relative to the size of a body, m: step of the differences of potential energy."""
 SOFT = 1e-3
 """Step of the differences along flexible coordinates, relative to the size of a body."""
+ROUNDING = 1e-6
+"""Of the largest force on a body: forces, and moments at its size, that are less than this are no scale."""
 MOST = 60
 """Velocities of a body up to which each is looked at; of larger ones the frame and random directions."""
 DIRECTIONS = 24
@@ -243,15 +245,32 @@ def _of_body(phase: Phase, system, work, single: _Single, samples: list[int]) ->
     groups = [slice(0, 3), slice(3, 6), slice(6, None)] if single.frame else [None, None, slice(0, None)]
     if not single.frame and single.nu == 3:
         groups = [slice(0, 3), None, None]
+    floors = _floors(scale, groups, single.size)
     shares, worst, at = [], -1.0, float(phase.t[samples[0]])
-    for group in groups:
+    for group, floor in zip(groups, floors, strict=True):
         if group is None or not left[:, group].size:
             shares.append(np.nan)
             continue
-        largest = float(scale[:, group].max())
+        largest = max(float(scale[:, group].max()), floor)
         share = left[:, group].max(axis=1) / largest if largest > 0.0 else np.zeros(len(left))
         shares.append(float(share.max()))
         if share.max() > worst:
             worst, at = float(share.max()), float(phase.t[samples[int(share.argmax())]])
     force, moment, other = shares
     return Balance(single.body.name, force, moment, other, at)
+
+
+def _floors(scale: np.ndarray, groups, size: float) -> list[float]:
+    """Return what forces, moments and other forces are compared with at least: where there is none of a kind but
+    rounding, that of the other kinds tells what rounding is.
+    """
+    levers = (1.0, size, 1.0)
+    force = max(
+        (
+            float(scale[:, group].max()) / lever
+            for group, lever in zip(groups, levers)
+            if group and scale[:, group].size
+        ),
+        default=0.0,
+    )
+    return [ROUNDING * force * lever for lever in levers]

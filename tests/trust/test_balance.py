@@ -126,3 +126,11 @@ def test_open_constraints_are_found_at_their_level(field, level):
     np.testing.assert_allclose(found[level].value, size, rtol=1e-2)
     closed = {"position": (), "velocity": ("position",), "acceleration": ("position", "velocity")}[level]
     assert all(found[other].share < 1e-9 for other in closed)
+
+
+def test_rounding_is_no_moment():
+    """A ball that falls without turning: its moments are rounding, and no share of each other."""
+    ball = fmb.RigidBody("ball", mass=1.0, inertia=(0.004, 0.005, 0.006), velocity=(1, 2, 3))
+    solution = fmb.simulate(fmb.Model(bodies=[fmb.Ground(), ball], gravity=(0, 0, -9.81)), 1.0, samples=11)
+    found, _ = unexplained(solution.phases[0], solution.series(0).system, SAMPLES)
+    assert found[0].worst < CLOSED
