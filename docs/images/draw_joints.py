@@ -90,7 +90,7 @@ def bar(drawing: Drawing, start, end, colour) -> None:
 def with_markers(kind: str) -> Drawing:
     """Draw a joint of two markers whose z-axis lies across the drawing (upright for those of a plane)."""
     drawing = Drawing()
-    R_a = UPRIGHT if kind in ("Planar", "Spherical", "Fixed", "Universal", "Revolute") else ACROSS
+    R_a = UPRIGHT if kind in ("Planar", "PointOnPlane", "Spherical", "Fixed", "Universal", "Revolute") else ACROSS
     R_b = R_a
     if kind == "Universal":
         R_b = np.column_stack([(0, 0, 1.0), (1.0, 0, 0), (0, 1.0, 0)])
@@ -102,6 +102,9 @@ def with_markers(kind: str) -> Drawing:
             drawing.solid(make(E), colour, R)
     if kind == "Planar":
         drawing.solid(box((1.5, 1.1, 0.04)), GREY, at=(0, 0, -0.08))
+        bar(drawing, (0, 0, 0.05), (0, 0, 0.6), BLUE)
+    elif kind == "PointOnPlane":
+        drawing.solid(box((1.5, 1.1, 0.04)), GREY, at=(0, 0, -0.16))
         bar(drawing, (0, 0, 0.05), (0, 0, 0.6), BLUE)
     elif kind in ("Prismatic", "Cylindrical", "InLine"):
         drawing.solid(tube((-0.9, 0, 0), (0.9, 0, 0), 0.5 * E), GREY)
@@ -118,7 +121,7 @@ def with_markers(kind: str) -> Drawing:
             slide, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])
             if slide > 0.0:
                 way = twist[:3] / slide
-                side = np.array([0, 0, -0.3]) if kind != "Planar" else np.array([0, 0, 0.0])
+                side = np.array([0, 0, -0.3]) if kind not in ("Planar", "PointOnPlane") else np.array([0, 0, 0.0])
                 drawing.line(side + np.outer((-0.55, 0.55), way), both=True)
             if turn > 0.0:
                 drawing.turn(twist[3:] / turn)
