@@ -18,8 +18,8 @@ _ROOMS = {
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.bodies": "AncfBeam AncfCable AncfPlate Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
-    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve PointOnPlane "
-    "Prismatic RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
+    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve "
+    "PointOnPlane Prismatic RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineContact LineLoad Motor OneSidedSpring "
     "PointLoad Pressure SpringDamper TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration AngularVelocity ConstraintError Deflection Distance Energy ForceOf JointCoordinate "
