@@ -1,6 +1,7 @@
 """Reduce a meshed part to a flexible body.
 
 Example: flexmb reduce conrod.msh --material steel --interface a=bore_a --interface b=bore_b --modes 12 -o conrod.h5
+A deck brings its own materials and interfaces: flexmb reduce wing.bdf --units "mm, t, s"
 """
 
 from __future__ import annotations
@@ -22,11 +23,20 @@ COUPLINGS = {"rigid": "Rigid", "averaging": "Averaging", "nodes": "Nodes"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", help="mesh file: Gmsh .msh, Nastran .bdf, Abaqus .inp, .vtu")
+    parser.add_argument(
+        "mesh",
+        help="mesh file (Gmsh .msh, Nastran .bdf, Abaqus .inp, .vtu) with --material, or "
+        "a whole deck of Nastran, Abaqus or CalculiX without",
+    )
     parser.add_argument(
         "--material",
         metavar="NAME",
-        help="steel, aluminium, titanium, or young=...,poisson=...,density=... in SI units; must be given",
+        help="steel, aluminium, titanium, or young=...,poisson=...,density=... in SI units; a deck brings its own",
+    )
+    parser.add_argument(
+        "--units",
+        metavar="UNITS",
+        help='units of a deck, which says nothing about them: "mm, t, s"; "mm, kg, ms"; "in, lbf s2/in, s"; "m, kg, s"',
     )
     parser.add_argument(
         "--thickness",
@@ -41,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=WHERE",
-        help="where joints and forces act: a named set, a node number, or x,y,z; repeat for each. "
+        help="where joints and forces act: a named set, a node number, or x,y,z; repeat for each; NAME alone for a "
+        "reference point of a deck, all of them by default. "
         "averaging:WHERE takes the mean of the nodes instead of tying them rigidly, nodes:WHERE keeps them bare",
     )
     parser.add_argument(
@@ -79,9 +90,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     from flexmb import fem, io, reduction
 
-    interfaces, stations, loads = (
-        _named(getattr(arguments, word), f"--{word}") for word in ("interface", "station", "load")
-    )
+    deck = _is_deck(arguments)
+    words = [f"{word}={word}" if deck and "=" not in word else word for word in arguments.interface]
+    interfaces: dict[str, Any] | str = _named(words, "--interface")
+    stations, loads = (_named(getattr(arguments, word), f"--{word}") for word in ("station", "load"))
     thickness = _thickness(arguments.thickness)
     if not arguments.scale > 0.0:
         raise ModelError(
@@ -90,6 +102,8 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="a factor > 0: metres per unit of the mesh",
             remedy="Write --scale 0.001 for a mesh in mm",
         )
+    if not interfaces and deck:
+        interfaces = "all"
     if not interfaces:
         raise ModelError(
             "flexmb reduce",
@@ -97,12 +111,15 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="at least one place where joints act",
             remedy="Add --interface a=NAME_OF_A_SET",
         )
-    material = _material(arguments.material)
+    material = None if deck else _material(arguments.material)
     out = _target(arguments)
     with ProgressBar() as progress:
         progress("reading the mesh", 0.0)
-        mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
-        fe = fem.shell(mesh, material, thickness) if thickness else fem.solid(mesh, material)
+        if material is None:
+            fe = fem.read_deck(arguments.mesh, units=arguments.units)
+        else:
+            mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
+            fe = fem.shell(mesh, material, thickness) if thickness else fem.solid(mesh, material)
         data = reduction.reduce(
             fe,
             interfaces=interfaces,
@@ -122,6 +139,29 @@ def execute(arguments: argparse.Namespace) -> int:
         page, numbers = io.write_report(data, out)
         print(f"Report: {page}, {numbers}")
     return 0
+
+
+def _is_deck(arguments: argparse.Namespace) -> bool:
+    """Whether the file is to be read as a whole deck: no material is given, and it is of a kind that brings its own.
+
+    ModelError where options of plain meshes and of decks contradict each other.
+    """
+    from flexmb import fem
+
+    deck = arguments.material is None and Path(arguments.mesh).suffix.lower() in fem.DECK_READERS
+    wrong = ""
+    if deck and (arguments.thickness or arguments.scale != 1.0):
+        wrong = "--thickness or --scale for a deck"
+    elif not deck and arguments.units:
+        wrong = "--units for a plain mesh"
+    if wrong:
+        raise ModelError(
+            "flexmb reduce",
+            found=wrong,
+            expected="--material, --thickness and --scale with a plain mesh, --units with a deck",
+            remedy='Add --material steel to read the mesh alone, or write --units "mm, t, s" for the deck',
+        )
+    return deck
 
 
 def _target(arguments: argparse.Namespace) -> Path:

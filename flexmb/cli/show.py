@@ -1,6 +1,7 @@
 """Show a reduced body: its quality report, its first modes as a picture, its modes for ParaView.
 
 Example: flexmb show conrod.h5 --vtk
+Of a deck (.bdf, .dat, .inp): what is in it, what it weighs, and what hangs apart.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ import flexmb as fmb
 from flexmb.errors import FlexmbError
 
 NAME = "show"
-SUMMARY = "print the quality report of a reduced body, draw its modes"
+SUMMARY = "print the quality report of a reduced body, draw its modes; or what is in a deck"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("data", help="reduced body (.h5), written by `flexmb reduce`")
+    parser.add_argument("data", help="reduced body (.h5), written by `flexmb reduce`, or a deck (.bdf, .dat, .inp)")
+    parser.add_argument("--units", metavar="UNITS", help='of a deck: "mm, t, s"')
     parser.add_argument("-o", "--out", metavar="FILE", help="picture of the modes; default: <data>_modes.png")
     parser.add_argument(
         "--modes", type=int, default=6, metavar="N", help="modes in the picture; default: 6; 0: no picture"
@@ -34,9 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from flexmb import io
+    from flexmb import fem, io
 
     source = Path(arguments.data)
+    if source.suffix.lower() in fem.DECK_READERS:
+        fe = fem.read_deck(source, units=arguments.units)
+        print()
+        for line in fem.deck_checks(fe):
+            print(line)
+        return 0
     data = fmb.ModalNeutralData.load(source)
     print(data.report())
     print()

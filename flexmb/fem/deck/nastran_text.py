@@ -8,8 +8,10 @@ there are many, are cut into columns all at once.
 from __future__ import annotations
 
 import re
+from array import array
 from collections import Counter
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +33,10 @@ FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
 DEEPEST = 20
 """Files within files."""
+PLACES = 10**9
+"""More lines than a file has."""
+CHUNK = 20_000
+"""Cards that are cut together: their text is copied once more meanwhile."""
 LARGEST = 10**15
 """Integers stay below."""
 HUGE = 1e60
@@ -174,41 +180,66 @@ class Bulk:
         return [card for name in names for card in self.cards.get(name, ())]
 
 
+@dataclass(eq=False)
+class Lines:
+    """All lines of a deck, tabs expanded and stripped at the end; places are 10^9 file number + line number."""
+
+    text: list[bytes] = field(default_factory=list)
+    places: array = field(default_factory=lambda: array("q"))
+    files: list[Path] = field(default_factory=list)
+
+    def where(self, k: int) -> str:
+        """Return words for the place of line k."""
+        return f"{self.files[self.places[k] // PLACES]}:{self.places[k] % PLACES}"
+
+    def card(self, k: int) -> list[bytes]:
+        """Return line k and the lines that continue it."""
+        parts = [self.text[k]]
+        for at in range(k + 1, len(self.text)):
+            line = self.text[at]
+            if line[:1] == b"$" or not line:
+                continue
+            if line[:1] not in b" +*,":
+                break
+            parts.append(line)
+        return parts
+
+
 def read_bulk(path: Path) -> Bulk:
     """Read a deck; MeshError names file and line of what cannot be read."""
-    files: list[Path] = []
-    lines = _lines(path, path.parent, files, ())
-    start, bulk = _control(lines, path, files)
-    found_by_name: dict[str, list[tuple[list[bytes], tuple[int, int]]]] = {}
-    tail: list[bytes] | None = None  # of the card that is being continued
-    for text, place in lines[start:]:
+    lines = Lines()
+    _read(path, path.parent, lines, ())
+    start, bulk = _control(lines, path)
+    starts: dict[bytes, array] = {}
+    begun = False
+    for k in range(start, len(lines.text)):
+        text = lines.text[k]
         first = text[:1]
         if first == b"$" or not text:
             if text[:2] in (b"$H", b"$ ", b"$*") and len(bulk.comments) < 100_000:
                 bulk.comments.append(text.decode("latin-1"))
             continue
-        if first in b" +*," and tail is not None:
-            tail.append(text)
+        if first in b" +*," and begun:
             continue
-        if END.match(text):
+        if first in b"eE" and END.match(text):
             break
-        tail = [text]
-        key = text[:8].split(b",")[0].strip().rstrip(b"*").upper().decode("latin-1")
-        found_by_name.setdefault(key, []).append((tail, place))
-    for name, found in found_by_name.items():
+        begun = True
+        key = text[:8].split(b",")[0].strip().rstrip(b"*").upper()
+        if key not in starts:
+            starts[key] = array("q")
+        starts[key].append(k)
+    for key, found in starts.items():
+        name = key.decode("latin-1")
         bulk.counts[name] += len(found)
         if name in MANY:
-            bulk.tables[name] = _table(name, found, files)
+            bulk.tables[name] = _table(name, found, lines)
         else:
-            bulk.cards[name] = [
-                Card(name, _words(parts, f"{files[place[0]]}:{place[1]}"), f"{files[place[0]]}:{place[1]}")
-                for parts, place in found
-            ]
+            bulk.cards[name] = [Card(name, _words(lines.card(k), lines.where(k)), lines.where(k)) for k in found]
     return bulk
 
 
-def _lines(path: Path, main: Path, files: list[Path], above: tuple[Path, ...]) -> list[tuple[bytes, tuple[int, int]]]:
-    """Return all lines (tabs expanded, stripped at the end) with file number and line number."""
+def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None:
+    """Add all lines of a file and of those it includes."""
     if path.resolve() in above or len(above) > DEEPEST:
         raise MeshError(
             f"Deck '{path}'",
@@ -232,9 +263,8 @@ def _lines(path: Path, main: Path, files: list[Path], above: tuple[Path, ...]) -
             expected="the text of a deck",
             remedy="Give the input deck (.bdf, .dat, .nas), not a result file",
         )
-    number = len(files)
-    files.append(path)
-    out: list[tuple[bytes, tuple[int, int]]] = []
+    number = len(lines.files)
+    lines.files.append(path)
     raw = data.splitlines()
     del data
     waiting: tuple[bytes, int] | None = None
@@ -250,15 +280,16 @@ def _lines(path: Path, main: Path, files: list[Path], above: tuple[Path, ...]) -
             if name[:1] in (b"'", b'"') and name.count(name[:1]) < 2 and k < len(raw):
                 waiting = (line, k)
                 continue
-            out += _included(name, path, main, files, above, k)
+            _read(_included(name, path, main, k), main, lines, (*above, path.resolve()))
             continue
         if line and line[:1] != b"$" and b"$" in line:
             line = line[: line.index(b"$")].rstrip()
-        out.append((line, (number, k)))
-    return out
+        lines.text.append(line)
+        lines.places.append(number * PLACES + k)
 
 
-def _included(name: bytes, path: Path, main: Path, files: list[Path], above: tuple[Path, ...], k: int) -> list:
+def _included(name: bytes, path: Path, main: Path, k: int) -> Path:
+    """Return the file of an INCLUDE, beside the main deck or beside the including file."""
     text = name.decode("utf-8", "replace").strip()
     if text[:1] in "'\"" and text:
         text = text[1:].split(text[0])[0]
@@ -269,7 +300,7 @@ def _included(name: bytes, path: Path, main: Path, files: list[Path], above: tup
         candidate = folder / text
         try:
             if candidate.is_file():
-                return _lines(candidate, main, files, (*above, path.resolve()))
+                return candidate
         except (OSError, ValueError):
             break
     raise MeshError(
@@ -280,10 +311,10 @@ def _included(name: bytes, path: Path, main: Path, files: list[Path], above: tup
     )
 
 
-def _control(lines: list, path: Path, files: list[Path]) -> tuple[int, Bulk]:
+def _control(lines: Lines, path: Path) -> tuple[int, Bulk]:
     """Return the number of the first bulk line, and what the case control chooses."""
     bulk, begin, cend = Bulk(), None, None
-    for k, (text, place) in enumerate(lines):
+    for k, text in enumerate(lines.text):
         if text[:1] == b"$":
             continue
         upper = text[:12].lstrip().upper()
@@ -292,7 +323,7 @@ def _control(lines: list, path: Path, files: list[Path]) -> tuple[int, Bulk]:
         if upper.startswith(b"BEGIN") and (match := BEGIN.match(text)):
             if b"SUPER" in (match[1] or b"").upper() + match[2].upper():
                 raise MeshError(
-                    f"{files[place[0]]}:{place[1]}",
+                    lines.where(k),
                     found="a deck of superelements (BEGIN SUPER)",
                     expected="one residual structure",
                     remedy="Write the deck flat, or read each superelement from its own file",
@@ -304,8 +335,8 @@ def _control(lines: list, path: Path, files: list[Path]) -> tuple[int, Bulk]:
         if cend is not None and (match := CHOICE.match(text)):
             bulk.choices.setdefault(match[1].upper().decode(), int(match[3]))
     if begin is not None:
-        for text, _ in lines[begin + 1 :]:
-            if text[:5].upper() == b"BEGIN" and b"SUPER" in text.upper():
+        for text in islice(lines.text, begin + 1, None):
+            if text[:1] in b"bB" and text[:5].upper() == b"BEGIN" and b"SUPER" in text.upper():
                 raise MeshError(
                     f"Deck '{path}'",
                     found="superelements (BEGIN SUPER)",
@@ -352,32 +383,42 @@ def _words(parts: list[bytes], where: str) -> list[str]:
     return words
 
 
-def _table(name: str, found: list, files: list[Path]) -> FieldTable:
-    """Return cards as columns; those in fields of 8 are cut all together."""
-    plain, other = [], []
-    for k, (parts, _) in enumerate(found):
-        (other if any(b"," in p or b"*" in p[:8] for p in parts) else plain).append(k)
-    table = np.zeros((len(found), FIELDS), "S16")
-    if plain:
-        text = b"".join(
-            b"".join([parts[0][:72].ljust(72), *(p[8:72].ljust(64) for p in parts[1:3])]).ljust(200)[:200]
-            for parts in (found[k][0] for k in plain)
-        )
-        raw = np.frombuffer(text, "S8").reshape(len(plain), 25)[:, :FIELDS]
-        table[plain] = np.char.strip(raw)
-    for k in other:
-        parts, place = found[k]
-        words = _words(parts, f"{files[place[0]]}:{place[1]}")
-        if len(words) > FIELDS and any(words[FIELDS:]):
-            raise MeshError(
-                f"{files[place[0]]}:{place[1]}, card {name} {words[1]}",
-                found=f"{len(words)} fields",
-                expected=f"at most {FIELDS}",
-                remedy="Write the deck again",
-            )
-        table[k, : min(len(words), FIELDS)] = [word.encode("latin-1") for word in words[:FIELDS]]
+def _table(name: str, found: array, lines: Lines) -> FieldTable:
+    """Return cards as columns; those in fields of 8 are cut all together, some thousands at a time."""
+    table = np.zeros((len(found), FIELDS), "S16" if _wide(found, lines) else "S8")
+    for begin in range(0, len(found), CHUNK):
+        plain, text = [], []
+        for row in range(begin, min(begin + CHUNK, len(found))):
+            parts = lines.card(found[row])
+            if any(b"," in p or b"*" in p[:8] for p in parts):
+                table[row] = _cut(name, parts, lines.where(found[row]))
+                continue
+            plain.append(row)
+            text.append(b"".join([parts[0][:72].ljust(72), *(p[8:72].ljust(64) for p in parts[1:3])]).ljust(200)[:200])
+        if plain:
+            raw = np.frombuffer(b"".join(text), "S8").reshape(len(plain), 25)[:, :FIELDS]
+            table[plain] = np.char.strip(raw)
     table[:, 0] = name.encode()
-    return FieldTable(name, table, np.array([place for _, place in found], np.int64).reshape(-1, 2), files)
+    places = np.array(lines.places, np.int64)[np.array(found, np.int64)]
+    return FieldTable(name, table, np.stack(np.divmod(places, PLACES), axis=1), lines.files)
+
+
+def _wide(found: array, lines: Lines) -> bool:
+    """Whether one of the cards has fields wider than 8."""
+    return any(b"*" in lines.text[k][:8] or b"," in lines.text[k] for k in found)
+
+
+def _cut(name: str, parts: list[bytes], where: str) -> list[bytes]:
+    """Return the fields of one card of a table."""
+    words = _words(parts, where)
+    if len(words) > FIELDS and any(words[FIELDS:]):
+        raise MeshError(
+            f"{where}, card {name} {words[1]}",
+            found=f"{len(words)} fields",
+            expected=f"at most {FIELDS}",
+            remedy="Write the deck again",
+        )
+    return [word.encode("latin-1") for word in (words + [""] * FIELDS)[:FIELDS]]
 
 
 def _real(word: str) -> float:
