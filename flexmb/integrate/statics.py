@@ -5,21 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError, ModelError
-from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.descent import Descent
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.load_path import ArcLength, LoadSteps, follow
-from flexmb.integrate.matrices import tangent_at
-from flexmb.integrate.steady import saddle, steady_motion, unsteady_equation
+from flexmb.integrate.steady import unsteady_equation
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble
 from flexmb.system.given_state import given_state
-from flexmb.system.mobility import mass_metric, shared_reactions
-from flexmb.system.program import advance, evaluate, keep_branches
+from flexmb.system.mobility import shared_reactions
 
 __all__ = ["statics"]
 
@@ -109,7 +106,7 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> S
     work = system.workspace()
     q = start.q.copy() if state is None else given_state(state, system, "statics").q
     for wary in (True, False) if any(force.strikes for force in model.forces) else (False,):
-        iteration = _Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
+        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
             break
     status = (
@@ -160,117 +157,6 @@ def _limit_below(model, t: float) -> str:
     except IntegrationError as error:
         return f"; on the way from t = 0: {error.found}"
     return ""
-
-
-_PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
-
-
-class _Descent:
-    """Newton's method with an artificial inertia M / step^2 that fades with the unbalanced forces."""
-
-    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool):
-        self.at_rest, self.wary = at_rest, wary
-        self.system, self.work, self.t, self.q = system, work, t, q
-        self.size = model_size(system)
-        self.extent, _ = extents(system, start, work, self.size, 1e-4 * self.size)
-        self.lam = np.zeros(system.ng)
-        self.path: list[tuple[np.ndarray, ...]] = []
-        self.step, self.first, self.unbalanced, self.largest = 0.0, 0.0, np.inf, 0.0
-        self.before: dict[str, Any] = {}
-
-    def balanced(self, tolerance: float) -> bool:
-        """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
-        now = self.system.state(self.t, self.q, u=np.zeros(self.system.nu), lam=self.lam)
-        self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
-        now.u[:], now.a[:] = self.motion.u, self.motion.a
-        self.tangent = tangent_at(self.system, now, self.work)
-        keep_branches(self.system.program, self.work, self.q)
-        self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
-        before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
-        if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
-            self.__dict__.update(self.before)
-            self.step *= 0.1
-            self.wary = self.step > 1e-9 * self.first
-            return False
-        reactions = abs(self.tangent.L) @ np.abs(self.lam)
-        self.largest = max(
-            self.largest,
-            self._greatest(reactions / self.extent),
-            self._inertia(now.u),
-            self.unbalanced if not self.path else 0.0,
-        )
-        self.path.append((self.q.copy(), now.u, now.a, self.lam.copy()))
-        if len(self.path) == 1:
-            # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
-            pull = self._greatest(self.force * self.extent / mass_metric(self.tangent.M))
-            self.step = self.first = np.sqrt(0.02 * self.size / max(pull, 1e-30))
-        elif np.isfinite(self.unbalanced):
-            self.step *= min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
-        return self._greatest(self.g) <= 1e-9 * self.size and (
-            self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before)
-        )
-
-    def _rounded(self, before: float) -> bool:
-        """Are the unbalanced forces what rounding the positions makes? Without any load, these are all there are.
-
-        They are below what the stiffest direction makes of the last digit, and either an iteration leaves them as large
-        as they were `before`, or the last digits of these coordinates do make them: a small load on a soft direction,
-        as on a thin plate, is below the first bound too.
-        """
-        stiffest = self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
-        if self.unbalanced > 1e-16 * stiffest:
-            return False
-        if 0.1 * before <= self.unbalanced:
-            return True
-        made, digits = np.zeros(self.system.nu), np.random.default_rng(0)
-        self.work.coefficients[3] = 0.0
-        for _ in range(3):
-            near = self.q * (1.0 + np.finfo(float).eps * digits.choice((-1.0, 1.0), len(self.q)))
-            evaluate(self.system.program, self.now._replace(q=near), self.work)
-            made = np.maximum(made, np.abs(self.work.residual - self.force))
-        return bool(np.all(np.abs(self.force) <= 10.0 * made))
-
-    def _magnitudes(self) -> np.ndarray:
-        """Return the size of the numbers (nu,) that are rounded: the model's, or of nodes their vectors themselves."""
-        magnitudes = self.size / self.extent
-        for iq, iu, count, flexible in self.system.program.vectors:
-            if not flexible:
-                own = np.linalg.norm(self.q[iq : iq + count].reshape(-1, 3), axis=1)
-                magnitudes[iu : iu + count] = np.repeat(own, 3)
-        return magnitudes
-
-    def _inertia(self, u: np.ndarray) -> float:
-        """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
-        rate = self._greatest(u * self.extent) / self.size
-        return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) / self.extent)
-
-    def advance(self) -> bool:
-        """Move by one iteration, at most three tenths of the model's size; never done by itself."""
-        self.before = {name: getattr(self, name) for name in _PLACE}
-        # the velocities of a steady motion turn with the bodies
-        tangent, motion = self.tangent, self.motion
-        block = tangent.M / self.step**2 + tangent.K + tangent.D @ motion.turning + tangent.M @ motion.centripetal
-        try:
-            x = splu(saddle(block, tangent.L, tangent.G, 1e-12)).solve(-np.concatenate([self.force, self.g]))
-        except RuntimeError:  # exactly singular: more inertia helps
-            self.step *= 0.5
-            return False
-        stride = self._greatest(x[: self.system.nu] * self.extent) / self.size
-        if stride > 0.2:
-            self.step *= 0.5
-        scale = min(1.0, 0.3 / stride) if stride > 0.0 else 1.0
-        q = np.zeros(self.system.nq)
-        advance(self.system.program, self.q, x[: self.system.nu], scale, q)
-        self.q, self.lam = q, self.lam + scale * x[self.system.nu :]
-        return False
-
-    def most_unbalanced(self) -> str:
-        """Return the title of the body on which most force is left."""
-        return self.system.owner(int(np.argmax(np.abs(self.force / self.extent)))).partition(",")[0]
-
-    @staticmethod
-    def _greatest(x: np.ndarray) -> float:
-        return float(np.max(np.abs(x), initial=0.0))
 
 
 def _solution(model, system, t, path, status) -> Solution:

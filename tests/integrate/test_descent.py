@@ -1,0 +1,65 @@
+"""`statics` from bent states and near buckling: what is found does not depend on where the iteration begins."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb import fem
+
+SIDE, LENGTH = 0.02, 1.0
+STEEL = fmb.Material(young=210e9, poisson=0.3, density=7850.0)
+EULER = np.pi**2 * STEEL.young * SIDE**4 / 12 / (4 * LENGTH**2)
+
+
+def cantilever(force):
+    """Eight beam elements along x, clamped at the start, with a dead force at the end."""
+    beam = fmb.AncfBeam(
+        "beam",
+        points=[(0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0)],
+        elements=8,
+        section=fem.Section.rectangle(SIDE, SIDE),
+        material=STEEL,
+    )
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"wall": (0.0, 0.0, 0.0)}), beam],
+        joints=[fmb.Fixed("clamp", markers=("ground.wall", "beam.start"))],
+        forces=[fmb.PointLoad("load", marker="beam.end", force=force)],
+        sensors=[fmb.Position("tip", marker="beam.end")],
+    )
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return fmb.statics(cantilever((0.0, 0.0, -5600.0)))
+
+
+@pytest.mark.parametrize("load", [5605.6, 5656.0, 6000.0, 8000.0, 3000.0, 0.1, -5600.0])
+def test_from_a_bent_state(bent, load):
+    """From the equilibrium at 5600 N that of any other load is found, the same as from the straight beam."""
+    model = cantilever((0.0, 0.0, -load))
+    found, expected = fmb.statics(model, state=bent), fmb.statics(model)
+    np.testing.assert_allclose(found["tip"][-1], expected["tip"][-1], atol=1e-7 * LENGTH)
+    assert found.statistics["iterations"] <= 60
+
+
+@pytest.mark.parametrize("side", [1.0, -10.0])
+@pytest.mark.parametrize(
+    ("ratio", "along", "across"),
+    [(1.063, 0.881, 0.422), (1.152, 0.741, 0.593), (1.518, 0.349, 0.792), (2.541, -0.107, 0.750)],
+)
+def test_a_buckled_column_goes_with_its_side_load(ratio, along, across, side):
+    """The elastica of a column above Euler's load (Timoshenko & Gere, Theory of Elastic Stability, table 2-4)."""
+    tip = fmb.statics(cantilever((-ratio * EULER, 0.0, side)))["tip"][-1]
+    assert np.sign(tip[2]) == np.sign(side)
+    np.testing.assert_allclose([tip[0], abs(tip[2])], [along * LENGTH, across * LENGTH], atol=0.012 * LENGTH)
+
+
+@pytest.mark.parametrize("ratio", [0.9, 0.99])
+def test_a_column_below_its_buckling_load(ratio):
+    """Beam column: tip = H / (k P) (tan kL - kL), k^2 = P / EI (Timoshenko & Gere, sec. 1.3)."""
+    side, P = 0.02, ratio * EULER
+    k = 0.5 * np.pi / LENGTH * np.sqrt(ratio)
+    tip = fmb.statics(cantilever((-P, 0.0, side)))["tip"][-1]
+    assert tip[2] == pytest.approx(
+        side / (k * P) * (np.tan(k * LENGTH) - k * LENGTH), rel=0.15 if ratio > 0.95 else 0.02
+    )
