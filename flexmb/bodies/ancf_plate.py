@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.bodies import ancf_plate_kernels as kernels
 from flexmb.bodies.ancf_line import COLLAPSED, element_momentum
+from flexmb.bodies.ancf_plate_axes import director_rows, held_edge, marker_axes
 from flexmb.bodies.ancf_plate_data import shell_elements, thin_elements
 from flexmb.bodies.ancf_plate_forces import at_fractions, least_areas, thin_strains, with_director_strains
 from flexmb.bodies.ancf_plate_places import (
@@ -297,25 +298,9 @@ class AncfPlate(Body):
         >>> len(supports), clamps[4].markers
         (5, ('ground.root_4', 'wing.root_4'))
         """
-        if edge not in ("s0", "s1", "t0", "t1"):
-            raise ModelError(
-                self.title,
-                found=f"edge {edge!r}",
-                expected="One of: s0, s1, t0, t1",
-                remedy="s0 is the edge where the fraction s is 0",
-            )
-        along_t, end = edge[0] == "s", float(edge[1])
-        n, axes = self.elements[1 if along_t else 0], Pose((0.0, 0.0, 0.0), rotation).matrix
-        markers, supports, joints = dict(self.markers), {}, []
-        for k in range(n + 1):
-            where, own = (end, k / n) if along_t else (k / n, end), f"{name}_{k}"
-            r, a, b = self._drawn_at(*functional(self, Place(where[0], where[1], None)))
-            markers[own] = (where, marker_axes(a, b, self.shear).T @ axes)
-            supports[own] = Pose(tuple(r), axes)
-            joints.append(joint(own, markers=(f"ground.{own}", f"{self.name}.{own}")))
-        return self.replaced(markers=markers), supports, tuple(joints)
+        return held_edge(self, name, edge, joint, rotation)
 
-    def _drawn_at(self, nodes, weights) -> np.ndarray:
+    def drawn_at(self, nodes, weights) -> np.ndarray:
         """Return position and two directions (3, 3) as drawn."""
         return np.einsum("kvf,kvi->fi", weights, self._nodal_vectors()[nodes])
 
@@ -330,7 +315,7 @@ class AncfPlate(Body):
         """Return the markers as drawn: positions from the first node, axes in W."""
         origin, poses = self.surface.r[0], {}
         for name, (nodes, weights) in self._drawn.items():  # type: ignore[attr-defined]
-            r, a, b = self._drawn_at(nodes, weights)
+            r, a, b = self.drawn_at(nodes, weights)
             axes = marker_axes(a, b, self.shear)
             turned = self.places[name].rotation
             poses[name] = Pose(tuple(r - origin), axes if turned is None else axes @ turned)
@@ -354,7 +339,7 @@ class AncfPlate(Body):
         parts = []
         for name, pose in self.marker_poses().items():
             nodes, weights = self._drawn[name]  # type: ignore[attr-defined]
-            _, a, b = self._drawn_at(nodes, weights)
+            _, a, b = self.drawn_at(nodes, weights)
             fixed = director_rows(a, b) @ pose.matrix
             each = [np.concatenate([[node - min(nodes)], w.ravel()]) for node, w in zip(nodes, weights, strict=True)]
             parts.append(
@@ -422,16 +407,3 @@ class AncfPlate(Body):
         shear = self.shear_factor * self.material.shear * h * s[:, 6:]
         forces = np.hstack([h * s[:, :3] @ C, h**3 / 12.0 * s[:, 3:6] @ C, shear])
         return forces if fractions is None else at_fractions(forces, self.elements, fractions)
-
-
-def director_rows(a, b) -> np.ndarray:
-    """Return the frame of two directions as the kernels make it, by rows: along b x a, across, along a."""
-    e3, e1 = a / np.linalg.norm(a), np.cross(b, a)
-    e1 = e1 / np.linalg.norm(e1)
-    return np.array([e1, np.cross(e3, e1), e3])
-
-
-def marker_axes(a, b, shear: bool) -> np.ndarray:
-    """Return marker axes (3, 3): x along s, z normal; a, b are r_s, r_t of thin plates, d, r_s of others."""
-    e1, e2, e3 = director_rows(a, b)
-    return np.stack([e2, -e1, e3] if shear else [e3, e2, -e1], axis=1)

@@ -68,12 +68,14 @@ def shell(
     blocks = []
     for cell_type, connectivity in cells.items():
         axes, corners, heights = flattened(part, cell_type, nodes, connectivity)
+        centers = nodes[connectivity].mean(axis=1)
         blocks.append(
             ShellBlock(
                 connectivity=connectivity,
                 axes=axes,
                 corners=corners,
                 heights=heights,
+                centers=centers,
                 thickness=_thickness(part, thickness, len(connectivity), groups[cell_type]),
                 material=material,
                 number_of_nodes=len(nodes),

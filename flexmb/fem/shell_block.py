@@ -12,6 +12,7 @@ from flexmb.fem.nodal_assembly import gathered, rotated, scattered, summed
 from flexmb.fem.shell_bending import curvature_rows, slope_rows
 from flexmb.fem.shell_functions import CORNERS, functions, integration_points, mass_points
 from flexmb.fem.shell_membrane import displacement_gradient, displacement_rows, drilling_row, strain_rows
+from flexmb.fem.shell_slopes import NodalSlopes, nodal_slopes
 from flexmb.model.material import Material
 
 __all__ = ["ShellBlock"]
@@ -37,6 +38,8 @@ class ShellBlock:
     thickness : (ne,), m
     material : Material
     number_of_nodes : int
+    centers : (ne, 3), m, or None
+        Mean of the corners, in body axes; None: nodal stress is the mean of the cells' corners for triangles too.
     side : float
         Where `nodal_stress` is taken: -1 bottom, 0 middle, +1 top (the side local z points to).
     """
@@ -48,6 +51,7 @@ class ShellBlock:
     thickness: np.ndarray
     material: Material
     number_of_nodes: int
+    centers: np.ndarray | None = None
     side: float = 0.0
 
     @property
@@ -121,6 +125,7 @@ class ShellBlock:
             axes=self.axes[chosen],
             corners=self.corners[chosen],
             heights=self.heights[chosen],
+            centers=None if self.centers is None else self.centers[chosen],
             thickness=self.thickness[chosen],
             number_of_nodes=len(nodes),
         )
@@ -158,10 +163,43 @@ class ShellBlock:
         return self.surface_stress(displacements, self.side)
 
     def surface_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
-        """Return the stress at nodes (n, 6, k), Pa, in body axes: side -1 bottom, 0 middle, +1 top; mean of
-        the elements."""
-        stress = self._corner_stress(np.asarray(displacements, float), side)
-        return scattered(stress, self.connectivity, self.number_of_nodes)
+        """Return the stress at nodes (n, 6, k), Pa, in body axes: side -1 bottom, 0 middle, +1 top.
+
+        Mean of the quadrilaterals at the node; of triangles from quadratics through the nodes around, where there are
+        enough of them (docs/theory/shells.md, "Stress at nodes").
+        """
+        displacements = np.asarray(displacements, float)
+        if self.cell_type == "quad" or self.centers is None:
+            return scattered(self._corner_stress(displacements, side), self.connectivity, self.number_of_nodes)
+        return self._fitted_stress(displacements, side)
+
+    @cached_property
+    def slopes(self) -> NodalSlopes:
+        """Slopes along the surface at the nodes."""
+        nodes, local = np.zeros((self.number_of_nodes, 3)), np.dstack([self.corners, self.heights])
+        centers = np.zeros((len(local), 3)) if self.centers is None else self.centers
+        nodes[self.connectivity] = centers[:, None] + local @ self.axes
+        return nodal_slopes(self.connectivity, self.axes[:, 2], self.thickness, nodes)
+
+    def _fitted_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
+        at, size = self.slopes, displacements.shape[-1]
+        field = displacements.reshape(self.number_of_nodes, 6 * size)
+        (u_x, v_x, tx_x, ty_x), (u_y, v_y, tx_y, ty_y) = (
+            np.einsum("lai,lcik->calk", at.axes[:, :2], (rows @ field).reshape(-1, 2, 3, size)).reshape(4, -1, size)
+            for rows in (at.along_x, at.along_y)
+        )
+        strain = np.stack([u_x, v_y, u_y + v_x], axis=1)
+        curvature = np.stack([-ty_x, tx_y, tx_x - ty_y], axis=1)  # w_x = -theta_y, w_y = theta_x
+        plane = self.elasticity @ (strain - (0.5 * side * at.thickness)[:, None, None] * curvature)
+        total = np.zeros((self.number_of_nodes, 6, size))
+        np.add.at(total, at.node, at.share[:, None, None] * _in_space(plane, at.axes))
+        cells = np.bincount(self.connectivity.ravel(), minlength=self.number_of_nodes).astype(float)
+        if at.left.any():  # a strip of single triangles, a lonely one
+            corners = self.connectivity[at.left]
+            share = 1.0 / cells[corners][:, None, None]
+            np.add.at(total, corners, share * self._corner_stress(displacements, side)[at.left])
+        total[cells == 0.0] = np.nan
+        return total
 
     def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
         """Stress xx, yy, zz, xy, yz, zx, (ne, corners, 6, k), Pa, on the surface `side` at the corners of chosen cells
@@ -178,11 +216,7 @@ class ShellBlock:
                 self.corners, at
             )
             plane = self.elasticity @ (strain @ local)  # (ne, 3, k)
-            tensor = np.zeros((len(plane), 3, 3, plane.shape[-1]))
-            tensor[:, 0, 0], tensor[:, 1, 1] = plane[:, 0], plane[:, 1]
-            tensor[:, 0, 1] = tensor[:, 1, 0] = plane[:, 2]
-            body = np.einsum("eia,eijk,ejb->eabk", self.axes, tensor, self.axes, optimize=True)
-            corner_values.append(body[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]])
+            corner_values.append(_in_space(plane, self.axes))
         return np.stack(corner_values, axis=1)
 
     def _gradients(self, at) -> list[np.ndarray]:
@@ -221,6 +255,15 @@ class ShellBlock:
         columns[..., 4] -= self.heights[:, None, :] * columns[..., 0]
         columns[..., 3] += self.heights[:, None, :] * columns[..., 1]
         return rotated(columns.reshape(matrices.shape), self.axes)
+
+
+def _in_space(plane: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return xx, yy, zz, xy, yz, zx in body axes, (ne, 6, k), of plane stress (ne, 3, k) in local axes (ne, 3, 3)."""
+    tensor = np.zeros((len(plane), 3, 3, plane.shape[-1]))
+    tensor[:, 0, 0], tensor[:, 1, 1] = plane[:, 0], plane[:, 1]
+    tensor[:, 0, 1] = tensor[:, 1, 0] = plane[:, 2]
+    body = np.einsum("eia,eijk,ejb->eabk", axes, tensor, axes, optimize=True)
+    return body[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
 
 
 def _weighted(rows: np.ndarray, elasticity: np.ndarray, weight: np.ndarray) -> np.ndarray:

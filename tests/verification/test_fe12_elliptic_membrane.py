@@ -17,7 +17,7 @@ TOLERANCE = 0.02
 T, PRESSURE = 0.1, 10e6
 
 
-@pytest.mark.parametrize(("kind", "around", "across"), [("quad", 32, 24), ("cross", 32, 24)])
+@pytest.mark.parametrize(("kind", "around", "across"), [("quad", 32, 24), ("cross", 32, 24), ("triangle", 32, 24)])
 def test_stress_at_the_inner_edge(reference, kind, around, across):
     mesh = plate(around, across, 1.0, 1.0, kind)
     angle, outwards = mesh.points[:, 0] * np.pi / 2, mesh.points[:, 1:2]
