@@ -234,7 +234,7 @@ class RigidBody(Body):
         check_frame(self)
         try:
             J = np.asarray(self.inertia, float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             J = np.empty(0)
         J = np.diag(J) if J.shape == (3,) else J
         if (

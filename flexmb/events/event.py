@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean, listed
-from flexmb.model.described import Described
+from flexmb.model.described import Described, is_number
 from flexmb.model.kinds import Part
 
 __all__ = ["Action", "Event"]
@@ -65,7 +65,7 @@ class Event(Part):
         super().__post_init__()
         given = [name for name in ("above", "below", "at") if getattr(self, name) is not None]
         right = given == ["at"] if self.sensor is None else given in (["above"], ["below"])
-        if not right or not np.isfinite(getattr(self, given[0])):
+        if not right or not is_number(getattr(self, given[0])):
             raise ModelError(
                 self.title,
                 found=f"sensor = {self.sensor!r} with {', '.join(given) or 'no threshold'}",
@@ -101,11 +101,12 @@ class Event(Part):
                     remedy=did_you_mean(self.sensor, sensors) or "Add the sensor to the model",
                 )
             columns = len(sensors[self.sensor].columns(model))
-            if columns > 1 and (self.column is None or not 0 <= self.column < columns):
+            column = 0 if self.column is None and columns == 1 else self.column
+            if not isinstance(column, int | np.integer) or isinstance(column, bool) or not 0 <= column < columns:
                 raise ModelError(
                     self.title,
                     found=f"column = {self.column!r} of sensor '{self.sensor}'",
-                    expected=f"0 to {columns - 1}: {', '.join(sensors[self.sensor].columns(model))}",
+                    expected=f"0 to {columns - 1}, a whole number: {', '.join(sensors[self.sensor].columns(model))}",
                     remedy="Say which column is watched",
                 )
         for action in self.then:

@@ -12,6 +12,7 @@ from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
 from flexmb.math.tables import row_kernel
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Table
 
 __all__ = ["OneSidedSpring"]
@@ -104,7 +105,7 @@ class OneSidedSpring(OnCoordinate):
         self.require_positive("stiffness", "depth")
         self.require_positive("damping", "backlash", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "1 is a linear spring, 1.5 a Hertzian contact")
-        if self.length is not None and not np.isfinite(self.length):
+        if self.length is not None and not is_number(self.length):
             raise ModelError(
                 self.title,
                 found=f"length = {self.length!r}",

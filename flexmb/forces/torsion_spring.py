@@ -11,6 +11,7 @@ from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate
 from flexmb.math.tables import row_kernel
+from flexmb.model.described import is_number
 from flexmb.model.kinds import Table
 
 __all__ = ["TorsionSpring"]
@@ -69,7 +70,7 @@ class TorsionSpring(OnCoordinate):
     def __post_init__(self):
         super().__post_init__()
         self.require_positive("stiffness", "damping", zero=True)
-        if not np.isfinite(self.free_angle):
+        if not is_number(self.free_angle):
             raise ModelError(
                 self.title,
                 found=f"free_angle = {self.free_angle!r}",

@@ -18,6 +18,7 @@ from flexmb.integrate.statics import statics
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Solution
+from flexmb.results.phase import MOST_SAMPLES
 from flexmb.system import assemble
 from flexmb.system import compile as compile_model
 
@@ -39,17 +40,17 @@ def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
     if np.ndim(samples) == 0:
         whole = is_number(samples) and samples == int(samples)
         count = int(samples) if whole else 0
-        if count < 2:
+        if not 2 <= count <= MOST_SAMPLES:
             raise ModelError(
                 "simulate",
                 found=f"samples = {samples!r}",
-                expected="a whole number of at least 2 (start and end), or the times",
+                expected=f"a whole number from 2 (start and end) to {MOST_SAMPLES}, or the times",
                 remedy="samples=1001 gives a sample every thousandth of the time",
             )
         return np.linspace(t_start, t_end, count)
     try:
         times = np.asarray(samples, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         times = np.empty(0)
     if times.ndim != 1 or len(times) < 2 or np.any(np.diff(times) <= 0.0) or times[0] < t_start or times[-1] > t_end:
         raise ModelError(

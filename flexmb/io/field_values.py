@@ -18,6 +18,7 @@ import numpy as np
 
 from flexmb.bodies.line_chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.io.limits import check_extent, named_file
 from flexmb.model import expression
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose
@@ -47,6 +48,8 @@ class Context:
         Those of the table [signals]; ``"= name"`` is the signal.
     trust : bool
         May functions be imported that the file names?
+    assemblies : list of str
+        Places of the assemblies read so far, in all files.
     """
 
     path: Path
@@ -56,13 +59,16 @@ class Context:
     stored: Mapping[str, ModalNeutralData] | None = None
     signals: Mapping[str, Signal] = field(default_factory=dict)
     trust: bool = False
+    assemblies: list[str] = field(default_factory=list)
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""
         if isinstance(raw, str):
             return self._text(raw, where) if raw.lstrip().startswith("=") else raw
         if isinstance(raw, list):
-            return tuple(self.value(entry, where) for entry in raw)
+            entries = tuple(self.value(entry, where) for entry in raw)
+            check_extent(entries, where)
+            return entries
         if isinstance(raw, dict):
             if len(raw) == 1 and not poses:
                 ((word, given),) = raw.items()
@@ -105,7 +111,7 @@ class Context:
         from flexmb import fem
 
         name, _, group = raw.partition("#")
-        mesh = fem.read_mesh((self.path.parent / name).resolve())
+        mesh = fem.read_mesh(named_file(self.path.parent, name, where).resolve())
         mesh = mesh.only(group) if group else mesh
         return single_chain(mesh.points, mesh.cells_of("line"), f"{where} = '{raw}'")
 
@@ -117,7 +123,7 @@ class Context:
         if self.stored is not None and value in self.stored:
             return self.stored[value]
         name, _, body = value.partition("#")  # a body of a run: "solution.h5#lever"
-        path = (self.path.parent / name).resolve()
+        path = named_file(self.path.parent, name, where).resolve()
         if not path.is_file():
             held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
             raise ModelError(
@@ -196,10 +202,10 @@ def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any
         return make(**values)
     except FlexmbError as error:
         raise located(error, where) from None
-    except (TypeError, ValueError, AttributeError) as error:
+    except (TypeError, ValueError, AttributeError, ArithmeticError, LookupError, RecursionError) as error:
         raise ModelError(
             where,
-            found=f"{title} cannot be made of these fields ({error})",
+            found=f"{title} cannot be made of these fields ({' '.join(str(error).split())[:200]})",
             expected=f"values as in the reference of {title}",
             remedy="Compare the fields with the reference",
         ) from error

@@ -7,6 +7,7 @@ from typing import Any
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean, listed
 from flexmb.io.field_values import located
+from flexmb.io.limits import CHAIN, check_extent
 from flexmb.math.operations import CONSTANTS, FUNCTIONS
 from flexmb.model import expression
 
@@ -69,13 +70,22 @@ class _Resolver:
                 expected="values that can be computed one after another",
                 remedy="Give one of them a number",
             )
+        if name not in self.done and len(asking) >= CHAIN:
+            raise ModelError(
+                f"{self.where}, {name}",
+                found=f"more than {CHAIN} parameters that need each other one after another",
+                expected=f"at most {CHAIN}",
+                remedy="Give one of them its number",
+            )
         if name not in self.done:
             self.done[name] = self.plain(self.raw[name], f"{self.where}, {name}", (*asking, name))
         return self.done[name]
 
     def plain(self, raw: Any, where: str, asking: tuple[str, ...]) -> Any:
         if isinstance(raw, list | tuple):
-            return tuple(self.plain(entry, where, asking) for entry in raw)
+            entries = tuple(self.plain(entry, where, asking) for entry in raw)
+            check_extent(entries, where)
+            return entries
         if isinstance(raw, bool | int | float):
             return raw
         if not isinstance(raw, str):

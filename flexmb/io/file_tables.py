@@ -12,6 +12,7 @@ from typing import Any
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.io import kind_lists
+from flexmb.io.limits import CHAIN, named_file
 from flexmb.io.toml_text import read_toml
 
 __all__ = ["flat_parameters", "read_tables"]
@@ -46,11 +47,18 @@ def _base_path(base: Any, path: Path, chain: tuple[Path, ...]) -> Path:
     if not isinstance(base, str) or Path(base).name != base:
         raise ModelError(
             where,
-            found=f"base = {base!r}",
+            found=f"base = {base!r:.80}",
             expected="the name of a model file in the same folder",
             remedy='Write base = "wing.toml"; files of the base are relative to its folder',
         )
-    found = path.parent / base
+    found = named_file(path.parent, base, where)
+    if len(chain) >= CHAIN:
+        raise ModelError(
+            where,
+            found=f"more than {CHAIN} files that build on each other",
+            expected="a few",
+            remedy="Put what they change into one file",
+        )
     circle = (*chain, path.resolve())
     if found.resolve() in circle:
         raise ModelError(
@@ -86,7 +94,7 @@ def _shared(entries: Any, path: Path) -> dict[str, Any]:
                 expected="a file, or a table with file and table",
                 remedy='Write parameters_from = [{ file = "data.toml", table = "flap" }]',
             )
-        table = read_toml(path.parent / given["file"])
+        table = read_toml(named_file(path.parent, given["file"], f"{path.name}, parameters_from"))
         for word in [w for w in str(given.get("table", "")).split(".") if w]:
             if not isinstance(table.get(word), dict):
                 raise ModelError(

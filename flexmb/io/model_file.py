@@ -16,6 +16,7 @@ from flexmb.io import kind_lists
 from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.file_parameters import resolve
 from flexmb.io.file_tables import read_tables
+from flexmb.io.limits import ASSEMBLIES, NESTED, named_file
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
@@ -163,7 +164,15 @@ def _check_top(tables: dict[str, Any], file: str) -> None:
 def _signals(tables: dict[str, Any], context: Context) -> dict[str, Any]:
     """Return the signals of the table [signals] by name; each may use those above it."""
     where, signals = f"{context.path.name}, [signals]", {}
-    for name, raw in tables.get("signals", {}).items():
+    given = tables.get("signals", {})
+    if not isinstance(given, dict):
+        raise ModelError(
+            where,
+            found="it is no table",
+            expected="[signals] and one line for each",
+            remedy="Write [signals] with single brackets",
+        )
+    for name, raw in given.items():
         if name in context.parameters or not name.isidentifier():
             raise ModelError(
                 f"{where}, {name}",
@@ -282,7 +291,16 @@ def _assembly(raw: dict[str, Any], where: str, context: Context, chain: tuple[Pa
             expected="a table",
             remedy="Write parameters = {span = 1.2}",
         )
-    path = context.path.parent / values["file"]
+    path = named_file(context.path.parent, values["file"], f"{where}, file")
+    context.assemblies.append(where)
+    if len(chain) > NESTED or len(context.assemblies) > ASSEMBLIES:
+        deep = len(chain) > NESTED
+        raise ModelError(
+            where,
+            found=f"more than {NESTED} assemblies inside each other" if deep else f"more than {ASSEMBLIES} assemblies",
+            expected=f"at most {NESTED} inside each other and {ASSEMBLIES} in all",
+            remedy="Look for files that contain each other twice" if not deep else "Nest less deeply",
+        )
     try:
         tables = read_tables(path)
         if values.get("inherit", False):

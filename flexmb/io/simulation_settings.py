@@ -7,6 +7,7 @@ from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
+from flexmb.results.phase import MOST_SAMPLES
 
 __all__ = ["Simulation"]
 
@@ -40,11 +41,13 @@ class Simulation(metaclass=Described):
                 expected="a positive duration in s",
                 remedy="Write t_end = 1.0",
             )
-        if samples is not None and (not is_number(samples) or samples != int(samples) or samples < 2):
+        if samples is not None and (
+            not is_number(samples) or samples != int(samples) or not 2 <= samples <= MOST_SAMPLES
+        ):
             raise ModelError(
                 "Simulation",
                 found=f"samples = {samples!r}",
-                expected="a whole number of at least 2",
+                expected=f"a whole number from 2 to {MOST_SAMPLES}",
                 remedy="Write samples = 1001",
             )
         if self.integrator is not None and not hasattr(self.integrator, "start"):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import ModelError
+from flexmb.io.limits import check_plain, check_size
 
 __all__ = ["inline", "parse_toml", "read_toml", "table_lines"]
 
@@ -28,24 +29,25 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     part = f"Model file '{path}'"
     try:
+        check_size(path, part)
         text = path.read_bytes().decode("utf-8")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {path.parent.resolve()}"
         raise ModelError(part, found="the file does not exist", expected=where, remedy="Correct the path") from None
-    except (IsADirectoryError, PermissionError) as error:
+    except (OSError, ValueError) as error:
+        if isinstance(error, UnicodeDecodeError):
+            raise ModelError(
+                part,
+                found="it is not text in UTF-8",
+                expected="a TOML file",
+                remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"',
+            ) from None
         raise ModelError(
             part,
-            found=f"it cannot be opened ({error.strerror})",
+            found=f"it cannot be opened ({getattr(error, 'strerror', None) or error})",
             expected="a readable text file",
             remedy="Give the path of a .toml file",
-        ) from None
-    except UnicodeDecodeError:
-        raise ModelError(
-            part,
-            found="it is not text in UTF-8",
-            expected="a TOML file",
-            remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"',
         ) from None
     return parse_toml(text, part)
 
@@ -53,8 +55,17 @@ def read_toml(path: Path) -> dict[str, Any]:
 def parse_toml(text: str, part: str) -> dict[str, Any]:
     """Return the tables of a TOML text; `part` names it in messages."""
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        tables = tomllib.loads(text)
+        check_plain(tables, part)
+        return tables
+    except RecursionError:
+        raise ModelError(
+            part,
+            found="brackets inside each other without end",
+            expected="lists and tables that are nested a few times",
+            remedy="Nest less deeply",
+        ) from None
+    except ValueError as error:  # of the grammar, or an integer of thousands of digits
         raise ModelError(
             part,
             found=_syntax(str(error), text),

@@ -15,6 +15,9 @@ from flexmb.model.kinds import Joint
 
 __all__ = ["PointOnCurve"]
 
+LARGEST = 1e30
+"""Coordinate, m, beyond which the spline leaves the range of numbers."""
+
 
 @dataclass(frozen=True, eq=False)
 class PointOnCurve(Joint):
@@ -51,7 +54,7 @@ class PointOnCurve(Joint):
         super().__post_init__()
         try:
             points = np.asarray(self.curve, float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             points = np.empty(0)
         if points.ndim != 2 or points.shape[1:] != (3,) or len(points) < 3 or not np.all(np.isfinite(points)):
             raise ModelError(
@@ -59,6 +62,13 @@ class PointOnCurve(Joint):
                 found=f"a curve with the shape {points.shape}",
                 expected="three or more points (n, 3), m",
                 remedy="Give x, y, z of each point",
+            )
+        if np.abs(points).max() > LARGEST:
+            raise ModelError(
+                self.title,
+                found=f"a curve with the coordinate {points.flat[np.abs(points).argmax()]:.3g} m",
+                expected=f"coordinates up to {LARGEST:g} m",
+                remedy="Correct the number",
             )
         if np.min(np.linalg.norm(np.diff(points, axis=0), axis=1)) == 0.0 or (
             self.closed and np.array_equal(points[0], points[-1])

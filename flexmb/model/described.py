@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any
@@ -26,14 +27,17 @@ __all__ = [
 def is_number(value: Any) -> bool:
     """Is it one finite real number? True and False are none."""
     real = isinstance(value, int | float | np.number) and not isinstance(value, bool | np.complexfloating)
-    return real and bool(np.isfinite(value))
+    try:
+        return real and math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        return False
 
 
 def finite_array(value: Any) -> np.ndarray:
     """Return finite numbers as an array; an empty one for anything else, so that the check of the shape tells."""
     try:
         array = np.asarray(value, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return np.empty(0)
     return np.empty(0) if has_flag(value) or not np.all(np.isfinite(array)) else array
 

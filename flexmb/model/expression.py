@@ -132,10 +132,11 @@ def evaluate_values(text: str, parameters: Mapping[str, Any]) -> float | tuple[f
             expected="lists of one length",
             remedy="Take elements, as in point[0], or correct the lists",
         )
-    return tuple(
-        evaluate(text, {**parameters, **{name: values[k] for name, values in lists.items()}})
-        for k in range(lengths.pop())
-    )
+    found, known = [], dict(parameters)
+    for k in range(lengths.pop()):
+        known.update({name: values[k] for name, values in lists.items()})
+        found.append(_Reader(text, known, time=False, tree=tree).read()[0][1])
+    return tuple(found)
 
 
 def compile_expression(text: str, parameters: Mapping[str, float] | None = None) -> Program:
@@ -169,12 +170,12 @@ def _parse(text: str) -> ast.expr:
 class _Reader:
     """Turns one syntax tree into operations."""
 
-    def __init__(self, text: str, parameters: Mapping[str, float], *, time: bool):
-        self.text, self.parameters, self.time = text, parameters, time
+    def __init__(self, text: str, parameters: Mapping[str, float], *, time: bool, tree: ast.expr | None = None):
+        self.text, self.parameters, self.time, self.tree = text, parameters, time, tree
 
     def read(self) -> list[tuple[int, float]]:
         try:
-            return self.node(_parse(self.text))
+            return self.node(_parse(self.text) if self.tree is None else self.tree)
         except RecursionError:
             raise self.error(
                 "an expression that is nested too deeply", "Name intermediate results as parameters"

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -39,6 +40,11 @@ __all__ = [
     "step",
 ]
 
+MOST_OPERATIONS = 20_000
+"""Operations of one signal; each costs about a nanosecond at every evaluation."""
+DEEPEST = 60
+"""Signals inside each other."""
+
 WORDS = ("ramp", "step", "harmonic", "table", "expression", "sum", "product")
 """Names of the signals, in Python and in model files."""
 
@@ -53,6 +59,22 @@ class Signal(metaclass=Described):
     def program(self) -> Program:
         """Return the operations that compute the signal."""
         raise TypeError(f"{type(self).__name__} has no program")
+
+    @cached_property
+    def extent(self) -> tuple[int, int]:
+        """Number of operations, and how deep signals stand in each other."""
+        return len(self.program().ops), 1
+
+    def _require_extent(self) -> None:
+        """Raise ModelError for signals of signals that double with every line: they would fill the memory."""
+        operations, depth = self.extent
+        if operations > MOST_OPERATIONS or depth > DEEPEST:
+            raise ModelError(
+                f"Signal {self.word}",
+                found=f"{operations} operations, signals {depth} deep",
+                expected=f"at most {MOST_OPERATIONS} operations, and signals {DEEPEST} deep",
+                remedy="Write the function as a table",
+            )
 
     def sample(self, t) -> np.ndarray:
         """Return value, rate and second rate at the times `t` (nt,): (nt, 3); one time gives (3,)."""
@@ -290,6 +312,11 @@ class Sum(Signal):
 
     def __post_init__(self):
         object.__setattr__(self, "terms", _all_signals(self.terms, self.word))
+        self._require_extent()
+
+    @cached_property
+    def extent(self) -> tuple[int, int]:
+        return _extent(self.terms)
 
     def program(self) -> Program:
         return _fold(self.terms, op.ADD)
@@ -304,9 +331,18 @@ class Product(Signal):
 
     def __post_init__(self):
         object.__setattr__(self, "terms", _all_signals(self.terms, self.word))
+        self._require_extent()
+
+    @cached_property
+    def extent(self) -> tuple[int, int]:
+        return _extent(self.terms)
 
     def program(self) -> Program:
         return _fold(self.terms, op.MULTIPLY)
+
+
+def _extent(terms: tuple[Signal, ...]) -> tuple[int, int]:
+    return sum(term.extent[0] + 1 for term in terms) - 1, 1 + max(term.extent[1] for term in terms)
 
 
 def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:

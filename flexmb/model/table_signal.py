@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -43,7 +44,7 @@ class Table(Signal):
         for name in ("x", "y"):
             try:
                 points = np.asarray(getattr(self, name), float)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 points = np.empty(0)
             found = "no list of numbers" if points.size == 0 else f"the shape {points.shape}"
             if points.ndim == 1 and points.size >= 2 and not np.all(np.isfinite(points)):
@@ -76,6 +77,7 @@ class Table(Signal):
         self._require("kind", self.kind in ("cubic", "linear"), "'cubic' or 'linear'")
         if self.of is not None and self.joint is None:
             object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
+            self._require_extent()
 
     def __repr__(self):
         of = "" if self.of is None else f", of {self.of!r}"
@@ -88,6 +90,11 @@ class Table(Signal):
     def joint(self) -> str | None:
         """Name of the joint whose coordinate is the argument, if it is one."""
         return self.of if isinstance(self.of, str) and not self.of.lstrip().startswith("=") else None
+
+    @cached_property
+    def extent(self) -> tuple[int, int]:
+        operations, depth = self.of.extent if isinstance(self.of, Signal) else (1, 0)
+        return operations + 1, depth + 1
 
     def numbers(self) -> np.ndarray:
         """Return number of knots, knots, and coefficients, as `flexmb.math.jets.interpolate` reads them."""

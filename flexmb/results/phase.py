@@ -10,7 +10,10 @@ import numpy as np
 
 from flexmb.errors import FlexmbError
 
-__all__ = ["Instant", "Phase"]
+__all__ = ["MOST_SAMPLES", "Instant", "Phase"]
+
+MOST_SAMPLES = 10_000_000
+"""Samples of one run: all of them are kept in memory."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

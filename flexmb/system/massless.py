@@ -12,6 +12,8 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import qr
 
+from flexmb.errors import CompileError
+
 __all__ = ["inertia_floor"]
 
 SINGULAR = 1e-12
@@ -58,6 +60,14 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     """Return the velocities and places in the iteration matrix (nf, 2), the inertia that is added there (nf,), and the
     number of a velocity that has neither inertia nor a constraint (-1: there is none).
     """
+    if not np.isfinite(M.data).all():
+        place = int(M.tocoo().row[np.argmin(np.isfinite(M.data))])
+        raise CompileError(
+            system.owner(place),
+            found="an inertia beyond the range of numbers",
+            expected="masses (kg), lengths (m) and inertias (kg m2) whose products are finite",
+            remedy="Correct the number of this body",
+        )
     bodies = [
         (body, system.body_slices[body.name][1])
         for body in system.model.bodies

@@ -1,12 +1,10 @@
-"""Every registered kind survives a model file: written as TOML and read back, all its fields are the same.
+"""Every registered kind survives a model file: written as TOML and read back, all its fields are the same."""
 
-A part is made of its required fields, with values by the fields' names; a new required field needs a value here.
-"""
-
-from dataclasses import MISSING, fields
 from pathlib import Path
 
 import pytest
+from contracts import every_kind
+from contracts.every_kind import KINDS
 
 import flexmb as fmb
 from flexmb import fem, io, reduction
@@ -14,111 +12,6 @@ from flexmb.io import kind_lists
 from flexmb.io.field_values import same
 
 MESH = Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh"
-VALUES = {
-    "name": "part",
-    "markers": ("ground.A", "b.A"),
-    "marker": "b.A",
-    "joint": "A",
-    "joints": ("A", "B"),
-    "force": "spring",
-    "body": "flexible",
-    "mass": 2.0,
-    "inertia": ((1.0, 0.1, 0), (0.1, 1.0, 0), (0, 0, 1.0)),
-    "stiffness": 1e3,
-    "damping": 0.1,
-    "load": "flexible.push",
-    "sensor": "s",
-}
-MORE = {
-    "AncfCable": {
-        "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
-        "elements": 4,
-        "section": fem.Section.solid_circle(0.01),
-        "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
-        "rotation": (0.1, 0.2, 0.3),
-        "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
-        "stretches": {"wind": (0.1, 0.6)},
-    },
-    "AncfBeam": {
-        "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
-        "elements": 4,
-        "section": (fem.Section.tube(0.02, 0.002), fem.Section.tube(0.01, 0.001)),
-        "lumped_masses": ((0.4, 2.0),),
-        "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
-        "orientation": (0, 0, 1),
-        "rotary_inertia": (0.1, 0.2),
-        "rotation": (0.1, 0.2, 0.3),
-        "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
-    },
-    "AncfPlate": {
-        "points": [[(0, 0, 0), (0, 1, 0)], [(2, 0, 0), (2, 1, 0.1)]],
-        "elements": (4, 2),
-        "thickness": [[0.1, 0.1], [0.05, 0.05]],
-        "material": fmb.Material(young=1e9, poisson=0.3, density=1e3),
-        "shear": True,
-        "shear_factor": 0.8,
-        "lumped_masses": [((0.5, 0.25), 2.0)],
-        "rotation": (0.1, 0.2, 0.3),
-        "markers": {"mid": (0.5, 0.5), "tip": ((1.0, 0.0), (0, 0, 1.0)), "edge": (1.0, "mean")},
-    },
-    "Event": {
-        "sensor": "s",
-        "above": 0.1,
-        "column": 2,
-        "then": (
-            fmb.Release("spring"),
-            fmb.Lock("A"),
-            fmb.Unlock("A"),
-            fmb.Change("b", mass=3.0, at=(1, 2, 3)),
-            fmb.Change("spring", preload=fmb.ramp(rate=2.0)),
-            fmb.Impact(("ground.A", "b.A"), restitution=0.5, along="z"),
-            fmb.Stop(),
-        ),
-        "repeats": True,
-    },
-    "Ground": {"name": "ground", "markers": {"A": fmb.Pose((1, 2, 3), (0.1, 0.2, 0.3)), "ramp": (0, 0, 0)}},
-    "RigidBody": {"at": (1, 2, 3), "rotation": (0.1, 0.2, 0.3), "markers": {"m": (1 / 3, 0, 0)}},
-    "PointMass": {"markers": None},
-    "FloatingBody": {
-        "markers": {"a": fmb.Pose.axes(z=(0, 1, 0))},
-        "at": (1, 2, 3),
-        "modes": (0, 2, 3),
-        "damping": (0.01, 0.02, 0.03),
-    },
-    "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
-    "Rod": {"length": 0.3},
-    "RackAndPinion": {"joints": ("A", "slide")},
-    "GearPair": {"radii": (0.9, 0.05), "inside": True},
-    "Bushing": {"stiffness": (1e3, 1e3, 2e3, 10.0, 10.0, 20.0), "damping": (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)},
-    "BiStop": {"travel": (-0.028, 0.012), "joint": None, "depth": 1e-3},
-    "OneSidedSpring": {"markers": None, "joint": "A", "backlash": 1e-4, "pulls": True},
-    "PointOnCurve": {"curve": ((0, 0, 0), (1, 0, 0), (2, 0.5, 0)), "along": "z", "ends": "error"},
-    "Contact": {"radius": 0.1, "friction": 0.2},
-    "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
-    "UserForce": {"function": "flexmb.studies:law"},
-    "SectionForces": {"body": "rope"},
-    "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},
-    "SectionStrains": {"body": "rope"},
-    "LineContact": {
-        "stretch": "rope.wind",
-        "marker": "ground.origin",
-        "radius": 0.1,
-        "offset": 0.005,
-        "stiffness": 1e6,
-        "friction": 0.3,
-    },
-    "LineLoad": {"stretch": "rope.wind", "force": (0, 0, fmb.ramp(rate=2.0)), "section_axes": True},
-    "Pressure": {"amount": fmb.ramp(rate=1e3)},
-    "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
-    "Actuator": {"effort": fmb.ramp(rate=2.0), "limits": (-1.0, 3.0)},
-    "Energy": {"kind": "strain"},
-    "JointCoordinate": {"kind": "turn"},
-    "Reaction": {"axes": "b.A"},
-    "PointLoad": {
-        "force": (fmb.table([0, 1, 2], [1, 2, 4], of=fmb.ramp(rate=1.0)), 0, fmb.step(value=2.0)),
-        "axes": "b.A",
-    },
-}
 
 
 @pytest.fixture(scope="module")
@@ -129,58 +22,16 @@ def data():
 
 @pytest.fixture(scope="module")
 def stage(data):
-    """A model that has what the parts refer to."""
-    return fmb.Model(
-        bodies=[
-            fmb.Ground(markers={"A": (0, 0, 0)}),
-            fmb.RigidBody("b", mass=1, inertia=(1, 1, 1), markers={"A": (0, 0, 0)}),
-            fmb.RigidBody("c", mass=1, inertia=(1, 1, 1)),
-            fmb.FloatingBody("flexible", data=data),
-            fmb.AncfCable("rope", **MORE["AncfCable"]),
-            fmb.AncfPlate("sheet", **MORE["AncfPlate"]),
-        ],
-        joints=[
-            fmb.Revolute("A", markers=("ground.A", "b.A")),
-            fmb.Revolute("B", markers=("b.A", "c.center")),
-            fmb.Prismatic("slide", markers=("ground.A", "c.center")),
-        ],
-        forces=[fmb.SpringDamper("spring", markers=("ground.A", "b.A"), stiffness=1.0)],
-        sensors=[fmb.Position("s", marker="b.A")],
-    )
-
-
-KINDS = [(table, name) for table, kinds in kind_lists.parts().items() for name in kinds]
+    return every_kind.stage(data)
 
 
 @pytest.mark.parametrize(("table", "name"), KINDS)
 def test_round_trip(table, name, stage, data):
-    kind, more = kind_lists.parts()[table][name], MORE.get(name, {})
-    values = {}
-    for f in fields(kind):
-        required = f.default is MISSING and f.default_factory is MISSING
-        if f.name in more:
-            values[f.name] = more[f.name]
-        elif f.name == "data":
-            values[f.name] = data
-        elif f.name == "markers" and table == "body":
-            continue
-        elif f.init and (required or f.name in ("markers", "marker")):
-            known = VALUES if f.type != "float" else {f.name: 0.25, **VALUES}
-            assert f.name in known, f"what is a value of {name}.{f.name}? Add it to VALUES or MORE"
-            values[f.name] = known[f.name]
-    own = {
-        "name": values.get("name", "ground"),
-        **{k: v for k, v in values.items() if k != "name" and v is not None},
-    }
-    part = kind(**own)
-    kept = [b for b in stage.bodies if b.name != part.name]
-    model = fmb.Model(bodies=[*kept, part] if table == "body" else stage.bodies, parameters={})
-    if table != "body":
-        model = stage.with_parts(**{kind_lists.FAMILIES[table]: [part]})
+    model, part = every_kind.model_with(table, name, stage, data)
     text = io.model_text(model)
     bodies = {b.name: b.data for b in model.bodies if hasattr(b, "data")}
     twin = next(p for p in getattr(io.read_model_text(text, bodies), kind_lists.FAMILIES[table]) if p.name == part.name)
-    assert type(twin) is kind
+    assert type(twin) is type(part)
     for field, value in part.fields().items():
         assert same(twin.fields()[field], value), f"{field}: {value} became {twin.fields()[field]}"
 

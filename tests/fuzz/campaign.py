@@ -25,10 +25,13 @@ from flexmb.errors import FlexmbError
 
 __all__ = ["KINDS", "Campaign", "Outcome", "run"]
 
-KINDS = ("read", "refused", "traceback", "crash", "hang")
-"""Used as it is; refused with a message of flexmb; another exception; the process died; it did not end in time."""
-GRACE = 3.0
-"""Seconds that an input gets to answer an interrupt before it counts as one that cannot be interrupted."""
+KINDS = ("read", "refused", "long", "traceback", "crash", "hang")
+"""Used as it is; refused with a message of flexmb; ended by an interrupt after its time; another exception; the process
+died; neither its time nor an interrupt ended it."""
+GRACE = 5.0
+"""Seconds that an input gets to answer an interrupt."""
+PATIENCE = 4.0
+"""Times its limit that an input may wait for a processor that others use."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,9 @@ class Campaign:
     make : callable (folder, k) -> path of input k
     use : callable (path)
     limit : float, s
-        Longest time of one input.
+        Longest time of one input, of the processor.
+    may_be_long : bool
+        Is it all right to need longer, if an interrupt ends it? Of a simulation it is, of reading a file it is not.
     memory : int, bytes
         What a worker may take beyond what it has when it begins.
     """
@@ -51,6 +56,7 @@ class Campaign:
     make: Callable[[Path, int], Path]
     use: Callable[[Path], None]
     limit: float = 10.0
+    may_be_long: bool = False
     memory: int = 3 << 30
 
 
@@ -58,6 +64,7 @@ class Campaign:
 class Outcome:
     """How often each of `KINDS` came, and where: (kind, signature) with count and the first input."""
 
+    may_be_long: bool = False
     counts: Counter[str] = field(default_factory=Counter)
     causes: dict[tuple[str, str], list[int]] = field(default_factory=dict)
     samples: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -68,7 +75,7 @@ class Outcome:
 
     @property
     def bad(self) -> int:
-        return sum(self.counts[kind] for kind in KINDS[2:])
+        return sum(self.counts[kind] for kind in KINDS[2 + self.may_be_long :])
 
     def add(self, kind: str, signature: str, k: int) -> None:
         self.counts[kind] += 1
@@ -86,7 +93,7 @@ class Outcome:
 
 def run(campaign: Campaign, first: int, count: int, *, batch: int = 500, keep: Path | None = None) -> Outcome:
     """Try inputs `first` to `first + count`; bad ones are copied to the folder `keep`."""
-    outcome = Outcome()
+    outcome = Outcome(campaign.may_be_long)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         campaign.prepare(folder)
@@ -107,13 +114,18 @@ def _batch(campaign: Campaign, folder: Path, start: int, end: int, outcome: Outc
         os.setpgid(0, 0)  # what it starts dies with it
         _work(campaign, folder, start, end, writer, notes, keep)
     os.close(writer)
-    k, text, spare = start, b"", 30.0  # a fresh worker may have to warm up
+    k, text, begun, used = start, b"", time.monotonic(), 0.0
     try:
         while k < end:
-            ready, _, _ = select.select([reader], [], [], campaign.limit + spare)
-            spare = 0.0
+            ready, _, _ = select.select([reader], [], [], 0.5)
+            spare = 30.0 if k == start else 0.0  # a fresh worker may have to warm up
+            waited, worked = time.monotonic() - begun, _processor_time(worker) - used
+            if not ready and worked < campaign.limit + spare and waited < PATIENCE * campaign.limit + spare:
+                continue
             if not ready:
-                outcome.add("hang", _stop(worker, notes), k)
+                where = _stop(worker, notes)
+                answered = select.select([reader], [], [], GRACE)[0]
+                outcome.add("long" if answered else "hang", where, k)
                 _end(worker)
                 worker = 0
                 _kept(keep, campaign, folder, k)
@@ -130,6 +142,7 @@ def _batch(campaign: Campaign, folder: Path, start: int, end: int, outcome: Outc
                 kind, _, signature = line.decode(errors="replace").partition("\t")
                 outcome.add(kind, signature, k)
                 k += 1
+                begun, used = time.monotonic(), _processor_time(worker)
     finally:
         os.close(reader)
         if worker:
@@ -147,19 +160,21 @@ def _end(worker: int) -> None:
 
 
 def _stop(worker: int, notes: Path) -> str:
-    """Say where a worker hangs, and if an interrupt reaches it."""
+    """Interrupt a worker and say where it was."""
     os.kill(worker, signal.SIGUSR1)
     time.sleep(0.3)
     where = _noted(notes)
     os.kill(worker, signal.SIGINT)
-    until = time.monotonic() + GRACE
-    while time.monotonic() < until:
-        done = notes.with_suffix(".interrupted")
-        if done.exists():
-            done.unlink()
-            return f"interruptible: {where}"
-        time.sleep(0.05)
-    return f"NOT interruptible: {where}"
+    return where
+
+
+def _processor_time(worker: int) -> float:
+    """Return the seconds that a worker and the processes it waited for have used, 0 if it is gone."""
+    try:
+        words = Path(f"/proc/{worker}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return sum(map(int, words[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
 def _kept(keep: Path | None, campaign: Campaign, folder: Path, k: int) -> None:
@@ -200,8 +215,7 @@ def _work(campaign: Campaign, folder: Path, start: int, end: int, writer: int, n
         except FlexmbError:
             kind = "refused"
         except KeyboardInterrupt:
-            notes.with_suffix(".interrupted").touch()
-            os._exit(0)
+            kind = "long"
         except BaseException as error:
             kind, signature = "traceback", _signature(error)
             _kept(keep, campaign, folder, k)

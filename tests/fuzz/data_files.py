@@ -16,7 +16,7 @@ from flexmb import fem, io, reduction
 from flexmb.results import RunFile
 from flexmb.results.run_file import floating_data
 
-__all__ = ["BODIES", "MATRICES", "MESHES", "RUNS", "TEXTS", "data_campaign"]
+__all__ = ["BODIES", "MATRICES", "MESHES", "RUNS", "TEXTS", "data_campaign", "reduced"]
 
 ROOT = Path(__file__).parents[2]
 STEEL = fmb.MATERIALS["steel"]
@@ -106,7 +106,7 @@ def _use_mesh(mesh: fem.Mesh, path: Path) -> None:
         fe.rigid_motions()
 
 
-def _reduced(**options) -> fmb.ModalNeutralData:
+def reduced(**options) -> fmb.ModalNeutralData:
     mesh = fem.read_mesh(ROOT / "meshes" / "bracket_hex8.msh")
     fe = fem.solid(mesh, STEEL)
     return reduction.reduce(
@@ -118,8 +118,8 @@ def _prepare(folder: Path) -> None:
     """Write the undamaged files."""
     originals = folder / "originals"
     originals.mkdir()
-    data = _reduced()
-    stiffened = _reduced(geometric_stiffness=True)
+    data = reduced()
+    stiffened = reduced(geometric_stiffness=True)
     for name, body in (("body", data), ("stiffened", stiffened)):
         body.save(originals / f"{name}.h5")
         io.write_sid(body, originals / f"{name}.sid")
