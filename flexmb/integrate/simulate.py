@@ -44,7 +44,7 @@ def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
             raise ModelError(
                 "simulate",
                 found=f"samples = {samples!r}",
-                expected=f"a whole number from 2 (start and end) to {MOST_SAMPLES}, or the times",
+                expected=f"a whole number of at least 2 (start and end) and at most {MOST_SAMPLES}, or the times",
                 remedy="samples=1001 gives a sample every thousandth of the time",
             )
         return np.linspace(t_start, t_end, count)

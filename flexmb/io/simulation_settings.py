@@ -47,7 +47,7 @@ class Simulation(metaclass=Described):
             raise ModelError(
                 "Simulation",
                 found=f"samples = {samples!r}",
-                expected=f"a whole number from 2 to {MOST_SAMPLES}",
+                expected=f"a whole number of at least 2 and at most {MOST_SAMPLES}",
                 remedy="Write samples = 1001",
             )
         if self.integrator is not None and not hasattr(self.integrator, "start"):

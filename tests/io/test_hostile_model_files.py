@@ -91,10 +91,12 @@ def test_assemblies_that_double(tmp_path, monkeypatch):
 def test_samples(samples, tmp_path):
     (tmp_path / "x.toml").write_text(f"{STONE}[simulation]\nt_end = 1.0\nsamples = {samples}\n")
     found = re.escape(repr(float(samples) if "e" in samples else int(samples)))
-    with pytest.raises(ModelError, match=f"samples = {found}. Expected: a whole number from 2 to 10000000"):
+    with pytest.raises(
+        ModelError, match=f"samples = {found}. Expected: a whole number of at least 2 and at most 10000000"
+    ):
         io.load_simulation(tmp_path / "x.toml")
     model = io.load_model(tmp_path / "x.toml")
-    with pytest.raises(ModelError, match=r"a whole number from 2 .* to 10000000"):
+    with pytest.raises(ModelError, match=r"a whole number of at least 2 .* at most 10000000"):
         fmb.simulate(model, t_end=1.0, samples=float(samples))
 
 
