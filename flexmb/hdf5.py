@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexmb.drain import Drain
-from flexmb.errors import DataFileError
+from flexmb.errors import DataFileError, FlexmbError
 from flexmb.files import complaints, replacing
+from flexmb.hdf5_seal import BROKEN, WHOLE, end_of, probe, seal, state_of
 
 if TYPE_CHECKING:
     import h5py
@@ -51,15 +52,18 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
     part = f"Data file '{path}'"
     _check_signature(path, part, schema)
     try:
+        _check_seal(path, part)
         file = h5py.File(path, "r")
     except OSError as error:
         raise _unreadable(part, error) from error
     with file:
-        _check_schema(file, part, schema, version)
         try:
+            _check_schema(file, part, schema, version)
             yield file
-        except (KeyError, OSError) as error:
-            raise _damaged(part, str(error).strip("'\"")) from error
+        except FlexmbError:
+            raise
+        except Exception as error:  # h5py raises whatever its library says, and what is read may have any shape
+            raise _damaged(part, " ".join(str(error).strip("'\"").split()) or type(error).__name__) from error
 
 
 @contextmanager
@@ -79,21 +83,16 @@ def writing(
     import h5py
 
     part = part or f"Data file '{path}'"
-    with complaints(part, doing), replacing(path, part, doing) as temporary, Drain(temporary) as drain:
-        try:
-            with h5py.File(drain, "w", libver=_LIBVER) as file:
-                _stamp(file, schema, version)
-                yield file
-        finally:
-            drain.complain()
-
-
-def end_of(path: str | Path) -> int:
-    """Return where a closed HDF5 file ends by its superblock, bytes: what follows is none of its business."""
-    with Path(path).open("rb") as stream:
-        head = stream.read(48)
-    start = 40 if head[8] < 2 else 28  # by the version of the superblock
-    return int.from_bytes(head[start : start + 8], "little")
+    with complaints(part, doing), replacing(path, part, doing) as temporary:
+        with Drain(temporary) as drain:
+            try:
+                with h5py.File(drain, "w", libver=_LIBVER) as file:
+                    _stamp(file, schema, version)
+                    yield file
+            finally:
+                drain.complain()
+        if schema is not None:
+            seal(temporary)
 
 
 def _stamp(file: h5py.File, schema: str | None, version: int | None) -> None:
@@ -119,6 +118,25 @@ def _check_signature(path: Path, part: str, schema: str) -> None:
             expected=f"an HDF5 file of kind '{schema}'",
             remedy="Give the .h5 file that flexmb wrote; meshes are read with fem.read_mesh",
         )
+
+
+def _check_seal(path: Path, part: str) -> None:
+    """Raise DataFileError if the file is not what was written; one without a seal must be read by a child first."""
+    state = state_of(path)
+    if state == WHOLE:
+        return
+    reason = probe(path)
+    if "unable to lock file" in reason:  # who has opened it to write has marked it so
+        raise _unreadable(part, OSError(reason))
+    if state == BROKEN:
+        raise DataFileError(
+            part,
+            found="the file is damaged: its checksum is not that of its content",
+            expected="the file as it was written",
+            remedy="Write or copy it again: bytes were changed after it was written",
+        )
+    if reason:
+        raise _damaged(part, reason)
 
 
 def _check_schema(file: h5py.File, part: str, schema: str, version: int) -> None:

@@ -41,12 +41,13 @@ def is_file(path: Path) -> bool:
 def check_size(path: Path, part: str) -> None:
     """Raise ModelError unless a file that exists is a regular one of sensible size; a pipe is not even opened."""
     info = os.stat(path)
-    if not stat.S_ISREG(info.st_mode) or info.st_size > BYTES:
-        regular = stat.S_ISREG(info.st_mode)
+    regular = stat.S_ISREG(info.st_mode)
+    if not regular or info.st_size > BYTES:
+        why = f"{info.st_size} bytes" if regular else "a folder" if stat.S_ISDIR(info.st_mode) else "a device or pipe"
         raise ModelError(
             part,
-            found=f"{info.st_size} bytes" if regular else "a folder, device or pipe",
-            expected=f"a text file of at most {BYTES} bytes" if regular else "a regular file",
+            found=f"it cannot be opened ({why})",
+            expected=f"a readable text file of at most {BYTES} bytes",
             remedy="Give the path of a .toml file",
         )
 

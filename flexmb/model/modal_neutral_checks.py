@@ -16,7 +16,7 @@ from flexmb.errors import DataFileError, ModelError
 if TYPE_CHECKING:
     from flexmb.model.modal_neutral_data import ModalNeutralData
 
-__all__ = ["check_modes", "check_shapes", "checked"]
+__all__ = ["check_modes", "check_shapes", "checked", "selected_quality"]
 
 _REMEDY = "Make the data with reduction.reduce, or see its fields"
 
@@ -75,6 +75,14 @@ def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
     Checked are finite numbers, cells of existing nodes, names that differ, a positive mass, modal masses that are
     positive and stiffnesses that are not negative.
     """
+    texts = (data.name, data.frame, *data.marker_names, *data.load_names, *(kind for kind, _ in data.cells))
+    lists = (data.marker_names, data.load_names, data.cells)
+    right = all(isinstance(text, str) for text in texts) and all(isinstance(names, tuple) for names in lists)
+    if not right or not isinstance(data.quality, dict) or not isinstance(data.n_interfaces, int):
+        raise _refused(part, "names or numbers of another type", "texts, a number of interfaces, a quality report")
+    for kind, cells in data.cells:
+        if cells.ndim != 2 or cells.dtype.kind not in "iu":
+            raise _refused(part, f"{kind} cells of the shape {cells.shape} and type {cells.dtype}", "node numbers")
     arrays = {f.name: getattr(data, f.name) for f in fields(data)}
     arrays |= {f"invariants.{f.name}": getattr(data.invariants, f.name) for f in fields(data.invariants)}
     if data.geometric is not None:
@@ -97,6 +105,19 @@ def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
         raise _refused(part, f"a mass of {data.mass:.6g} kg", "a mass > 0")
     check_modes(part, np.diag(data.invariants.nn), np.diag(data.stiffness))
     return data
+
+
+def selected_quality(data: ModalNeutralData, modes: np.ndarray) -> dict[str, Any]:
+    """Return the quality report with the rows of some modes (int indices) only."""
+    rows = data.quality.get("modes", [])
+    if data.quality and (not isinstance(rows, list) or len(rows) <= max(modes, default=-1)):
+        raise ModelError(
+            f"Modal neutral data '{data.name}'",
+            found="a quality report of other modes",
+            expected=f"a row for each of the {data.n_modes} modes",
+            remedy="Reduce the part again: the file is damaged",
+        )
+    return {**data.quality, "modes": [rows[k] for k in modes]} if data.quality else data.quality
 
 
 def check_modes(part: str, modal: np.ndarray, stiffness: np.ndarray) -> None:

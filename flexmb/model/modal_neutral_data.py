@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.modal_neutral_checks import check_shapes, selected_quality
 
 __all__ = ["GeometricStiffness", "InertiaInvariants", "ModalNeutralData"]
 
@@ -154,7 +155,6 @@ class ModalNeutralData:
     quality: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self):
-        from flexmb.model.modal_neutral_checks import check_shapes
         from flexmb.model.modal_neutral_report import Quality
 
         check_shapes(self)
@@ -218,9 +218,7 @@ class ModalNeutralData:
             load_turning=None if self.load_turning is None else _selected(self.load_turning, j),
             preload_turning=None if self.preload_turning is None else _selected(self.preload_turning, j),
             stress_modes=None if self.stress_modes is None else self.stress_modes[..., j],
-            quality=self.quality
-            if not self.quality
-            else {**self.quality, "modes": [self.quality["modes"][k] for k in j]},
+            quality=selected_quality(self, j),
         )
 
     def rotated(self, rotation) -> ModalNeutralData:

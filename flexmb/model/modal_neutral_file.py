@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb import hdf5
+from flexmb.model.modal_neutral_checks import checked
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 
 __all__ = ["SCHEMA", "VERSION", "load", "read", "save", "write"]
@@ -79,7 +80,7 @@ def read(group) -> ModalNeutralData:
     values["cells"] = tuple(
         (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks))
     )
-    return ModalNeutralData(**values)
+    return checked(ModalNeutralData(**values), f"Reduced body '{values['name']}' in '{group.file.filename}'")
 
 
 def _write_array(group, name: str, array: np.ndarray):

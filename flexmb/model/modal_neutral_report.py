@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.errors import DataFileError
 from flexmb.model.mode_table import mode_table
 
 if TYPE_CHECKING:
@@ -33,6 +34,18 @@ def report(data: ModalNeutralData) -> str:
     data : ModalNeutralData
         Fresh from the reduction or read from a file.
     """
+    try:
+        return _report(data)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise DataFileError(
+            f"Modal neutral data '{data.name}'",
+            found=f"a quality report that cannot be told ({' '.join(repr(error).split())[:120]})",
+            expected="the entries that the reduction writes",
+            remedy="Reduce the part again: the file is damaged, or of another release",
+        ) from error
+
+
+def _report(data: ModalNeutralData) -> str:
     q = data.quality
     title = f"Modal neutral data '{data.name}'"
     lines = [title, "=" * len(title), *_body(data)]

@@ -12,7 +12,7 @@ from flexmb.errors import FlexmbError
 
 __all__ = ["MOST_SAMPLES", "Instant", "Phase"]
 
-MOST_SAMPLES = 10_000_000
+MOST_SAMPLES = 50_000_000
 """Samples of one run: all of them are kept in memory."""
 
 

@@ -12,7 +12,7 @@ from scipy import io as scipy_io
 from scipy import sparse
 
 import flexmb as fmb
-from flexmb import fem, io, reduction
+from flexmb import fem, hdf5_seal, io, reduction
 from flexmb.results import RunFile
 from flexmb.results.run_file import floating_data
 
@@ -32,6 +32,7 @@ MATRICES = (
     *("market/K.mtx", "market/M.mtx", "abaqus/block_STIF1.mtx", "abaqus/block_MASS1.mtx", "abaqus/block.inp"),
     *("ccx/block.sti", "ccx/block.mas", "ccx/block.dof", "ccx/block.inp", "nastran/beam.pch", "numpy/beam.npz"),
 )
+SEAL = 24
 _MAIN = {"market": "K.mtx", "abaqus": "block_STIF1.mtx", "ccx": "block.sti", "nastran": "beam.pch", "numpy": "beam.npz"}
 
 
@@ -49,6 +50,9 @@ def data_campaign(name: str, names: tuple[str, ...], *, seed: int = 1, limit: fl
         else:  # a set of files that are read together
             shutil.copytree(original.parent, case)
         change = damaged if original.suffix in (".h5", ".npz") else mutant
+        if original.suffix == ".h5" and k % 3:  # a seal tells of any change: two of three are files without one
+            end = hdf5_seal.end_of(original)
+            content = content[: end - SEAL] + content[end:]
         (case / original.name).write_bytes(change(content, generator(seed, k)))
         return case / original.name
 

@@ -30,9 +30,9 @@ CASES = {
     "brackets": ("a = " + "[" * 5000 + "]" * 5000, "brackets inside each other without end"),
     "lists": ("gravity = " + "[" * 70 + "]" * 70, "values nested more than 60 deep in 'gravity'"),
     "dots": ("[a" + ".a" * 5000 + "]", "values nested more than 60 deep in 'a'"),
-    "a device": ('parameters_from = "/dev/zero"', "Model file '/dev/zero': a folder, device or pipe. .*a regular file"),
-    "a pipe": ('parameters_from = "pipe"', "pipe': a folder, device or pipe"),
-    "a folder": ('parameters_from = "."', "': a folder, device or pipe"),
+    "a device": ('parameters_from = "/dev/zero"', r"Model file '/dev/zero': it cannot be opened \(a device or pipe\)"),
+    "a pipe": ('parameters_from = "pipe"', r"pipe': it cannot be opened \(a device or pipe\)"),
+    "a folder": ('parameters_from = "."', r"it cannot be opened \(a folder\)"),
     "signals that double": (DOUBLED, r"\d+ operations, signals \d+ deep. Expected: at most 20000 operations"),
     "signals in signals": (NESTED, "signals 61 deep. Expected: at most 20000 operations, and signals 60 deep"),
     "lists that double": (
@@ -92,11 +92,11 @@ def test_samples(samples, tmp_path):
     (tmp_path / "x.toml").write_text(f"{STONE}[simulation]\nt_end = 1.0\nsamples = {samples}\n")
     found = re.escape(repr(float(samples) if "e" in samples else int(samples)))
     with pytest.raises(
-        ModelError, match=f"samples = {found}. Expected: a whole number of at least 2 and at most 10000000"
+        ModelError, match=f"samples = {found}. Expected: a whole number of at least 2 and at most 50000000"
     ):
         io.load_simulation(tmp_path / "x.toml")
     model = io.load_model(tmp_path / "x.toml")
-    with pytest.raises(ModelError, match=r"a whole number of at least 2 .* at most 10000000"):
+    with pytest.raises(ModelError, match=r"a whole number of at least 2 .* at most 50000000"):
         fmb.simulate(model, t_end=1.0, samples=float(samples))
 
 
