@@ -43,6 +43,8 @@ CHUNK = 0.2
 """Seconds between looks at progress, interruption and the file, where samples come in time."""
 PATIENCE = 0.3
 """Seconds after which an integrator comes back without a sample."""
+TRIED, STEPS, YEAR = 10.0, 10_000, 3.15e7
+"""A run that has taken so many seconds and steps (all phases; this phase) and would take a year ends with a message."""
 HOLD = 10.0
 """Seconds without a sample after which the state that was reached is kept."""
 
@@ -63,6 +65,7 @@ class Phases:
         self.interruption = Interruption()
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
+        self.started = time.monotonic()
 
     def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
@@ -184,6 +187,8 @@ class Phases:
                 if self.progress is not None:
                     self.progress(now, float(self.times[-1]))
                 self._hold(last_row if watch.events else now, system, work, works)
+                if hopeless := self._hopeless(now):
+                    return hopeless
                 self.interruption.look()
                 spent = time.perf_counter() - clock
                 block = min(len(marks), max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4)))))
@@ -194,6 +199,19 @@ class Phases:
         finally:
             self._count()
         return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _hopeless(self, now: float) -> Status | None:
+        """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm."""
+        used = time.monotonic() - self.started
+        gone, left = now - float(self.times[0]), float(self.times[-1]) - now
+        steps = self.integrator.statistics(self.variables).get("steps", 0)
+        if used < TRIED or steps < STEPS or used * left <= YEAR * gone:
+            return None
+        needed = f"{used * left / gone / YEAR:.3g}" if gone > 0.0 else "countless"
+        return Status.failed(
+            f"{steps} steps have reached t = {now:.9g} s; at this pace the end would take {needed} years",
+            "Look at the end time (s) and at stiffness, mass and loads: are all in SI units?",
+        )
 
     def _hold(self, now, system, work, works) -> None:
         """Keep the state that has been reached: now and then while no samples come, and where the user asks for the

@@ -30,6 +30,8 @@ KINDS = ("read", "refused", "long", "traceback", "crash", "hang")
 died; neither its time nor an interrupt ended it."""
 GRACE = 5.0
 """Seconds that an input gets to answer an interrupt."""
+WARM_UP = 30.0
+"""Seconds more for the first input of a worker."""
 PATIENCE = 4.0
 """Times its limit that an input may wait for a processor that others use."""
 
@@ -118,7 +120,7 @@ def _batch(campaign: Campaign, folder: Path, start: int, end: int, outcome: Outc
     try:
         while k < end:
             ready, _, _ = select.select([reader], [], [], 0.5)
-            spare = 30.0 if k == start else 0.0  # a fresh worker may have to warm up
+            spare = WARM_UP if k == start else 0.0
             waited, worked = time.monotonic() - begun, _processor_time(worker) - used
             if not ready and worked < campaign.limit + spare and waited < PATIENCE * campaign.limit + spare:
                 continue
