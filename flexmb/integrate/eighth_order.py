@@ -205,6 +205,8 @@ class CompiledRun:
 
         d0, d1 = size(s.y), size(s.K[0])
         h = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
+        if not (h > 0.0 and np.isfinite(h)):  # rates or positions at the end of the range of numbers
+            return 1e-6
         s.y1[:] = s.y + h * s.K[0]
         if not self._found(s.times[0] + h, 1):
             return h

@@ -32,7 +32,16 @@ def _typical(M: sparse.csr_matrix, bodies) -> tuple[float, ...]:
     return tuple(float(np.exp(np.mean(np.log(x[x > 0.0])))) if np.any(x > 0.0) else 1.0 for x in (masses, moments))
 
 
-def _without_inertia(M: sparse.csr_matrix, spans: list[slice]) -> list[tuple[np.ndarray, slice]]:
+def _beyond(system, place: int) -> CompileError:
+    return CompileError(
+        system.owner(place),
+        found="an inertia beyond the range of numbers",
+        expected="masses (kg), lengths (m) and inertias (kg m2) whose products are finite",
+        remedy="Correct the number of this body",
+    )
+
+
+def _without_inertia(system, M: sparse.csr_matrix, spans: list[slice]) -> list[tuple[np.ndarray, slice]]:
     """Return the blocks of M that are singular, (n, n) with their velocities:
     those of all bodies are looked at together.
     """
@@ -51,6 +60,8 @@ def _without_inertia(M: sparse.csr_matrix, spans: list[slice]) -> list[tuple[np.
         some = diagonal.min(axis=1) > 0.0
         scale = 1.0 / np.sqrt(np.where(some[:, None], diagonal, 1.0))
         scaled = 0.5 * (blocks + blocks.transpose(0, 2, 1)) * scale[:, :, None] * scale[:, None, :]
+        if not np.isfinite(scaled).all():
+            raise _beyond(system, alike[int(np.argmin(np.isfinite(scaled).all(axis=(1, 2))))].start)
         singular = ~some | ~(np.linalg.eigvalsh(scaled)[:, 0] > SINGULAR)
         found += [(blocks[k], alike[k]) for k in np.flatnonzero(singular)]
     return sorted(found, key=lambda item: item[1].start)
@@ -62,12 +73,7 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     """
     if not np.isfinite(M.data).all():
         place = int(M.tocoo().row[np.argmin(np.isfinite(M.data))])
-        raise CompileError(
-            system.owner(place),
-            found="an inertia beyond the range of numbers",
-            expected="masses (kg), lengths (m) and inertias (kg m2) whose products are finite",
-            remedy="Correct the number of this body",
-        )
+        raise _beyond(system, place)
     bodies = [
         (body, system.body_slices[body.name][1])
         for body in system.model.bodies
@@ -77,7 +83,7 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     places: list[tuple[int, int]] = []
     values: list[float] = []
     typical: tuple[float, ...] | None = None
-    for block, u in _without_inertia(M, [u for _, u in bodies]):
+    for block, u in _without_inertia(system, M, [u for _, u in bodies]):
         diagonal = np.diag(block)
         typical = typical or _typical(M, bodies)
         own = (np.max(diagonal[:3]), np.max(diagonal[3:6], initial=0.0))
