@@ -149,8 +149,9 @@ def apply(raw, data, state, work):
 
 @dataclass(frozen=True, eq=False)
 class LineContact(Force):
-    """Let a stretch of a cable or beam lie on, and slide over, a plane or a cylinder: a belt on a pulley, a rope on the
-    ground.
+    """Let a stretch of a cable or beam lie on, and slide over, a plane or a cylinder: a belt on a pulley.
+
+    The ground under a rope is a plane.
 
     At three points of every element the force per length on the line is, eq. (line-contact), ``k p^e (1 + D p')`` along
     the normal, never pulling, and Coulomb's friction against the slip, regularised below the speed `transition`. p is
