@@ -126,6 +126,7 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
                 rows.append((label, *(f"{x:.6g}" for x in (column.min(), column.max(), column[-1]))))
     lines = [
         *happened(solution),
+        *(f"warning: {text}" for text in solution.statistics.get("warnings", ())),
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",
     ]

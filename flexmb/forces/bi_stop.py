@@ -11,6 +11,7 @@ from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
+from flexmb.math.switches import GAP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.kinds import Table
 
@@ -50,6 +51,21 @@ def apply(raw, data, state, work):
         work.energy[5] += (force - row.stiffness * p**row.exponent) * speed
         if work.coefficients[3] > 0.0:
             add_tangent(row.x, work, gradient, sense * force, slope, damping)
+
+
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The way to the upper and to the lower stop."""
+    rows = raw.view(ROW)
+    gradient = np.empty(12)
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        x, rate = measure(row.x, state, work, gradient)
+        for k in range(2):
+            gap, sense = out[2 * n + k], (-1.0 if k == 0 else 1.0)
+            gap[:] = 0.0
+            gap[0], gap[1], gap[4], gap[9] = GAP, sense * x, sense * rate, 1.0
+            gap[7] = -row.upper if k == 0 else row.lower
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +113,7 @@ class BiStop(OnCoordinate):
     along: str = "line"
     freedom: str | None = None
 
-    table: ClassVar[Table] = Table("BiStop", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("BiStop", ROW, {"apply": apply, "switch": switch}, switches=2)
     strikes: ClassVar[bool] = True
 
     def __post_init__(self):

@@ -11,6 +11,7 @@ from flexmb.errors import ModelError
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import log_euler, matrix_to_euler
+from flexmb.math.switches import IDLE, TURN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Force, Table
@@ -117,13 +118,31 @@ def apply(raw, data, state, work):
             add_relative_tangent(work.pairs[row.pair], a, b, f, left, row.damping)
 
 
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The rotation vector, if it has a stiffness: it jumps from one side to the other at half a turn."""
+    rows = raw.view(ROW)
+    motion = np.empty(9)
+    Q = np.empty((3, 3))
+    p = np.empty(4)
+    for n in range(rows.shape[0]):
+        row, turn = rows[n], out[n]
+        turn[:] = 0.0
+        turn[0] = IDLE
+        if np.any(row.stiffness[3:6, 3:6] != 0.0):
+            relative_motion(work.markers[row.a], work.markers[row.b], motion, Q)
+            matrix_to_euler(Q, p)
+            turn[0] = TURN
+            log_euler(p, turn[1:4])
+
+
 @dataclass(frozen=True, eq=False)
 class Bushing(Force):
     """Hold two markers together elastically in all six directions, eq. (bushing).
 
     The force is linear in the displacement d of marker b from marker a and in the rotation vector phi of its axes, both
     in the axes of a; the moment is the one whose work is that of the elastic energy 1/2 (d, phi) K (d, phi), at any
-    rotation below half a turn.
+    rotation below half a turn; a run in which one with a stiffness against rotation turns further ends there.
 
     Parameters
     ----------
@@ -141,7 +160,7 @@ class Bushing(Force):
     stiffness: Any
     damping: Any = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    table: ClassVar[Table] = Table("Bushing", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("Bushing", ROW, {"apply": apply, "switch": switch}, switches=1)
 
     def __post_init__(self):
         super().__post_init__()

@@ -12,6 +12,7 @@ from flexmb.forces.on_coordinate import check_number
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
 from flexmb.forces.rows import hunt_crossley
 from flexmb.math.kernel import inner_kernel
+from flexmb.math.switches import DISTANCE, GAP, IDLE, SLIP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.described import is_number
@@ -163,13 +164,47 @@ def apply(raw, data, state, work):
             add_relative_tangent(work.pairs[row.pair], a, b, f, K, C)
 
 
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The gap between the surfaces, and the slip where they touch."""
+    rows = raw.view(ROW)
+    motion = np.empty(9)
+    Q = np.empty((3, 3))
+    n = np.empty(3)
+    N = np.empty((3, 3))
+    t = np.empty(3)
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        relative_motion(work.markers[row.a], work.markers[row.b], motion, Q)
+        p = _normal(row, motion[0:3], n, N)
+        gap, slip = out[2 * m], out[2 * m + 1]
+        gap[:] = 0.0
+        slip[:] = 0.0
+        gap[9] = 1.0
+        gap[7] = row.radius + (row.other if row.against > 0 else 0.0)
+        if row.against == 0:
+            gap[0], gap[1], gap[4] = GAP, motion[2], motion[5]
+        else:
+            gap[0] = DISTANCE
+            gap[1:7] = motion[0:6]
+            if row.against == 2:
+                gap[3], gap[6] = 0.0, 0.0
+        slip[0] = SLIP if p > 0.0 and row.friction > 0.0 else IDLE
+        rate = dot(n, motion[3:6])
+        cross(motion[6:9], n, t)
+        for i in range(3):
+            slip[4 + i] = motion[3 + i] - rate * n[i] - row.radius * t[i]
+        slip[8] = row.transition
+
+
 @dataclass(frozen=True, eq=False)
 class Contact(Force):
     """Let a sphere around marker b touch a plane, a sphere or a cylinder of marker a, eq. (contact).
 
     The normal force of a penetration p is ``stiffness p^exponent (1 + damping p')``, never pulling (Hertz; Hunt &
     Crossley); friction is Coulomb's, regularised below the speed `transition`. The plane is that of x and y of marker a
-    with the body below it; the axis of the cylinder is z. Steps must resolve the impact: give the integrator `largest`.
+    with the body below it; the axis of the cylinder is z. Steps end where a contact begins and ends,
+    and resolve what is between.
 
     Parameters
     ----------
@@ -206,7 +241,7 @@ class Contact(Force):
     friction: float = 0.0
     transition: float = 1e-3
 
-    table: ClassVar[Table] = Table("Contact", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("Contact", ROW, {"apply": apply, "switch": switch}, switches=2)
     strikes: ClassVar[bool] = True
 
     def __post_init__(self):

@@ -11,6 +11,7 @@ from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate
 from flexmb.math.kernel import inner_kernel
+from flexmb.math.switches import SLIP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
 from flexmb.model.kinds import Table
@@ -97,6 +98,18 @@ def apply(raw, data, state, work):
                 _add_push(row, work, normal, gradient, -mu * t * row.radius)
 
 
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The speed of the joint."""
+    rows = raw.view(ROW)
+    gradient = np.empty(12)
+    for n in range(rows.shape[0]):
+        row, slip = rows[n], out[n]
+        _, v = measure(row.x, state, work, gradient)
+        slip[:] = 0.0
+        slip[0], slip[4], slip[8] = SLIP, v, row.transition
+
+
 @dataclass(frozen=True, eq=False)
 class JointFriction(OnCoordinate):
     """Resist the motion of a joint with ``mu(v) N r tanh(v / transition)``, eq. (friction).
@@ -144,7 +157,7 @@ class JointFriction(OnCoordinate):
     freedom: str | None = None
 
     reads_reactions: ClassVar[bool] = True
-    table: ClassVar[Table] = Table("JointFriction", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("JointFriction", ROW, {"apply": apply, "switch": switch}, switches=1)
 
     def __post_init__(self):
         super().__post_init__()

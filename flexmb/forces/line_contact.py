@@ -13,6 +13,7 @@ from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretc
 from flexmb.forces.relative import act_at_point, add_point_tangent
 from flexmb.forces.rows import hunt_crossley
 from flexmb.math.kernel import inner_kernel
+from flexmb.math.switches import DISTANCE, GAP, switch_kernel
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.model.kinds import Force, Table
@@ -147,6 +148,28 @@ def apply(raw, data, state, work):
                 add_point_tangent(work.pairs[int(data[at + 1])], a, b, f, K, C)
 
 
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The gap at every point of the stretch."""
+    rows = raw.view(ROW)
+    d = np.empty(3)
+    V = np.empty(3)
+    first = 0
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        a = work.markers[row.a]
+        for k in range(row.count):
+            _velocity(a, work.markers[int(data[row.points + 3 * k])], d, V)
+            gap = out[first + k]
+            gap[:] = 0.0
+            gap[7] = row.distance
+            if row.against == 0:
+                gap[0], gap[1], gap[4] = GAP, d[2], V[2]
+            else:
+                gap[0], gap[1], gap[2], gap[4], gap[5] = DISTANCE, d[0], d[1], V[0], V[1]
+        first += row.count
+
+
 @dataclass(frozen=True, eq=False)
 class LineContact(Force):
     """Let a stretch of a cable or beam lie on, and slide over, a plane or a cylinder: a belt on a pulley.
@@ -196,7 +219,7 @@ class LineContact(Force):
     friction: float = 0.0
     transition: float = 1e-3
 
-    table: ClassVar[Table] = Table("LineContact", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("LineContact", ROW, {"apply": apply, "switch": switch}, switches="count")
 
     def __post_init__(self):
         super().__post_init__()

@@ -11,6 +11,7 @@ from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
+from flexmb.math.switches import GAP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.described import is_number
 from flexmb.model.kinds import Table
@@ -48,6 +49,19 @@ def apply(raw, data, state, work):
         work.energy[5] += (force - row.stiffness * p**row.exponent) * speed
         if work.coefficients[3] > 0.0:
             add_tangent(row.x, work, gradient, row.sense * force, slope, damping)
+
+
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The gap before the overlap begins."""
+    rows = raw.view(ROW)
+    gradient = np.empty(12)
+    for n in range(rows.shape[0]):
+        row, gap = rows[n], out[n]
+        x, rate = measure(row.x, state, work, gradient)
+        gap[:] = 0.0
+        gap[0], gap[1], gap[4], gap[9] = GAP, row.sense * x, row.sense * rate, 1.0
+        gap[7] = row.sense * row.contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +110,7 @@ class OneSidedSpring(OnCoordinate):
     along: str = "line"
     freedom: str | None = None
 
-    table: ClassVar[Table] = Table("OneSidedSpring", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("OneSidedSpring", ROW, {"apply": apply, "switch": switch}, switches=1)
     strikes: ClassVar[bool] = True
 
     def __post_init__(self):

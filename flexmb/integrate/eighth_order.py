@@ -20,8 +20,11 @@ from flexmb.integrate.explicit_steps import NUMBERS, SETTLED, SHORTS, STAGES, St
 from flexmb.integrate.extent import model_size
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.patience import PAUSED, Patience
+from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.tables import State
 from flexmb.system.branches import branch_rates
+from flexmb.system.program import evaluate
 from flexmb.tree.link_tree import no_links
 
 __all__ = ["AUGMENTED", "CompiledRun"]
@@ -32,6 +35,8 @@ GROWTH, DECAY, SAFETY = 10.0, 0.2, 0.9
 VANISHING, PATIENCE = 1e-9, 30
 """So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration.
 """
+CUT = 1e-11
+"""Steps shorter than this part of the run are not cut at contacts."""
 PASSED, PASSES = 0.8, 6
 """A step that ends in a singular position is shortened by this factor, so many times in a row."""
 SHORT, MANY, UNSETTLED = 1, 2, 3
@@ -94,8 +99,19 @@ def _accept(program, work, tree, s, h):
     return s.counts[NUMBERS] == 1 and s.counts[SETTLED] == 1 and np.all(np.isfinite(s.K[0]))
 
 
+@inner_kernel
+def _part(program, work, tree, s, sw, h):
+    """Return the part of a step that ends where a contact begins or ends, 1.0 if none does inside."""
+    if len(sw.now) == 0 or h < CUT * s.times[3]:
+        return 1.0
+    read_switches(
+        program, sw, State(s.times[0] + h, tree.q if len(tree.links) > 0 else s.q, s.u, s.a, s.lam, s.signals), work
+    )
+    return allowed(sw, h, True)
+
+
 @kernel
-def _run(program, work, tree, s, goal, most, pause):
+def _run(program, work, tree, s, sw, goal, most, pause):
     """Integrate to the time `goal` in at most so many steps; return 0 or why it ends before.
 
     Having tried `pause` steps it returns PAUSED after the next one that is accepted, and goes on when it is called
@@ -123,6 +139,11 @@ def _run(program, work, tree, s, goal, most, pause):
             s.times[1] = PASSED * h
             singular += 1
             continue
+        part = _part(program, work, tree, s, sw, h)
+        if part < 1.0:
+            s.times[1] = part * h
+            continue
+        keep_switches(sw, h)
         done, singular = done + 1, 0
         s.counts[0] += 1
         growth = min(GROWTH, SAFETY * max(error, 1e-30) ** -0.125)
@@ -188,6 +209,9 @@ class CompiledRun:
             calls=np.array(calls),
             **tables,
         )
+        work.coefficients[3] = 0.0
+        evaluate(system.program, state, work)
+        self.switching = new_switching(system, state, work, floor=settings.rtol * model_size(system))
         self.trusted = self._found(state.t, 0)
         s.times[1] = min(self._first_step(), s.times[2])
 
@@ -269,7 +293,7 @@ class CompiledRun:
         reason = PAUSED
         while reason == PAUSED:
             most = self.settings.most_steps - (int(s.counts[0]) - self.begun)
-            reason = _run(self.system.program, self.work, self.tree, s, t, most, pace.steps())
+            reason = _run(self.system.program, self.work, self.tree, s, self.switching, t, most, pace.steps())
             if pace.used_up:
                 break
         return reason

@@ -9,11 +9,14 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.eighth_order import AUGMENTED, CompiledRun
+from flexmb.integrate.extent import model_size
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
+from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
+from flexmb.system.program import evaluate
 
 __all__ = ["Explicit"]
 
@@ -36,20 +39,49 @@ class _Run:
         self.goal, self.left, self.short = -np.inf, settings.most_steps, 0
         self.solver: Any = None
         x, v, _ = self.motion.unknowns.of(state)
-        method = getattr(scipy.integrate, settings.method)
-        end = max(t_end, state.t + 1e-12)
-        self.span = end - state.t
+        self.method = getattr(scipy.integrate, settings.method)
+        self.t_end = max(t_end, state.t + 1e-12)
+        self.span = self.t_end - state.t
         self.nx, self.end = len(x), len(x) + len(v)
+        self.work.coefficients[3] = 0.0
+        evaluate(self.system.program, state, self.work)
+        floor = settings.rtol * model_size(self.system)
+        self.switching = new_switching(self.system, state, self.work, floor=floor)
+        self.solver = self._solver(state.t, np.concatenate([x, v, np.zeros(3)]))
+
+    def _solver(self, t: float, y: np.ndarray, first: float | None = None):
+        """Return the solver at a state, with a first step or one of its own choice."""
         with np.errstate(over="ignore", invalid="ignore"):
-            self.solver = method(
+            return self.method(
                 self.rates,
-                state.t,
-                np.concatenate([x, v, np.zeros(3)]),
-                end,
-                rtol=settings.rtol,
-                atol=settings.atol,
-                max_step=settings.largest or np.inf,
+                t,
+                y,
+                self.t_end,
+                rtol=self.settings.rtol,
+                atol=self.settings.atol,
+                max_step=self.settings.largest or np.inf,
+                first_step=first,
             )
+
+    def _cut(self, before: tuple[float, np.ndarray]) -> bool:
+        """Was the step too long for a contact? Then it is taken back, and a shorter one will be tried."""
+        sw, (t, y) = self.switching, before
+        h = self.solver.t - t
+        if not len(sw.now) or not h > 1e-11 * self.span or not np.all(np.isfinite(self.solver.y)):
+            return False
+        x, v = self.solver.y[: self.nx].copy(), self.solver.y[self.nx : self.end].copy()
+        state = self.motion.unknowns.state(self.solver.t, x, v)
+        self.work.coefficients[3] = 0.0
+        evaluate(self.system.program, state, self.work)
+        read_switches(self.system.program, sw, state, self.work)
+        part = allowed(sw, h, True)
+        if part < 1.0:
+            bound = self.solver.t_bound
+            self.solver = self._solver(t, y, part * h)
+            self.solver.t_bound = bound
+            return True
+        keep_switches(sw, h)
+        return False
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """Callback of the solver: rates of the unknowns and of the works."""
@@ -85,7 +117,9 @@ class _Run:
             self.goal, self.left, self.short = t, self.settings.most_steps, 0
         solver.t_bound = t
         solver.status = "running" if solver.t < t else "finished"
-        while solver.status == "running":
+        while self.solver.status == "running":
+            solver = self.solver
+            before = solver.t, solver.y.copy()
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is seen below
                     message = solver.step()
@@ -108,7 +142,8 @@ class _Run:
                 worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
                 return f"{why} at t = {solver.t:.9g} s{worst}"
-            self.accept()
+            if not self._cut(before):
+                self.accept()
             if pace.used_up:
                 break
         return ""

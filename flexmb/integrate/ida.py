@@ -6,7 +6,7 @@ import sys
 import warnings
 from contextlib import redirect_stdout
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.stabilised_layout import layout
+from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.math.switches import DISTANCE, GAP
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
 from flexmb.system.mobility import equation_scale
@@ -35,6 +37,10 @@ OPEN = 1e-3
 COUNTED = 0.01
 """Absolute tolerance of turns (rad) and places on curves: they only say which solution is meant, but one that is left
 out of the iteration's test would be lost by extrapolation."""
+
+FRICTION = 1e-3
+"""Tolerances of velocities, m/s and relative to 1 m/s, as a part of the slip within which friction turns: errors of a
+velocity that is large decide otherwise whether a body sticks."""
 
 
 class _NotFinite(ArithmeticError):
@@ -76,6 +82,13 @@ class _Run:
         self.latest = state.t, self.y.copy(), self.yp.copy()
         self.counts = {"steps": 0, "rejected": 0, "residuals": 0, "factorisations": 0}
         self.tried = state.t
+        self.span = max(t_end - state.t, 1e-300)
+        work.coefficients[3] = 0.0
+        evaluate(system.program, state, work)
+        self.switching = new_switching(system, state, work, floor=settings.rtol * size)
+        self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE))))
+        self.landing: float | None = None
+        self.before = {"residuals": 0, "factorisations": 0}
         self._structure()
         self.solver = self._solver(settings)
         self.solver.init_step(state.t, self.y, self.yp)
@@ -125,9 +138,11 @@ class _Run:
         from sksundae.ida import IDA as Solver
 
         n, ng = len(self.y), self.system.ng
+        turns = self.switching.now[:, 8]
+        finest = FRICTION * float(np.min(turns[turns > 0.0], initial=np.inf))
         atol = np.full(n, FAR)
         free = n - 2 * ng - 3
-        atol[:free] = settings.atol
+        atol[:free] = min(settings.atol, finest)
         for iq, iu, size, _ in self.system.program.vectors:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
@@ -144,7 +159,7 @@ class _Run:
             return Solver(
                 self.residual,
                 jacfn=self.jacobian,
-                rtol=settings.rtol,
+                rtol=min(settings.rtol, finest),
                 atol=atol,
                 algebraic_idx=[*branches, *range(free, n - 3)],
                 max_order=settings.max_order,
@@ -192,12 +207,16 @@ class _Run:
 
     def _step(self, t: float, how: str) -> str:
         """Take a step towards `t`, or return to it from beyond; return what went wrong, or an empty text."""
+        before, stop = (self.t, self.y, self.yp), self._stop(t)
+        if self.meeting:  # steps do not go beyond a sample, so that they can be taken back
+            stop = min(x for x in (t, stop, self.landing) if x is not None)
         try:
             with redirect_stdout(_WithoutErrors(sys.stdout)):
-                result = self.solver.step(t, method=how, tstop=self._stop(t))
+                result = self.solver.step(t, method=how, tstop=stop)
         except _NotFinite:
             return f"the equations of motion are not finite{self._where()}"
-        self.counts.update({"residuals": int(result.nfev), "factorisations": int(result.njev)})
+        for name, count in (("residuals", result.nfev), ("factorisations", result.njev)):
+            self.counts[name] = self.before[name] + int(count)
         self.steps += 1
         if not result.success:
             reason = str(result.message).strip().rstrip(".")
@@ -208,7 +227,27 @@ class _Run:
         if self.beyond <= t or how == "normal":
             self.t = min(self.beyond, t)
             self.y, self.yp = np.array(result.y).ravel(), np.array(result.yp).ravel()
+            if len(self.switching.now):
+                self._meet(before)
         return ""
+
+    def _meet(self, before: tuple[float, np.ndarray, np.ndarray]) -> None:
+        """Go back to the start of a step that went over the begin or end of a contact, to land there."""
+        sw, (t, y, yp) = self.switching, before
+        h = self.t - t
+        state = self.system.state(self.t, self.y[: self.system.nq], self.y[self.system.nq :][: self.system.nu])
+        self.work.coefficients[3] = 0.0
+        evaluate(self.system.program, state, self.work)
+        read_switches(self.system.program, sw, state, self.work)
+        part = allowed(sw, h, True) if self.meeting and h > 1e-11 * self.span else 1.0
+        if part < 1.0:
+            self.t, self.y, self.yp, self.landing = t, y, yp, t + part * h
+            self.before, self.beyond, self.tried = dict(self.counts), t, t
+            self.solver.init_step(t, y, yp)
+            return
+        keep_switches(sw, h)
+        if self.landing is not None and self.t >= self.landing:
+            self.landing = None
 
     def _stop(self, t: float) -> float | None:
         """Return the time from `t` on that steps must not pass: the next at which a signal is not smooth."""
@@ -267,6 +306,8 @@ class IDA(metaclass=Described):
     max_order: int = 5
     largest: float | None = None
     most_steps: int = 100_000
+    loose_multipliers: ClassVar[bool] = True
+    """Between samples they have no controlled accuracy, nor has the work that drives do by them."""
 
     def __post_init__(self):
         for name in ("rtol", "atol", "largest"):

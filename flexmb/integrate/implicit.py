@@ -13,8 +13,10 @@ from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.stages import STAGES, THIRD, WEIGHTS, new_stages, run_step
+from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
+from flexmb.system.program import evaluate
 from flexmb.tree import Recursive
 from flexmb.tree.settle import coordinate_rates
 
@@ -27,6 +29,8 @@ SETTLED = 1e-12
 """The same of a fixed step at least, relative to the accelerations:
 rounding, since small steps divide it by their size.
 """
+IMPACT, SLIP = 5.0, 0.5
+"""Change of the speed of an impact in a step, relative to it and to the fourth root of the tolerance, and of a slip."""
 SMALLEST = 1e-14
 """Step size, s, at which a run ends."""
 
@@ -48,6 +52,11 @@ class _Run:
         self.motion.sample(self.t, self.x, self.v)
         r.W[0] = work.energy[3:6]
         self._begin()
+        work.coefficients[3] = 0.0
+        evaluate(system.program, state, work)
+        share = IMPACT * settings.rtol**0.25
+        self.switching = new_switching(system, state, work, floor=settings.rtol * size, impact=share, slip=SLIP)
+        self.cut = 0
         span = max(t_end - state.t, 1e-300)
         self.largest = settings.step or settings.largest or span / 20.0
         self.next = settings.step or min(self.largest, self._first_step(state, extent, reach))
@@ -90,6 +99,18 @@ class _Run:
             r.counts[3] += 1
             self.next = h * max(0.2, 0.85 * error**-0.25)
             return
+        part = 2.0
+        if len(self.switching.now) and h > 1e3 * SMALLEST:
+            state = self.motion.unknowns.state(self.t + h, r.y.copy(), r.v.copy())
+            self.work.coefficients[3] = 0.0
+            evaluate(self.system.program, state, self.work)
+            read_switches(self.system.program, self.switching, state, self.work)
+            part = allowed(self.switching, h, adaptive)
+        if part < 1.0:
+            self.cut += 1
+            self.next = part * h
+            return
+        keep_switches(self.switching, h)
         self.t += h
         self.works += h * WEIGHTS[-1] @ r.W
         self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
@@ -105,6 +126,7 @@ class _Run:
         if adaptive:
             growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
             self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
+            self.next = min(self.next, part * h) if part < 2.0 else self.next
 
     @property
     def reached(self) -> float:
@@ -211,4 +233,4 @@ class Implicit(metaclass=Described):
         """Return the numbers of the run."""
         names = ("steps", "iterations", "factorisations", "rejected by error", "rejected by iteration")
         counts = {name: int(count) for name, count in zip(names, variables.stages.counts, strict=True)}
-        return {**counts, "projections": variables.projections}
+        return {**counts, "cut at contacts": variables.cut, "projections": variables.projections}

@@ -13,6 +13,7 @@ from collections import namedtuple
 import numpy as np
 
 from flexmb.integrate.patience import PAUSED
+from flexmb.integrate.switches import keep_switches, part_of_step
 from flexmb.integrate.world_translation import move, to_body_axes, to_increment, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
@@ -24,7 +25,7 @@ __all__ = ["Controls", "Variables", "run_steps"]
 Variables = namedtuple(
     "Variables",
     "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last hidden change extent reach works powers "
-    "powers_last signals counts times pace world body_u body_a",
+    "powers_last signals counts times pace world body_u body_a switching",
 )
 """State and scratch of the integration.
 
@@ -35,10 +36,11 @@ hidden (ng,) : rate of the constraints at the step's start; change (nu,): of the
 extent (nu,) : length, m, that makes an increment a displacement (radius of gyration for rotations)
 reach (nu,) : displacement, m, to which tolerances are relative
 works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates; powers_last: a step before
-counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, samples written
+counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, cut at contacts
 pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the
 next world (n, 2) : frames whose u, a, alg, dx have translations in world axes; body_u, body_a (nu,): u1, a1 with all in
-body axes times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh
+body axes; switching : Switching
+times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh
 matrix
 """
 
@@ -292,6 +294,20 @@ def _largest_growth(v, c, error):
 
 
 @inner_kernel
+def _begin_anew(v):
+    """Forget the rate of the acceleration: a contact has begun or ended.
+
+    What the algorithmic acceleration keeps of it alternates, halves with every step at rho_inf = 0.8 and grows with the
+    step size: while steps grow after an impact it would not go away, and change the speed of the rebound.
+    """
+    for i in range(len(v.a)):
+        v.alg[i] = v.a[i]
+        v.a_last[i] = v.a[i]
+    for i in range(len(v.lam)):
+        v.lam_last[i] = v.lam[i]
+
+
+@inner_kernel
 def _add_works(v, h, powers):
     """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before."""
     before = v.times[2]
@@ -376,15 +392,22 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
             _predict(program, v, c, h)
             failure = _iterate(program, work, v, c, h)
             error = 0.0
+            part = 2.0
             if failure == 0:
                 error = _step_error(v, c, h) if c.adaptive else 0.0
-            if failure != 0 or error > 1.0:
+                if not error > 1.0 and len(v.switching.now) > 0 and h > 1e3 * c.smallest:
+                    state = State(v.times[0] + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
+                    part = part_of_step(program, v.switching, state, work, h, c.adaptive)
+            if failure != 0 or error > 1.0 or part < 1.0:
                 _back_to_step(v, h)
                 for i in range(3):
                     v.powers[i] = powers[i]
                 if failure != 0:
                     v.counts[4] += 1
                     v.times[1] = 0.25 * h
+                elif part < 1.0:
+                    v.counts[5] += 1
+                    v.times[1] = part * h
                 else:
                     v.counts[3] += 1
                     v.times[1] = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
@@ -392,13 +415,16 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                     return k, failure if failure != 0 else TOO_SMALL
                 continue
             now = samples[k] if left - h <= 1e-12 * left else v.times[0] + h
-            most = _largest_growth(v, c, error)
+            most = min(part, _largest_growth(v, c, error))
             _accept(program, work, v, h, powers)
+            if keep_switches(v.switching, h):
+                _begin_anew(v)
             v.times[0] = now
             if c.adaptive:
                 growth = min(most, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
                 if growth < 1.0 or growth > 1.15 or growth == most:
                     v.times[1] = h * growth if growth < 1.0 else max(v.times[1], h * growth)
+                v.times[1] = min(v.times[1], max(part, 1.0) * h) if part < 2.0 else v.times[1]
             else:
                 v.times[1] = v.times[3]
         t[k - first] = v.times[0]

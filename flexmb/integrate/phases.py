@@ -14,6 +14,7 @@ from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate import contradiction
 from flexmb.integrate.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.continuity import require_continuity
+from flexmb.integrate.energy_watch import EnergyWatch
 from flexmb.integrate.impact import velocities_after
 from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.inversion import EXPECTED, REMEDY, first_inversion
@@ -60,6 +61,7 @@ class Phases:
         self.statistics: dict[str, Any] = {}
         self.variables: Any = None
         self.validity = Validity(before)
+        self.energy: EnergyWatch | None = None
         self.t = float(times[0])
         self.recording = False
         self.interruption = Interruption()
@@ -132,6 +134,9 @@ class Phases:
         if late := jumps_at_once(system, self.t):
             start = consistent_start(system, system.state(just_after(self.t), start.q, start.u), work)
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
+        driven = any(joint.prescribes for joint in model.joints)
+        known = not (driven and getattr(self.integrator, "loose_multipliers", False))
+        self.energy = EnergyWatch(system, system.workspace()) if known else None
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
@@ -157,6 +162,7 @@ class Phases:
                     works = self._begin_anew(system, work, just_after(marks[first]), last_row)
                     begun = first
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
+                self._require_half_turns(outcome.rows)
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
                 if (first in anew or (late and first == 0)) and len(rows["t"]):
                     rows["t"][0] = marks[first]  # the integrator began just after it
@@ -198,6 +204,7 @@ class Phases:
             return Status.interrupted(self.t)
         finally:
             self._count()
+            self.validity.tell([*(self.energy.sentences() if self.energy is not None else ()), *self._divided()])
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
     def _hopeless(self, now: float) -> Status | None:
@@ -250,6 +257,18 @@ class Phases:
         for name, count in self.integrator.statistics(self.variables).items():
             self.statistics[name] = self.statistics.get(name, 0) + count
 
+    def _divided(self) -> list[str]:
+        """Return the sentence about steps of fixed size that could not be taken as they are."""
+        step = getattr(self.integrator, "step", None)
+        count = sum(self.statistics.get(name, 0) for name in ("rejected by iteration", "cut at contacts"))
+        if step is None or not count:
+            return []
+        return [
+            f"{type(self.integrator).__name__}: steps of the given size, {step:g} s, were divided {count} times until "
+            f"t = {self.t:.6g} s, where the iteration did not converge or a contact would have been passed; expected: "
+            "steps of one size. Give a smaller step, or leave it out: the step then follows the error."
+        ]
+
     def _keep(self, rows, times) -> None:
         """Record the rows whose times are samples (others were only looked at for events)."""
         # both increase: a search per row, where isin would sort all times of the run once per block
@@ -262,9 +281,23 @@ class Phases:
             kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
         self.recorder.add(kept)
         self.validity.look(self.recorder.system, kept)
+        if self.energy is not None:
+            self.energy.look(kept, getattr(self.variables, "switching", None))
         if wrong is not None:
             self.t = float(kept["t"][-1])
             raise IntegrationError(wrong.title, found=wrong.found, expected=EXPECTED, remedy=REMEDY)
+
+    def _require_half_turns(self, rows) -> None:
+        """Raise IntegrationError if a bushing has turned by half a turn, where its moment jumps to the other side."""
+        switching = getattr(self.variables, "switching", None)
+        if switching is not None and switching.limits[3] > 0.0:
+            self.t = float(rows["t"][-1]) if len(rows["t"]) else self.t
+            raise IntegrationError(
+                self.recorder.system.switch_owners[int(switching.limits[3]) - 1],
+                found="its markers have turned against each other by half a turn",
+                expected="less: beyond, its moment would jump to that of the other side",
+                remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
+            )
 
     def _require_agreement(self, kept) -> None:
         """Record what comes before equations contradict each other, and raise IntegrationError, if they do."""

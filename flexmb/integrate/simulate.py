@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.explicit import Explicit
+from flexmb.integrate.extent import model_size
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
@@ -21,6 +22,7 @@ from flexmb.results import Solution
 from flexmb.results.phase import MOST_SAMPLES
 from flexmb.system import assemble
 from flexmb.system import compile as compile_model
+from flexmb.system.openings import openings
 
 __all__ = ["simulate"]
 
@@ -170,6 +172,8 @@ def simulate(
     assembled = assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
+    if state is None:
+        phases.validity.tell(openings(*assembled, model_size(assembled[0])))
     try:
         status = phases.run(model, assembled)
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open

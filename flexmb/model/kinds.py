@@ -27,12 +27,16 @@ class Table:
     row : numpy dtype
         Record type of a row.
     kernels : mapping of stage name to PointerKernel
-        Bodies: "place", "inertia", "energy". Equations: "evaluate". Forces: "apply", "energy" (optional).
+        Bodies: "place", "inertia", "energy". Equations: "evaluate". Forces: "apply", and "switch" where they have a
+        kink (see `flexmb.math.switches`).
+    switches : int or str
+        How many places with a kink a row has, or the field of the row that counts them.
     """
 
     name: str
     row: np.dtype
     kernels: Mapping[str, Any]
+    switches: int | str = 0
 
 
 class Compiler:

@@ -44,6 +44,7 @@ def resolution(program: Program, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
             change = np.maximum(np.abs(f[2] - f[0]), np.abs(f[0] - 2.0 * f[1] + f[2]))
             missed = (within.second[1] - within.second[0]) * (b - a) ** 2 / 8.0
         split = ~(missed <= np.maximum(SMALL * size, SHARE * change)) & (b - a > shortest)
+        split &= np.any(np.isfinite(f), axis=0)  # where it is no number nothing is to be seen
         if np.count_nonzero(split) > MOST:
             return np.empty(0), False
         a, b, at = a[split], b[split], at[split]
@@ -67,7 +68,8 @@ def _merged(program: Program, edges: np.ndarray, size: float) -> np.ndarray:
         f, g, h = values[:-2:2], values[1:-1:2], values[2::2]
         share = (middle - left) / (right - left)
         alike = (share > 0.3) & (share < 0.7)
-        straight = np.abs(g - f - share * (h - f)) <= np.maximum(SMALL * size, SHARE * np.abs(h - f))
+        with np.errstate(invalid="ignore"):
+            straight = np.abs(g - f - share * (h - f)) <= np.maximum(SMALL * size, SHARE * np.abs(h - f))
         if not np.any(alike & straight):
             return edges
         keep = np.ones(len(edges), bool)

@@ -207,6 +207,21 @@ def _force_rows(model: Model, tables: list[Table], starts: np.ndarray) -> np.nda
     return rows
 
 
+def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray):
+    """Return (address, first byte, last byte, number of switches) of the kinds with a kink,
+    and the force of every switch.
+    """
+    kinds, owners = [], []
+    for table, array, first, last in zip(tables, rows, starts[:-1], starts[1:], strict=True):
+        if not table.switches:
+            continue
+        counts = array[table.switches] if isinstance(table.switches, str) else np.full(len(array), table.switches)
+        kinds.append((table.kernels["switch"].compiled.address, first, last, int(np.sum(counts))))
+        forces = [force.title for force in model.forces if force.table.name == table.name]
+        owners += [title for title, count in zip(forces, counts, strict=True) for _ in range(count)]
+    return np.array(kinds, np.int64).reshape(-1, 4), tuple(owners)
+
+
 def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
     items = []
     for k, body in enumerate(model.bodies):
@@ -318,6 +333,8 @@ def compile(model: Model) -> System:
     pattern, tables = sparsity(model, compiler, layout, constraints, markers)
     signals = [s.program() for s in compiler.signals]
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
+    first_force = len(body_tables) + len(constraints.tables)
+    switch_kinds, switch_owners = _switching(model, force_tables, force_rows, starts[first_force:])
     program = Program(
         kernel_table([t.kernels["place"] for t in body_tables]),
         kernel_table([t.kernels["inertia"] for t in body_tables]),
@@ -352,7 +369,7 @@ def compile(model: Model) -> System:
         joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)},
         equation_names=tuple(constraints.names),
-        force_rows=_force_rows(model, force_tables, starts[len(body_tables) + len(constraints.tables) :]),
+        force_rows=_force_rows(model, force_tables, starts[first_force:]),
         joint_equations=constraints.slices,
         joints=tuple(constraints.joints),
         gaps=np.zeros(len(constraints.names)),
@@ -363,4 +380,6 @@ def compile(model: Model) -> System:
         branch_names=tuple(compiler.branches),
         signal_times=SignalTimes(signals, tuple(compiler.signal_titles)),
         prescribing=prescribing,
+        switch_kinds=switch_kinds,
+        switch_owners=switch_owners,
     )

@@ -24,6 +24,7 @@ __all__ = [
     "keep_branches",
     "kernel_table",
     "project",
+    "run_kernels",
     "unit_frames",
 ]
 

@@ -48,6 +48,10 @@ class System:
         When signals of forces and drives are not smooth, or change fast.
     prescribing : slice
         The signals that drives prescribe.
+    switch_kinds : (nk, 4)
+        Address, first and last byte of the rows, and number of switches of the kinds of forces with a kink.
+    switch_owners : tuple of str
+        Title of the force of every switch.
     """
 
     model: Model
@@ -70,6 +74,8 @@ class System:
     body_slices: dict[str, tuple[slice, slice]]
     signal_times: SignalTimes
     prescribing: slice
+    switch_kinds: np.ndarray
+    switch_owners: tuple[str, ...] = ()
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)

@@ -1,0 +1,108 @@
+"""Watching the energy of a run: what kinetic, elastic and potential energy gain beyond the work of loads and drives,
+less what is dissipated, the integration has made.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.math.kernel import kernel
+from flexmb.math.tables import State
+from flexmb.system.mobility import constraint_matrix
+from flexmb.system.program import energies, evaluate
+
+__all__ = ["SHARE", "EnergyWatch"]
+
+SHARE = 0.05
+"""Energy that no law explains, relative to the largest that moves in the phase, from which on a run warns."""
+STANDING = 1e-4
+"""Part of the potential and elastic energy that is there all the time which counts as one that moves: where a heavy
+mechanism hardly moves, a displacement within tolerance is all the energy that there is."""
+REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Explicit to compare"
+
+
+@kernel
+def _sampled(program, work, t, q, u, a, lam, signals, energy):
+    """Write kinetic, elastic and potential energy of every sample to `energy` (nt, 3)."""
+    work.coefficients[:] = 0.0
+    for k in range(len(t)):
+        energies(program, State(t[k], q[k], u[k], a[k], lam[k], signals), work)
+        for i in range(3):
+            energy[k, i] = work.energy[i]
+
+
+class EnergyWatch:
+    """The balance of one phase, sample by sample.
+
+    Parameters
+    ----------
+    system : System
+    work : Work
+        Scratch.
+    """
+
+    def __init__(self, system, work):
+        self.system, self.work = system, work
+        self.start: np.ndarray | None = None
+        self.left, self.moving, self.standing = 0.0, 0.0, 0.0
+        self.worst = (0.0, 0.0, 0.0)  # share, energy, time
+        self.blame: dict[str, float] = {}
+        self._inertia: np.ndarray | None = None
+
+    def look(self, rows: dict[str, np.ndarray], switching: Any) -> None:
+        """Take a block of samples; `switching` tells what touched since the block before."""
+        if not len(rows["t"]):
+            return
+        system = self.system
+        energy = np.zeros((len(rows["t"]), 3))
+        arrays = [np.ascontiguousarray(rows[name], float) for name in ("t", "q", "u", "a", "lam")]
+        _sampled(system.program, self.work, *arrays, np.zeros((max(1, system.n_signals), 3)), energy)
+        given = rows["works"] @ (1.0, 1.0, -1.0)
+        now = np.column_stack([energy, rows["works"], energy.sum(axis=1) - given])
+        if not np.all(np.isfinite(now)):
+            return
+        if self.start is None:
+            self.start = now[0]
+        moved = np.column_stack([now[:, :1], np.abs(now - self.start)[:, 1:6]])
+        moving = np.maximum.accumulate(np.concatenate([[self.moving], moved.max(axis=1)]))[1:]
+        self.moving = float(moving[-1])
+        self.standing = max(self.standing, float(np.abs(energy[:, 1:]).sum(axis=1).max()))
+        left = now[:, 6] - self.start[6]
+        share = np.abs(left) / np.maximum(np.maximum(moving, STANDING * self.standing), 1e-300)
+        k = int(np.argmax(share))
+        if share[k] > self.worst[0]:
+            self.worst = float(share[k]), float(left[k]), float(rows["t"][k])
+        change = np.abs(np.diff(np.concatenate([[self.left], left]))).sum()
+        owner = self._owner(rows, switching)
+        self.blame[owner] = self.blame.get(owner, 0.0) + float(change)
+        self.left = float(left[-1])
+
+    def _owner(self, rows: dict[str, np.ndarray], switching: Any) -> str:
+        """Return the contact or friction that did most in a block of samples, else the body whose inertia did."""
+        touched = np.zeros(0) if switching is None else switching.touched.copy()
+        if switching is not None:
+            switching.touched[:] = 0.0
+        if np.any(touched > 0.0):
+            return self.system.switch_owners[int(np.argmax(touched))]
+        if self._inertia is None:
+            self.work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+            evaluate(self.system.program, self.system.state(rows["t"][0], rows["q"][0], rows["u"][0]), self.work)
+            self._inertia = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
+        power = self._inertia * np.abs(rows["a"] * rows["u"]).sum(axis=0)
+        spans = {body.title: self.system.body_slices[body.name][1] for body in self.system.model.bodies}
+        return max(spans, key=lambda title: float(power[spans[title]].sum()))
+
+    def sentences(self) -> list[str]:
+        """Return what is to be told of the phase: one sentence, or none."""
+        share, left, t = self.worst
+        if not share > SHARE:
+            return []
+        owner = max(self.blame, key=lambda title: self.blame[title])
+        made = "added" if left > 0.0 else "removed"
+        return [
+            f"{owner}: until t = {t:.4g} s the integration has {made} {abs(left):.3g} J that no law explains, "
+            f"{100.0 * share:.2g} % of the largest energy that moves, most of it there; expected: less than "
+            f"{100.0 * SHARE:g} %. {REMEDY}."
+        ]

@@ -1,0 +1,228 @@
+"""Steps that end where contacts begin and end, and that follow friction through its turn.
+
+After every step the places where forces have a kink are read. Between the ends of the step each moves along the cubic
+that has its place and rate at both ends (Hermite); what begins or ends inside, or begins and ends inside unseen,
+shortens the step to just past the first such time. Theory: integrators.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.switches import COLUMNS, DISTANCE, SLIP, TURN, call_switches
+from flexmb.system.program import run_kernels
+
+__all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
+
+Switching = namedtuple("Switching", "kinds now then limits touched")
+"""The switches of a run.
+
+kinds (nk, 4) : address, first and last byte, number: see `System`
+now, then (n, 10) : at the start of a step, and at its end
+limits (4,) : displacement that does not matter, m; share of the speed of an impact by which a step may change it; share
+of a slip by which a step may change it (infinite: any); number of the turn, from 1, that has passed half a turn
+touched (n,) : sum of the changes of speed, m/s, in steps during which a contact was closed
+"""
+
+PAST, NEAR_END = 2.0, 4.0
+"""Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
+many before the end of a step began at its end."""
+LOOKS, HALVINGS = 16, 40
+SHORTEST, LONGEST = 0.1, 4.0
+"""Least part of a step that is tried again where it changed a speed too much, and largest growth that is told."""
+
+
+def new_switching(system, state, work, *, floor: float, impact: float = np.inf, slip: float = np.inf) -> Switching:
+    """Return the switches of a state, which has just been evaluated; see `Switching` for the limits."""
+    n = len(system.switch_owners)
+    limits = np.array([floor, impact, slip, 0.0])
+    sw = Switching(system.switch_kinds, np.zeros((n, COLUMNS)), np.zeros((n, COLUMNS)), limits, np.zeros(n))
+    read_switches(system.program, sw, state, work)
+    sw.now[:] = sw.then
+    return sw
+
+
+@kernel
+def read_switches(program, sw, state, work):
+    """Write the switches of the state evaluated last to `then`."""
+    first = 0
+    for k in range(len(sw.kinds)):
+        last = first + sw.kinds[k, 3]
+        rows = program.raw[sw.kinds[k, 1] : sw.kinds[k, 2]]
+        call_switches(sw.kinds[k, 0], rows, program.bulk, state, work, sw.then[first:last])
+        first = last
+
+
+@inner_kernel
+def _gap(a, b, h, s):
+    """Return the gap at the part s of a step with the ends a and b, and d . d' if it is a distance."""
+    s2, s3 = s * s, s * s * s
+    p, q = 1.0 - 3.0 * s2 + 2.0 * s3, 3.0 * s2 - 2.0 * s3
+    m, n = s - 2.0 * s2 + s3, s3 - s2
+    dp, dm, dn = 6.0 * s2 - 6.0 * s, 1.0 - 4.0 * s + 3.0 * s2, 3.0 * s2 - 2.0 * s
+    if a[0] != DISTANCE:
+        return p * a[1] + q * b[1] + h * (m * a[4] + n * b[4]) - a[7], 0.0
+    square, along = 0.0, 0.0
+    for i in range(1, 4):
+        x = p * a[i] + q * b[i] + h * (m * a[3 + i] + n * b[3 + i])
+        rate = dp * (a[i] - b[i]) + h * (dm * a[3 + i] + dn * b[3 + i])
+        square += x * x
+        along += x * rate
+    return square**0.5 - a[7], along
+
+
+@inner_kernel
+def _first_change(a, b, h, level):
+    """Return the part of a step at which a gap first passes `level` from the side where it begins; 2.0 if never."""
+    g, along = _gap(a, b, h, 0.0)
+    opened = g > level
+    before = 0.0
+    for k in range(1, LOOKS + 1):
+        s = k / LOOKS
+        g, next_along = _gap(a, b, h, s)
+        inside = s
+        if opened and g > level and along < 0.0 and next_along > 0.0:
+            # it came nearest in between
+            low, high = before, s
+            for _ in range(HALVINGS):
+                inside = 0.5 * (low + high)
+                if _gap(a, b, h, inside)[1] < 0.0:
+                    low = inside
+                else:
+                    high = inside
+            g = _gap(a, b, h, inside)[0]
+        if (g > level) != opened:
+            low, high = before, inside
+            for _ in range(HALVINGS):
+                middle = 0.5 * (low + high)
+                if (_gap(a, b, h, middle)[0] > level) == opened:
+                    low = middle
+                else:
+                    high = middle
+            return high
+        before, along = s, next_along
+    return 2.0
+
+
+@inner_kernel
+def _rate(a):
+    """Return the rate of a gap."""
+    if a[0] != DISTANCE:
+        return a[4]
+    size = max((a[1] * a[1] + a[2] * a[2] + a[3] * a[3]) ** 0.5, 1e-150)
+    return (a[1] * a[4] + a[2] * a[5] + a[3] * a[6]) / size
+
+
+@inner_kernel
+def _fitting(most, change):
+    """Return the factor of a step for a change to be below the largest one; 1.0 at least if it is already."""
+    if change <= most:
+        return min(LONGEST, max(1.0, 0.9 * most / change)) if change > 0.0 else LONGEST
+    return max(SHORTEST, 0.8 * most / change)
+
+
+@inner_kernel
+def _slipped(a, b, share):
+    """Return how much longer or shorter a step may be for a slip to change by a share of it."""
+    before, after, change = 0.0, 0.0, 0.0
+    for i in range(4, 7):
+        before += a[i] ** 2
+        after += b[i] ** 2
+        change += (b[i] - a[i]) ** 2
+    most = share * max(before, after) ** 0.5 + 2.0 * max(a[8], b[8])
+    change = change**0.5
+    return _fitting(most, change)
+
+
+@inner_kernel
+def _struck(a, b, h, g0, g1, share):
+    """Return how much longer or shorter a step may be for the speed of an impact to change by a share of it.
+
+    The speed of an impact is that at which it began: sqrt(v^2 + p |v'|) with the penetration p, if it is elastic.
+    """
+    before, after = _rate(a), _rate(b)
+    change, depth = abs(after - before), max(0.0, -g0, -g1)
+    speed = (max(before**2, after**2) + depth * change / h) ** 0.5
+    return _fitting(share * speed, change)
+
+
+@kernel
+def allowed(sw, h, adaptive):
+    """Return the part of a step that may be taken; from 1.0 on it may, and the next be so many times as long.
+
+    A step of fixed size is shortened only where a contact would begin and end in it unseen.
+    """
+    least, floor = LONGEST, sw.limits[0]
+    for n in range(len(sw.now)):
+        a, b = sw.now[n], sw.then[n]
+        if a[0] < 0.0 or b[0] < 0.0 or a[0] == TURN:
+            continue
+        if a[0] == SLIP:
+            if adaptive and np.isfinite(sw.limits[2]):
+                least = min(least, _slipped(a, b, sw.limits[2]))
+            continue
+        speed = 0.0
+        for i in range(4, 7):
+            speed = max(speed, abs(a[i]), abs(b[i]))
+        if 2.0 * speed * h <= floor:
+            continue
+        g0, g1 = _gap(a, b, h, 0.0)[0], _gap(a, b, h, 1.0)[0]
+        level = 1e-3 * floor
+        unseen = g0 > level and g1 > level
+        if unseen and g0 + g1 > 4.0 * speed * h:
+            continue  # too far apart to touch
+        if unseen or (adaptive and b[9] > 0.0):
+            part = _first_change(a, b, h, level)
+            near = floor / (speed * h)
+            if part < 1.0 - NEAR_END * near:
+                least = min(least, part + PAST * near)
+                continue
+        if adaptive and b[9] > 0.0 and np.isfinite(sw.limits[1]) and (g0 < 0.0 or g1 < 0.0):
+            least = min(least, _struck(a, b, h, g0, g1, sw.limits[1]))
+    return least
+
+
+@inner_kernel
+def _turned_over(a, b):
+    """Has a rotation vector jumped from half a turn on one side to half a turn on the other?"""
+    along, before, after = 0.0, 0.0, 0.0
+    for i in range(1, 4):
+        along += a[i] * b[i]
+        before += a[i] ** 2
+        after += b[i] ** 2
+    return along < 0.0 and min(before, after) > 0.25 * np.pi**2
+
+
+@kernel
+def part_of_step(program, sw, state, work, h, adaptive):
+    """Return `allowed` of a step with the end `state`; markers are placed anew.
+
+    The last correction of an iteration is small for places, but over a short step not for speeds.
+    """
+    run_kernels(program.place, 0, program, state, work)
+    read_switches(program, sw, state, work)
+    return allowed(sw, h, adaptive)
+
+
+@kernel
+def keep_switches(sw, h):
+    """Make the end of a step the start of the next; return if a contact has begun or ended."""
+    changed = False
+    for n in range(len(sw.now)):
+        a, b = sw.now[n], sw.then[n]
+        if a[0] >= 0.0 and b[0] >= 0.0:
+            if a[0] == TURN:
+                if _turned_over(a, b):
+                    sw.limits[3] = n + 1.0
+            elif a[0] == SLIP:
+                sw.touched[n] += abs(b[4] - a[4]) + abs(b[5] - a[5]) + abs(b[6] - a[6])
+            else:
+                g0, g1 = _gap(a, b, h, 0.0)[0], _gap(a, b, h, 1.0)[0]
+                changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0))
+                if g0 < 0.0 or g1 < 0.0:
+                    sw.touched[n] += abs(_rate(b) - _rate(a))
+        sw.now[n] = b
+    return changed

@@ -1,0 +1,31 @@
+"""What forces with a kink tell of themselves: where it is, and how fast the motion nears it.
+
+A row of ten numbers per place: kind, path d (3), its rate d' (3), threshold, scale, weight. The kind is
+
+- GAP: a gap ``d_x - threshold``; DISTANCE: a gap ``|d| - threshold``; both are open above zero. The weight is 0.0 for
+  one of many points of a line, else 1.0;
+- SLIP: friction with the slip d', which turns within `scale` (m/s or rad/s);
+- TURN: a rotation vector d that may not pass half a turn;
+- IDLE: nothing now.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.tables import BYTES, FLOATS, STATE, WORK, array_type, caller, pointer_kernel, void
+
+__all__ = ["COLUMNS", "DISTANCE", "GAP", "IDLE", "SLIP", "TURN", "call_switches", "switch_kernel"]
+
+IDLE, GAP, DISTANCE, SLIP, TURN = -1.0, 0.0, 1.0, 2.0, 3.0
+COLUMNS = 10
+SWITCHES = void(array_type(BYTES), array_type(FLOATS), STATE, WORK, array_type(np.dtype(float), 2))
+"""(rows, data, state, work, out): write the places of all rows of a kind, as evaluated last."""
+
+call_switches = caller(SWITCHES)
+"""Call the kernel at an address that writes the switches of a kind."""
+
+
+def switch_kernel(function):
+    """Declare a kernel that writes the switches of a kind."""
+    return pointer_kernel(SWITCHES)(function)

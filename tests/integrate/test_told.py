@@ -1,0 +1,138 @@
+"""What a run does beyond its laws is told: energy that the steps made, divided steps, bodies that assembly moved."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+
+def spinner(stiffness):
+    """Return a rotor about z on a bushing, which is given 8 rad/s."""
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody("rotor", mass=1.0, inertia=(1, 1, 1), angular_velocity=(0, 0, 8.0))],
+        joints=[fmb.Revolute("A", markers=("ground.origin", "rotor.center"))],
+        forces=[fmb.Bushing("ring", markers=("ground.origin", "rotor.center"), stiffness=stiffness)],
+        gravity=(0, 0, 0),
+        sensors=[fmb.JointCoordinate("angle", joint="A")],
+    )
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.Explicit(), fmb.IDA()], ids=repr)
+def test_a_bushing_does_not_turn_past_half_a_turn(integrator):
+    """With 1 N m/rad and 8 rad/s it turns as far as 8 rad, were its moment to grow all the way."""
+    with pytest.raises(fmb.IntegrationError, match=r"Force 'ring'.*half a turn") as failed:
+        fmb.simulate(spinner((0, 0, 0, 0, 0, 1.0)), 2.0, samples=201, integrator=integrator)
+    assert failed.value.solution["angle"].max() < np.pi + 0.1
+    solution = fmb.simulate(spinner((1e3, 1e3, 1e3, 0, 0, 0)), 2.0, integrator=integrator)  # no stiffness: it may
+    assert solution["angle"][-1] == pytest.approx(16.0, rel=1e-4)
+
+
+def test_an_open_joint_of_the_drawing_is_told():
+    """A rod is drawn 0.7 m away from its hinge: assembly moves it, and says so; a gap of 1 mm is nothing."""
+
+    def model(gap):
+        rod = fmb.RigidBody("rod", mass=1.0, inertia=(1, 1, 1), at=(1.0 + gap, 0, 0), markers={"end": (-1, 0, 0)})
+        return fmb.Model(
+            bodies=[fmb.Ground(), rod], joints=[fmb.Revolute("hinge", markers=("ground.origin", "rod.end"))]
+        )
+
+    with pytest.warns(fmb.ValidityWarning, match=r"Joint 'hinge': as described it is open by 0.7 m") as told:
+        solution = fmb.simulate(model(0.7), 0.1)
+    assert "far more" in str(told[0].message)
+    assert "Joint 'hinge'" in solution.statistics["warnings"][0]
+    assert "warnings" not in fmb.simulate(model(1e-3), 0.1).statistics
+
+
+def test_a_velocity_that_contradicts_a_joint_is_told():
+    """A rod of 1 m, hinged at its end: its centre cannot move along the hinge's axis, nor without turning."""
+
+    def model(velocity, turning):
+        rod = fmb.RigidBody(
+            "rod",
+            mass=1.0,
+            inertia=(0.1, 0.1, 0.1),
+            at=(0.5, 0, 0),
+            velocity=velocity,
+            angular_velocity=turning,
+            markers={"end": fmb.Pose.axes((-0.5, 0, 0), z=(0, 1, 0))},
+        )
+        hinge = fmb.Pose.axes((0, 0, 0), z=(0, 1, 0))
+        return fmb.Model(
+            bodies=[fmb.Ground(markers={"hinge": hinge}), rod],
+            joints=[fmb.Revolute("hinge", markers=("ground.hinge", "rod.end"))],
+        )
+
+    with pytest.warns(fmb.ValidityWarning, match=r"Body 'rod': its velocity as described, \(0, 5, 3\) m/s.*'hinge'"):
+        fmb.simulate(model((0, 5, 3), (0, 0, 0)), 0.01, samples=3)
+    solution = fmb.simulate(model((0, 0, 3), (0, -6, 0)), 0.01, samples=3)  # a turn about the hinge
+    assert "warnings" not in solution.statistics
+
+
+def test_energy_that_the_steps_take_away_is_told():
+    """A stiff ring on a soft one in steps that damp it: its energy is gone, and the body named; fine steps keep it."""
+
+    def run(step):
+        bodies = [fmb.Ground(), fmb.RigidBody("ring", mass=1.0, inertia=(1, 1, 1), velocity=(0, 0, 1.0))]
+        model = fmb.Model(
+            bodies=bodies,
+            forces=[fmb.Bushing("k", markers=("ground.origin", "ring.center"), stiffness=(1e4,) * 3 + (0,) * 3)],
+            gravity=(0, 0, 0),
+            sensors=[fmb.Energy("energy")],
+        )
+        return fmb.simulate(model, 1.0, integrator=fmb.GeneralizedAlpha(rho_inf=0.5, step=step))
+
+    with pytest.warns(fmb.ValidityWarning, match=r"Body 'ring': until t = .* the integration has removed 0\.\d+ J"):
+        solution = run(0.01)
+    left = solution["energy"][-1] / 0.5
+    assert f"{100 * (1 - left):.2g} %" in solution.statistics["warnings"][0]  # as the sensor has it
+    assert "warnings" not in run(0.0005).statistics
+
+
+def test_energy_of_a_contact_is_told_with_the_contact():
+    """An elastic ball, in steps too long for its contact."""
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody("ball", mass=1.0, inertia=(4e-3,) * 3, at=(0, 0, 1.1))],
+        gravity=(0, 0, -9.81),
+        forces=[fmb.Contact("floor", markers=("ground.origin", "ball.center"), radius=0.1, stiffness=1e6)],
+    )
+    with pytest.warns(fmb.ValidityWarning, match=r"Force 'floor': until t = .* J that no law explains"):
+        fmb.simulate(model, 2.0, integrator=fmb.GeneralizedAlpha(step=0.005))
+
+
+def test_a_loaded_and_damped_mechanism_balances():
+    """Load, drive, friction and damper account for all energy."""
+    rod = fmb.RigidBody("rod", mass=1.0, inertia=(0.1,) * 3, at=(0.5, 0, 0), markers={"end": (-0.5, 0, 0)})
+    model = fmb.Model(
+        bodies=[fmb.Ground(), rod],
+        joints=[fmb.Revolute("A", markers=("ground.origin", "rod.end"))],
+        forces=[
+            fmb.TorsionSpring("k", joint="A", stiffness=5.0, damping=0.2),
+            fmb.JointFriction("rub", joint="A", moving=0.2, radius=0.02),
+            fmb.PointLoad("M", marker="rod.center", moment=(0, 0, fmb.harmonic(2.0, 0.7))),
+        ],
+    )
+    assert "warnings" not in fmb.simulate(model, 5.0).statistics
+
+
+def test_a_fixed_step_that_is_divided_is_told():
+    """A mass between stops at 10 m/s, in steps of 10 ms: a stop that would be passed unseen divides the step."""
+    model = fmb.Model(
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody("a", mass=1.0, inertia=(1e-4,) * 3, at=(1.013, 0, 0)),
+            fmb.RigidBody("b", mass=1.0, inertia=(1e-4,) * 3, velocity=(30, 0, 0)),
+        ],
+        gravity=(0, 0, 0),
+        forces=[
+            fmb.Contact(
+                "hit",
+                markers=("a.center", "b.center"),
+                radius=0.01,
+                against="sphere",
+                other_radius=0.01,
+                stiffness=1e7,
+            )
+        ],
+    )
+    with pytest.warns(fmb.ValidityWarning, match=r"steps of the given size, 0.01 s, were divided"):
+        fmb.simulate(model, 0.1, samples=3, integrator=fmb.GeneralizedAlpha(step=0.01))
