@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
+from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
 
 __all__ = ["expansion_of", "node_number", "node_numbers", "with_mass", "with_spring", "with_supports"]
@@ -91,29 +92,22 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
 
 
 def with_supports(
-    fe: FEModel, nodes: NodeName | Iterable[int] | None = None, directions: Iterable[int] = range(6)
+    fe: FEModel, nodes: NodeName | Iterable[int] | None = None, directions: str | Iterable[int] = range(6)
 ) -> FEModel:
     """Return the model with directions of some nodes held: their freedoms are gone.
 
     Parameters
     ----------
     nodes : name of a node set, node numbers, coordinates of a node, or None for all nodes
-    directions : int
-        0..2 translation x y z, 3..5 rotation x y z. ``with_supports(fe, directions=(2, 3, 4))`` makes a
-        model planar.
+    directions : text or int
+        "x", "y", "z" translations, "rx", "ry", "rz" rotations, or their numbers 0..5, as in `static` and `eigenmodes`.
+        ``with_supports(fe, directions="zrxry")`` makes a model planar.
     """
     numbers = np.arange(len(fe.nodes)) if nodes is None else node_numbers(fe, nodes)
-    directions = np.array(sorted(set(directions)), int)
-    if len(directions) == 0 or directions[0] < 0 or directions[-1] > 5:
-        raise MeshError(
-            f"Support of '{fe.name}'",
-            found=f"directions {directions.tolist()}",
-            expected="numbers 0..5",
-            remedy="0, 1, 2 are translations along x, y, z; 3, 4, 5 rotations",
-        )
+    chosen = direction_numbers(directions, f"Support of '{fe.name}'")
     if nodes is not None:
-        _check_independent(fe, numbers, directions)
-    held = np.isin(fe.dofs[:, 0], numbers) & np.isin(fe.dofs[:, 1], directions)
+        _check_independent(fe, numbers, chosen)
+    held = np.isin(fe.dofs[:, 0], numbers) & np.isin(fe.dofs[:, 1], chosen)
     kept = np.flatnonzero(~held)
     expansion = None if fe.expansion is None else fe.expansion[:, kept].tocsr()
     return replace(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,13 +9,13 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError, ReductionError
+from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import factor
 from flexmb.math.lanczos import lowest_modes
 
 __all__ = ["Modes", "buckling", "eigenmodes", "fixed_freedoms", "static"]
 
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 SINGULAR = 1e-4
 """Relative residual above which a stiffness matrix counts as singular."""
 
@@ -37,22 +36,15 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
     fixed : None, str, sequence of node numbers, mapping, or mask (ndof,)
         A node set or node numbers: all freedoms of these nodes. The name of supports of a deck ("spc_1"): their
         freedoms. A mapping of node set to directions, such as
-        ``{"symmetry": "x", "foot": "xyz", "hinge": "xyzrxrz"}``. A mask is returned as it is.
+        ``{"symmetry": "x", "foot": "xyz", "hinge": "xyzrxrz"}``, as in `with_supports`. A mask is returned as it is.
     """
     mask = np.zeros(fe.ndof, bool)
     if fixed is None:
         return mask
     if isinstance(fixed, Mapping):
         for name, directions in fixed.items():
-            found = re.findall(r"r?[xyz]", directions)
-            if "".join(found) != directions.replace(" ", ""):
-                raise MeshError(
-                    f"FE model '{fe.name}'",
-                    found=f"directions '{directions}' at the set '{name}'",
-                    expected="letters out of x y z rx ry rz",
-                    remedy="Write for example 'xyz' or 'xyrz'",
-                )
-            chosen = np.isin(fe.dofs[:, 1], [DIRECTIONS.index(d) for d in found])
+            held = direction_numbers(directions, f"FE model '{fe.name}', set '{name}'")
+            chosen = np.isin(fe.dofs[:, 1], held)
             mask |= chosen & np.isin(fe.dofs[:, 0], fe.node_set(name))
         return mask
     if isinstance(fixed, str):

@@ -103,3 +103,23 @@ def test_matrix_files_that_are_cut_or_missing(beam, tmp_path):
     (tmp_path / "part.npz").write_bytes(b"PK\x03\x04 nothing")
     with pytest.raises(MeshError, match=r"part\.npz'.*cannot be read"):
         read_matrices(tmp_path / "part.npz")
+
+
+def test_supports_in_one_notation(beam):
+    """Text and numbers mean the same to fixed= and to with_supports; nonsense is refused by both."""
+    held = [fem.eigenmodes(beam, fixed={"start": how}, n=9).frequencies for how in ("xyzrxryrz", range(6))]
+    held += [
+        fem.eigenmodes(fem.with_supports(beam, "start", how), n=9).frequencies for how in ("x y z rx ry rz", range(6))
+    ]
+    for frequencies in held[1:]:
+        np.testing.assert_allclose(frequencies, held[0], rtol=1e-6)
+    for wrong, words in (
+        ("xq", "letters out of x y z"),
+        ((0, 6), r"numbers 0\.\.5"),
+        ("", "letters"),
+        ((), r"numbers 0\.\.5"),
+        (3.5, r"numbers 0\.\.5"),
+    ):
+        for call in (fem.with_supports, lambda fe, name, how: fem.eigenmodes(fe, fixed={name: how}, n=1)):
+            with pytest.raises(MeshError, match=words):
+                call(beam, "start", wrong)
