@@ -87,9 +87,9 @@ class Bench:
         self.run.parent.mkdir(mode=0o777)
         os.chmod(self.run.parent, 0o777)
         fmb.save_model(swinging(), self.model, SETTINGS)
-        done = ended(begin(["run", str(self.model), "--out", str(folder / "reference")]))  # compiles
+        fmb.simulate(fmb.load_model(self.model), **SETTINGS.keywords())  # compiles, for the forks
+        done = ended(begin(["run", str(self.model), "--out", str(folder / "reference")]), limit=1200.0)
         assert done.code == 0, done.text
-        fmb.simulate(fmb.load_model(self.model), **SETTINGS.keywords())  # for the forks
         self.seconds = ended(begin(["run", str(self.model), "--out", str(folder / "again")])).seconds
         self.table = self.read(folder / "reference")
 
