@@ -40,6 +40,9 @@ class Load:
 class Pressure(Load):
     """Unit pressure (1 Pa) on a facet set, along the outward normal or along a fixed direction.
 
+    A positive amplitude pulls outwards; `fem.pressure_load` is positive inwards, as in most finite element programs:
+    -p here is p there.
+
     Parameters
     ----------
     where : str
