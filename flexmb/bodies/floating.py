@@ -213,6 +213,11 @@ class FloatingBody(Body):
             for name, at in zip(data.marker_names, data.marker_positions, strict=True)
         }
 
+    def bounds(self):
+        """Return the box around the nodes of the mesh, m, in body axes."""
+        nodes = self.reduced.nodes
+        return (nodes.min(axis=0), nodes.max(axis=0)) if len(nodes) else super().bounds()
+
     def initial_state(self):
         """Return (r, p, eta = 0) and the twist in body axes with eta' = 0."""
         q, u = frame_state(self)

@@ -20,7 +20,11 @@ from flexmb.model.kinds import Force, Table
 
 __all__ = ["UserForce"]
 
-ROW = np.dtype([("a", np.int64), ("b", np.int64), ("pair", np.int64), ("address", np.int64)], align=True)
+ROW = np.dtype(
+    [("a", np.int64), ("b", np.int64), ("pair", np.int64), ("address", np.int64), ("length", float)], align=True
+)
+STEP = 1e-6
+"""Of the differences: rad, rad/s, and relative to the distance of the markers."""
 INPUTS = 19
 """Numbers given to the function: t, d (3), d' (3), w (3), R (3, 3)."""
 
@@ -47,7 +51,6 @@ def apply(raw, data, state, work):
     K, C = np.empty((6, 6)), np.empty((6, 6))
     p, dp, product = np.empty(4), np.empty(4), np.empty(4)
     phi = np.zeros(3)
-    step = 1e-6
     for n in range(rows.shape[0]):
         row = rows[n]
         a, b = work.markers[row.a], work.markers[row.b]
@@ -59,7 +62,9 @@ def apply(raw, data, state, work):
         if work.coefficients[3] == 0.0:
             continue
         matrix_to_euler(Q, p)
+        far = max(row.length, (motion[0] ** 2 + motion[1] ** 2 + motion[2] ** 2) ** 0.5)
         for j in range(12):
+            step = STEP * far if j < 3 or 6 <= j < 9 else STEP  # per second, of velocities
             for side in range(2):
                 h = step if side == 0 else -step
                 other[:] = motion
@@ -178,4 +183,5 @@ class UserForce(Force):
                 ) from error
         self._callbacks.append(_Callback(function))
         a, b = (compiler.marker(name) for name in self.markers)
-        return (a, b, compiler.pair(a, b), self._callbacks[-1].address)
+        length = float(np.linalg.norm(compiler.position(b) - compiler.position(a)))
+        return (a, b, compiler.pair(a, b), self._callbacks[-1].address, length or 1.0)

@@ -64,13 +64,14 @@ def _settled(s):
 def _drifted(work, s):
     """Has the state evaluated last left the constraints, at the level of position or of velocity?"""
     constraint_velocity(work, s.u, s.rate)
-    fastest, open_by, speed = 1.0, 0.0, 0.0
+    fastest, open_by, speed = 0.0, 0.0, 0.0
     for m in range(len(work.markers)):
         for i in range(3):
-            fastest = max(fastest, abs(work.markers[m].v[i]), abs(work.markers[m].w[i]))
+            fastest = max(fastest, abs(work.markers[m].v[i]) / s.limits[2], abs(work.markers[m].w[i]))
     for n in range(len(s.lam)):
-        open_by, speed = max(open_by, abs(work.equations[n].g)), max(speed, abs(s.rate[n]))
-    return open_by > s.limits[2] or speed > s.limits[3] * fastest
+        open_by = max(open_by, abs(work.equations[n].g) / s.bounds[n])
+        speed = max(speed, abs(s.rate[n]) / s.bounds[n])
+    return open_by > 1.0 or speed > fastest
 
 
 @pointer_kernel(ACCEPTING)
@@ -89,7 +90,7 @@ def accepting(program, work, tree, s, h):
     s.counts[PROJECTIONS] += 1
     keep_branches(program, work, s.q)
     state = State(s.times[0], s.q, s.u, s.a, s.lam, s.signals)
-    project(program, state, work, s.right, s.q, 0.01 * s.limits[2], s.gaps, 10)
+    project(program, state, work, s.right, s.q, 0.01 * s.bounds, s.gaps, s.units, 10)
     s.y[:nq] = s.q
     s.y[nq : nq + len(s.u)] = s.u
     s.y1[:] = s.y

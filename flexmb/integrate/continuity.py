@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.integrate.extent import model_size
 
 __all__ = ["require_continuity"]
 
@@ -26,8 +25,8 @@ def require_continuity(event, system, before: dict, after: np.ndarray) -> None:
     after : (nq,)
         Configuration with which the next phase begins.
     """
-    size, jumps = max(1e-12, model_size(system)), [(0.0, 0.0, 0.0, "")]
-    for body in system.model.bodies:
+    jumps = [(0.0, 0.0, 0.0, "")]
+    for body, size in zip(system.model.bodies, system.lengths.bodies, strict=True):
         if body.name in before and body.n_velocities:
             old, new = before[body.name][0], after[system.body_slices[body.name][0]]
             change, turn = new - old, 0.0

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.extent import extents
 from flexmb.integrate.matrices import tangent_at
 from flexmb.integrate.steady import saddle, steady_motion
 from flexmb.system.mobility import mass_metric
@@ -21,6 +22,8 @@ CUTS = 30
 """How often the pseudo time is halved until no move is uphill."""
 UPHILL = 1e-8
 """How far, as a share of the model's size, a move may go against its force: what rounding does."""
+SOFT = 1e-9
+"""Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
 _PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
 
 
@@ -36,8 +39,8 @@ class Descent:
     def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool):
         self.at_rest, self.wary = at_rest, wary
         self.system, self.work, self.t, self.q = system, work, t, q
-        self.size = model_size(system)
-        self.extent, _ = extents(system, start, work, self.size, 1e-4 * self.size)
+        self.size = system.lengths.whole
+        self.extent, _ = extents(system, start, work)
         self.lam = np.zeros(system.ng)
         self.path: list[tuple[np.ndarray, ...]] = []
         self.step, self.first, self.unbalanced, self.largest = 0.0, 0.0, np.inf, 0.0
@@ -120,6 +123,30 @@ class Descent:
         """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
         rate = self._greatest(u * self.extent) / self.size
         return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) / self.extent)
+
+    def share_multipliers(self) -> None:
+        """Make the multipliers of dependent equations those of least norm.
+
+        Newton's method leaves the last digit of the forces, divided by a softness of 1e-12, in states of self-stress.
+        The solution of (diag M, -L; G, r) (x, y) = (0, r lam) is that part with full digits; it is taken out, and what
+        this leaves unbalanced (a share r of the others) is found once more.
+        """
+        if not self.system.redundant:
+            return
+        system, nu, L, G = self.system, self.system.nu, self.tangent.L, self.tangent.G
+        metric = mass_metric(self.tangent.M)
+        soft = SOFT * np.max(abs(G).power(2) @ (1.0 / metric)) * system.multiplier_weights
+        try:
+            factor = splu(sparse.bmat([[sparse.diags(metric), -L], [G, sparse.diags(soft)]], format="csc"))
+        except RuntimeError:
+            return
+        lam = self.lam
+        for _ in range(2):
+            lam = lam - factor.solve(np.concatenate([np.zeros(nu), soft * lam]))[nu:]
+            left = -(self.force + L @ (self.lam - lam))
+            lam = lam + factor.solve(np.concatenate([left, np.zeros(system.ng)]))[nu:]
+        self.lam = lam
+        self.path[-1] = (*self.path[-1][:3], lam.copy())
 
     def advance(self) -> bool:
         """Move by one iteration, at most three tenths of the model's size; never done by itself."""

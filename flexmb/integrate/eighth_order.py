@@ -17,7 +17,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.integrate import body_steps, joint_steps
 from flexmb.integrate.explicit_steps import NUMBERS, SETTLED, SHORTS, STAGES, Steps, call_accepting, call_rates
-from flexmb.integrate.extent import model_size
+from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.patience import PAUSED, Patience
 from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
@@ -32,6 +32,8 @@ __all__ = ["AUGMENTED", "CompiledRun"]
 AUGMENTED = Augmented()
 
 GROWTH, DECAY, SAFETY = 10.0, 0.2, 0.9
+ATOL = 1e-10
+"""Usual absolute tolerance: m, rad and per second."""
 VANISHING, PATIENCE = 1e-9, 30
 """So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration.
 """
@@ -187,7 +189,7 @@ class CompiledRun:
         x, v, _ = motion.unknowns.of(state)
         self.nx, self.end = len(x), len(x) + len(v)
         y = np.concatenate([x, v, np.zeros(3)])
-        limits = (settings.rtol, settings.atol, settings.drift * model_size(system), settings.drift)
+        limits = (settings.rtol, absolute_tolerance(settings.atol, ATOL, system), system.lengths.whole)
         tables = {name: np.ascontiguousarray(getattr(DOP853, name), float) for name in ("A", "B", "C", "E3", "E5")}
         self.steps = s = Steps(
             y=y,
@@ -202,6 +204,8 @@ class CompiledRun:
             signals=state.signals.copy(),
             pace=branch_rates(system, state, work),
             gaps=system.gaps,
+            bounds=system.bounds(settings.drift),
+            units=system.units,
             counts=np.zeros(6, np.int64),
             times=np.array([state.t, span, settings.largest or span, span]),
             limits=np.array(limits),
@@ -211,7 +215,7 @@ class CompiledRun:
         )
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
-        self.switching = new_switching(system, state, work, floor=settings.rtol * model_size(system))
+        self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
         self.trusted = self._found(state.t, 0)
         s.times[1] = min(self._first_step(), s.times[2])
 
@@ -222,7 +226,7 @@ class CompiledRun:
     def _first_step(self) -> float:
         """Return the first step size, by the rates at the start and a little later (Hairer, Nørsett & Wanner, II.4)."""
         s = self.steps
-        scale = self.settings.atol + self.settings.rtol * np.abs(s.y)
+        scale = s.limits[1] + s.limits[0] * np.abs(s.y)
 
         def size(x):
             return float(np.sqrt(np.mean((x / scale) ** 2)))

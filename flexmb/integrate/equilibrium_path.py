@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.extent import extents
 from flexmb.integrate.matrices import stiffness_at
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate, increment, keep_branches
@@ -54,8 +54,8 @@ class EquilibriumPath:
 
     def __init__(self, system, start, span: float, tolerance: float):
         self.system, self.work, self.span, self.tolerance = system, system.workspace(), span, tolerance
-        self.size = model_size(system)
-        self.extent, _ = extents(system, start, self.work, self.size, 1e-4 * self.size)
+        self.size = system.lengths.whole
+        self.extent, _ = extents(system, start, self.work)
         self.first = start.q
         self.largest = 0.0
         self._weigh(self.size)

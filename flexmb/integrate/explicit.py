@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
-from flexmb.integrate.eighth_order import AUGMENTED, CompiledRun
-from flexmb.integrate.extent import model_size
+from flexmb.integrate.eighth_order import ATOL, AUGMENTED, CompiledRun
+from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
@@ -45,7 +45,7 @@ class _Run:
         self.nx, self.end = len(x), len(x) + len(v)
         self.work.coefficients[3] = 0.0
         evaluate(self.system.program, state, self.work)
-        floor = settings.rtol * model_size(self.system)
+        floor = settings.rtol * self.system.lengths.whole
         self.switching = new_switching(self.system, state, self.work, floor=floor)
         self.solver = self._solver(state.t, np.concatenate([x, v, np.zeros(3)]))
 
@@ -58,7 +58,7 @@ class _Run:
                 y,
                 self.t_end,
                 rtol=self.settings.rtol,
-                atol=self.settings.atol,
+                atol=absolute_tolerance(self.settings.atol, ATOL, self.system),
                 max_step=self.settings.largest or np.inf,
                 first_step=first,
             )
@@ -168,9 +168,10 @@ class Explicit(metaclass=Described):
     method : "DOP853", "RK45" or "Radau"
         Of scipy.integrate.
     rtol, atol : float
-        Relative and absolute tolerance of every coordinate and velocity (m, rad, per s).
+        Relative and absolute tolerance of every coordinate and velocity (m, rad, per s); the absolute one is 1e-10 by
+        default, times the length of models below 1 m.
     drift : float
-        Constraint residual, relative to the size of the model, at which the state is projected; that of the velocities
+        Constraint residual, relative to the length of the assembly, at which the state is projected; that of velocities
         relative to the fastest marker.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte
         How accelerations are found.
@@ -184,7 +185,7 @@ class Explicit(metaclass=Described):
 
     method: str = "DOP853"
     rtol: float = 1e-8
-    atol: float = 1e-10
+    atol: float | None = None
     drift: float = 1e-10
     formulation: Any = AUGMENTED
     largest: float | None = None

@@ -26,18 +26,19 @@ __all__ = [
 STAGES = 12
 
 Steps = namedtuple(
-    "Steps", "y y1 K q u a lam right rate signals pace gaps counts times limits sweeps calls A B C E3 E5"
+    "Steps", "y y1 K q u a lam right rate signals pace gaps bounds units counts times limits sweeps calls A B C E3 E5"
 )
 """Storage of the steps.
 
 y, y1 (n,) : coordinates (of bodies with branches), velocities and works, at the start of a step and where rates are
 asked for; K (13, n): rates of stages
 q, u, a, lam, right, rate, signals : the state of a stage; scratch
-pace (nb,) : rate of the branches over the last step; gaps (ng,): see `project`
+pace (nb,) : rate of the branches over the last step; gaps (ng,), units (nu,): see `project`;
+bounds (ng,): residuals, or per radian of motion their rates, at which the state is projected
 counts (6,) : steps, evaluations, projections; are the latest rates numbers; have the accelerations settled; very short
 steps in a row
 times (4,): t, next step, longest step, length of the run
-limits (4,) : rtol, atol, residual of the positions and, relative, of the velocities at which the state is projected
+limits (3,) : rtol, atol, length of the model (m)
 sweeps (2,) : of the accelerations in a stage, and at the end of a step, where their convergence is looked at
 calls (2,) : addresses of what writes rates and of what accepts steps
 """
@@ -51,8 +52,7 @@ STEPS = tuple_type(
     (FLOATS, 2),
     *[FLOATS] * 6,
     (FLOATS, 2),
-    FLOATS,
-    FLOATS,
+    *[FLOATS] * 4,
     INTEGERS,
     FLOATS,
     FLOATS,

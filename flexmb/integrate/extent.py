@@ -1,57 +1,68 @@
-"""What makes increments comparable: every velocity as a displacement in metres, every body with its size."""
+"""What makes errors comparable: every velocity as a displacement in metres, every body with the length it lives on."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from flexmb.system.lengths import ROUNDED, displacements
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import evaluate
 
-__all__ = ["extents", "model_size"]
+__all__ = ["absolute_tolerance", "extents", "reaches"]
+
+SMALLEST = 1e-4
+"""Least displacement of reference of flexible coordinates, relative to the length of the assembly."""
+TURNED = 1e-3
+"""A rotation error of a body moves its markers, not only its mass: so much of the assembly's length counts at least."""
+DIGITS = 10.0
+"""Errors are not estimated closer than this, times the rounding of positions."""
 
 
-def model_size(system) -> float:
-    """Return the diagonal of the box around all markers as described, m (1 m for a point)."""
-    r = system.tables["markers"]["r"]
-    size = float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 0.0
-    return size if size > 0.0 else 1.0
-
-
-def extents(system, state, work, size: float, smallest: float) -> tuple[np.ndarray, np.ndarray]:
+def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return for every velocity the length that makes its increment a displacement, and the displacement of reference.
 
     Parameters
     ----------
-    size : float, m
-        Reference of frames and points.
-    smallest : float, m
+    smallest : float, m, optional
         Least reference of flexible coordinates; it grows with the deflections that occur.
 
     Returns
     -------
     extent, reach : (nu,), (nu,)
         Translations have the extent 1, rotations the radius of gyration, flexible coordinates sqrt(M_jj / m): the root
-        mean square displacement of the body's material per unit.
+        mean square displacement of the body's material per unit. The reach is the length of the assembly (see
+        `flexmb.system.lengths`).
     """
     work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
     evaluate(system.program, state, work)
     diagonal = np.abs(constraint_matrix(system, work)[0].diagonal())
-    extent, reach = np.ones(system.nu), np.full(system.nu, size)
-    for body in system.model.bodies:
+    extent, reach = np.ones(system.nu), np.full(system.nu, system.lengths.whole)
+    for body, length in zip(system.model.bodies, system.lengths.bodies, strict=True):
         span = system.body_slices[body.name][1]
         if span.stop == span.start:
             continue
-        mass = diagonal[span.start]
-        extent[span] = np.sqrt(diagonal[span] / mass) if mass > 0.0 else 1.0
-        start = span.start
+        extent[span] = displacements(body, diagonal[span])
+        reach[span] = length
         if body.has_frame:
-            # a rotation error of a body moves its markers, not only its mass: at least 1e-3 of the model counts
-            extent[start : start + 3] = 1.0
-            extent[start + 3 : start + 6] = np.maximum(extent[start + 3 : start + 6], 1e-3 * size)
-            start += 6
-            reach[start : span.stop] = smallest
-        elif body.block_size < body.n_vector:
-            # nodes: their positions count as they are, their gradients with the material around the node
-            blocks = diagonal[span].reshape(-1, body.block_size)
-            extent[span] = np.sqrt(blocks / np.maximum(blocks[:, :1], 1e-300)).ravel()
+            turns = slice(span.start + 3, span.start + 6)
+            extent[turns] = np.maximum(extent[turns], TURNED * length)
+            reach[span.start + 6 : span.stop] = SMALLEST * length if smallest is None else smallest
     return extent, reach
+
+
+def reaches(system, reach: np.ndarray, rtol: float) -> np.ndarray:
+    """Return the displacements of reference (nu,), none so small that `rtol` of it would be rounding."""
+    least = DIGITS * ROUNDED * system.lengths.coordinates / rtol
+    for body, digits in zip(system.model.bodies, least, strict=True):
+        span = system.body_slices[body.name][1]
+        moved = slice(span.start, span.start + 6 if body.has_frame else span.stop)
+        reach[moved] = np.maximum(reach[moved], digits)
+    return reach
+
+
+def absolute_tolerance(given: float | None, usual: float, system) -> float:
+    """Return the absolute tolerance of coordinates: that which is given, or the usual one, less in a model below 1 m.
+
+    Euler parameters have it too, so that it does not grow with the model.
+    """
+    return usual * min(1.0, system.lengths.whole) if given is None else given

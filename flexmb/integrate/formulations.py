@@ -133,8 +133,9 @@ class Augmented(_Formulation):
             change, force = np.max(np.abs(right[:nu]), initial=0.0), np.max(np.abs(right[nu:]), initial=0.0)
             if (
                 failed < 0
-                and change <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.a), initial=0.0))
-                and force <= 1e2 * EXACT * max(1.0, np.max(np.abs(own.lam), initial=0.0))
+                and change
+                <= 1e2 * EXACT * max(np.linalg.norm(system.model.gravity), np.max(np.abs(own.a), initial=0.0))
+                and force <= 1e2 * EXACT * np.max(np.abs(own.lam), initial=0.0)
             ):
                 return own.a, own.lam
         return super().accelerate(system, state, work)

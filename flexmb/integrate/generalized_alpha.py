@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import PAUSED, Patience
@@ -22,6 +22,8 @@ from flexmb.system.program import accelerations, advance, constraint_velocity, e
 
 __all__ = ["GeneralizedAlpha"]
 
+SLOW = 0.01
+"""Per simulated time: rates below this say nothing about the first step."""
 TURN = 2e-3
 """rad: largest local error of a rotation. To a small link of a long chain a coarse tolerance for positions, relative to
 the whole, would allow turns that give it more energy than it has; the steps that follow such a motion are the shortest
@@ -49,11 +51,11 @@ class GeneralizedAlpha(metaclass=Described):
     step : float, s, optional
         Fixed step size; without it the step follows the error.
     rtol : float, -
-        Local error of a step, relative to the size of the model (positions; rotations as displacements at the body's
+        Local error of a step, relative to the assembly's length (positions; rotations as displacements at the body's
         radius of gyration, at least a thousandth of that size, and never more than 0.002 rad), and to the largest
         deflection (flexible coordinates).
     atol : float, m
-        Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
+        Displacement below which errors of flexible coordinates do not matter; default 1e-4 of that length.
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
 
@@ -110,15 +112,15 @@ class GeneralizedAlpha(metaclass=Described):
                 expected="rho_inf <= 0.99, or the multipliers grow without bound",
                 remedy="Use 0.95 for little damping, 0.8 for flexible mechanisms",
             )
-        size = model_size(system)
-        extent, reach = extents(system, state, work, size, self.atol or 1e-4 * size)
+        extent, reach = extents(system, state, work, self.atol)
+        reach = reaches(system, reach, self.rtol)
         if self.step is None:
             turns = system.program.frames[:, 1:] + np.arange(3, 6)
-            extent[turns] = np.maximum(extent[turns], self.rtol * size / TURN)
+            extent[turns] = np.maximum(extent[turns], self.rtol * reach[turns] / TURN)
         span = max(t_end - state.t, 1e-300)
         largest = self.largest or span / 20.0
         world = frames_in_world_axes(system)
-        first = self.step or min(largest, self._first_step(system, state, work, extent, reach, world))
+        first = self.step or min(largest, self._first_step(system, state, work, extent, reach, world, SLOW / span))
         u, a = state.u.copy(), state.a.copy()
         to_world_axes(world, state.q, u, a)
         work.coefficients[3] = 0.0
@@ -151,7 +153,16 @@ class GeneralizedAlpha(metaclass=Described):
             powers_last=np.zeros(3),
             signals=state.signals.copy(),
             counts=np.zeros(6, np.int64),
-            times=np.array([state.t, first, 0.0, self.step or largest, 0.05]),
+            times=np.array(
+                [
+                    state.t,
+                    first,
+                    0.0,
+                    self.step or largest,
+                    0.05,
+                    max(1e-13 * system.lengths.whole, system.lengths.rounding),
+                ]
+            ),
             pace=branch_rates(system, state, work),
             world=world,
             body_u=state.u.copy(),
@@ -161,18 +172,18 @@ class GeneralizedAlpha(metaclass=Described):
         self._fit_start(system, state, work, variables, first)
         return variables
 
-    def _first_step(self, system, state, work, extent, reach, world) -> float:
+    def _first_step(self, system, state, work, extent, reach, world, slow: float) -> float:
         """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
         scale = self.rtol ** (1.0 / 3.0)
         u, a = state.u.copy(), state.a.copy()
         to_world_axes(world, state.q, u, a)
         a = np.max(np.abs(a) * extent / reach, initial=0.0)
         u = np.max(np.abs(u) * extent / reach, initial=0.0)
-        h = 0.1 * scale / max(np.sqrt(a), u, 1e-3)
+        h = 0.1 * scale / max(np.sqrt(a), u, slow)
         # from rest to a gentle start neither says anything yet; rates over the step found last tell when it is too long
         for _ in range(8):
             rate = np.max(np.abs(self._acceleration_rate(system, state, work, h, world)) * extent / reach, initial=0.0)
-            allowed = 0.5 * scale / max(rate, 1e-9) ** (1.0 / 3.0)
+            allowed = 0.5 * scale / max(rate ** (1.0 / 3.0), slow)
             if h <= allowed:
                 break
             h = max(0.1 * h, 0.5 * allowed)

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.breaks import just_before
-from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.extent import absolute_tolerance, extents
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
@@ -29,6 +29,8 @@ __all__ = ["IDA"]
 
 DENSE = 300
 """Up to this number of unknowns a dense factorisation is faster than the sparse one."""
+ATOL = 1e-8
+"""Usual absolute tolerance: m, rad and per second."""
 YIELDING = 1e-11
 """Compliance of the constraints where equations depend on each other, s, relative to G M^-1 G^T."""
 
@@ -69,10 +71,11 @@ class _Run:
 
     def __init__(self, settings: IDA, system, state, work, t_end: float):
         self.system, self.work = system, work
-        size = model_size(system)
-        self.extent, _ = extents(system, state, work, size, size)
+        self.extent, _ = extents(system, state, work)
         # the attraction to unit length only has to beat the drift over the whole run
         self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300), self._yielding(state))
+        if not system.misfits:  # what contradicts itself has multipliers because it yields
+            self.form.usual[:] = state.lam
         self.powers = np.zeros(3)
         self.y, self.yp = self._start(state)
         self.t = self.beyond = self.goal = state.t
@@ -142,7 +145,7 @@ class _Run:
         finest = FRICTION * float(np.min(turns[turns > 0.0], initial=np.inf))
         atol = np.full(n, FAR)
         free = n - 2 * ng - 3
-        atol[:free] = min(settings.atol, finest)
+        atol[:free] = min(absolute_tolerance(settings.atol, ATOL, self.system), finest)
         for iq, iu, size, _ in self.system.program.vectors:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
@@ -227,6 +230,9 @@ class _Run:
         if self.beyond <= t or how == "normal":
             self.t = min(self.beyond, t)
             self.y, self.yp = np.array(result.y).ravel(), np.array(result.yp).ravel()
+            if not self.system.misfits:
+                first = self.system.nq + self.system.nu
+                self.form.usual[:] = self.y[first : first + self.system.ng]
             if len(self.switching.now):
                 self._meet(before)
         return ""
@@ -289,8 +295,8 @@ class IDA(metaclass=Described):
     ----------
     rtol : float, -
         Relative tolerance of every coordinate and velocity.
-    atol : float, m, rad and per second
-        Absolute tolerance of every coordinate and velocity.
+    atol : float, m, rad and per second, optional
+        Absolute tolerance of every coordinate and velocity; default 1e-8, times the length of models below 1 m.
     max_order : int
         Highest order, 1 to 5; 2 for lightly damped high frequencies, which higher orders cannot damp.
     largest : float, s, optional
@@ -302,7 +308,7 @@ class IDA(metaclass=Described):
     """
 
     rtol: float = 1e-6
-    atol: float = 1e-8
+    atol: float | None = None
     max_order: int = 5
     largest: float | None = None
     most_steps: int = 100_000

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.integrate.extent import extents, model_size
+from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
@@ -31,6 +31,8 @@ rounding, since small steps divide it by their size.
 """
 IMPACT, SLIP = 5.0, 0.5
 """Change of the speed of an impact in a step, relative to it and to the fourth root of the tolerance, and of a slip."""
+SLOW = 0.01
+"""Per simulated time: rates below this say nothing about the first step."""
 SMALLEST = 1e-14
 """Step size, s, at which a run ends."""
 
@@ -42,8 +44,8 @@ class _Run:
         self.settings, self.system, self.work = settings, system, work
         self.motion = Motion(settings, system, state, work)
         self.unknowns = self.motion.unknowns
-        size = model_size(system)
-        extent, reach = extents(system, state, work, size, settings.atol or 1e-4 * size)
+        extent, reach = extents(system, state, work, settings.atol)
+        reach = reaches(system, reach, settings.rtol)
         self.t, self.works, self.projections = state.t, np.zeros(3), 0
         self.goal, self.span = state.t, 0.0
         self.x, self.v, a = self.unknowns.of(state)
@@ -55,22 +57,24 @@ class _Run:
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         share = IMPACT * settings.rtol**0.25
-        self.switching = new_switching(system, state, work, floor=settings.rtol * size, impact=share, slip=SLIP)
+        self.switching = new_switching(
+            system, state, work, floor=settings.rtol * system.lengths.whole, impact=share, slip=SLIP
+        )
         self.cut = 0
         span = max(t_end - state.t, 1e-300)
         self.largest = settings.step or settings.largest or span / 20.0
-        self.next = settings.step or min(self.largest, self._first_step(state, extent, reach))
+        self.next = settings.step or min(self.largest, self._first_step(state, extent, reach, SLOW / span))
 
     def _begin(self) -> None:
         """Write the rates at the start of a step to the first stage."""
         coordinate_rates(self.unknowns.chart.rows, self.x, self.v, self.stages.K[0])
         self.stages.V[0] = self.v
 
-    def _first_step(self, state, extent, reach) -> float:
+    def _first_step(self, state, extent, reach, slow: float) -> float:
         """Return a step size well below that of the tolerance, from speed and acceleration."""
         a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
         u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
-        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, 1e-3))
+        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, slow))
 
     def _step(self, h: float) -> None:
         """Take a step, or shorten the next one."""
@@ -175,16 +179,16 @@ class Implicit(metaclass=Described):
     Parameters
     ----------
     rtol : float, -
-        Local error of a step, relative to the size of the model (positions), to a radian (rotations), and to the
+        Local error of a step, relative to the length of the assembly (positions), to a radian (rotations), and to the
         largest deflection (flexible coordinates).
     atol : float, m
-        Displacement below which errors of flexible coordinates do not matter; default 1e-4 of the model's size.
+        Displacement below which errors of flexible coordinates do not matter; default 1e-4 of that length.
     step : float, s, optional
         Fixed step size; without it the step follows the error.
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
     drift : float
-        Constraint residual, relative to the size of the model, at which the state is projected; that of the velocities
+        Constraint residual, relative to the length of the assembly, at which the state is projected; that of velocities
         relative to the fastest marker.
     formulation : Recursive
         The tree, and by which joints loops are opened.

@@ -43,10 +43,10 @@ def accepting(program, work, tree, s, h):
         chart.pace[k] = (work.branches[k] - chart.branches[k]) / h
         chart.branches[k] = work.branches[k]
     chart.clock[0] = s.times[0]
-    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.limits[2], s.limits[3]):
+    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.bounds, s.limits[2]):
         return
     s.counts[PROJECTIONS] += 1
-    if not close_links(tree, work, s.times[0], 0.01 * s.limits[2], s.gaps, program.equation_level):
+    if not close_links(tree, work, s.times[0], 0.01 * s.bounds, s.gaps, program.equation_level):
         s.counts[NUMBERS] = 0
         return
     s.y[:nx], s.y[nx : nx + len(tree.v)] = tree.x, tree.v

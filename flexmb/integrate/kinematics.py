@@ -21,6 +21,9 @@ from flexmb.system.program import accelerations, advance, evaluate, keep_branche
 
 __all__ = ["inverse_dynamics", "kinematics"]
 
+CLOSED = 1e-11
+"""Residual of the constraints at a sample, relative to the length of the assembly, or rad."""
+
 
 @inner_kernel
 def _walk(program, state, work, h, here):
@@ -44,7 +47,7 @@ def _walk(program, state, work, h, here):
 
 
 @kernel
-def _follow(program, work, times, q0, u0, signals, right, tolerance, gaps, sweeps, q, u, a, lam, works):
+def _follow(program, work, times, q0, u0, signals, right, bounds, gaps, units, sweeps, q, u, a, lam, works):
     """Project, time by time, from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows done."""
     here, speed = q0.copy(), u0.copy()
     acceleration, multipliers = np.zeros(len(u0)), np.zeros(lam.shape[1])
@@ -55,7 +58,7 @@ def _follow(program, work, times, q0, u0, signals, right, tolerance, gaps, sweep
             _walk(program, State(times[k - 1], q[k - 1], speed, acceleration, multipliers, signals), work, h, here)
             speed += h * acceleration
         state = State(times[k], here, speed, acceleration, multipliers, signals)
-        if project(program, state, work, right, here, tolerance, gaps, 60) < 0:
+        if project(program, state, work, right, here, bounds, gaps, units, 60) < 0:
             return k
         if accelerations(program, state, work, right, sweeps) >= 0:
             return k
@@ -111,7 +114,6 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         "works": np.zeros((nt, 3)),
     }
     work = system.workspace()
-    size = max(1.0, float(np.ptp(system.tables["markers"]["r"])))
     reached = _follow(
         system.program,
         work,
@@ -120,8 +122,9 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         start.u,
         start.signals,
         np.zeros(nu + ng),
-        1e-11 * size,
+        system.bounds(CLOSED),
         system.gaps,
+        system.units,
         12 if system.redundant else 2,
         *rows.values(),
     )

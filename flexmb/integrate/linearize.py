@@ -5,8 +5,9 @@ Variations dx are those of the frames in body axes. The twist varies as ``du = d
 
     M dx'' + (D + M ad(u)) dx' + (K + D ad(u) + M ad(a)) dx - L dlam = 0,   G dx = 0
 
-Vectors in W (point masses, nodes of cables) turn with their body: du = dx' + w x dx, da = dx'' + 2 w x dx' + w x (w x
-dx) and the null space N of G leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formulations.
+and of rolling G dx' + (G ad(u) + dG/dq u) dx = 0 instead of G dx = 0. Vectors in W (point masses, nodes of cables) turn
+with their body: du = dx' + w x dx, da = dx'' + 2 w x dx' + w x (w x dx). The null space N of the equations of places
+leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formulations.
 """
 
 from __future__ import annotations
@@ -18,20 +19,22 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eig, null_space
-from scipy.sparse import csr_matrix
 
 from flexmb.errors import ModelError, ValidityWarning, did_you_mean
 from flexmb.integrate.formulations import RANK
+from flexmb.integrate.independent import independent
 from flexmb.integrate.observer import OWN_AXES, coefficients, constant_observer
+from flexmb.integrate.spectrum import first_order, modes_of, state_matrix
 from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
 from flexmb.system import assemble
 from flexmb.system.given_state import given_state
-from flexmb.system.mobility import DEPENDENT, mass_metric
+from flexmb.system.mobility import DEPENDENT
 
 __all__ = ["Linearization", "linearize"]
 
+GROWTH, ROUNDING = 1e-7, 1e-12
+"""Growth that counts as none, relative to an eigenvalue and to the largest: what the eigenvalue problem rounds."""
 CHANGE_WITH_TIME = (
     "the coefficients of this motion change with time, whoever looks at it, and what follows holds "
     "at this instant only; "
@@ -48,15 +51,19 @@ class Linearization:
     Parameters
     ----------
     M, C, K : (n, n)
-        Mass, damping (gyroscopic part included) and stiffness in the independent coordinates z.
-    basis : (nu, n)
+        Mass, damping (gyroscopic part included) and stiffness in the independent coordinates z: M w' + C w + K z = 0
+        with z' = w. With rolling contacts more places z than velocities w are free: K is (n, nz).
+    Q, F : (nz, n), (nz, nz)
+        z' = Q w + F z; the unit matrix and zero unless something rolls.
+    basis : (nu, nz)
         Variation of all coordinates per unit of z, frames in body axes.
     eigenvalues : (k,), 1/s
-        One of each conjugate pair, and all real ones, by increasing frequency.
+        One of each conjugate pair, and all real ones, by increasing frequency. A motion that goes on by itself (a free
+        body, a rotor about its axis) is one zero: that its speed is free too is no mode of its own.
     modes : (nu, k)
         Mode shapes in all coordinates.
     projection : (nu, n)
-        Generalised forces on z per force on the coordinates, transposed; `basis` unless loads stiffen.
+        Generalised forces on w per force on the coordinates, transposed; `basis` unless loads stiffen or wheels roll.
     markers : mapping of "body.marker" to (int, (6, k))
         First velocity of its body, and its Jacobian in W: translation, rotation.
     observer : str
@@ -67,6 +74,8 @@ class Linearization:
     M: np.ndarray
     C: np.ndarray
     K: np.ndarray
+    Q: np.ndarray
+    F: np.ndarray
     basis: np.ndarray
     eigenvalues: np.ndarray
     modes: np.ndarray
@@ -94,16 +103,19 @@ class Linearization:
     @property
     def stable(self) -> bool:
         """Does no mode grow?"""
-        return bool(np.all(self.eigenvalues.real <= 1e-7 * (1.0 + np.abs(self.eigenvalues))))
+        size = np.abs(self.eigenvalues)
+        return bool(np.all(self.eigenvalues.real <= GROWTH * size + ROUNDING * np.max(size, initial=0.0)))
 
     @property
     def state_space(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """A, B, C, D of x = (z, z'): inputs are generalised forces on z, outputs are z."""
-        n = len(self.M)
-        inverse = np.linalg.inv(self.M)
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.K, -inverse @ self.C]])
-        B = np.vstack([np.zeros((n, n)), inverse])
-        return A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, n))
+        """A, B, C, D of x = (z, w), with w = z' unless something rolls.
+
+        Inputs are generalised forces on w, outputs are z.
+        """
+        nz, n = self.Q.shape
+        A = state_matrix(self)
+        B = np.vstack([np.zeros((nz, n)), np.linalg.inv(self.M)])
+        return A, B, np.hstack([np.eye(nz), np.zeros((nz, n))]), np.zeros((nz, n))
 
     def motion_of(self, marker: str) -> np.ndarray:
         """Return displacement (m) and rotation (rad) of a marker in W per unit of z, (6, n):
@@ -120,7 +132,8 @@ class Linearization:
     def frequency_response(self, frequencies, force: str, motion: str) -> np.ndarray:
         """Return the response of one marker to a harmonic load on another.
 
-        It is C (i w - A)^-1 B of the state space between the two markers, evaluated as (K + i w C - w^2 M)^-1.
+        It is C (i w - A)^-1 B of the state space between the two markers, evaluated as (K + i w C - w^2 M)^-1 where
+        z' are the velocities.
 
         Parameters
         ----------
@@ -141,7 +154,21 @@ class Linearization:
         """
         outputs, inputs = self.motion_of(motion), self.force_on(force)
         omega = 2.0 * np.pi * np.atleast_1d(np.asarray(frequencies, float))
-        return np.array([outputs @ np.linalg.solve(self.K + 1j * w * self.C - w * w * self.M, inputs) for w in omega])
+        nz, n = self.Q.shape
+        unit = np.eye(nz)
+        if nz == n:
+            stiff = (self.K + 1j * w * self.C - w * w * self.M for w in omega)
+            return np.array([outputs @ np.linalg.solve(dynamic, inputs) for dynamic in stiff])
+        load = np.vstack([np.zeros((nz, inputs.shape[1])), inputs])
+        return np.array(
+            [
+                outputs
+                @ np.linalg.solve(
+                    np.block([[1j * w * unit - self.F, -self.Q], [self.K, 1j * w * self.M + self.C]]), load
+                )[:nz]
+                for w in omega
+            ]
+        )
 
     def _marker(self, name: str) -> tuple[int, np.ndarray]:
         if name not in self.markers:
@@ -179,35 +206,30 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     work = system.workspace()
     motion = steady_motion(system, state, work, known=True)
     own = coefficients(system, state, work, motion)
-    bases = partial(_bases, rank=DEPENDENT if system.misfits else RANK)  # axes parallel but for the digits of a mesh
+    rank = DEPENDENT if system.misfits else RANK  # axes parallel but for the digits of a mesh
+    bases = partial(independent, level=system.program.equation_level, rank=rank)
     observer = constant_observer(system, state, motion, own, bases)
     if observer is None:
         warnings.warn(f"Model '{model.name}', linearize: {CHANGE_WITH_TIME}", ValidityWarning, stacklevel=2)
         observer = OWN_AXES
     seen, T = observer.seen(system, state, motion, own)
-    N, P = bases(seen)
-    reduced = [P.T @ X @ N for X in (seen.M, seen.C, seen.K)]
-    values, vectors = _eigen(*reduced)
+    basis = bases(seen)
+    fastest = max((float(np.linalg.norm(w)) for w in motion.spins.values()), default=0.0)
+    equations = first_order(seen, basis, fastest, system.lengths.digits)
+    values, vectors = modes_of(equations)
     return Linearization(
-        M=reduced[0],
-        C=reduced[1],
-        K=reduced[2],
-        basis=T @ N,
+        M=equations.M,
+        C=equations.C,
+        K=equations.K,
+        Q=basis.Q,
+        F=basis.F,
+        basis=T @ basis.N,
         eigenvalues=values,
-        modes=T @ N @ vectors,
-        projection=T @ P,
+        modes=T @ basis.N @ vectors,
+        projection=T @ basis.P,
         markers=_jacobians(system, work),
         observer=observer.name,
     )
-
-
-def _bases(of, rank: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the null spaces of G and of L^T, scaled by inertias."""
-    scale = 1.0 / np.sqrt(mass_metric(csr_matrix(of.M)))
-    if not len(of.G):
-        return np.diag(scale), np.diag(scale)
-    N = scale[:, None] * null_space(of.G * scale, rcond=rank)
-    return N, scale[:, None] * null_space((of.L * scale[:, None]).T, rcond=rank)
 
 
 def _jacobians(system, work) -> dict[str, tuple[int, np.ndarray]]:
@@ -217,20 +239,3 @@ def _jacobians(system, work) -> dict[str, tuple[int, np.ndarray]]:
         first, size, at = (int(work.markers[k][key]) for key in ("iu", "nu", "iJ"))
         found[name] = (first, work.J[at : at + 6 * size].reshape(6, size).copy())
     return found
-
-
-def _eigen(M, C, K) -> tuple[np.ndarray, np.ndarray]:
-    n = len(M)
-    if n == 0:
-        return np.zeros(0, complex), np.zeros((0, 0), complex)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-    values, vectors = eig(A)
-    tiny = 1e-9 * (1.0 + np.abs(values).max())
-    keep = values.imag > tiny
-    real = np.flatnonzero(np.abs(values.imag) <= tiny)
-    # real eigenvalues in pairs: a rigid freedom gives two near zero, an overdamped or unstable mode two real ones
-    pairs = real[np.argsort(np.abs(values[real]))]
-    order = np.array([max(pairs[k : k + 2], key=lambda i: values[i].real) for k in range(0, len(pairs), 2)], int)
-    chosen = np.concatenate([order, np.flatnonzero(keep)]).astype(int)
-    chosen = chosen[np.argsort(np.abs(values[chosen].imag) + 1e-12 * np.abs(values[chosen].real), kind="stable")]
-    return values[chosen], vectors[:n, chosen]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.integrate.extent import model_size
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import kinematics
@@ -61,7 +60,7 @@ class Motion:
     def __init__(self, settings, system, state, work):
         self.formulation, self.drift = settings.formulation, settings.drift
         self.system, self.work = system, work
-        self.tolerance = self.drift * model_size(system)
+        self.bounds = system.bounds(self.drift)
         self.friction = any(force.reads_reactions for force in system.model.forces)
         self.right = np.zeros(system.nu + system.ng)
         offered = getattr(self.formulation, "unknowns", None)
@@ -94,7 +93,8 @@ class Motion:
         evaluate(system.program, state, self.work)
         drifted = bool(system.ng) and self._drifted(state)
         if drifted:
-            project(system.program, state, self.work, self.right, state.q, 0.01 * self.tolerance, system.gaps, 10)
+            bounds, gaps = 0.01 * self.bounds, system.gaps
+            project(system.program, state, self.work, self.right, state.q, bounds, gaps, system.units, 10)
             self.work.coefficients[3] = 0.0
             evaluate(system.program, state, self.work)
         x, v = self.unknowns.reached(state, x, v, drifted)
@@ -104,10 +104,11 @@ class Motion:
         """Has the state left the constraints, at the level of position or of velocity?"""
         rate = np.zeros(self.system.ng)
         constraint_velocity(self.work, state.u, rate)
-        fastest = max(np.max(np.abs(self.work.markers[name])) for name in ("v", "w"))
+        length, markers = self.system.lengths.whole, self.work.markers
+        fastest = max(np.max(np.abs(markers["v"])) / length, np.max(np.abs(markers["w"])))
         return bool(
-            np.max(np.abs(self.work.equations["g"])) > self.tolerance
-            or np.max(np.abs(rate)) > self.drift * max(1.0, float(fastest))
+            np.any(np.abs(self.work.equations["g"]) > self.bounds)
+            or np.any(np.abs(rate) > self.bounds * float(fastest))
         )
 
 

@@ -40,8 +40,8 @@ counts (6,) : steps, iterations, factorisations, rejected by error, rejected by 
 pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the
 next world (n, 2) : frames whose u, a, alg, dx have translations in world axes; body_u, body_a (nu,): u1, a1 with all in
 body axes; switching : Switching
-times (5,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh
-matrix
+times (6,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh
+matrix; rounding of positions, m
 """
 
 Controls = namedtuple(
@@ -153,7 +153,7 @@ def _accelerations_settled(v, c, scale, left):
     for i in range(len(v.u)):
         largest = max(largest, abs(v.a1[i]) * v.extent[i])
         correction = max(correction, abs(v.d[i]) * v.extent[i])
-    return left * correction <= max(c.settled * largest * scale, 1e-13 * v.reach[0])
+    return left * correction <= max(c.settled * largest * scale, v.times[5])
 
 
 @inner_kernel

@@ -19,7 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import null_space
 
+from flexmb.integrate.independent import velocity_slopes
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.integrate.steady import SteadyMotion, steady_motion
 from flexmb.math.rotations import euler_to_matrix, rotation_matrix
@@ -35,13 +37,17 @@ CHANGING = 1e-3
 
 
 class Coefficients(NamedTuple):
-    """M dx'' + C dx' + K dx - L dlam = 0, G dx = 0; dense (nu, nu), L (nu, ng), G (ng, nu)."""
+    """M dx'' + C dx' + K dx - L dlam = 0; G dx = 0 of places, G dx' + S dx = 0 of velocities.
+
+    Dense (nu, nu), L (nu, ng), G and S (ng, nu).
+    """
 
     M: np.ndarray
     C: np.ndarray
     K: np.ndarray
     L: np.ndarray
     G: np.ndarray
+    S: np.ndarray
 
 
 def coefficients(system, state, work, motion: SteadyMotion) -> Coefficients:
@@ -50,7 +56,10 @@ def coefficients(system, state, work, motion: SteadyMotion) -> Coefficients:
     M, D, K, L, G = (getattr(tangent, name).toarray() for name in ("M", "D", "K", "L", "G"))
     centripetal = (motion.centripetal + adjoint(system, state.a)).toarray()
     C = D + M @ motion.swinging.toarray()
-    return Coefficients(M, C, K + D @ motion.turning.toarray() + M @ centripetal, L, G)
+    turning = motion.turning.toarray()
+    rolling = (system.program.equation_level == 1)[:, None]
+    S = np.where(rolling, G @ turning, 0.0) + velocity_slopes(system, state, work)
+    return Coefficients(M, C, K + D @ turning + M @ centripetal, L, G, S)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,7 +93,9 @@ class Observer:
         T, first, second = (sparse.block_diag(family, format="csr") for family in blocks)
         C = T.T @ (of.C @ T + 2.0 * of.M @ first)
         K = T.T @ (of.K @ T + of.C @ first + of.M @ second)
-        return Coefficients(T.T @ (of.M @ T), C, K, T.T @ of.L, of.G @ T), T
+        rolling = (system.program.equation_level == 1)[:, None]
+        S = of.S @ T + np.where(rolling, of.G @ first, 0.0)
+        return Coefficients(T.T @ (of.M @ T), C, K, T.T @ of.L, of.G @ T, S), T
 
     def _of_vector(
         self, framed: bool, R: np.ndarray, w: np.ndarray, rate: np.ndarray, dt: float
@@ -135,8 +146,7 @@ def constant_observer(system, state, motion: SteadyMotion, own: Coefficients, ba
     ----------
     own : Coefficients
         In own axes, at `state`.
-    bases : callable Coefficients -> (N, P)
-        Null spaces of G and of L^T.
+    bases : callable Coefficients -> Independent
 
     Returns
     -------
@@ -186,18 +196,27 @@ def _moved(system, state, dt: float):
 
 def _constant(now: Coefficients, around, bases, fastest: float) -> bool:
     """Are the changes of all coefficients, by directions of motion, small beside what they are?"""
-    (after, before), (N, P) = around, bases
+    (after, before), N, motions, P = around, bases.N, bases.velocities, bases.P
     inertia = mass_metric(sparse.csr_matrix(now.M))
     largest = np.abs(now.G / np.sqrt(inertia)).max(initial=0.0)
     if now.G.size and np.abs((after.G - before.G) @ N).max(initial=0.0) / (2.0 * ANGLE) > CHANGING * largest:
         return False
-    # columns of N and of P have the norm 1 in the metric of the inertias; P is turned to N
-    P = P @ np.linalg.pinv((N.T * inertia) @ P)
-    stiffness = P.T @ now.K @ N
+    if now.S.size and np.abs((after.S - before.S) @ N).max(initial=0.0) / (2.0 * ANGLE) > CHANGING * largest * fastest:
+        return False
+    # columns of N and of P have the norm 1 in the metric of the inertias; P is turned to the velocities
+    P = P @ np.linalg.pinv((motions.T * inertia) @ P)
+    stiffness = P.T @ now.K @ motions
     values, V = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     rates = np.sqrt(np.abs(values) + fastest**2)
-    for X, power in (("M", 0.0), ("C", 0.5), ("K", 1.0)):
-        change = V.T @ P.T @ (getattr(after, X) - getattr(before, X)) @ N @ V / (2.0 * ANGLE)
-        if np.any(np.abs(change) > CHANGING * np.outer(rates**power, rates**power)):
+    # where wheels roll, more places than velocities are free: where it has been, and which way it looks
+    places = N @ null_space(bases.Q.T) if bases.Q.shape[0] > bases.Q.shape[1] else N[:, :0]
+    wide, all_rates = np.hstack([motions @ V, places]), np.append(rates, np.full(places.shape[1], fastest))
+    for X, power, shapes, right in (
+        ("M", 0.0, motions @ V, rates),
+        ("C", 0.5, motions @ V, rates),
+        ("K", 1.0, wide, all_rates),
+    ):
+        change = V.T @ P.T @ (getattr(after, X) - getattr(before, X)) @ shapes / (2.0 * ANGLE)
+        if np.any(np.abs(change) > CHANGING * np.outer(rates**power, right**power)):
             return False
     return True

@@ -11,7 +11,6 @@ import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.explicit import Explicit
-from flexmb.integrate.extent import model_size
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
@@ -173,7 +172,7 @@ def simulate(
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     if state is None:
-        phases.validity.tell(openings(*assembled, model_size(assembled[0])))
+        phases.validity.tell(openings(*assembled, assembled[0].lengths.whole))
     try:
         status = phases.run(model, assembled)
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open

@@ -23,15 +23,16 @@ FAR = 1e8
 
 Stabilised = namedtuple(
     "Stabilised",
-    "q u a lam mu signals held yielding metric kin speed length_rate frame_of offset coordinate own transposed "
+    "q u a lam mu signals held yielding usual metric kin speed length_rate frame_of offset coordinate own transposed "
     "gradient K colour colours near turning",
 )
 """State and constant tables of the stabilised form.
 
 q, u, a, lam, mu, signals : the state; Euler parameters normalised
 held (ng,) : 0 for an equation at velocity level, which has no position to be held
-yielding (2, ng) : epsilon of G u + dg/dt + epsilon lam = 0 and g + epsilon mu = 0, s; zero unless equations depend on
-    each other, and then so small that only the multipliers notice, which would not be determined otherwise
+yielding (2, ng) : epsilon of G u + dg/dt + epsilon (lam - usual) = 0 and g + epsilon mu = 0, s; zero unless equations
+    depend on each other, and then so small that only the multipliers notice, which would not be determined otherwise
+usual (ng,) : multipliers of the last sample. Between light and heavy bodies epsilon lam alone is a velocity that shows
 metric (nu,) : W of q' = T (u + W G^T mu), the inverse squares of the extents: increments are compared as displacements
 kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of the attraction of |p| to 1, 1/s
 frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
@@ -114,7 +115,7 @@ def residual(program, work, s, t, y, yp, out):
     out[nq : nq + nu] = work.residual
     constraint_velocity(work, s.u, s.speed)
     for k in range(ng):
-        out[nq + nu + k] = s.speed[k] + s.yielding[0, k] * s.lam[k]
+        out[nq + nu + k] = s.speed[k] + s.yielding[0, k] * (s.lam[k] - s.usual[k])
         out[nq + nu + ng + k] = work.equations[k].g + s.yielding[1, k] * s.mu[k] if s.held[k] == 1 else s.mu[k]
     end = nq + nu + 2 * ng
     for i in range(3):

@@ -101,6 +101,7 @@ def layout(system, extent: np.ndarray, length_rate: float, yielding: np.ndarray)
         signals=state.signals,
         held=held,
         yielding=yielding,
+        usual=np.zeros(ng),
         metric=1.0 / extent**2,
         kin=np.zeros(nu),
         speed=np.zeros(ng),

@@ -108,6 +108,7 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> S
     for wary in (True, False) if any(force.strikes for force in model.forces) else (False,):
         iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
+            iteration.share_multipliers()
             break
     status = (
         Status.finished(t)

@@ -13,7 +13,6 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from flexmb.integrate.extent import model_size
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import DAMPED
@@ -97,7 +96,7 @@ class _RigidMotions:
         """Return the weights (6 nb, 6 nb) of the squares of relative motions at springs and in joints,
         turns in lengths.
         """
-        system, size = self.system, model_size(self.system)
+        system, size = self.system, self.system.lengths.whole
         names = list(system.marker_index)
         found = [
             (elastic, names[pair["a"]], names[pair["b"]])
@@ -254,5 +253,5 @@ def unsteady_equation(system, state, work) -> int | None:
         constraint_acceleration(work, now.a, found[-1])
         found[-1][system.program.equation_level == 1] = 0.0
     left = np.abs(found[1] - found[0])
-    fastest, size = float(np.max(np.abs(work.markers["w"]))), max(1.0, model_size(system))
+    fastest, size = float(np.max(np.abs(work.markers["w"]))), system.lengths.whole
     return int(np.argmax(left)) if left.max() > STEADY * max(fastest**2 * size, 1e-12) else None

@@ -15,7 +15,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["BlockPattern", "blocks", "lu_factor", "lu_solve", "stored"]
+__all__ = ["BlockPattern", "blocks", "lu_factor", "lu_solve", "lu_solve_softened", "stored"]
 
 BlockPattern = namedtuple(
     "BlockPattern",
@@ -30,6 +30,10 @@ step_start (blocks + 1,): the earlier blocks to eliminate; source and at (steps,
 run_start (steps + 1,); run_to, run_from, run_length: columns that a step changes, in the rows of both blocks;
 inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,);
 softness (n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order."""
+
+
+VANISHING = 1e-14
+"""A pivot below this, relative to the terms whose difference it is, has no digits left."""
 
 
 @inner_kernel
@@ -112,8 +116,10 @@ def _factor_own(S, p, first, n, corner, width, columns):
             row[k] = f
             for t in range(k + 1, columns):
                 row[t] -= f * above[t]
-        pivot = row[i]
-        if not abs(pivot) > 1e-14 * p.scratch[first + i]:
+        pivot, made_of = row[i], p.scratch[first + i]
+        for k in range(i):
+            made_of += row[k] * row[k] / abs(inverse[k])
+        if not abs(pivot) > VANISHING * made_of:
             return first + i
         inverse[i] = 1.0 / pivot
     return -1
@@ -122,7 +128,7 @@ def _factor_own(S, p, first, n, corner, width, columns):
 @inner_kernel
 def _factor_six(S, p, first, corner, width, columns):
     """`_factor_own` for a block of six rows: every row at once by all rows above it."""
-    inverse, least = p.inverse[first : first + 6], p.scratch[first : first + 6]
+    inverse = p.inverse[first : first + 6]
     r0, r1 = S[corner : corner + columns], S[corner + width :][:columns]
     r2, r3 = S[corner + 2 * width :][:columns], S[corner + 3 * width :][:columns]
     r4, r5 = S[corner + 4 * width :][:columns], S[corner + 5 * width :][:columns]
@@ -163,14 +169,22 @@ def _factor_six(S, p, first, corner, width, columns):
         r5[t] -= (a * r0[t] + b * r1[t]) + (c * r2[t] + d * r3[t]) + e * r4[t]
     inverse[0], inverse[1], inverse[2], inverse[3], inverse[4], inverse[5] = g0, g1, g2, g3, g4, 1.0 / r5[5]
     for i in range(6):
-        if not abs(inverse[i]) * 1e-14 * least[i] < 1.0:
+        made_of, row = p.scratch[first + i], S[corner + i * width :][:6]
+        for k in range(i):
+            made_of += row[k] * row[k] / abs(inverse[k])
+        if not abs(inverse[i]) * VANISHING * made_of < 1.0:
             return first + i
     return -1
 
 
 @kernel
 def lu_factor(S, p):
-    """Factorise S = L U in place; return -1, or the first row (place) whose pivot vanishes or is not finite."""
+    """Factorise S = L U in place; return -1, or the first row (place) whose pivot vanishes or is not finite.
+
+    A pivot is the difference of the diagonal and of products L_ik U_ki. It vanishes if no digits of these are left, not
+    if it is small beside the row: masses, moments of inertia and gradients have different units. The matrix is nearly
+    symmetric but for signs, so that the products are about L_ik^2 / inverse_k.
+    """
     for block in range(len(p.own)):
         first = p.block_start[block]
         n = p.block_start[block + 1] - first
@@ -180,16 +194,18 @@ def lu_factor(S, p):
         width = p.row_start[first + 1] - base
         own = p.own[block]
         for i in range(n):
-            largest = 0.0
-            row = base + i * width
-            for t in range(width):
-                largest = max(largest, abs(S[row + t]))
-            p.scratch[first + i] = largest
+            p.scratch[first + i] = abs(S[base + i * width + own + i])
         for s in range(p.step_start[block], p.step_start[block + 1]):
             if p.block_start[p.source[s] + 1] - p.block_start[p.source[s]] == 6:
                 _eliminate_six(S, p, s, base, n, width)
             else:
                 _eliminate(S, p, s, base, n, width)
+            earlier = p.block_start[p.source[s]]
+            for k in range(p.block_start[p.source[s] + 1] - earlier):
+                pivot = 1.0 / abs(p.inverse[earlier + k])
+                for i in range(n):
+                    x = S[base + i * width + p.at[s] + k]
+                    p.scratch[first + i] += x * x * pivot
         if n == 6:
             failed = _factor_six(S, p, first, base + own, width, width - own)
         else:
@@ -333,6 +349,12 @@ def lu_solve(S, p, b):
                 given[i] -= p.softness[i] * b[i]
                 b[i] = given[i]
         _substitute(S, p, b)
+
+
+@kernel
+def lu_solve_softened(S, p, b):
+    """Solve L U x = b in place, unknowns in their natural order, with dependent equations as soft as they were made."""
+    _substitute(S, p, b)
 
 
 def _runs(starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:

@@ -169,6 +169,14 @@ class Body(Part):
         """Return the poses of all markers in body axes, undeformed, by name."""
         raise TypeError(f"{type(self).__name__} does not say what its markers are")
 
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the box around the material of a body with a frame, least and largest coordinates, m, in its axes.
+
+        By default around its markers: what is beyond acts on nothing.
+        """
+        at = np.array([pose.at for pose in self.marker_poses().values()] or [(0.0, 0.0, 0.0)])
+        return at.min(axis=0), at.max(axis=0)
+
     def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return configuration and velocity at the start."""
         raise TypeError(f"{type(self).__name__} does not say where it starts")

@@ -19,13 +19,15 @@ from flexmb.system.complaints import (
     singular,
     without_inertia,
 )
+from flexmb.system.lengths import described_lengths, velocity_units, warn_of_lost_digits
 from flexmb.system.massless import inertia_floor
-from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale
+from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale, mass_metric
 from flexmb.system.program import (
     accelerations,
     constraint_acceleration,
     constraint_velocity,
     evaluate,
+    increment,
     project,
 )
 from flexmb.system.system import System
@@ -37,6 +39,10 @@ REGULARISATION = 1e-9
 MESH_TOLERANCE = 1e-6
 """Gap that equations which depend on each other may leave, relative to the model's size (lengths) or in rad (angles):
 the digits of a mesh file."""
+OPEN_RATE = 1e-5
+"""Of the terms of a derivative of an equation: what a consistent start may leave open."""
+FAINT = 1.0
+"""Share of the largest motion that counts as a term of every equation: rounding in it is everywhere."""
 ROUNDS = 3
 """Times that assembly looks for dependent equations: those of a drawing may differ from those of the mechanism."""
 
@@ -72,22 +78,24 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
             state.q[iq], state.u[iu] = given[name]
     for k, branch in enumerate(system.branch_names):
         state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
+    system = _with_lengths(system, state, work)
     system = _assemble(system, state, work, tolerance)
     system = replace(system, misfits=_misfits(system, work, tolerance))
     residual = np.zeros(system.ng)
     constraint_velocity(work, state.u, residual)
-    _require_motion(system, residual, state.u, "first")
+    fastest = np.maximum(np.abs(state.u), np.abs(system.u0))
+    _require_motion(system, state, work, residual, np.abs(work.equations["rate"]), fastest, "first")
     return system, consistent_start(system, state, work)
 
 
 def _assemble(system: System, state: State, work, tolerance: float) -> System:
     """Move `state` onto the constraints and return the system with its dependent equations known there."""
     right = np.zeros(system.nu + system.ng)
-    scale = max(1.0, _size(system))
-    system = _regularised(system, state, work)
+    bounds = system.bounds(tolerance)
+    system, moved = _regularised(system, state, work), np.zeros(system.nu)
     for _ in range(ROUNDS):
         drawn = state.q.copy()
-        done = project(system.program, state, work, right, state.q, tolerance * scale, system.gaps, 60)
+        done = project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60)
         if done == -2:
             work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
             evaluate(system.program, state, work)
@@ -97,14 +105,15 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
         g = np.abs(work.equations["g"])
         if not np.all(np.isfinite(g)):
             break
-        if np.abs(state.q - drawn).max(initial=0.0) <= tolerance * scale:  # all gradients are as they were
+        increment(system.program, drawn, state.q, moved)
+        if np.all(np.abs(moved * system.units) <= tolerance):  # all gradients are as they were
             break
         before, system = system.redundant, _regularised(system, state, work)
         if system.redundant == before:
             break
     if not np.all(np.isfinite(g)):
         raise _runaway(system, state, work)
-    if done < 0 and g.max() > tolerance * scale:
+    if done < 0 and np.any(g > bounds):
         raise idle_equation(system, state, work) or open_joint(system, work)
     return system
 
@@ -117,8 +126,10 @@ def _runaway(system: System, state: State, work) -> CompileError:
 
 def _misfits(system: System, work, tolerance: float) -> dict[str, tuple[float, float]]:
     """Return what dependent equations leave open, (m, rad) by joint; joints that are satisfied are not named."""
-    least = tolerance * max(1.0, _size(system))
-    return {name: gap for name, gap in gaps(system, work).items() if max(gap) > least} if system.redundant else {}
+    if not system.redundant:
+        return {}
+    opened = np.abs(work.equations["g"]) > system.bounds(tolerance)
+    return {name: gap for name, gap in gaps(system, work).items() if np.any(opened[system.joint_equations[name]])}
 
 
 def consistent_start(system: System, state: State, work) -> State:
@@ -128,19 +139,32 @@ def consistent_start(system: System, state: State, work) -> State:
     failed = accelerations(system.program, state, work, right, sweeps)
     if failed >= 0 or not np.all(np.isfinite(state.a)):
         raise singular(system, state, work, failed)
-    residual = np.zeros(system.ng)
+    residual, drift = np.zeros((2, system.ng))
     constraint_acceleration(work, state.a, residual)
-    _require_motion(system, residual, state.a, "second")
+    constraint_acceleration(work, np.zeros(system.nu), drift)
+    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    evaluate(system.program, state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng)), work)
+    # what the loads would do to free bodies: where all is held, accelerations are rounding
+    free = np.abs(work.residual) / mass_metric(constraint_matrix(system, work)[0])
+    _require_motion(system, state, work, residual, np.abs(drift), np.maximum(np.abs(state.a), free), "second")
     return state
 
 
-def _require_motion(system: System, residual: np.ndarray, motion: np.ndarray, derivative: str) -> None:
-    """Raise CompileError if velocities or accelerations `motion` (nu,) leave a derivative (ng,) of the
-    equations open.
+def _require_motion(system: System, state, work, residual, given: np.ndarray, motion, derivative: str) -> None:
+    """Raise CompileError if velocities or accelerations of the size `motion` (nu,) leave a derivative (ng,) open.
+
+    It is compared with the terms that it is the sum of: what is `given` (ng,) by drives and velocities, and what the
+    bodies do, and with the largest motion.
     """
-    worst = float(np.abs(residual).max(initial=0.0))
-    if worst > 1e-5 * (1.0 + float(np.abs(motion).max(initial=0.0))):
-        k = int(np.argmax(np.abs(residual)))
+    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    evaluate(system.program, state, work)
+    G = constraint_matrix(system, work)[1]
+    terms, left = given + abs(G) @ np.abs(motion), np.abs(residual)
+    terms += FAINT * system.lengths.equations * np.max(np.abs(motion) * system.units, initial=0.0)
+    shares = left / np.where(terms > 0.0, terms, 1.0)
+    if np.any(shares > OPEN_RATE):
+        k = int(np.argmax(shares))
+        worst = float(left[k])
         if system.redundant:
             names = ", ".join(system.equation_names[n] for n in system.redundant[:5])
             raise CompileError(
@@ -161,11 +185,15 @@ def _require_motion(system: System, residual: np.ndarray, motion: np.ndarray, de
         )
 
 
-def _size(system: System) -> float:
-    """Return the diagonal of the box around all markers as described, m (1 m for a point)."""
-    r = system.tables["markers"]["r"]
-    size = float(np.linalg.norm(r.max(axis=0) - r.min(axis=0))) if len(r) else 0.0
-    return size if size > 0.0 else 1.0
+def _with_lengths(system: System, state: State, work) -> System:
+    """Return the system with the lengths that count in it; warn where coordinates are so large that digits are lost."""
+    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    bare = system.program._replace(floor=np.zeros(len(system.program.floor)))
+    evaluate(bare, state, work)
+    inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
+    lengths = described_lengths(system, inertia, equations_of_forces(system, work))
+    warn_of_lost_digits(system.model, lengths)
+    return replace(system, lengths=lengths, units=velocity_units(system, lengths, inertia))
 
 
 def _regularised(system: System, state: State, work) -> System:
@@ -190,5 +218,5 @@ def _regularised(system: System, state: State, work) -> System:
     softness = np.concatenate([np.zeros(system.nu), scale]) if len(dependent) else np.zeros(0)
     pattern = system.program.pattern._replace(softness=softness)
     program = system.program._replace(regularisation=scale, pattern=pattern, floor_at=places, floor=values)
-    allowed = np.where(forces, _size(system), 1.0) * (MESH_TOLERANCE if len(dependent) else 0.0)
+    allowed = system.lengths.equations * (MESH_TOLERANCE if len(dependent) else 0.0)
     return replace(system, program=program, redundant=tuple(int(k) for k in dependent), gaps=allowed)

@@ -14,6 +14,7 @@ from flexmb.model.described import check_kind
 from flexmb.model.kinds import Table
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
+from flexmb.system.lengths import unit_lengths
 from flexmb.system.program import Program, evaluation, kernel_table
 from flexmb.system.signal_times import SignalTimes
 from flexmb.system.sparsity import sparsity
@@ -382,4 +383,6 @@ def compile(model: Model) -> System:
         prescribing=prescribing,
         switch_kinds=switch_kinds,
         switch_owners=switch_owners,
+        lengths=unit_lengths(len(model.bodies), len(constraints.names)),
+        units=np.ones(layout.iu[-1]),
     )

@@ -159,7 +159,7 @@ def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     about = [
         f"its {axis}-axis"
         for axis, m in zip("xyz", inertia[first + 3 : first + 6], strict=True)
-        if m <= ZERO * inertia[first : first + 6].max()
+        if m <= ZERO * inertia[first + 3 : first + 6].max()
     ]
     if not about:
         about = [f"its {'xyz'[(unknown - first) % 3]}-axis"]

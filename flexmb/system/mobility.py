@@ -27,6 +27,8 @@ __all__ = [
 DEPENDENT = 1e-6
 """An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent: axes
 that are parallel but for the digits of a mesh file count as parallel."""
+FEATHER = 1e-6
+"""Least mass of a body in the metric of that, relative to the heaviest."""
 SHARE = 1e-5
 """Equations with a smaller share in a state of self-stress take no part in it."""
 MIXTURES = 8
@@ -76,10 +78,22 @@ def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.nd
     Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable; `block` (nu + ng,) are the
     bodies and joints to which velocities and equations belong.
     """
-    A = _beyond_rounding(G) @ sparse.diags(1.0 / np.sqrt(mass_metric(M)))
+    metric = _without_feathers(mass_metric(M), block[: G.shape[1]])
+    A = _beyond_rounding(G) @ sparse.diags(1.0 / np.sqrt(metric))
     norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
     A = sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A
     return dependent_rows(A, block[G.shape[1] :], block[: G.shape[1]], DEPENDENT)
+
+
+def _without_feathers(metric: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """Return the metric (nu,) with bodies that weigh next to nothing made heavier, all their inertia alike.
+
+    Dependence is geometry. In the metric of the masses a point of 1e-12 kg is all that moves, and every joint that
+    shares it looks like every other.
+    """
+    _, first, number = np.unique(body, return_index=True, return_inverse=True)
+    mass = metric[first]
+    return metric * np.maximum(1.0, FEATHER * np.max(mass, initial=0.0) / mass)[number]
 
 
 def indeterminate_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, dependent) -> np.ndarray:

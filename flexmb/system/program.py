@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.program import EVALUATION, Program, call_evaluation
@@ -281,7 +281,7 @@ def accelerations(program, state, work, right, sweeps):
     Returns -1 or the place of a vanishing pivot.
     """
     nu, ng = len(state.u), len(state.lam)
-    nonlinear = False
+    nonlinear, least = False, 0.0
     looked = (
         2 if len(program.pattern.softness) > 0 else 1
     )  # dependent equations still change a little in the second sweep
@@ -298,27 +298,68 @@ def accelerations(program, state, work, right, sweeps):
             failed = lu_factor(work.S, program.pattern)
             if failed >= 0:
                 return failed
-        for i in range(nu):
-            right[i] = -work.residual[i]
-        constraint_acceleration(work, state.a, right[nu:])
-        for i in range(ng):
-            right[nu + i] = -right[nu + i]
+        _unsolved(work, state, right)
+        if sweep == 0:
+            least = EXACT * np.max(np.abs(work.residual))  # multipliers that cancel to rounding
         lu_solve(work.S, program.pattern, right)
         settled = sweep > 0
-        largest = 1e-9
+        largest = 0.0
         for i in range(nu):
             state.a[i] += right[i]
             largest = max(largest, abs(state.a[i]))
         for i in range(nu):
             settled = settled and abs(right[i]) <= EXACT * largest
-        size, change = 1e-9, 0.0
+        size, change = least, 0.0
         for i in range(ng):
             state.lam[i] += right[nu + i]
             size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
         nonlinear = nonlinear or (sweep == looked and change > 1e-6 * size)
         if (change <= EXACT * size and settled) or (sweep + 1 >= sweeps and (not nonlinear or change <= EXACT * size)):
             break
+    if len(program.pattern.softness) > 0 and not nonlinear:
+        _without_stress(program, state, work, right)
     return -1
+
+
+@inner_kernel
+def _unsolved(work, state, right):
+    """Write what is left of the equations of motion and of the constraints at the latest evaluation to `right`."""
+    nu = len(state.u)
+    for i in range(nu):
+        right[i] = -work.residual[i]
+    constraint_acceleration(work, state.a, right[nu:])
+    for i in range(len(state.lam)):
+        right[nu + i] = -right[nu + i]
+
+
+@inner_kernel
+def _without_stress(program, state, work, right):
+    """Take the rounding out of multipliers of least norm.
+
+    Where equations depend on each other, only the softness r holds the states of self-stress, and the last digit of the
+    loads appears in them as eps / r. The solution of (M, -G^T; G, r) (x, y) = (0, r lam) is the self-stress y, with an
+    error of eps only; of all other multipliers it has a share of about r, which refinement gives back.
+    """
+    nu, ng = len(state.u), len(state.lam)
+    right[:nu] = 0.0
+    for i in range(ng):
+        right[nu + i] = program.regularisation[i] * state.lam[i]
+    lu_solve_softened(work.S, program.pattern, right)
+    for i in range(ng):
+        state.lam[i] -= right[nu + i]
+    work.coefficients[3] = 0.0
+    for _ in range(6):
+        evaluate(program, state, work)
+        _unsolved(work, state, right)
+        lu_solve(work.S, program.pattern, right)
+        size, change = 0.0, 0.0
+        for i in range(nu):
+            state.a[i] += right[i]
+        for i in range(ng):
+            state.lam[i] += right[nu + i]
+            size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
+        if change <= EXACT * size:
+            break
 
 
 @inner_kernel
@@ -332,12 +373,14 @@ def _hold_shape(program, work):
 
 
 @kernel
-def project(program, state, work, right, q, tolerance, gaps, iterations):
+def project(program, state, work, right, q, bounds, gaps, units, iterations):
     """Move q with least motion (in the metric of M, without deformation where that is possible) onto g = 0, then u
     onto G u + dg/dt = 0; q is that of state.
 
-    Where equations depend on each other they may contradict each other by up to `gaps` (ng,), and the nearest q is
-    taken. Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix is singular.
+    Equations are satisfied to `bounds` (ng,). Where they depend on each other they may contradict each other by up to
+    `gaps` (ng,), and the nearest q is taken. `units` (nu,) makes steps comparable: a displacement relative to the
+    length of the assembly, or rad. Returns the number of iterations, or -1 if they do not converge, or -2 if the matrix
+    is singular.
     """
     nu, ng = len(state.u), len(state.lam)
     work.coefficients[0] = 1.0
@@ -354,16 +397,16 @@ def project(program, state, work, right, q, tolerance, gaps, iterations):
         largest, closed = 0.0, True
         for i in range(ng):
             right[nu + i] = -work.equations[i].g if program.equation_level[i] == 0 else 0.0
-            largest = max(largest, abs(right[nu + i]))
-            closed = closed and abs(right[nu + i]) <= max(gaps[i], tolerance)
+            largest = max(largest, abs(right[nu + i]) / bounds[i])
+            closed = closed and abs(right[nu + i]) <= max(gaps[i], bounds[i])
         if not np.isfinite(largest):
             return -1
         keep_branches(program, work, q)
         _hold_shape(program, work)
         if lu_factor(work.S, program.pattern) >= 0:
             return -2
-        at_rest = len(program.pattern.softness) > 0 and stride <= 0.1 * tolerance
-        if (largest <= tolerance and iteration > 0) or at_rest:
+        at_rest = len(program.pattern.softness) > 0 and stride <= EXACT
+        if (largest <= 1.0 and iteration > 0) or at_rest:
             done = iteration if closed else -1
             break
         right[:nu] = 0.0
@@ -371,8 +414,8 @@ def project(program, state, work, right, q, tolerance, gaps, iterations):
         scale = 1.0
         stride = 0.0
         for i in range(nu):
-            stride = max(stride, abs(right[i]))
-        if stride > 0.5:  # m or rad: a longer one would leave the branch of the drawing
+            stride = max(stride, abs(right[i]) * units[i])
+        if stride > 0.5:  # of the assembly, or rad: a longer one would leave the branch of the drawing
             scale = 0.5 / stride
         advance(program, q.copy(), right[:nu], scale, q)
     for turn in range(12):  # two, unless dependent equations, which are regularised, leave more
@@ -380,8 +423,8 @@ def project(program, state, work, right, q, tolerance, gaps, iterations):
         largest = 0.0
         for i in range(ng):
             right[nu + i] = -right[nu + i]
-            largest = max(largest, abs(right[nu + i]))
-        if turn > 1 and largest <= tolerance:
+            largest = max(largest, abs(right[nu + i]) / bounds[i])
+        if turn > 1 and largest <= 1.0:
             break
         right[:nu] = 0.0
         lu_solve(work.S, program.pattern, right)

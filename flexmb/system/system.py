@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.math.tables import State, Work
 from flexmb.model.model import Model
+from flexmb.system.lengths import Lengths
 from flexmb.system.program import Program
 from flexmb.system.signal_times import SignalTimes
 
@@ -52,6 +53,10 @@ class System:
         Address, first and last byte of the rows, and number of switches of the kinds of forces with a kink.
     switch_owners : tuple of str
         Title of the force of every switch.
+    lengths : Lengths
+        What distances and residuals are compared with; all 1 m before assembly.
+    units : (nu,), 1/m or 1
+        Makes increments of velocities comparable: displacements relative to the length of the assembly, and radians.
     """
 
     model: Model
@@ -74,6 +79,8 @@ class System:
     body_slices: dict[str, tuple[slice, slice]]
     signal_times: SignalTimes
     prescribing: slice
+    lengths: Lengths
+    units: np.ndarray
     switch_kinds: np.ndarray
     switch_owners: tuple[str, ...] = ()
     branch_names: tuple[str, ...] = ()
@@ -97,6 +104,11 @@ class System:
     def ng(self) -> int:
         """Number of constraint equations."""
         return len(self.equation_names)
+
+    def bounds(self, tolerance: float) -> np.ndarray:
+        """Return the residuals (ng,), m or rad, up to which equations count as satisfied: never less than rounding."""
+        lengths = self.lengths
+        return np.maximum(tolerance * lengths.equations, np.where(lengths.are_lengths, lengths.rounding, 0.0))
 
     @property
     def multiplier_weights(self) -> np.ndarray:

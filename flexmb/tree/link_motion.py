@@ -34,7 +34,7 @@ from flexmb.tree.settle import count_turns, prescribe, unit_length
 __all__ = ["close_links", "evaluate_links", "link_rates", "loops_are_open", "ready"]
 
 EVALUATION = void(LINK_TREE, WORK, NUMBER)
-CLOSURE = void(LINK_TREE, WORK, NUMBER, NUMBER, array_type(FLOATS), array_type(INTEGERS))
+CLOSURE = void(LINK_TREE, WORK, NUMBER, array_type(FLOATS), array_type(FLOATS), array_type(INTEGERS))
 
 call_links, call_closure = caller(EVALUATION), caller(CLOSURE)
 
@@ -227,18 +227,21 @@ def link_rates(tree, work, t, x, v):
 
 
 @kernel
-def loops_are_open(tree, work, tolerance, drift):
-    """Have the loops come open in the evaluation before, by more than a tolerance, or their velocities, relative?"""
+def loops_are_open(tree, work, bounds, length):
+    """Have the loops come open in the evaluation before, by more than their bounds (ng,), or their velocities, relative
+    to the fastest motion, in lengths of the model per second?
+    """
     c = tree.closing
-    fastest, open_by, speed = 1.0, 0.0, 0.0
+    fastest, open_by, speed = 0.0, 0.0, 0.0
     for n in range(len(tree.marks)):
         marker = work.markers[tree.marks[n].marker]
         for i in range(3):
-            fastest = max(fastest, abs(marker.v[i]), abs(marker.w[i]))
+            fastest = max(fastest, abs(marker.v[i]) / length, abs(marker.w[i]))
     _closing_rates(tree, c, work, False)
     for n in range(len(c.equations)):
-        open_by, speed = max(open_by, abs(work.equations[c.equations[n]].g)), max(speed, abs(c.x[n]))
-    return open_by > tolerance or speed > drift * fastest
+        k = c.equations[n]
+        open_by, speed = max(open_by, abs(work.equations[k].g) / bounds[k]), max(speed, abs(c.x[n]) / bounds[k])
+    return open_by > 1.0 or speed > fastest
 
 
 @inner_kernel
@@ -276,7 +279,7 @@ def _changes(tree, closing):
 
 
 @pointer_kernel(CLOSURE)
-def closure(tree, work, t, tolerance, gaps, level):
+def closure(tree, work, t, bounds, gaps, level):
     """Move tree.x and tree.v onto the closed loops: see `close_links`."""
     c, chart, program = tree.closing, tree.chart, tree.program
     tree.failed[0] = 1
@@ -291,11 +294,11 @@ def closure(tree, work, t, tolerance, gaps, level):
         for n in range(len(c.equations)):
             k = c.equations[n]
             c.x[n] = -work.equations[k].g if level[k] == 0 else 0.0
-            largest = max(largest, abs(c.x[n]) if c.d[n] > 0.0 else 0.0)
-            closed = closed and abs(c.x[n]) <= max(gaps[k], tolerance)
+            largest = max(largest, abs(c.x[n]) / bounds[k] if c.d[n] > 0.0 else 0.0)
+            closed = closed and abs(c.x[n]) <= max(gaps[k], bounds[k])
         if not np.isfinite(largest):
             return
-        if largest <= tolerance and turn > 0:
+        if largest <= 1.0 and turn > 0:
             break
         _changes(tree, c)
         stride = np.max(np.abs(tree.a))
@@ -310,11 +313,11 @@ def closure(tree, work, t, tolerance, gaps, level):
 
 
 @kernel
-def close_links(tree, work, t, tolerance, gaps, level):
+def close_links(tree, work, t, bounds, gaps, level):
     """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
 
-    Dependent equations may stay open by up to `gaps` (ng,); `level` (ng,): 1 for those of velocity. Returns if that
-    worked.
+    Equations are closed to `bounds` (ng,); dependent ones may stay open by up to `gaps` (ng,).
+    `level` (ng,): 1 for those of velocity. Returns if that worked.
     """
-    call_closure(tree.calls[1], tree, work, t, tolerance, gaps, level)
+    call_closure(tree.calls[1], tree, work, t, bounds, gaps, level)
     return tree.failed[0] < 0

@@ -13,7 +13,8 @@ from flexmb.math.kernel import kernel
 from flexmb.model.described import Described
 from flexmb.system.program import BODIES, constraint_acceleration, evaluate
 from flexmb.tree.articulated import factor
-from flexmb.tree.loops import add_loads, close, mobilities, responses, without_stress
+from flexmb.tree.light_points import LightPoints
+from flexmb.tree.loops import RANK, ROUNDING, add_loads, close, mobilities, responses, without_stress
 from flexmb.tree.passes import joint_multipliers, solve
 from flexmb.tree.spanning import Spanning, spanning_tree
 from flexmb.tree.store import new_store
@@ -90,10 +91,11 @@ class Recursive(metaclass=Described):
         closure = _Closure(tree.tables, work, store, system)
         force = -work.residual
         a, lam = closure.solve(force.copy())
-        for _ in range(2 if len(system.program.floor) else 0):  # the inertia lent to massless bodies is given back
+        at = system.program.floor_at[:, 0]
+        floor = np.where(np.isin(at, closure.points.velocities), 0.0, system.program.floor)
+        for _ in range(2 if np.any(floor) else 0):  # the inertia lent to massless bodies is given back
             corrected = force.copy()
-            at = system.program.floor_at[:, 0]
-            corrected[at] += system.program.floor * a[at]
+            corrected[at] += floor * a[at]
             a, lam = closure.solve(corrected)
         if any(force.reads_reactions for force in system.model.forces):
             a, lam = _with_friction(system, own, work, closure, lam)
@@ -107,8 +109,10 @@ class _Closure:
         self.tables, self.work, self.store, self.system = tables, work, store, system
         self.values, self.mobility = np.zeros(len(tables.rows)), np.zeros(len(tables.cut_equations))
         if len(tables.cut_equations):
-            responses(tables, work, store, np.zeros(system.nu), np.zeros(system.nu), self.values)
             mobilities(work, tables.cut_equations, self.mobility)
+        self.points = LightPoints(tables, work, store, system, self.mobility)
+        if len(tables.cut_equations):
+            responses(tables, work, store, np.zeros(system.nu), np.zeros(system.nu), self.values)
 
     def solve(self, force) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations and multipliers at generalised forces (nu,), which are overwritten."""
@@ -119,10 +123,17 @@ class _Closure:
         if len(tables.cut_equations):
             error = np.zeros(self.system.ng)
             constraint_acceleration(work, a, error)
-            cut, stresses = close(tables, self.values, error[tables.cut_equations], self.mobility)
+            points, own = self.points, error[tables.cut_equations]
+            if len(points.mass):
+                loads = force[points.velocities]
+                moved, cut, stresses = points.close(self.values, tables, own, loads, RANK, ROUNDING)
+            else:
+                moved = np.zeros(0)
+                cut, stresses = close(tables, self.values, own, self.mobility)
             lam[tables.cut_equations] = cut
             add_loads(work, tables.cut_equations, cut, force)
             _solve_all(tables, store, force, a)
+            a[points.velocities] = moved
         joint_multipliers(tables, store, lam)
         if stresses is not None:
             weights = self.system.multiplier_weights

@@ -78,3 +78,35 @@ def test_a_large_model_in_a_singular_position():
         expected, multipliers = formulation.solve(equations)
         np.testing.assert_allclose(a, expected, atol=1e-9)
         np.testing.assert_allclose(lam, multipliers, atol=1e-6)
+
+
+def shelf(sides: int) -> fmb.Model:
+    """A plate of 7.645 kg on so many equal pins in a row along y, which hold it in all directions."""
+    at = np.column_stack([np.zeros(sides), np.linspace(-0.3, 0.3, sides), np.zeros(sides)])
+    markers = {f"p{k}": tuple(x) for k, x in enumerate(at)}
+    return fmb.Model(
+        name="shelf",
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(markers=markers),
+            fmb.RigidBody("plate", mass=75.0 / 9.81, inertia=(0.3, 0.2, 0.5), markers=markers),
+        ],
+        joints=[fmb.Fixed(f"pin {k}", markers=(f"ground.p{k}", f"plate.p{k}")) for k in range(sides)],
+        sensors=[fmb.Reaction(f"force {k}", joint=f"pin {k}") for k in range(sides)],
+    )
+
+
+@pytest.mark.parametrize("sides", [2, 3])
+def test_equal_supports_share_a_load_to_all_digits(sides):
+    """75 N on two pins: 37.5 N each, in statics, in every formulation and in a run."""
+    model = shelf(sides)
+    share = 75.0 / sides
+    still = fmb.statics(model)
+    run = fmb.simulate(model, t_end=0.1, samples=3)
+    for k in range(sides):
+        assert still[f"force {k}"][-1, 2] == pytest.approx(share, rel=1e-12)
+        np.testing.assert_allclose(run[f"force {k}"][:, 2], share, rtol=1e-12)
+    for formulation in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive()):
+        reactions = fmb.accelerations(model, formulation=formulation).reactions
+        found = [reactions[f"pin {k}"][2] for k in range(sides)]
+        np.testing.assert_allclose(found, share, rtol=1e-12, err_msg=repr(formulation))

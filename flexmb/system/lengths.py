@@ -1,0 +1,216 @@
+"""Which lengths count: those over which bodies act on each other, not the coordinates at which they happen to be.
+
+A tolerance is a share of a length. The box around everything says nothing about a spacecraft of two bodies whose ground
+is the centre of the Earth, nor about an elastic body whose only marker coincides with that of its hub. Bodies that
+joints and forces connect are one assembly; its length is the diagonal of the box around the markers of its bodies and
+the nodes of those that are elastic. Where these have no extent (a point mass on a rod or a spring, a rotor), the
+distances over which joints hold it count; then those of forces; then the radius of gyration (a body that flies by
+itself); then the box around all markers; then 1 m.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from flexmb.errors import ValidityWarning
+from flexmb.math.rotations import euler_to_matrix
+
+__all__ = [
+    "ROUNDED",
+    "Lengths",
+    "described_lengths",
+    "displacements",
+    "unit_lengths",
+    "velocity_units",
+    "warn_of_lost_digits",
+]
+
+NOTHING = 1e-9
+"""Of all distances that occur in an assembly: a smaller extent is rounding, and no length."""
+ROUNDED = 1e2 * np.finfo(float).eps
+"""Relative to the largest coordinate: positions are known to this, after a few sums."""
+
+
+LOST = 1e-9
+"""Rounding of positions, relative to the length of their assembly, from which it is said."""
+
+
+class Lengths(NamedTuple):
+    """Lengths of a system.
+
+    bodies (nb,) : of the assembly to which each body of the model belongs, m; the ground has the largest
+    whole : the largest of them, m
+    coordinates (nb,) : largest distance of a body's markers from the origin of W, m
+    equations (ng,) : what the residual of each equation is compared with: m, or 1 for angles
+    are_lengths (ng,) : of bool
+    """
+
+    bodies: np.ndarray
+    whole: float
+    coordinates: np.ndarray
+    equations: np.ndarray
+    are_lengths: np.ndarray
+
+    @property
+    def rounding(self) -> float:
+        """Distance, m, to which positions are known at these coordinates."""
+        return ROUNDED * float(np.max(self.coordinates, initial=0.0))
+
+    @property
+    def digits(self) -> float:
+        """Rounding of positions, relative to the lengths."""
+        return float(np.finfo(float).eps * (1.0 + np.max(self.coordinates / self.bodies, initial=0.0)))
+
+
+def unit_lengths(n_bodies: int, n_equations: int) -> Lengths:
+    """Return lengths of 1 m, before any are known."""
+    return Lengths(np.ones(n_bodies), 1.0, np.zeros(n_bodies), np.ones(n_equations), np.zeros(n_equations, bool))
+
+
+def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Lengths:
+    """Return the lengths of a system as described.
+
+    Parameters
+    ----------
+    inertia : (nu,)
+        Diagonal of the mass matrix.
+    forces : (ng,) of bool
+        Which equations have forces as multipliers: their residuals are lengths.
+    """
+    bodies, markers = system.model.bodies, system.tables["markers"]
+    own = [markers["r"][markers["body"] == k] for k in range(len(bodies))]
+    points = [np.vstack([r, _nodes(system, body)]) for r, body in zip(own, bodies, strict=True)]
+    ties, holds = _ties(system), np.stack([system.tables["pairs"][x] for x in "ab"], axis=1)
+    moves = np.array([body.n_velocities > 0 for body in bodies])
+    assembly = _assemblies(markers["body"], np.vstack([ties, holds]), moves)
+    found = np.zeros(len(bodies))
+    for number in np.unique(assembly[moves]):
+        members = np.flatnonzero(moves & (assembly == number))
+        found[members] = _length(system, members, points, ties, holds, inertia)
+    whole = float(np.max(found, initial=0.0)) or _diagonal(markers["r"]) or 1.0
+    found[found == 0.0] = whole
+    equations = np.ones(system.ng)
+    legs = system.tables["legs"]
+    of_leg = np.where(moves, found, 0.0)[markers["body"][legs["marker"]]]
+    longest = np.zeros(system.ng)
+    np.maximum.at(longest, legs["equation"], of_leg)
+    equations[forces] = np.where(longest > 0.0, longest, whole)[forces]
+    return Lengths(found, whole, np.array([np.abs(p).max(initial=0.0) for p in points]), equations, forces)
+
+
+def velocity_units(system, lengths: Lengths, inertia: np.ndarray) -> np.ndarray:
+    """Return what makes increments of the velocities (nu,) comparable: displacements per length, and radians.
+
+    Flexible coordinates count by the root mean square displacement of the material, sqrt(M_jj / m), nodal gradients
+    likewise beside the positions of their node.
+    """
+    units = np.ones(system.nu)
+    for body, length in zip(system.model.bodies, lengths.bodies, strict=True):
+        span = system.body_slices[body.name][1]
+        if span.stop == span.start:
+            continue
+        own = inertia[span]
+        units[span] = displacements(body, own) / length
+        if body.has_frame:
+            units[span.start + 3 : span.start + 6] = 1.0
+    return units
+
+
+def displacements(body, inertia: np.ndarray) -> np.ndarray:
+    """Return the displacement (m) of a body's material per unit of each velocity, root mean square, (n,).
+
+    `inertia` (n,) is the diagonal of its mass matrix.
+    """
+    if not body.has_frame and body.block_size < body.n_vector:
+        # nodes: their positions count as they are, their gradients with the material around the node
+        blocks = inertia.reshape(-1, body.block_size)
+        return np.sqrt(blocks / np.maximum(blocks[:, :1], np.finfo(float).tiny)).ravel()
+    found = np.sqrt(inertia / inertia[0]) if inertia[0] > 0.0 else np.ones(len(inertia))
+    if body.has_frame:
+        found[:3] = 1.0
+    return found
+
+
+def _nodes(system, body) -> np.ndarray:
+    """Return the points (k, 3), m, in W of an elastic body as described: its nodes, or the corners of their box."""
+    q = system.q0[system.body_slices[body.name][0]]
+    if not body.has_frame:
+        vectors = q.reshape(-1, 3)
+        return vectors[np.arange(len(vectors)) % max(1, body.block_size // 3) == 0]
+    least, most = body.bounds()
+    corners = np.array([[(least, most)[k >> i & 1][i] for i in range(3)] for k in range(8)])
+    R = np.eye(3)
+    euler_to_matrix(q[3:7], R)
+    return q[:3] + corners @ R.T
+
+
+def _ties(system) -> np.ndarray:
+    """Return the pairs (n, 2) of markers that joints relate to each other."""
+    legs, equations = system.tables["legs"], system.tables["equations"]
+    first = legs["marker"][equations["leg"][legs["equation"]]] if len(legs) else legs["marker"]
+    return np.stack([first, legs["marker"]], axis=1)
+
+
+def _assemblies(body: np.ndarray, pairs: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Return the number of the assembly of every body (nb,): what joints and forces connect, not by way of the ground.
+
+    `body` (nm,) of every marker, `pairs` (n, 2) of markers, `moves` (nb,).
+    """
+    a, b = body[pairs].T
+    among = moves[a] & moves[b]
+    graph = sparse.csr_matrix((np.ones(np.sum(among)), (a[among], b[among])), shape=(len(moves), len(moves)))
+    return connected_components(graph, directed=False)[1]
+
+
+def _length(system, members, points, ties, holds, inertia: np.ndarray) -> float:
+    """Return the length (m) of the assembly of some bodies, 0 if it has none."""
+    markers = system.tables["markers"]
+    distances = []
+    for pairs in (ties, holds):
+        own = pairs[np.any(np.isin(markers["body"][pairs], members), axis=1)]
+        apart = np.linalg.norm(markers["r"][own[:, 0]] - markers["r"][own[:, 1]], axis=1)
+        distances.append(float(np.max(apart, initial=0.0)))
+    of_members = np.vstack([points[k] for k in members])
+    rounded = max(NOTHING * max(distances), ROUNDED * float(np.abs(of_members).max(initial=0.0)))
+    for length in (_diagonal(of_members), *distances, _gyration(system, members, inertia)):
+        if length > rounded:
+            return length
+    return 0.0
+
+
+def _gyration(system, members, inertia: np.ndarray) -> float:
+    """Return the largest radius of gyration (m) of bodies with a frame, about its origin."""
+    found = 0.0
+    for body in (system.model.bodies[k] for k in members):
+        own = inertia[system.body_slices[body.name][1]]
+        if body.has_frame and own[0] > 0.0:
+            found = max(found, float(np.sqrt(own[3:6].max() / own[0])))
+    return found
+
+
+def _diagonal(r: np.ndarray) -> float:
+    """Return the diagonal of the box around points (n, 3), m."""
+    return float(np.linalg.norm(np.ptp(r, axis=0))) if len(r) else 0.0
+
+
+def warn_of_lost_digits(model, lengths: Lengths) -> None:
+    """Warn of an assembly so far from the origin of W that the digits of its positions are few beside its length."""
+    moving = [k for k, body in enumerate(model.bodies) if body.n_velocities]
+    eps = np.finfo(float).eps
+    lost = {k: eps * lengths.coordinates[k] / lengths.bodies[k] for k in moving}
+    k = max(lost, key=lambda k: lost[k], default=-1)
+    if k < 0 or lost[k] <= LOST:
+        return
+    far, length = lengths.coordinates[k], lengths.bodies[k]
+    warnings.warn(
+        f"Model '{model.name}': {model.bodies[k].title} is {far:.3g} m from the origin, and its assembly is "
+        f"{length:.3g} m long: positions are rounded to {eps * far:.1g} m, {lost[k]:.1g} of that; relative motion, and "
+        "forces of stiff springs, have no more digits. Put the origin near the bodies",
+        ValidityWarning,
+        stacklevel=4,
+    )

@@ -1,0 +1,112 @@
+"""Point masses of little or no mass between cut joints: unknowns of the closure instead of being eliminated.
+
+The closing equations are condensed to the multipliers with the inverse masses of all bodies, eq. (tree-closure). A
+point of mass m contributes 1 / m, beside which what its neighbours do is rounded away: with m of 1e-8 of theirs the
+joints of a rod on such a point would look dependent, and the rod would fall. Its accelerations stay unknown instead,
+
+    [M_p, -G_p^T; G_p, W] (a_p, lam) = (f_p, -error),
+
+which is regular for M_p = 0 as well, if the equations hold the point (Udwadia & Phohomsiri 2006).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["LightPoints"]
+
+LIGHT = 1e-3
+"""Mass of a point, relative to what its equations feel of the other bodies, below which it is not eliminated."""
+ROUNDED = 1e3 * np.finfo(float).eps
+"""Of a sum: a term below this is not known."""
+
+
+class LightPoints:
+    """The light point masses of a tree at one state; what they would contribute to the closure is taken out of it.
+
+    Attributes
+    ----------
+    velocities : (np,) of int
+        Their velocities; none if all points are heavy.
+    mass : (np,), kg
+        By velocity.
+    gradient : (nc, np)
+        Of the cut equations.
+    mobility : (nc,)
+        About what a unit multiplier of each cut equation does to it by way of all other bodies.
+    """
+
+    def __init__(self, tables, work, store, system, mobility: np.ndarray):
+        points = np.array([k for k in range(len(tables.iu)) if tables.outer[k] < 0 and tables.nu[k] == 3], int)
+        first = np.asarray(tables.iu, int)[points]
+        lent = np.zeros(system.nu)
+        lent[system.program.floor_at[:, 0]] = system.program.floor
+        diagonal = work.S[work.rows[first]]
+        mass = diagonal - lent[first]
+        mass[mass <= ROUNDED * diagonal] = 0.0
+        gradient = _gradients(tables.cut_equations, work, first)
+        felt = np.einsum("npj,npj->np", gradient, gradient)
+        others = mobility - felt @ (1.0 / diagonal)
+        others[others <= ROUNDED * mobility] = 0.0
+        light = self._light(mass, felt, others)
+        self.velocities = (first[light][:, None] + np.arange(3)).ravel()
+        self.mass = np.repeat(mass[light], 3)
+        self.gradient = gradient[:, light].reshape(len(mobility), len(self.mass))
+        self.mobility = others + felt[:, ~light] @ (1.0 / diagonal[~light])
+        if np.any(light):
+            # an equation between such points only is as soft as the others
+            usual = np.max(self.mobility, initial=0.0) or 1.0
+            self.mobility = np.where(self.mobility > 0.0, self.mobility, usual)
+        for k in points[light]:
+            store.plain[tables.i_plain[k] : tables.i_plain[k] + 9] = 0.0  # what holds it decides how it moves
+
+    @staticmethod
+    def _light(mass: np.ndarray, felt: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return which points are light, (n,) of bool: beside the frames that they hold, or else the heaviest point."""
+        if not len(mass) or not felt.size:
+            return np.zeros(len(mass), bool)
+        heaviest = np.max(mass)
+        seen = others if np.any(others > 0.0) else np.full(len(felt), 1.0 / heaviest if heaviest > 0.0 else 0.0)
+        touched = felt > 0.0
+        usual = np.median(seen[seen > 0.0]) if np.any(seen > 0.0) else 0.0
+        return np.any(touched, axis=0) & (mass * usual < LIGHT)
+
+    def close(self, values, tables, error: np.ndarray, force: np.ndarray, rank: float, rounding: float):
+        """Return the accelerations (np,) of the points, the multipliers (nc,) and the self-stresses (nc, k).
+
+        `values` are what multipliers do by way of the other bodies (see `responses`), `error` (nc,) what they have to
+        remove, `force` (np,) the loads of the points.
+        """
+        nc, n = len(error), len(self.mass)
+        W = np.zeros((nc, nc))
+        columns = np.repeat(np.arange(nc), np.diff(tables.start_row))
+        W[tables.rows, columns] = values
+        of_lam = 1.0 / np.sqrt(self.mobility)
+        rows = self.gradient * of_lam[:, None]
+        size = np.linalg.norm(rows, axis=0)
+        of_a = 1.0 / np.where(size > 0.0, size, 1.0)
+        G = rows * of_a
+        matrix = np.block(
+            [[np.diag(self.mass * of_a**2), -G.T], [G, of_lam[:, None] * W * of_lam]],
+        )
+        right = np.concatenate([of_a * force, -of_lam * error])
+        U, s, Vt = np.linalg.svd(matrix)
+        kept = int(np.sum(s > max(rank * s[0], rounding)))
+        x = Vt[:kept].T @ ((U[:, :kept].T @ right) / s[:kept])
+        # without an effect on any body: multipliers that hold themselves in balance
+        stresses = of_lam[:, None] * Vt[kept:, n:].T
+        return of_a * x[:n], of_lam * x[n:], stresses
+
+
+def _gradients(equations: np.ndarray, work, first: np.ndarray) -> np.ndarray:
+    """Return the gradients (nc, n, 3) of equations with respect to points whose first velocities are `first` (n,)."""
+    found = np.zeros((len(equations), len(first), 3))
+    number = {int(iu): k for k, iu in enumerate(first)}
+    for n, equation in enumerate(work.equations[equations] if len(first) else ()):
+        for leg in work.legs[int(equation["leg"]) : int(equation["leg"]) + int(equation["legs"])]:
+            marker = work.markers[leg["marker"]]
+            k = number.get(int(marker["iu"])) if marker["nu"] == 3 else None
+            if k is not None:
+                at = int(marker["iJ"])
+                found[n, k] += leg["gradient"] @ work.J[at : at + 18].reshape(6, 3)
+    return found
