@@ -126,7 +126,7 @@ class GeneralizedAlpha(metaclass=Described):
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         share = IMPACT * self.rtol ** (1.0 / 3.0)
-        switching = new_switching(system, state, work, floor=self.rtol * size, impact=share, slip=SLIP)
+        switching = new_switching(system, state, work, floor=self.rtol * system.lengths.whole, impact=share, slip=SLIP)
         powers = work.energy[3:6].copy()
         variables = Variables(
             q=state.q.copy(),

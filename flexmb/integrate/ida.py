@@ -88,7 +88,7 @@ class _Run:
         self.span = max(t_end - state.t, 1e-300)
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
-        self.switching = new_switching(system, state, work, floor=settings.rtol * size)
+        self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
         self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE))))
         self.landing: float | None = None
         self.before = {"residuals": 0, "factorisations": 0}

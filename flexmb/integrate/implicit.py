@@ -57,7 +57,8 @@ class _Run:
         work.coefficients[3] = 0.0
         evaluate(system.program, state, work)
         share = IMPACT * settings.rtol**0.25
-        self.switching = new_switching(
+        floor = settings.rtol * system.lengths.whole
+        self.switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP)
             system, state, work, floor=settings.rtol * system.lengths.whole, impact=share, slip=SLIP
         )
         self.cut = 0
