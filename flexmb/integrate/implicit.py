@@ -59,8 +59,6 @@ class _Run:
         share = IMPACT * settings.rtol**0.25
         floor = settings.rtol * system.lengths.whole
         self.switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP)
-            system, state, work, floor=settings.rtol * system.lengths.whole, impact=share, slip=SLIP
-        )
         self.cut = 0
         span = max(t_end - state.t, 1e-300)
         self.largest = settings.step or settings.largest or span / 20.0
