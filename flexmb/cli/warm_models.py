@@ -45,12 +45,13 @@ def arm(data: fmb.ModalNeutralData | None = None) -> fmb.Model:
     bodies = [rigid, fmb.RigidBody("two", mass=1.0, inertia=(1e-3, 1e-2, 1e-2), at=(1, 0, 0), markers=places)]
     if data is not None:
         bodies[1] = fmb.FloatingBody("two", data=data, at=(1, 0, 0))
+    between = fmb.Revolute if data is None else fmb.Spherical  # markers of data have the axes of their body
     return fmb.Model(
         gravity=(0, 0, -9.81),
         bodies=[fmb.Ground(markers={"O": _hinge(0, 0)}), *bodies],
         joints=[
             fmb.Revolute("O", markers=("ground.O", "one.start")),
-            fmb.Revolute("P", markers=("one.end", "two.start")),
+            between("P", markers=("one.end", "two.start")),
         ],
     )
 
