@@ -6,12 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from flexmb.errors import MeshError
-from flexmb.fem.deck.nastran_text import HUGE
+from flexmb.fem.deck.files import HUGE, beside, deck_bytes
 
 __all__ = ["Block", "read_blocks"]
-
-DEEPEST = 20
-"""Files within files."""
 
 
 @dataclass(slots=True, eq=False)
@@ -85,29 +82,7 @@ def read_blocks(path: Path) -> list[Block]:
 
 
 def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) -> None:
-    if path.resolve() in above or len(above) > DEEPEST:
-        raise MeshError(
-            f"Deck '{path}'",
-            found="files that include each other" if path.resolve() in above else f"more than {DEEPEST} files deep",
-            expected="*INCLUDE files that end",
-            remedy="Remove the *INCLUDE that leads back",
-        )
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise MeshError(
-            f"Deck '{path}'",
-            found=f"cannot read it ({error.strerror})",
-            expected="a readable file",
-            remedy="Check the name and the permissions",
-        ) from None
-    if b"\0" in data:
-        raise MeshError(
-            f"Deck '{path}'",
-            found="bytes of a binary file",
-            expected="the text of a deck",
-            remedy="Give the input deck (.inp), not a result file",
-        )
+    data = deck_bytes(path, above)
     lines = data.decode("utf-8", "replace").splitlines()
     k = 0
     while k < len(lines):
@@ -143,11 +118,7 @@ def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) 
 
 def _include(block: Block, path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) -> None:
     name = block.need("INPUT").replace("\\", "/")
-    for folder in (main, path.parent):
-        try:
-            if (folder / name).is_file():
-                _read(folder / name, main, blocks, (*above, path.resolve()))
-                return
-        except (OSError, ValueError):
-            break
+    if (found := beside(name, main, path)) is not None:
+        _read(found, main, blocks, (*above, path.resolve()))
+        return
     raise block.wrong(f"INPUT={name[:120]}: no such file", f"a file beside '{main}'", "Put the included file there")

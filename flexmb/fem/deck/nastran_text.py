@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.deck.files import HUGE, beside, deck_bytes
 
 __all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
 
@@ -31,16 +32,12 @@ MANY = frozenset(
 """Cards that are cut as tables."""
 FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
-DEEPEST = 20
-"""Files within files."""
 PLACES = 10**9
 """More lines than a file has."""
 CHUNK = 20_000
 """Cards that are cut together: their text is copied once more meanwhile."""
 LARGEST = 10**15
 """Integers stay below."""
-HUGE = 1e60
-"""No length, modulus or mass in any unit is that large; powers of it stay finite."""
 
 
 @dataclass(slots=True, eq=False)
@@ -240,29 +237,7 @@ def read_bulk(path: Path) -> Bulk:
 
 def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None:
     """Add all lines of a file and of those it includes."""
-    if path.resolve() in above or len(above) > DEEPEST:
-        raise MeshError(
-            f"Deck '{path}'",
-            found="files that include each other" if path.resolve() in above else f"more than {DEEPEST} files deep",
-            expected="INCLUDE files that end",
-            remedy="Remove the INCLUDE that leads back",
-        )
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise MeshError(
-            f"Deck '{path}'",
-            found=f"cannot read it ({error.strerror})",
-            expected="a readable file",
-            remedy="Check the name and the permissions",
-        ) from None
-    if b"\0" in data[:4096]:
-        raise MeshError(
-            f"Deck '{path}'",
-            found="bytes of a binary file",
-            expected="the text of a deck",
-            remedy="Give the input deck (.bdf, .dat, .nas), not a result file",
-        )
+    data = deck_bytes(path, above)
     number = len(lines.files)
     lines.files.append(path)
     raw = data.splitlines()
@@ -296,13 +271,8 @@ def _included(name: bytes, path: Path, main: Path, k: int) -> Path:
     else:
         text = text.split("$")[0].strip()
     text = text.replace("\\", "/") if "/" not in text else text
-    for folder in (main, path.parent):
-        candidate = folder / text
-        try:
-            if candidate.is_file():
-                return candidate
-        except (OSError, ValueError):
-            break
+    if (found := beside(text, main, path)) is not None:
+        return found
     raise MeshError(
         f"Deck '{path}', line {k}",
         found=f"INCLUDE '{text[:120]}': no such file",

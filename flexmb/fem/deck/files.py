@@ -1,0 +1,53 @@
+"""The files of a deck: read as bytes, those of results and circles of includes refused; limits of numbers in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexmb.errors import MeshError
+
+__all__ = ["HUGE", "beside", "deck_bytes"]
+
+DEEPEST = 20
+"""Files within files."""
+HUGE = 1e60
+"""No length, modulus or mass in any unit is that large; powers of it stay finite."""
+
+
+def deck_bytes(path: Path, above: tuple[Path, ...]) -> bytes:
+    """Return the content of a file of a deck; `above` are the files that include it, each by the one before."""
+    if path.resolve() in above or len(above) > DEEPEST:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="files that include each other" if path.resolve() in above else f"more than {DEEPEST} files deep",
+            expected="INCLUDE files that end",
+            remedy="Remove the INCLUDE that leads back",
+        )
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MeshError(
+            f"Deck '{path}'",
+            found=f"cannot read it ({error.strerror})",
+            expected="a readable file",
+            remedy="Check the name and the permissions",
+        ) from None
+    if b"\0" in data:
+        raise MeshError(
+            f"Deck '{path}'",
+            found="bytes of a binary file",
+            expected="the text of a deck",
+            remedy="Give the input deck (.bdf, .dat, .inp), not a result file",
+        )
+    return data
+
+
+def beside(name: str, main: Path, including: Path) -> Path | None:
+    """Return an included file, looked for beside the main deck (a folder) and beside the file that includes it."""
+    for folder in (main, including.parent):
+        try:
+            if (folder / name).is_file():
+                return folder / name
+        except (OSError, ValueError):
+            return None
+    return None
