@@ -128,7 +128,10 @@ def offered(fe: FEModel, interfaces: Mapping[str, Any] | Iterable[str] | str) ->
                 remedy='Name the interfaces: interfaces={"a": "bore_a"}',
             )
         return {name: name for name in names}
-    return {name: name for name in ([interfaces] if isinstance(interfaces, str) else interfaces)}
+    names = [interfaces] if isinstance(interfaces, str) else list(interfaces)
+    if not all(isinstance(name, str) and name in fe.reference_points for name in names):
+        return interfaces  # type: ignore[return-value] # refused with the names of what a mapping would be
+    return {name: name for name in names}
 
 
 def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
