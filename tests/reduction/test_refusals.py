@@ -28,8 +28,8 @@ def assert_refused(match, fe, interfaces=None, **options):
 
 def test_unknown_group(fe):
     assert_refused(
-        r"Interface 'a': the group 'lefft' does not exist in FE model 'block'\. One of: edge, left, mid, right, skin, top\. "
-        r"Did you mean 'left'\?",
+        r"Interface 'a': the group 'lefft' does not exist in FE model 'block'\. One of: edge, left, mid, right, "
+        r"skin, top\. Did you mean 'left'\?",
         fe,
         {"a": "lefft"},
     )
