@@ -126,11 +126,17 @@ class _Search:
         return step
 
     def descend(self, q: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates where the error from a starting point is least, and that error."""
-        error, damping = self.error(q), 1e-3
+        """Return the coordinates where the error from a starting point is least, and that error.
+
+        One step more is taken behind the tolerance: near singular poses a small error of the pose is a large one of the
+        coordinates, and the last step, quadratic, costs nothing else.
+        """
+        error, damping, reached = self.error(q), 1e-3, False
         for _ in range(ITERATIONS):
-            if np.linalg.norm(error) <= tolerance:
+            if reached:
                 break
+            reached = bool(np.linalg.norm(error) <= tolerance)
+            damping = LEAST if reached else damping
             J = self.tree.jacobian(self.marker, q)
             J[3:] *= self.length if self.orientation else 0.0
             unit = max(np.einsum("ij,ij->", J, J), 1e-300)
