@@ -47,7 +47,7 @@ class EnergyWatch:
         self.system, self.work = system, work
         self.start: np.ndarray | None = None
         self.left, self.moving, self.standing = 0.0, 0.0, 0.0
-        self.worst = (0.0, 0.0, 0.0)  # share, energy, time
+        self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
         self._inertia: np.ndarray | None = None
 
@@ -66,14 +66,12 @@ class EnergyWatch:
         if self.start is None:
             self.start = now[0]
         moved = np.column_stack([now[:, :1], np.abs(now - self.start)[:, 1:6]])
-        moving = np.maximum.accumulate(np.concatenate([[self.moving], moved.max(axis=1)]))[1:]
-        self.moving = float(moving[-1])
+        self.moving = max(self.moving, float(moved.max()))
         self.standing = max(self.standing, float(np.abs(energy[:, 1:]).sum(axis=1).max()))
         left = now[:, 6] - self.start[6]
-        share = np.abs(left) / np.maximum(np.maximum(moving, STANDING * self.standing), 1e-300)
-        k = int(np.argmax(share))
-        if share[k] > self.worst[0]:
-            self.worst = float(share[k]), float(left[k]), float(rows["t"][k])
+        k = int(np.argmax(np.abs(left)))
+        if abs(left[k]) > abs(self.worst[0]):
+            self.worst = float(left[k]), float(rows["t"][k])
         change = np.abs(np.diff(np.concatenate([[self.left], left]))).sum()
         owner = self._owner(rows, switching)
         self.blame[owner] = self.blame.get(owner, 0.0) + float(change)
@@ -96,7 +94,8 @@ class EnergyWatch:
 
     def sentences(self) -> list[str]:
         """Return what is to be told of the phase: one sentence, or none."""
-        share, left, t = self.worst
+        left, t = self.worst
+        share = abs(left) / max(self.moving, STANDING * self.standing, 1e-300)  # of all that has moved: see SHARE
         if not share > SHARE:
             return []
         owner = max(self.blame, key=lambda title: self.blame[title])
