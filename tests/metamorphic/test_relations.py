@@ -55,7 +55,7 @@ def test_equal_on_repetition_in_other_processes_and_with_other_threads(seed):
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tests,
-        env={**os.environ, **threads},
+        env={**os.environ, **threads, "PYTHONPATH": str(tests)},  # the working directory may not be on the path
         capture_output=True,
         text=True,
         check=False,
