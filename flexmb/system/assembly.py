@@ -43,6 +43,8 @@ OPEN_RATE = 1e-5
 """Of the terms of a derivative of an equation: what a consistent start may leave open."""
 FAINT = 1.0
 """Share of the largest motion that counts as a term of every equation: rounding in it is everywhere."""
+STANDING = 1e-7
+"""Lengths, or rad, per second (and per second squared): motion below this is none, and what it leaves open rounding."""
 ROUNDS = 3
 """Times that assembly looks for dependent equations: those of a drawing may differ from those of the mechanism."""
 
@@ -160,11 +162,14 @@ def _require_motion(system: System, state, work, residual, given: np.ndarray, mo
     evaluate(system.program, state, work)
     G = constraint_matrix(system, work)[1]
     terms, left = given + abs(G) @ np.abs(motion), np.abs(residual)
-    terms += FAINT * system.lengths.equations * np.max(np.abs(motion) * system.units, initial=0.0)
+    fastest = np.max(np.abs(motion) * system.units, initial=STANDING)
+    terms += FAINT * system.lengths.equations * fastest
     shares = left / np.where(terms > 0.0, terms, 1.0)
     if np.any(shares > OPEN_RATE):
-        k = int(np.argmax(shares))
-        worst = float(left[k])
+        left = np.where(shares > OPEN_RATE, left / system.lengths.equations, 0.0)
+        # of those that are equally open the first that is driven: it asks for what the others forbid
+        k = int(np.argmax(np.where(left >= (1.0 - OPEN_RATE) * left.max(), 1.0 + (given > 0.0), 0.0)))
+        worst = float(abs(residual[k]))
         if system.redundant:
             names = ", ".join(system.equation_names[n] for n in system.redundant[:5])
             raise CompileError(

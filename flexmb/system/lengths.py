@@ -2,10 +2,10 @@
 
 A tolerance is a share of a length. The box around everything says nothing about a spacecraft of two bodies whose ground
 is the centre of the Earth, nor about an elastic body whose only marker coincides with that of its hub. Bodies that
-joints and forces connect are one assembly; its length is the diagonal of the box around the markers of its bodies and
-the nodes of those that are elastic. Where these have no extent (a point mass on a rod or a spring, a rotor), the
-distances over which joints hold it count; then those of forces; then the radius of gyration (a body that flies by
-itself); then the box around all markers; then 1 m.
+joints and forces connect are one assembly; its length is the largest distance between markers of its
+bodies and nodes of those that are elastic, which does not depend on the axes of W. Where these have no extent (a point
+mass on a rod or a spring, a rotor), the distances over which joints hold it count; then those of forces; then the
+radius of gyration (a body that flies by itself); then the largest distance between all markers; then 1 m.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import cdist
 
 from flexmb.errors import ValidityWarning
 from flexmb.math.rotations import euler_to_matrix
@@ -38,6 +39,10 @@ ROUNDED = 1e2 * np.finfo(float).eps
 
 LOST = 1e-9
 """Rounding of positions, relative to the length of their assembly, from which it is said."""
+
+
+CHUNK = 500
+"""Points whose distances from all others are found at once."""
 
 
 class Lengths(NamedTuple):
@@ -92,7 +97,7 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     for number in np.unique(assembly[moves]):
         members = np.flatnonzero(moves & (assembly == number))
         found[members] = _length(system, members, points, ties, holds, inertia)
-    whole = float(np.max(found, initial=0.0)) or _diagonal(markers["r"]) or 1.0
+    whole = float(np.max(found, initial=0.0)) or _diameter(markers["r"]) or 1.0
     found[found == 0.0] = whole
     equations = np.ones(system.ng)
     legs = system.tables["legs"]
@@ -177,7 +182,7 @@ def _length(system, members, points, ties, holds, inertia: np.ndarray) -> float:
         distances.append(float(np.max(apart, initial=0.0)))
     of_members = np.vstack([points[k] for k in members])
     rounded = max(NOTHING * max(distances), ROUNDED * float(np.abs(of_members).max(initial=0.0)))
-    for length in (_diagonal(of_members), *distances, _gyration(system, members, inertia)):
+    for length in (_diameter(of_members), *distances, _gyration(system, members, inertia)):
         if length > rounded:
             return length
     return 0.0
@@ -193,9 +198,14 @@ def _gyration(system, members, inertia: np.ndarray) -> float:
     return found
 
 
-def _diagonal(r: np.ndarray) -> float:
-    """Return the diagonal of the box around points (n, 3), m."""
-    return float(np.linalg.norm(np.ptp(r, axis=0))) if len(r) else 0.0
+def _diameter(r: np.ndarray) -> float:
+    """Return the largest distance between two points (n, 3), m: whichever way the axes of W point."""
+    if len(r) < 2:
+        return 0.0
+    outward = np.linalg.norm(r - r.mean(axis=0), axis=1)
+    largest = float(np.linalg.norm(r - r[np.argmax(outward)], axis=1).max())
+    ends = r[outward >= largest * (1.0 - ROUNDED) - outward.max()]  # nearer to the middle, none is farther apart
+    return max(largest, *(float(cdist(ends[k : k + CHUNK], ends).max()) for k in range(0, len(ends), CHUNK)))
 
 
 def warn_of_lost_digits(model, lengths: Lengths) -> None:
