@@ -34,10 +34,14 @@ class Descent:
     after it are those foreseen, in the measure of the displacements that the rest would cause (Deuflhard's natural
     level). That does not depend on how stiff the stiffest direction is, as a norm of the forces does. It is cut where
     the next move would go uphill, against the force: to the far side of a buckling load.
+
+    Both judge by the stiffness at one place, so they need a smooth model. Between stiff contacts with small gaps it
+    says nothing about what comes: a part that floats in its gap has none, a move there is linear, and its pseudo time
+    would grow until rounding drives it. Without `smooth`, `step` follows the unbalanced forces alone.
     """
 
-    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool):
-        self.at_rest, self.wary = at_rest, wary
+    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool, smooth: bool):
+        self.at_rest, self.wary, self.smooth = at_rest, wary, smooth
         self.system, self.work, self.t, self.q = system, work, t, q
         self.size = system.lengths.whole
         self.extent, _ = extents(system, start, work)
@@ -84,7 +88,7 @@ class Descent:
     def _nonlinearity(self) -> float:
         """Return the displacement that undoes what the last move has made of the forces beyond the foreseen, relative
         to the move."""
-        if self.foreseen is None:
+        if self.foreseen is None or not self.smooth:
             return np.inf
         factor, rest, move = self.foreseen
         more = factor.solve(np.concatenate([self.force, self.g]) - rest)[: self.system.nu]
@@ -162,7 +166,7 @@ class Descent:
                 self.step *= 0.5
                 return False
             x, taken = factor.solve(-rest), self.step
-            if motion.u.any() or not self._uphill(factor):
+            if not self.smooth or motion.u.any() or not self._uphill(factor):
                 break  # what spins may be stable beyond its critical speed
             self.step *= 0.5
         stride = self._greatest(x[: self.system.nu] * self.extent) / self.size

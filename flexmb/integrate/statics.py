@@ -38,7 +38,8 @@ def statics(
     Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
     continuation, Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable
     equilibrium through large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a
-    step that runs far into one of them is taken back; if that leads nowhere, all steps stand.
+    step that runs far into one of them is taken back, and the inertia fades with the forces alone; if that leads
+    nowhere, also where the stiffness tells so, as without contacts, and at last all steps stand.
 
     With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads
     that are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is at
@@ -105,8 +106,9 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> S
     system, start = assemble(model, t=t)
     work = system.workspace()
     q = start.q.copy() if state is None else given_state(state, system, "statics").q
-    for wary in (True, False) if any(force.strikes for force in model.forces) else (False,):
-        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary)
+    strikes = any(force.strikes for force in model.forces)
+    for wary, smooth in ((True, False), (True, True), (False, True)) if strikes else ((False, True),):
+        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
             iteration.share_multipliers()
             break
