@@ -17,7 +17,7 @@ from flexmb.errors import CompileError
 __all__ = ["inertia_floor"]
 
 SINGULAR = 1e-12
-"""Eigenvalues of a body's mass matrix below this, with its diagonal scaled to one, count as zero."""
+"""Singular values of a body's mass matrix below this, with its diagonal scaled to one, count as zero."""
 FLOOR = 1e-8
 """Added inertia, relative to that of the body, or of all bodies if it has none."""
 HELD = 1e-9
@@ -56,13 +56,14 @@ def _without_inertia(system, M: sparse.csr_matrix, spans: list[slice]) -> list[t
         number = block_of[M.row[own]]
         blocks = np.zeros((len(alike), n, n))
         blocks[number, M.row[own] - first[number], M.col[own] - first[number]] = M.data[own]
-        diagonal = np.diagonal(blocks, axis1=1, axis2=2)
+        diagonal = np.abs(np.diagonal(blocks, axis1=1, axis2=2))
         some = diagonal.min(axis=1) > 0.0
         scale = 1.0 / np.sqrt(np.where(some[:, None], diagonal, 1.0))
-        scaled = 0.5 * (blocks + blocks.transpose(0, 2, 1)) * scale[:, :, None] * scale[:, None, :]
+        scaled = blocks * scale[:, :, None] * scale[:, None, :]
         if not np.isfinite(scaled).all():
             raise _beyond(system, alike[int(np.argmin(np.isfinite(scaled).all(axis=(1, 2))))].start)
-        singular = ~some | ~(np.linalg.eigvalsh(scaled)[:, 0] > SINGULAR)
+        # not its symmetric part: what accelerations stiffen is in the rows of the modes alone
+        singular = ~some | ~(np.linalg.svd(scaled, compute_uv=False)[:, -1] > SINGULAR)
         found += [(blocks[k], alike[k]) for k in np.flatnonzero(singular)]
     return sorted(found, key=lambda item: item[1].start)
 
@@ -84,7 +85,7 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     values: list[float] = []
     typical: tuple[float, ...] | None = None
     for block, u in _without_inertia(system, M, [u for _, u in bodies]):
-        diagonal = np.diag(block)
+        diagonal = np.abs(np.diag(block))
         typical = typical or _typical(M, bodies)
         own = (np.max(diagonal[:3]), np.max(diagonal[3:6], initial=0.0))
         size = [x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)]
