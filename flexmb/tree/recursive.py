@@ -98,7 +98,7 @@ class Recursive(metaclass=Described):
             corrected[at] += floor * a[at]
             a, lam = closure.solve(corrected)
         if any(force.reads_reactions for force in system.model.forces):
-            a, lam = _with_friction(system, own, work, closure, lam)
+            a, lam = _with_friction(system, own, work, closure, a, lam, (at, floor))
         return a, lam
 
 
@@ -141,8 +141,12 @@ class _Closure:
         return a, lam
 
 
-def _with_friction(system, own, work, closure, lam):
-    """Return accelerations and multipliers when forces depend on the multipliers, by fixed-point iteration."""
+def _with_friction(system, own, work, closure, a, lam, lent):
+    """Return accelerations and multipliers when forces depend on the multipliers, by fixed-point iteration.
+
+    `lent` are the velocities with a lent inertia, and that inertia, which is given back with the accelerations before.
+    """
+    at, floor = lent
     work.coefficients[3] = 0.0
     everything = np.arange(system.ng)
     for _ in range(TURNS):
@@ -151,6 +155,7 @@ def _with_friction(system, own, work, closure, lam):
         evaluate(system.program, own, work)
         force = -work.residual
         add_loads(work, everything, -before, force)
+        force[at] += floor * a[at]
         a, lam = closure.solve(force)
         if np.max(np.abs(lam - before), initial=0.0) <= 1e-12 * np.max(np.abs(lam), initial=1e-9):
             return a, lam
