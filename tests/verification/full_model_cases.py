@@ -12,6 +12,7 @@ from flexmb import fem, reduction
 DAMPING = 2e-5
 """Stiffness-proportional, s: half critical for the rod's first axial mode, 1 % for its first bending mode."""
 END, STEPS, EVERY = 0.02, 1000, 5
+DENSITY = 7870.0
 ELEMENTS = 8
 ROCKER, PIVOT, ROCKER_INERTIA = 0.25, np.array([0.35, 0.0]), 1.5e-3
 
@@ -32,7 +33,7 @@ def rod():
         np.linspace([0, 0, 0], [ROD, 0, 0], ELEMENTS + 1),
         section=fem.Section.rectangle(SIDE, SIDE),
         shear=False,
-        material=fmb.Material(young=YOUNG, poisson=0.3, density=7870.0),
+        material=fmb.Material(young=YOUNG, poisson=0.3, density=DENSITY),
     )
 
 
@@ -82,7 +83,7 @@ def full(case: str) -> Motion:
         "slider-crank": (on_the_line, line, SLIDER),
         "four-bar": (on_the_circle, circle, ROCKER_INERTIA / ROCKER**2),
     }[case]
-    model = FullRod(fe, mass, place, curve, DAMPING)
+    model = FullRod(fe, DENSITY * SIDE**2, mass, place, curve, DAMPING)
     _, u, pin_a, pin_b = model.run(END, STEPS)
     u = u[::EVERY]
     field = model.field(u.T)

@@ -1,11 +1,15 @@
 """The unreduced FE model of a rod, carried through the motion of a mechanism: an own integration for comparison.
 
 The planar freedoms u of all nodes are measured in a frame at the pin A that turns with the *rigid* mechanism, so its
-motion is given. Nodal velocities in its axes are V = E v + P (X + u) w + u' (theory: floating frame, "velocity of the
-nodes"), and Lagrange's equations are linear in u::
+motion is given. The material at x has the place r = (x, 0) + N(x) u in it, with the interpolation N of the elements
+(linear along, cubic across), and the velocity v + w J r + N u', J a quarter turn. Lagrange's equations are linear in
+u, with S = int N^T J N dm and C = int N^T N dm::
 
-    M u'' + w (M P' - P'^T M) u' + (K + w' M P' - w^2 P'^T M P') u
-        = -M (E v' + P X w') + w P'^T M (E v + P X w) + A^T lam_A + (dg/du)^T lam_B
+    M u'' + 2 w S u' + (K + w' S - w^2 C) u
+        = -int N^T (v' + w J v + w' J x - w^2 x) dm - w' (moments of rotary inertia) + A^T lam_A + (dg/du)^T lam_B
+
+J N is integrated as it is: turned nodal vectors interpolated anew would be linear across too, and a uniform motion
+seen from the turning frame would have forces.
 
 Pin A is held, pin B carries a point mass on a curve g(x_B) = 0 in the plane: a slider on y = 0, or a rocker on its
 circle.
@@ -21,13 +25,15 @@ class FullRod:
     ----------
     fe : FEModel
         A frame along x from pin A at the origin to pin B.
+    density : float, kg/m
+        Of the rod.
     end_mass : float, kg
         Of the slider, or J / c^2 of a rocker of the length c.
     place : function t -> (x_A (2,), phi), with the rod's rigid angle
     curve : function x (2,) -> (g, dg/dx (2,), d2g/dx2 (2, 2))
     """
 
-    def __init__(self, fe, end_mass, place, curve, damping=0.0):
+    def __init__(self, fe, density, end_mass, place, curve, damping=0.0):
         planar = np.flatnonzero(np.isin(fe.dofs[:, 1], (0, 1, 5)))
         dofs = fe.dofs[planar]
         self.fe, self.planar, self.place, self.curve = fe, planar, place, curve
@@ -39,15 +45,35 @@ class FullRod:
             for n in (int(np.argmin(fe.nodes[:, 0])), last)
         )
         self.M[self.B, self.B] += end_mass
-        n = len(planar)
-        self.E, self.turn, self.spin = np.zeros((n, 2)), np.zeros((n, n)), (dofs[:, 1] == 5).astype(float)
-        for row, (node, direction) in enumerate(dofs):
-            if direction < 2:
-                self.E[row, direction] = 1.0
-                other = np.flatnonzero((dofs == (node, 1 - direction)).all(axis=1))[0]
-                self.turn[row, other] = -1.0 if direction == 0 else 1.0  # e_z x
-        self.X = np.where(dofs[:, 1] < 2, fe.nodes[dofs[:, 0], np.minimum(dofs[:, 1], 1)], 0.0)
         self.length = fe.nodes[last, 0]
+        self._integrate(dofs, density)
+        self.C[self.B, self.B] += end_mass
+        self.S[self.B[0], self.B[1]] -= end_mass
+        self.S[self.B[1], self.B[0]] += end_mass
+        self.first[self.B] += end_mass * np.eye(2)
+        self.second[self.B[0]] += end_mass * self.length
+        # M times the rigid turn has what rotary inertia adds to the angular acceleration
+        turn = np.where(dofs[:, 1] == 1, fe.nodes[dofs[:, 0], 0], np.where(dofs[:, 1] == 5, 1.0, 0.0))
+        self.swing = self.M @ turn
+
+    def _integrate(self, dofs, density):
+        """Make C, S, int N^T dm (n, 2) and int N^T x e_x dm (n,) by Gauss's rule."""
+        n = len(dofs)
+        self.C, self.S, self.first, self.second = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, 2)), np.zeros(n)
+        row = {(node, direction): k for k, (node, direction) in enumerate(dofs.tolist())}
+        order = np.argsort(self.fe.nodes[:, 0])
+        points, weights = np.polynomial.legendre.leggauss(4)
+        for a, b in zip(order[:-1].tolist(), order[1:].tolist()):
+            x0, h = self.fe.nodes[a, 0], self.fe.nodes[b, 0] - self.fe.nodes[a, 0]
+            for s, weight in zip((points + 1) / 2, weights / 2):
+                N, dm = np.zeros((2, n)), density * h * weight
+                N[0, row[a, 0]], N[0, row[b, 0]] = 1 - s, s
+                N[1, row[a, 1]], N[1, row[b, 1]] = 1 - 3 * s**2 + 2 * s**3, 3 * s**2 - 2 * s**3
+                N[1, row[a, 5]], N[1, row[b, 5]] = h * s * (1 - s) ** 2, h * s**2 * (s - 1)
+                self.C += dm * N.T @ N
+                self.S += dm * (np.outer(N[1], N[0]) - np.outer(N[0], N[1]))
+                self.first += dm * N.T
+                self.second += dm * (x0 + s * h) * N[0]
 
     def frame(self, t, h=1e-6):
         """Return rotation (2, 2), v and v' (2,) in body axes, w, w' by central differences of the given motion."""
@@ -63,11 +89,9 @@ class FullRod:
         curvature.
         """
         x, R, v, rate, w, alpha = self.frame(t)
-        M, T = self.M, self.turn
-        PX = T @ self.X + self.spin
-        C = w * (M @ T - T.T @ M) + self.damping * self.K
-        K = self.K + alpha * (M @ T) - w**2 * (T.T @ M @ T)
-        f = -M @ (self.E @ rate + PX * alpha) + w * T.T @ (M @ (self.E @ v + PX * w))
+        C = 2 * w * self.S + self.damping * self.K
+        K = self.K + alpha * self.S - w**2 * self.C
+        f = -self.first @ (rate + w * np.array([-v[1], v[0]])) - alpha * self.swing + w**2 * self.second
         g, gradient, bend = self.curve(x + R @ (np.array([self.length, 0.0]) + u[self.B]))
         G = np.zeros((3, len(u)))
         G[0, self.A[0]] = G[1, self.A[1]] = 1.0
