@@ -137,8 +137,8 @@ INTEGRATORS = [
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
 def test_far_from_the_next_sample_a_run_can_be_stopped_and_goes_on(integrator, tmp_path, monkeypatch):
     """Two samples a week apart: Ctrl-C is looked for in between, what was reached is kept, and `resume` begins there
-    without a sample at that time."""
-    monkeypatch.setattr(phases, "PATIENCE", 0.02)
+    without a sample at that time. It is stopped after a few swings: errors grow with time, however fast the machine."""
+    monkeypatch.setattr(phases, "PATIENCE", 0.002)
     path, week = tmp_path / "run.h5", 604_800.0
     times = []
 
