@@ -82,3 +82,18 @@ def test_geometric_stiffness_by_interface_loads_is_seen(rng):
     system, _ = random_consistent(flexible_chain(2, geometric_stiffness=False), rng)
     without = fmb.Recursive().accelerate(system, state, system.workspace())[0]
     assert np.abs(with_it - without).max() > 1e-6 * np.abs(with_it).max()
+
+
+def test_friction_of_a_rod_without_inertia_about_itself(rng):
+    """The inertia that its block is lent is given back in the iteration of the reactions as well."""
+    rods = [
+        fmb.RigidBody(f"r{k}", mass=1.0, inertia=(0, 0.1, 0.1), at=(k + 0.5, 0, 0), markers={"A": (-0.5, 0, 0)})
+        for k in range(2)
+    ]
+    rods[0] = rods[0].replaced(markers={"A": (-0.5, 0, 0), "B": (0.5, 0, 0)})
+    joints = [fmb.Revolute("A", markers=("ground.origin", "r0.A")), fmb.Revolute("B", markers=("r0.B", "r1.A"))]
+    rub = fmb.JointFriction("rub", joint="B", moving=0.2, radius=0.02)
+    model = fmb.Model(bodies=[fmb.Ground(), *rods], joints=joints, forces=[rub], gravity=(1, -9.81, 2))
+    system, _ = random_consistent(model, rng)
+    assert len(system.program.floor)
+    assert_agreement(model, rng)
