@@ -24,6 +24,8 @@ UPHILL = 1e-8
 """How far, as a share of the model's size, a move may go against its force: what rounding does."""
 SOFT = 1e-9
 """Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
+REFINED = 50
+"""Most corrections of multipliers of least norm."""
 _PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
 
 
@@ -146,9 +148,14 @@ class Descent:
             return
         lam = self.lam
         for _ in range(2):
-            lam = lam - factor.solve(np.concatenate([np.zeros(nu), soft * lam]))[nu:]
-            left = -(self.force + L @ (self.lam - lam))
-            lam = lam + factor.solve(np.concatenate([left, np.zeros(system.ng)]))[nu:]
+            lam, last = lam - factor.solve(np.concatenate([np.zeros(nu), soft * lam]))[nu:], np.inf
+            for _ in range(REFINED):  # one is enough but for equations of other units, which are relatively soft
+                left = -(self.force + L @ (self.lam - lam))
+                change = factor.solve(np.concatenate([left, np.zeros(system.ng)]))[nu:]
+                size = self._greatest(change)
+                if not size < 0.5 * last:
+                    break
+                lam, last = lam + change, size
         self.lam = lam
         self.path[-1] = (*self.path[-1][:3], lam.copy())
 

@@ -230,9 +230,6 @@ class _Run:
         if self.beyond <= t or how == "normal":
             self.t = min(self.beyond, t)
             self.y, self.yp = np.array(result.y).ravel(), np.array(result.yp).ravel()
-            if not self.system.misfits:
-                first = self.system.nq + self.system.nu
-                self.form.usual[:] = self.y[first : first + self.system.ng]
             if len(self.switching.now):
                 self._meet(before)
         return ""

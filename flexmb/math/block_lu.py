@@ -28,12 +28,12 @@ segment_start (blocks + 1,); column, length (segments,): first place and number 
 block_start (blocks + 1,): first row of each block; own, own_segment (blocks,): where its diagonal block is;
 step_start (blocks + 1,): the earlier blocks to eliminate; source and at (steps,): which, and where;
 run_start (steps + 1,); run_to, run_from, run_length: columns that a step changes, in the rows of both blocks;
-inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (n,);
+inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (2 n,);
 softness (n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order."""
 
 
 VANISHING = 1e-14
-"""A pivot below this, relative to the terms whose difference it is, has no digits left."""
+"""A pivot below this, relative to its row and to the terms whose difference it is, has no digits left."""
 
 
 @inner_kernel
@@ -119,7 +119,7 @@ def _factor_own(S, p, first, n, corner, width, columns):
         pivot, made_of = row[i], p.scratch[first + i]
         for k in range(i):
             made_of += row[k] * row[k] / abs(inverse[k])
-        if not abs(pivot) > VANISHING * made_of:
+        if not abs(pivot) > VANISHING * min(made_of, p.scratch[len(p.inverse) + first + i]):
             return first + i
         inverse[i] = 1.0 / pivot
     return -1
@@ -172,7 +172,7 @@ def _factor_six(S, p, first, corner, width, columns):
         made_of, row = p.scratch[first + i], S[corner + i * width :][:6]
         for k in range(i):
             made_of += row[k] * row[k] / abs(inverse[k])
-        if not abs(inverse[i]) * VANISHING * made_of < 1.0:
+        if not abs(inverse[i]) * VANISHING * min(made_of, p.scratch[len(p.inverse) + first + i]) < 1.0:
             return first + i
     return -1
 
@@ -181,9 +181,10 @@ def _factor_six(S, p, first, corner, width, columns):
 def lu_factor(S, p):
     """Factorise S = L U in place; return -1, or the first row (place) whose pivot vanishes or is not finite.
 
-    A pivot is the difference of the diagonal and of products L_ik U_ki. It vanishes if no digits of these are left, not
-    if it is small beside the row: masses, moments of inertia and gradients have different units. The matrix is nearly
-    symmetric but for signs, so that the products are about L_ik^2 / inverse_k.
+    A pivot is the difference of the diagonal and of products L_ik U_ki. It vanishes if it is small beside its row, and
+    no digits of these are left: masses, moments of inertia and gradients have different units, so that the row alone
+    says little; nor do the products alone, which are large behind the pivots of equations that depend on each other.
+    The matrix is nearly symmetric but for signs, so that the products are about L_ik^2 / inverse_k.
     """
     for block in range(len(p.own)):
         first = p.block_start[block]
@@ -194,7 +195,11 @@ def lu_factor(S, p):
         width = p.row_start[first + 1] - base
         own = p.own[block]
         for i in range(n):
-            p.scratch[first + i] = abs(S[base + i * width + own + i])
+            row, largest = base + i * width, 0.0
+            for t in range(width):
+                largest = max(largest, abs(S[row + t]))
+            p.scratch[first + i] = abs(S[row + own + i])
+            p.scratch[len(p.inverse) + first + i] = largest
         for s in range(p.step_start[block], p.step_start[block + 1]):
             if p.block_start[p.source[s] + 1] - p.block_start[p.source[s]] == 6:
                 _eliminate_six(S, p, s, base, n, width)
