@@ -32,7 +32,8 @@ q, u, a, lam, mu, signals : the state; Euler parameters normalised
 held (ng,) : 0 for an equation at velocity level, which has no position to be held
 yielding (2, ng) : epsilon of G u + dg/dt + epsilon (lam - usual) = 0 and g + epsilon mu = 0, s; zero unless equations
     depend on each other, and then so small that only the multipliers notice, which would not be determined otherwise
-usual (ng,) : multipliers at the start: one that follows would let self-stress grow. Between light and heavy bodies epsilon lam alone is a velocity that shows
+usual (ng,) : multipliers at the start; ones that follow would let self-stress grow. Between light and heavy bodies
+    epsilon lam alone is a velocity that shows
 metric (nu,) : W of q' = T (u + W G^T mu), the inverse squares of the extents: increments are compared as displacements
 kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of the attraction of |p| to 1, 1/s
 frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
