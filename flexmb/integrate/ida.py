@@ -146,6 +146,9 @@ class _Run:
         atol = np.full(n, FAR)
         free = n - 2 * ng - 3
         atol[:free] = min(absolute_tolerance(settings.atol, ATOL, self.system), finest)
+        for iq, iu in self.system.program.frames[:, :2]:  # angles are not smaller in a model below 1 m
+            atol[iq + 3 : iq + 7] = min(settings.atol or ATOL, finest)
+            atol[self.system.nq + iu + 3 : self.system.nq + iu + 6] = min(settings.atol or ATOL, finest)
         for iq, iu, size, _ in self.system.program.vectors:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
@@ -293,7 +296,8 @@ class IDA(metaclass=Described):
     rtol : float, -
         Relative tolerance of every coordinate and velocity.
     atol : float, m, rad and per second, optional
-        Absolute tolerance of every coordinate and velocity; default 1e-8, times the length of models below 1 m.
+        Absolute tolerance of every coordinate and velocity; default 1e-8, times the length of models below 1 m
+        where it is one of displacements.
     max_order : int
         Highest order, 1 to 5; 2 for lightly damped high frequencies, which higher orders cannot damp.
     largest : float, s, optional
