@@ -13,6 +13,7 @@ from flexmb.fem.deck.abaqus_surfaces import facets, shape_of, surface_nodes
 from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.contents import Deck, Lumped, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
+from flexmb.fem.deck.supports import held_directions
 from flexmb.fem.deck.tie import tie_rows
 
 __all__ = ["add_abaqus_links", "add_boundary"]
@@ -310,8 +311,7 @@ def _lump(deck: Deck, kind: str, nodes: tuple[int, ...], matrix: np.ndarray, nam
 
 def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block, str]]) -> None:
     """Keep the supports of the model and of the first step as "boundary"."""
-    held: set[tuple[int, int]] = set()
-    slanted = 0
+    held: dict[int, set[int]] = {}
     for block, scope in [*flat.blocks, *steps]:
         if block.name != "BOUNDARY":
             continue
@@ -326,18 +326,7 @@ def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block
                     raise block.wrong(f"'{','.join(row)[:60]}'", "a node or set, first and last direction")
                 directions = [k for k in range(numbers[0] - 1, numbers[-1]) if 0 <= k < 6]
             for node in nodes:
-                axes = frames.get(node)
-                if axes is None or len(directions) >= 3:
-                    held |= {(node, k) for k in directions}
-                    continue
-                for k in directions:
-                    turned = axes[k % 3]
-                    main = int(np.abs(turned).argmax())
-                    if abs(abs(turned[main]) - 1.0) < 1e-6:
-                        held.add((node, 3 * (k // 3) + main))
-                    else:
-                        slanted += 1
+                held.setdefault(node, set()).update(directions)
     if held:
-        deck.supports["boundary"] = np.array(sorted(held), np.int64)
-    if slanted:
-        deck.inventory.left_out["*BOUNDARY: supports across the basic axes at nodes with *TRANSFORM"] += slanted
+        pairs = [(node, sorted(parts)) for node, parts in sorted(held.items())]
+        deck.supports["boundary"] = held_directions(pairs, frames, deck, "*BOUNDARY")

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.fem.deck.contents import Deck, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
 from flexmb.fem.deck.nastran_text import LARGEST, Bulk, Card
+from flexmb.fem.deck.supports import held_directions
 
 __all__ = ["add_links", "add_references", "add_supports", "thru"]
 
@@ -325,35 +326,13 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
             if card.text(7) != "0":
                 permanent.append((_node(card, deck, 1), components(card, 7)))
     for number, pairs in held.items():
-        deck.supports[f"spc_{number}"] = _directions(pairs, frames, deck, f"SPC {number}")
+        deck.supports[f"spc_{number}"] = held_directions(pairs, frames, deck, f"SPC {number}")
     if permanent:
-        deck.supports["grid_ps"] = _directions(permanent, frames, deck, "GRID cards")
+        deck.supports["grid_ps"] = held_directions(permanent, frames, deck, "GRID cards")
     chosen = bulk.choices.get("SPC", next(iter(held)) if len(held) == 1 else None)
     rows = [deck.supports[name] for name in (f"spc_{chosen}", "grid_ps") if name in deck.supports]
     if rows:
         deck.supports["spc"] = np.unique(np.vstack(rows), axis=0)
-
-
-def _directions(pairs: list[tuple[int, list[int]]], frames: Frames, deck: Deck, name: str) -> np.ndarray:
-    """Return held (node, basic direction) rows (k, 2); directions across basic ones are named and left out."""
-    out, slanted = [], 0
-    for node, parts in pairs:
-        axes = frames.get(node)
-        for block in (range(3), range(3, 6)):
-            own = [k for k in parts if k in block]
-            if axes is None or len(own) == 3:
-                out += [(node, k) for k in own]
-                continue
-            for k in own:
-                row = axes[k - block[0]]
-                main = int(np.abs(row).argmax())
-                if abs(abs(row[main]) - 1.0) < 1e-6:
-                    out.append((node, block[0] + main))
-                else:
-                    slanted += 1
-    if slanted:
-        deck.inventory.left_out[f"{name}: supports in a turned displacement system, across the basic axes"] += slanted
-    return np.unique(np.array(out, np.int64).reshape(-1, 2), axis=0)
 
 
 def add_references(bulk: Bulk, deck: Deck) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.deck.abaqus import read_abaqus_deck
+from flexmb.fem.deck.ansys import read_ansys_deck
 from flexmb.fem.deck.assemble import assembled
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.inventory import inventory_text, mass_and_center
@@ -26,6 +27,7 @@ DECK_READERS: dict[str, Callable[[Path], Deck]] = {
     ".fem": read_nastran_deck,
     ".blk": read_nastran_deck,
     ".inp": read_abaqus_deck,
+    ".cdb": read_ansys_deck,
 }
 """Readers by file suffix."""
 
@@ -40,7 +42,7 @@ def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None
     Parameters
     ----------
     path : path
-        Nastran: .bdf .dat .nas .pch .fem.
+        Nastran: .bdf .dat .nas .pch .fem; Abaqus and CalculiX: .inp; Ansys: .cdb.
     units : str, optional
         Units of the deck, "mm, t, s", "mm, kg, ms", "in, lbf s2/in, s" or "m, kg, s"; everything is converted to SI.
         Without it the numbers stay as they are, and a warning is given where they cannot be SI.
