@@ -205,7 +205,8 @@ def _diameter(r: np.ndarray) -> float:
     outward = np.linalg.norm(r - r.mean(axis=0), axis=1)
     largest = float(np.linalg.norm(r - r[np.argmax(outward)], axis=1).max())
     ends = r[outward >= largest * (1.0 - ROUNDED) - outward.max()]  # nearer to the middle, none is farther apart
-    return max(largest, *(float(cdist(ends[k : k + CHUNK], ends).max()) for k in range(0, len(ends), CHUNK)))
+    between = [float(cdist(ends[k : k + CHUNK], ends).max()) for k in range(0, len(ends), CHUNK)]
+    return max([largest, *between])  # distances that are no numbers leave no ends
 
 
 def warn_of_lost_digits(model, lengths: Lengths) -> None:

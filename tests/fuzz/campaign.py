@@ -6,6 +6,7 @@ A worker that dies or hangs costs one input: the next worker goes on behind it. 
 from __future__ import annotations
 
 import faulthandler
+import gc
 import os
 import resource
 import select
@@ -18,6 +19,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,6 +30,8 @@ __all__ = ["KINDS", "Campaign", "Outcome", "run"]
 KINDS = ("read", "refused", "long", "traceback", "crash", "hang")
 """Used as it is; refused with a message of flexmb; ended by an interrupt after its time; another exception; the process
 died; neither its time nor an interrupt ended it."""
+MEMORY = Path("/dev/shm")  # noqa: S108
+"""A file system in memory, where there is one: inputs are written and removed by the hundred thousand."""
 GRACE = 5.0
 """Seconds that an input gets to answer an interrupt."""
 WARM_UP = 30.0
@@ -51,6 +55,7 @@ class Campaign:
         Is it all right to need longer, if an interrupt ends it? Of a simulation it is, of reading a file it is not.
     memory : int, bytes
         What a worker may take beyond what it has when it begins.
+    warm : callable (folder) -> paths
     """
 
     name: str
@@ -60,6 +65,8 @@ class Campaign:
     limit: float = 10.0
     may_be_long: bool = False
     memory: int = 3 << 30
+    warm: Callable[[Path], list[Path]] = lambda folder: []
+    """Sound inputs in the folder, used once before workers are forked: each has all imports and kernels from the start."""
 
 
 @dataclass
@@ -96,13 +103,25 @@ class Outcome:
 def run(campaign: Campaign, first: int, count: int, *, batch: int = 500, keep: Path | None = None) -> Outcome:
     """Try inputs `first` to `first + count`; bad ones are copied to the folder `keep`."""
     outcome = Outcome(campaign.may_be_long)
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
         folder = Path(name)
         campaign.prepare(folder)
+        _warmed(campaign, folder)
         k, end = first, first + count
         while k < end:
             k = _batch(campaign, folder, k, min(k + batch, end), outcome, keep)
     return outcome
+
+
+def _warmed(campaign: Campaign, folder: Path) -> None:
+    """Use sound inputs once in this process."""
+    with warnings.catch_warnings(), redirect_stdout(None), redirect_stderr(None):
+        warnings.simplefilter("ignore")
+        for path in campaign.warm(folder):
+            with suppress(FlexmbError):
+                campaign.use(path)
+    gc.collect()
+    gc.freeze()  # pages that workers need not copy
 
 
 def _batch(campaign: Campaign, folder: Path, start: int, end: int, outcome: Outcome, keep: Path | None) -> int:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
-import time
 from functools import cache
 from pathlib import Path
 
-import h5py
 import numpy as np
 from fuzz.campaign import Campaign
 from fuzz.mutation import damaged, generator, mutant
+from fuzz.probing import probed
 from scipy import io as scipy_io
 from scipy import sparse
 
 import flexmb as fmb
-from flexmb import fem, hdf5, hdf5_probe, hdf5_seal, io, reduction
+from flexmb import fem, hdf5, hdf5_seal, io, reduction
 from flexmb.results import RunFile
 from flexmb.results.run_file import floating_data
 
@@ -62,28 +59,12 @@ def data_campaign(name: str, names: tuple[str, ...], *, seed: int = 1, limit: fl
         (case / original.name).write_bytes(change(content, generator(seed, k)))
         return case / original.name
 
-    return Campaign(name, lambda folder: _prepare(folder, names), make, use, limit=limit)
+    def warm(folder: Path) -> list[Path]:
+        sound = folder / "sound"
+        shutil.copytree(folder / "originals", sound)
+        return [sound / name for name in names]
 
-
-def probed(path: str | Path) -> str:
-    """Do what `hdf5_seal.probe` does, in a child that is forked: it takes a hundredth of the time."""
-    child = os.fork()
-    if child == 0:
-        try:
-            with h5py.File(path, "r") as file:
-                hdf5_probe.walk(file, os.path.getsize(path))
-            os._exit(0)
-        except BaseException:
-            os._exit(1)
-    until = time.monotonic() + 5.0
-    while time.monotonic() < until:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return "refused or crashed" if status else ""
-        time.sleep(0.001)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return "no end"
+    return Campaign(name, lambda folder: _prepare(folder, names), make, use, limit=limit, warm=warm)
 
 
 def use(path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+from itertools import product
 from pathlib import Path
 
 from fuzz.campaign import Campaign
@@ -156,7 +157,13 @@ def extreme_campaign(*, seed: int = 1, limit: float = 20.0) -> Campaign:
         path.write_text(text)
         return path
 
-    return Campaign("extremes", lambda folder: None, make, use, limit=limit, may_be_long=True)
+    def warm(folder: Path) -> list[Path]:
+        paths = [folder / f"sound_{i}_{j}.toml" for i in range(len(MODELS)) for j in range(len(INTEGRATORS))]
+        for path, (model, integrator) in zip(paths, product(MODELS, INTEGRATORS), strict=True):
+            path.write_text(model + SIMULATION + integrator)
+        return paths
+
+    return Campaign("extremes", lambda folder: None, make, use, limit=limit, may_be_long=True, warm=warm)
 
 
 def _extreme(rng: random.Random) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 from pathlib import Path
 
 from contracts import every_kind
@@ -163,7 +164,10 @@ def model_campaign(*, seed: int = 1, limit: float = 10.0) -> Campaign:
             path.write_bytes(mutant(rng.choice(own).read_bytes(), rng, values=True))
         return path
 
-    return Campaign("models", _prepare, make, use, limit=limit)
+    def warm(folder: Path) -> list[Path]:
+        return [shutil.copy(path, folder / path.name) for path in sorted((folder / "seeds").glob("*.toml"))]
+
+    return Campaign("models", _prepare, make, use, limit=limit, warm=warm)
 
 
 def use(path: Path) -> None:
