@@ -114,12 +114,30 @@ class Table(Signal):
     def _coefficients(self) -> np.ndarray:
         """Coefficients of x^3 ... x^0 of each piece, (n - 1, 4)."""
         x, y = np.array(self.x), np.array(self.y)
-        if self.kind == "cubic":
-            from scipy.interpolate import CubicSpline
+        with np.errstate(over="ignore", invalid="ignore"):
+            slopes = np.diff(y) / np.diff(x)
+            found = np.column_stack([np.zeros((len(slopes), 2)), slopes, y[:-1]])
+            if self.kind == "cubic" and np.isfinite(slopes).all():
+                found = _spline(x, y)
+        if not np.isfinite(found).all():
+            k = int(np.argmax(np.abs(np.nan_to_num(slopes, nan=np.inf))))
+            raise ModelError(
+                "Signal table",
+                found=f"points ({x[k]:g}, {y[k]:g}) and ({x[k + 1]:g}, {y[k + 1]:g}), too steep for numbers of 64 bits",
+                expected="slopes and curvatures below 1e308",
+                remedy="Give the points in SI units, and check their exponents",
+            )
+        return found
 
-            return CubicSpline(x, y, bc_type="not-a-knot").c.T.copy()
-        zero = np.zeros(len(x) - 1)
-        return np.column_stack([zero, zero, np.diff(y) / np.diff(x), y[:-1]])
+
+def _spline(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the coefficients of the cubic spline, not a number where they are too large."""
+    from scipy.interpolate import CubicSpline
+
+    try:
+        return CubicSpline(x, y, bc_type="not-a-knot").c.T.copy()
+    except ValueError:  # scipy refuses what overflows on the way
+        return np.full((len(x) - 1, 4), np.nan)
 
 
 def table(x, y, of: Any = None, kind: str = "cubic") -> Table:

@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from flexmb.errors import ValidityWarning
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.math.rotations import euler_to_matrix
 
 __all__ = [
@@ -39,6 +39,10 @@ ROUNDED = 1e2 * np.finfo(float).eps
 
 LOST = 1e-9
 """Rounding of positions, relative to the length of their assembly, from which it is said."""
+
+
+FARTHEST = 1e60
+"""Largest coordinate, m: powers of it are still finite."""
 
 
 CHUNK = 500
@@ -90,6 +94,7 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     bodies, markers = system.model.bodies, system.tables["markers"]
     own = [markers["r"][markers["body"] == k] for k in range(len(bodies))]
     points = [np.vstack([r, _nodes(system, body)]) for r, body in zip(own, bodies, strict=True)]
+    _require_places(bodies, points)
     ties, holds = _ties(system), np.stack([system.tables["pairs"][x] for x in "ab"], axis=1)
     moves = np.array([body.n_velocities > 0 for body in bodies])
     assembly = _assemblies(markers["body"], np.vstack([ties, holds]), moves)
@@ -106,6 +111,19 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     np.maximum.at(longest, legs["equation"], of_leg)
     equations[forces] = np.where(longest > 0.0, longest, whole)[forces]
     return Lengths(found, whole, np.array([np.abs(p).max(initial=0.0) for p in points]), equations, forces)
+
+
+def _require_places(bodies, points: list[np.ndarray]) -> None:
+    """Raise unless squares of coordinates are finite: distances could not be told from each other."""
+    for body, own in zip(bodies, points, strict=True):
+        farthest = float(np.abs(own).max(initial=0.0))
+        if not farthest <= FARTHEST:
+            raise ModelError(
+                f"Body '{body.name}'",
+                found=f"a point with the coordinate {farthest:.3g} m",
+                expected=f"places within {FARTHEST:.0e} m of the origin",
+                remedy="Check the exponents of its position, rotation and markers",
+            )
 
 
 def velocity_units(system, lengths: Lengths, inertia: np.ndarray) -> np.ndarray:
@@ -205,8 +223,7 @@ def _diameter(r: np.ndarray) -> float:
     outward = np.linalg.norm(r - r.mean(axis=0), axis=1)
     largest = float(np.linalg.norm(r - r[np.argmax(outward)], axis=1).max())
     ends = r[outward >= largest * (1.0 - ROUNDED) - outward.max()]  # nearer to the middle, none is farther apart
-    between = [float(cdist(ends[k : k + CHUNK], ends).max()) for k in range(0, len(ends), CHUNK)]
-    return max([largest, *between])  # distances that are no numbers leave no ends
+    return max(largest, *(float(cdist(ends[k : k + CHUNK], ends).max()) for k in range(0, len(ends), CHUNK)))
 
 
 def warn_of_lost_digits(model, lengths: Lengths) -> None:

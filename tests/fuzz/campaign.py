@@ -30,7 +30,7 @@ __all__ = ["KINDS", "Campaign", "Outcome", "run"]
 KINDS = ("read", "refused", "long", "traceback", "crash", "hang")
 """Used as it is; refused with a message of flexmb; ended by an interrupt after its time; another exception; the process
 died; neither its time nor an interrupt ended it."""
-MEMORY = Path("/dev/shm")  # noqa: S108
+MEMORY = Path("/dev/shm")
 """A file system in memory, where there is one: inputs are written and removed by the hundred thousand."""
 GRACE = 5.0
 """Seconds that an input gets to answer an interrupt."""
@@ -66,7 +66,7 @@ class Campaign:
     may_be_long: bool = False
     memory: int = 3 << 30
     warm: Callable[[Path], list[Path]] = lambda folder: []
-    """Sound inputs in the folder, used once before workers are forked: each has all imports and kernels from the start."""
+    """Sound inputs, used once before workers are forked: all of them then have the imports and the kernels."""
 
 
 @dataclass
@@ -106,7 +106,8 @@ def run(campaign: Campaign, first: int, count: int, *, batch: int = 500, keep: P
     with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
         folder = Path(name)
         campaign.prepare(folder)
-        _warmed(campaign, folder)
+        if count > batch:
+            _warmed(campaign, folder)
         k, end = first, first + count
         while k < end:
             k = _batch(campaign, folder, k, min(k + batch, end), outcome, keep)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import shutil
 from pathlib import Path
 
 from fuzz.campaign import Campaign
@@ -357,7 +356,7 @@ _NO_FILES = ("/dev/zero", "/dev/stdin", "pipe", ".", "/proc/self/mem", "n" * 500
 
 
 def hostile(rng: random.Random, folder: Path) -> tuple[str, str]:
-    """Return the name and text of a deck that asks for too much: includes without end, ranges, devices, doubled parts."""
+    """Return the name and text of a deck that asks for too much: includes without end, ranges, devices, doubling."""
     n = rng.choice((10, 1000, 100_000, 10**9, 10**18))
     way = rng.randrange(12)
     if way == 0:

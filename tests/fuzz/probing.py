@@ -63,7 +63,7 @@ _children: list[_Prober] = []
 
 
 def probed(path) -> str:
-    """Return what is wrong with a file, or "". A child that dies is asked once more afresh: an earlier file may be to blame."""
+    """Return what is wrong with a file, or "". If the child dies, a new one decides: other files may be to blame."""
     for _ in range(2):
         if not _children or _children[0].owner != os.getpid():
             _children[:] = [_Prober()]

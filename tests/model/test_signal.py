@@ -71,6 +71,14 @@ def test_linear_table():
     assert x[:, 1].tolist() == [0.0, 2.0, -1.0, -1.0, 0.0]
 
 
+@pytest.mark.parametrize("kind", ["cubic", "linear"])
+@pytest.mark.parametrize("y", [(0.0, 1e308, 0.0, 1.0), (0.0, 1e300, -1e300, 1.0)])
+def test_table_too_steep_for_numbers(kind, y):
+    """Coefficients that overflow are a message with the points, not infinite loads or an error of scipy."""
+    with pytest.raises(ModelError, match=r"points \(.*too steep"):
+        table((0.0, 1e-12, 2e-12, 1.0), y, kind=kind).numbers()
+
+
 def test_table_of_another_signal():
     """y = x^3 of x = 2 t: y = 8 t^3, y' = 24 t^2, y'' = 48 t (a cubic is reproduced exactly)."""
     x = np.linspace(0, 5, 6)

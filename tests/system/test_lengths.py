@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import flexmb as fmb
 from flexmb import fem, reduction
-from flexmb.errors import ValidityWarning
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.system import assemble
 
 MU, RADIUS = 3.986004418e14, 7.0e6  # m3/s2, m: the Earth, a low orbit
@@ -166,6 +166,13 @@ def test_far_from_the_origin():
 def test_lost_digits_are_said():
     with pytest.warns(ValidityWarning, match=r"is 1e\+11 m from the origin.*rounded to 2e-05 m.*Put the origin"):
         assemble(pendulum(offset=(1e11, 0, 0)))
+
+
+@pytest.mark.parametrize("offset", [(1e80, 0, 0), (0, -1.7e308, 0)])
+def test_places_beyond_all_numbers_are_refused(offset):
+    """Squares of these coordinates are infinite, distances no numbers."""
+    with pytest.raises(ModelError, match=r"Body 'ground': a point with the coordinate .* within 1e\+60 m"):
+        assemble(pendulum(offset=offset))
 
 
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 1.0, 1e3])

@@ -60,7 +60,7 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
             raise block.wrong(f"A = {area:g}, I11 = {i11:g}, I22 = {i22:g}, J = {j:g}", "positive constants")
         section = Section.values(area, i11, i22, j or 1e-9 * (i11 + i22), 1e6, 1e6, product_yz=-i12)
         young, shear = (*block.reals(rows[2], 2, 0.0),) if len(rows) > 2 else (0.0, 0.0)
-        density = block.reals([block.parameters.get("DENSITY", "0") or "0"])[0]
+        density = block.reals([block.parameters.get("DENSITY", "0") or "0"], 1)[0]
         name = "general"
         if "MATERIAL" in block.parameters:
             elastic = materials.get(block)

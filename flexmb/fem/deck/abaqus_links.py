@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.fem.deck.abaqus_model import Flat
 from flexmb.fem.deck.abaqus_surfaces import facets, shape_of, surface_nodes
-from flexmb.fem.deck.abaqus_text import Block
+from flexmb.fem.deck.abaqus_text import Block, is_number
 from flexmb.fem.deck.contents import Deck, Lumped, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
 from flexmb.fem.deck.supports import held_directions
@@ -61,7 +61,7 @@ def _one(flat: Flat, word: str, scope: str, block: Block) -> int:
 
 def _name(flat: Flat, word: str, prefix: str) -> str:
     """Return the name of a reference point: the set that names the node, or its number."""
-    return word if not word.isdigit() else f"{prefix}_{word}"
+    return word if not is_number(word) else f"{prefix}_{word}"
 
 
 def _directions(rows: list[list[str]], block: Block) -> list[int]:
@@ -192,7 +192,7 @@ def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) 
     words = [word for row in block.rows() for word in row if word]
     at = 0
     while at < len(words):
-        count = block.integers(words[at : at + 1])[0]
+        count = block.integers(words[at : at + 1], 1)[0]
         terms = words[at + 1 : at + 1 + 3 * count]
         if count < 1 or len(terms) < 3 * count:
             raise block.wrong(f"an equation of {count} terms with {len(terms)} words", "node, direction, factor each")
@@ -210,10 +210,10 @@ def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int,
         if len(nodes) not in (1, max(len(s) for s in sets)):
             raise block.wrong("sets of different size in an equation", "single nodes or sets of one size")
         node = nodes[0] if len(nodes) == 1 else nodes[i]
-        direction = block.integers(terms[3 * k + 1 : 3 * k + 2])[0]
+        direction = block.integers(terms[3 * k + 1 : 3 * k + 2], 1)[0]
         if not 1 <= direction <= 6:
             raise block.wrong(f"direction {direction}", "1 to 6")
-        factor = block.reals(terms[3 * k + 2 : 3 * k + 3])[0]
+        factor = block.reals(terms[3 * k + 2 : 3 * k + 3], 1)[0]
         columns.append(6 * node + np.arange(6))
         row.append(factor * rows_of(node, [direction - 1], frames)[0])
         first = columns[-1][np.abs(row[-1]) > 0.0] if first is None else first
@@ -241,7 +241,7 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> No
         assert follower is not None
         assert leader is not None
         given = block.parameters.get("POSITIONTOLERANCE", "")
-        tolerance = block.reals([given])[0] if given else None
+        tolerance = block.reals([given], 1)[0] if given else None
         nodes, rows = surface_nodes(flat, follower), facets(flat, leader)
         if not len(rows):
             raise block.wrong(f"the surface '{row[1]}' without faces", "a surface of element faces")
@@ -260,7 +260,7 @@ def _turning(flat: Flat, nodes: np.ndarray, rows: np.ndarray) -> bool:
 
 
 def _mass(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
-    value = block.reals(block.rows()[0][:1])[0] if block.rows() else 0.0
+    value = block.reals(block.rows()[0][:1], 1)[0] if block.rows() else 0.0
     if value < 0.0:
         raise block.wrong(f"a mass of {value:g}", "a mass >= 0")
     for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
@@ -288,7 +288,7 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
         element = flat.elements[k]
         nodes = tuple(element.nodes[:2])
         if element.kind in ("SPRINGA", "DASHPOTA"):
-            value = block.reals(next((row for row in rows[::-1] if any(row)), [])[:1])[0]
+            value = block.reals(next((row for row in rows[::-1] if any(row)), [])[:1], 1)[0]
             along = deck.points[nodes[1]] - deck.points[nodes[0]]
             size = np.linalg.norm(along)
             if not size > 0.0:
@@ -297,7 +297,9 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
         else:
             if len(rows) < 2:
                 raise block.wrong("no line of directions", "directions, then the value")
-            directions, value = block.integers(rows[0]), block.reals(rows[1][:1])[0]
+            directions, value = block.integers(rows[0], 1), block.reals(rows[1][:1], 1)[0]
+            if not all(1 <= d <= 6 for d in directions):
+                raise block.wrong(f"directions '{', '.join(rows[0])}'", "numbers 1 to 6")
             ends = [rows_of(n, [d - 1], frames)[0] for n, d in zip(nodes, directions * 2, strict=False)]
             row = np.concatenate([(-1.0) ** i * end for i, end in enumerate(ends)])
             nodes = nodes[: len(ends)]

@@ -72,7 +72,7 @@ def _elastic(name: str, head: Block, blocks: list[Block]) -> Elastic:
     density, elastic = 0.0, None
     for block in blocks:
         if block.name == "DENSITY" and block.rows():
-            density = block.reals(block.rows()[0][:1])[0]
+            density = block.reals(block.rows()[0][:1], 1)[0]
         elif block.name == "ELASTIC":
             elastic = block
         elif block.name == "HYPERELASTIC":

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
-from flexmb.fem.deck.abaqus_text import Block
+from flexmb.fem.deck.abaqus_text import Block, is_number
 
 __all__ = ["Element", "Flat", "Scope", "flattened_deck", "instance_pose", "members"]
 
@@ -60,10 +60,10 @@ class Flat:
 
     def nodes_of(self, word: str, scope: str, block: Block) -> list[int]:
         """Return the nodes of a number or of a set, seen from a scope."""
-        if word.lstrip("+-").isdigit():
+        if is_number(word.lstrip("+-")):
             return [self.node(int(word), scope, block)]
         head, dot, tail = word.partition(".")
-        if dot and tail.isdigit() and head.lower() in self.scopes:
+        if dot and is_number(tail) and head.lower() in self.scopes:
             return [self.node(int(tail), head.lower(), block)]
         return self.named(self.node_sets, word, scope, block, "node set")
 
@@ -78,7 +78,7 @@ class Flat:
 
     def elements_of(self, word: str, scope: str, block: Block) -> list[int]:
         """Return the elements of a number or of a set."""
-        if word.isdigit():
+        if is_number(word):
             found = self.scopes[scope].elements.get(int(word))
             if found is None:
                 raise block.wrong(f"element {word}, which does not exist", "an element of *ELEMENT")
@@ -237,11 +237,15 @@ def _elements(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
     made = []
     for row in rows:
         numbers = [word.rpartition(".") for word in row[1:]]
-        label = block.integers(row[:1])[0]
+        label = block.integers(row[:1], 1)[0]
         nodes = []
         for head, _, tail in numbers:
-            if not tail.isdigit():
+            if not is_number(tail):
                 raise block.wrong(f"element {label} with the node '{tail}'", "node numbers")
+            if head and head.lower() not in flat.scopes:
+                raise block.wrong(
+                    f"element {label} with the node '{head}.{tail}'", "the name of an *INSTANCE before it"
+                )
             nodes.append(flat.node(int(tail), head.lower() if head else scope.name, block))
         if label in scope.elements:
             if flat.elements[scope.elements[label]].nodes == nodes:
@@ -294,6 +298,8 @@ def _set(flat: Flat, block: Block, scope: Scope, table: dict[str, list[int]], ke
     if "GENERATE" in block.parameters:
         for row in block.rows():
             values = block.integers(row)
+            if not values:
+                continue
             first, last, step = (values + [1])[:3] if len(values) > 1 else (values[0], values[0], 1)
             if step <= 0 or last < first or (last - first) // step > MANY:
                 raise block.wrong(f"GENERATE {', '.join(row)}", "first, last and a positive increment")
@@ -306,7 +312,7 @@ def _set(flat: Flat, block: Block, scope: Scope, table: dict[str, list[int]], ke
         for word in block.words():
             if not word:
                 continue
-            if word.isdigit():
+            if is_number(word):
                 if int(word) in numbers:
                     found.append(numbers[int(word)])
                 else:  # the programs pass over numbers that do not exist
@@ -315,6 +321,8 @@ def _set(flat: Flat, block: Block, scope: Scope, table: dict[str, list[int]], ke
                 found += flat.nodes_of(word, inside, block)
             else:
                 found += flat.elements_of(word, inside, block)
+            if len(found) > MANY:
+                raise block.wrong(f"more than {MANY} numbers", "a set of the numbers in the deck", "Name each set once")
     table.setdefault(name, []).extend(found)
 
 

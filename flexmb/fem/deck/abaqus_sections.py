@@ -173,7 +173,7 @@ def _offset(block: Block) -> float:
     word = block.parameters.get("OFFSET", "0").upper()
     if word in ("SPOS", "SNEG"):
         return -0.5 if word == "SPOS" else 0.5
-    return -block.reals([word or "0"])[0]
+    return -block.reals([word or "0"], 1)[0]
 
 
 def _plies(block: Block, scope: str, flat: Flat, materials: Materials):
@@ -186,7 +186,7 @@ def _plies(block: Block, scope: str, flat: Flat, materials: Materials):
         rows = [[rows[0][0], "", block.need("MATERIAL"), "0"]]
     for row in rows:
         row = [*row, "", "", "", ""][:4]
-        thickness = block.reals(row[:1])[0]
+        thickness = block.reals(row[:1], 1)[0]
         if not thickness > 0.0:
             raise block.wrong(f"a thickness of {thickness:g}", "positive thicknesses")
         material = materials.get(block, row[2] or block.parameters.get("MATERIAL"))

@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.fem.abaqus_surfaces import FACES
 from flexmb.fem.deck.abaqus_model import Element, Flat
+from flexmb.fem.deck.abaqus_text import is_number
 from flexmb.fem.deck.cells import EDGES
 
 __all__ = ["facets", "shape_of", "surface_nodes"]
@@ -53,7 +54,7 @@ def _elements(flat: Flat, word: str, scope: str, name: str) -> list[int]:
     full = flat.full(flat.element_sets, word, scope)
     if full is not None:
         return flat.element_sets[full]
-    if word.isdigit() and int(word) in flat.scopes[scope].elements:
+    if is_number(word) and int(word) in flat.scopes[scope].elements:
         return [flat.scopes[scope].elements[int(word)]]
     raise MeshError(
         f"Surface '{name}'",
@@ -66,7 +67,7 @@ def _elements(flat: Flat, word: str, scope: str, name: str) -> list[int]:
 def face_nodes(element: Element, side: str) -> list[int]:
     """Return all nodes of a face of an element, corners first; those of the whole element for beams."""
     family, cell = shape_of(element.kind)
-    if family != "solid" or not side.startswith("S") or not side[1:].isdigit():
+    if family != "solid" or not side.startswith("S") or not is_number(side[1:]):
         return element.nodes
     shape = cell.rstrip("0123456789")
     faces = FACES.get(shape, ())
@@ -90,7 +91,7 @@ def surface_nodes(flat: Flat, name: str) -> np.ndarray:
             full = flat.full(flat.node_sets, word, scope)
             if full is not None:
                 out += flat.node_sets[full]
-            elif word.isdigit() and int(word) in flat.scopes[scope].nodes:
+            elif is_number(word) and int(word) in flat.scopes[scope].nodes:
                 out.append(flat.scopes[scope].nodes[int(word)])
             else:
                 raise MeshError(
@@ -123,7 +124,9 @@ def facets(flat: Flat, name: str) -> np.ndarray:
             whole.append(element)
         elif family == "solid":
             count = (
-                len(FACES.get(cell.rstrip("0123456789"), ((),))[max(int(side[1:]) - 1, 0)]) if side[1:].isdigit() else 0
+                len(FACES.get(cell.rstrip("0123456789"), ((),))[max(int(side[1:]) - 1, 0)])
+                if is_number(side[1:])
+                else 0
             )
             rows.append(face_nodes(element, side)[:count])
     rows += _free_faces(whole)

@@ -8,7 +8,7 @@ from pathlib import Path
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import HUGE, beside, deck_bytes
 
-__all__ = ["Block", "read_blocks"]
+__all__ = ["Block", "is_number", "read_blocks"]
 
 
 @dataclass(slots=True, eq=False)
@@ -49,11 +49,14 @@ class Block:
             out.append(value)
         return out
 
-    def integers(self, row: list[str]) -> list[int]:
-        """Return the words of a row as integers; MeshError if one is none."""
+    def integers(self, row: list[str], least: int = 0) -> list[int]:
+        """Return the words of a row as integers; MeshError if one is none, or if there are fewer than `least`."""
+        words = [word for word in row if word]
+        if len(words) < least or not all(is_number(word.lstrip("+-")) for word in words):
+            raise self.wrong(f"'{', '.join(row)[:60]}'", "integers")
         try:
-            return [int(word) for word in row if word]
-        except ValueError:
+            return [int(word) for word in words]
+        except ValueError:  # two signs
             raise self.wrong(f"'{', '.join(row)[:60]}'", "integers") from None
 
     def need(self, parameter: str) -> str:
@@ -67,10 +70,15 @@ class Block:
         return MeshError(f"{self.where}, *{self.name}", found=found, expected=expected, remedy=remedy)
 
 
+def is_number(word: str) -> bool:
+    """Is a word a whole number of 64 bits without sign?"""
+    return word.isascii() and word.isdigit() and len(word) < 19
+
+
 def read_blocks(path: Path) -> list[Block]:
     """Return the keywords of a deck in order."""
     blocks: list[Block] = []
-    _read(path, path.parent, blocks, ())
+    _read(path, path.parent, blocks, (), [])
     if not blocks:
         raise MeshError(
             f"Deck '{path}'",
@@ -81,8 +89,8 @@ def read_blocks(path: Path) -> list[Block]:
     return blocks
 
 
-def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) -> None:
-    data = deck_bytes(path, above)
+def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...], read: list[Path]) -> None:
+    data = deck_bytes(path, above, read)
     lines = data.decode("utf-8", "replace").splitlines()
     k = 0
     while k < len(lines):
@@ -111,14 +119,16 @@ def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) 
             parameters["".join(name.split()).upper()] = value.strip().strip('"')
         block = Block(" ".join(head.split()).upper(), parameters, f"{path}:{start}")
         if block.name == "INCLUDE":
-            _include(block, path, main, blocks, above)
+            _include(block, path, main, blocks, above, read)
         else:
             blocks.append(block)
 
 
-def _include(block: Block, path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...]) -> None:
+def _include(
+    block: Block, path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...], read: list[Path]
+) -> None:
     name = block.need("INPUT").replace("\\", "/")
     if (found := beside(name, main, path)) is not None:
-        _read(found, main, blocks, (*above, path.resolve()))
+        _read(found, main, blocks, (*above, path.resolve()), read)
         return
     raise block.wrong(f"INPUT={name[:120]}: no such file", f"a file beside '{main}'", "Put the included file there")

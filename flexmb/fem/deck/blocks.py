@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.deck.contents import Beams, Deck, Shells
+from flexmb.fem.deck.contents import Beams, Deck, Shells, Solids
 from flexmb.fem.deck.links import LinkRows
 from flexmb.fem.frame import beam_block
 from flexmb.fem.laminate_block import LaminateBlock, turned_plane
@@ -23,8 +23,11 @@ __all__ = ["beam_blocks", "rod_blocks", "shell_blocks", "solid_blocks"]
 
 
 def solid_blocks(deck: Deck, part: str) -> list[SolidBlock]:
-    """Return a block per cell type and material; cells numbered left-handed are renumbered."""
-    out = []
+    """Return a block per cell type and material; cells numbered left-handed are renumbered.
+
+    Parts of one material are one block: each block costs time by the nodes of the whole deck.
+    """
+    out: dict[tuple, tuple[Solids, list[np.ndarray]]] = {}
     for group in deck.solids:
         element = SOLID_ELEMENTS[group.cell_type]
         with warnings.catch_warnings():
@@ -33,16 +36,18 @@ def solid_blocks(deck: Deck, part: str) -> list[SolidBlock]:
         turned = int((cells != group.nodes).any(axis=1).sum())
         if turned:
             deck.inventory.approximated[f"{group.cell_type} cells numbered left-handed, renumbered"] += turned
-        out.append(
-            SolidBlock(
-                element=element,
-                nodes=deck.points,
-                connectivity=cells,
-                elasticity=group.elasticity,
-                density=group.density,
-            )
+        key = (group.cell_type, group.elasticity.shape, group.elasticity.tobytes(), group.density)
+        out.setdefault(key, (group, []))[1].append(cells)
+    return [
+        SolidBlock(
+            element=SOLID_ELEMENTS[group.cell_type],
+            nodes=deck.points,
+            connectivity=np.concatenate(cells),
+            elasticity=group.elasticity,
+            density=group.density,
         )
-    return out
+        for group, cells in out.values()
+    ]
 
 
 def shell_blocks(deck: Deck, part: str) -> list[LaminateBlock]:

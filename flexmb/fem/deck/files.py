@@ -10,12 +10,25 @@ __all__ = ["HUGE", "beside", "deck_bytes"]
 
 DEEPEST = 20
 """Files within files."""
+FILES = 10_000
+"""Files of one deck, each as often as it is included: files that include the next one twice are soon a million."""
 HUGE = 1e60
 """No length, modulus or mass in any unit is that large; powers of it stay finite."""
 
 
-def deck_bytes(path: Path, above: tuple[Path, ...]) -> bytes:
-    """Return the content of a file of a deck; `above` are the files that include it, each by the one before."""
+def deck_bytes(path: Path, above: tuple[Path, ...], read: list[Path]) -> bytes:
+    """Return the content of a file of a deck and note it among those that were `read`.
+
+    `above` are the files that include it, each by the one before.
+    """
+    read.append(path)
+    if len(read) > FILES:
+        raise MeshError(
+            f"Deck '{path}'",
+            found=f"more than {FILES} INCLUDE in one deck",
+            expected="files that are included a few times",
+            remedy="Remove the INCLUDE that repeat each other",
+        )
     if path.resolve() in above or len(above) > DEEPEST:
         raise MeshError(
             f"Deck '{path}'",

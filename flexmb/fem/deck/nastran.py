@@ -175,7 +175,7 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         number = card.integer(1)
         of_elements = kind == "ELEM" or (not kind and (number, 2) in names and (number, 1) not in names)
         name = names.get((number, 2 if of_elements else 1), f"set_{number}")
-        labels = np.array(thru(card, words), np.int64)
+        labels = np.array(thru(card, words, by_element if of_elements else deck.labels.tolist()), np.int64)
         if of_elements:
             nodes = [by_element[n] for n in labels.tolist() if n in by_element]
             found = np.unique(np.concatenate(nodes)) if nodes else np.zeros(0, np.int64)

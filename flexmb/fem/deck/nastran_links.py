@@ -6,6 +6,8 @@ the permanent constraints of GRID cards as supports; ASET and the like as refere
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Reference
@@ -14,6 +16,9 @@ from flexmb.fem.deck.nastran_text import LARGEST, Bulk, Card
 from flexmb.fem.deck.supports import held_directions
 
 __all__ = ["add_links", "add_references", "add_supports", "thru"]
+
+RANGE = 1_000_000
+"""Numbers that a THRU may span where it cannot be compared with those of the deck."""
 
 
 def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
@@ -274,8 +279,11 @@ def _points(card: Card) -> list[int]:
     return [card.integer(at) for at in _places(card) if card.text(at)]
 
 
-def thru(card: Card, words: list[str]) -> list[int]:
-    """Return the numbers of a list such as ``1 5 THRU 9 20``; MeshError if it is none."""
+def thru(card: Card, words: list[str], known: Collection[int] | None = None) -> list[int]:
+    """Return the numbers of a list such as ``1 5 THRU 9 20``; MeshError if it is none.
+
+    Of a range that is longer than all `known` numbers, only these; without them a range may have `RANGE` numbers.
+    """
     out: list[int] = []
     i = 0
     try:
@@ -283,9 +291,10 @@ def thru(card: Card, words: list[str]) -> list[int]:
             if words[i].upper() == "THRU":
                 step = int(words[i + 3]) if i + 3 < len(words) and words[i + 2].upper() == "BY" else 1
                 last = int(words[i + 1])
-                if not 0 <= last - out[-1] < 100_000_000:
-                    raise ValueError("descending")
-                out += range(out[-1] + step, last + 1, step)
+                span = range(out[-1] + step, last + 1, step)
+                if not 0 <= last - out[-1] < LARGEST or (known is None and len(span) > RANGE):
+                    raise ValueError("descending, or too long")
+                out += span if known is None or len(span) <= len(known) else sorted(n for n in known if n in span)
                 i += 4 if step != 1 or (i + 2 < len(words) and words[i + 2].upper() == "BY") else 2
             else:
                 out.append(int(words[i]))
@@ -293,7 +302,9 @@ def thru(card: Card, words: list[str]) -> list[int]:
         if any(not 0 < number < LARGEST for number in out):
             raise ValueError("numbers of nodes")
     except (ValueError, IndexError):
-        raise card.refused(f"the list {' '.join(words)[:60]}", "numbers and THRU") from None
+        raise card.refused(
+            f"the list {' '.join(words)[:60]}", f"numbers and THRU, each over {RANGE} numbers at most"
+        ) from None
     return out
 
 
@@ -308,7 +319,7 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
         deck.inventory.read["SPC"] += 1
     for card in bulk.of("SPC1"):
         words = [word for word in card.fields[3:] if word]
-        labels = thru(card, words)
+        labels = thru(card, words, existing)
         if any(word.upper() == "THRU" for word in words):  # Nastran lets THRU pass over points that do not exist
             labels = [n for n in labels if n in existing]
         labels = [n for n in labels if n not in deck.scalar_points]
@@ -348,7 +359,7 @@ def add_references(bulk: Bulk, deck: Deck) -> None:
         for card in bulk.of(name + "1"):
             if name in ("ASET", "BSET", "CSET"):
                 words = [word for word in card.fields[2:] if word]
-                labels = thru(card, words)
+                labels = thru(card, words, existing)
                 if any(word.upper() == "THRU" for word in words):
                     labels = [n for n in labels if n in existing]
                 _offer(deck, name, labels, card)

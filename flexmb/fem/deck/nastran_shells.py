@@ -133,7 +133,11 @@ def _material_axes(table: FieldTable, at: int, nodes: np.ndarray, deck: Deck, sy
     normal = np.cross(side, deck.points[nodes[:, 3 if nodes.shape[1] in (4, 8) else 2]] - points[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     words = table.fields[:, at]
-    integral = np.array([word.isdigit() for word in words]) if (words != b"").any() else np.zeros(len(words), bool)
+    integral = (
+        np.array([word.isdigit() and len(word) < 10 for word in words])
+        if (words != b"").any()
+        else np.zeros(len(words), bool)
+    )
     angle = np.radians(table.reals(at, 0.0))
     angle[integral] = 0.0
     direction = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * np.cross(normal, side)

@@ -11,6 +11,9 @@ from flexmb.fem.deck.nastran_text import Bulk, Card
 
 __all__ = ["Grids", "System", "Systems", "read_grids"]
 
+DEEPEST = 60
+"""Systems that refer each to the next."""
+
 PARALLEL = 1e-8
 """Sine of the angle below which the two directions of a coordinate system count as parallel."""
 
@@ -98,6 +101,13 @@ class Systems:
                 found=f"coordinate systems that refer to each other: {' -> '.join(map(str, [*self._open, number]))}",
                 expected="systems that end at the basic one",
                 remedy="Correct their reference systems",
+            )
+        if len(self._open) >= DEEPEST:
+            raise MeshError(
+                who,
+                found=f"more than {DEEPEST} coordinate systems that refer each to the next",
+                expected="systems that end at the basic one",
+                remedy="Refer to the basic system",
             )
         self._open.append(number)
         try:

@@ -237,9 +237,8 @@ def read_bulk(path: Path) -> Bulk:
 
 def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None:
     """Add all lines of a file and of those it includes."""
-    data = deck_bytes(path, above)
     number = len(lines.files)
-    lines.files.append(path)
+    data = deck_bytes(path, above, lines.files)
     raw = data.splitlines()
     del data
     waiting: tuple[bytes, int] | None = None
