@@ -127,6 +127,7 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
     lines = [
         *happened(solution),
         *(f"warning: {text}" for text in solution.statistics.get("warnings", ())),
+        *(f"note: {text}" for text in solution.statistics.get("notes", ())),
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",
     ]

@@ -11,7 +11,7 @@ from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.model import Model
-from flexmb.system import assemble, observe
+from flexmb.system import assemble, assemble_as_drawn, observe
 from flexmb.system.given_state import given_state
 from flexmb.system.system import System
 
@@ -86,7 +86,7 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
             expected="one of Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()",
             remedy="Give an object: formulation=flexmb.Recursive()",
         )
-    system, start = assemble(model)
+    system, start = (assemble_as_drawn if state is None else assemble)(model)
     if state is not None:
         start = given_state(state, system, "accelerations")
     work = system.workspace()

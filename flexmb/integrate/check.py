@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.integrate.oversights import oversights
 from flexmb.model.model import Model
-from flexmb.system import assemble, mobility
+from flexmb.system import assemble_as_drawn, mobility
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
@@ -17,7 +18,6 @@ __all__ = ["Report", "check"]
 
 FAR = 0.02
 """Motion of a body in assembly, relative to the model's size, that is no small misfit of a drawing."""
-LISTED = 12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,7 +42,10 @@ class Report:
         Names of the equations whose multipliers are not unique: the dependent ones and all that share a state of
         self-stress with them.
     notes : tuple of str
-        What is probably not meant: bodies that nothing holds, a part far from its joint, no gravity.
+        What is perhaps not meant: bodies that nothing holds, no gravity, a body that assembly moved.
+    warnings : tuple of str
+        What is hardly meant: joints that are drawn open by a hundredth of the model's size (by a tenth it is an error),
+        velocities that contradict joints.
     misfits : dict of joint name to (float, float), m and rad
         What dependent equations leave open because they contradict each other within the digits of a mesh file (1e-6 of
         the model's size); larger gaps are an error. The motion ignores them, and they stress nothing.
@@ -59,6 +62,7 @@ class Report:
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     indeterminate: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def shared_reactions(self) -> dict[str, list[str]]:
@@ -94,6 +98,7 @@ class Report:
             lines += [
                 f"    {name}: {metres:.2g} m, {radians:.2g} rad" for name, (metres, radians) in self.misfits.items()
             ]
+        lines += [f"  Warning: {text}" for text in self.warnings]
         lines += [f"  Note: {text}" for text in self.notes]
         return "\n".join(lines)
 
@@ -112,9 +117,10 @@ def check(model: Model) -> Report:
     Raises
     ------
     CompileError
-        If the mechanism cannot be assembled.
+        If the mechanism cannot be assembled, or a joint is described open by a tenth of the model's size.
     """
-    system, state = assemble(model)
+    told: list[str] = []
+    system, state = assemble_as_drawn(model, tell=told.extend)
     counts = mobility(system, state, system.workspace())
     if not np.all(np.isfinite(state.q)):
         raise CompileError(
@@ -134,50 +140,22 @@ def check(model: Model) -> Report:
         moved=float(np.abs(state.q - system.q0).max(initial=0.0)),
         misfits=dict(system.misfits),
         indeterminate=counts.indeterminate,
-        notes=tuple(_notes(model, system, state)),
+        notes=(*oversights(model), *_moved_furthest(model, system, state)),
+        warnings=tuple(told),
     )
 
 
-def _notes(model: Model, system: System, state) -> list[str]:
-    """Return sentences about what is probably not meant."""
-    held = {place.rpartition(".")[0] for part in (*model.joints, *model.forces) for place in _places(part, model)}
-    loose = [body for body in model.bodies if body.n_velocities and body.name not in held]
-    found = []
-    if loose:
-        names = ", ".join(f"'{body.name}'" for body in loose[:LISTED]) + (", ..." if len(loose) > LISTED else "")
-        found.append(f"nothing holds {names}: no joint and no force acts on a marker there; it moves freely")
-    far = _moved_furthest(model, system, state)
-    if far is not None:
-        found.append(far)
-    if not np.any(model.gravity) and any(body.n_velocities for body in model.bodies):
-        found.append("there is no gravity; gravity=(0, 0, -9.81) gives weight")
-    return found
-
-
-def _places(part, model: Model) -> tuple[str, ...]:
-    """Return the markers on which a joint or force acts, "body.marker"; those of its joint where it names one."""
-    places = [*(getattr(part, "markers", None) or ()), getattr(part, "marker", None)]
-    joint, body = getattr(part, "joint", None), getattr(part, "body", None)
-    if isinstance(joint, str):
-        places += getattr(model.joint(joint, part.title), "markers", ()) or ()
-    if isinstance(body, str):
-        places.append(f"{body}.")
-    return tuple(place for place in places if isinstance(place, str) and place)
-
-
-def _moved_furthest(model: Model, system: System, state) -> str | None:
+def _moved_furthest(model: Model, system: System, state) -> list[str]:
     """Return a sentence about the body that assembly moved most, if that is a good part of the model's size."""
-    r = system.tables["markers"]["r"]
-    size = float(np.linalg.norm(np.ptp(r, axis=0))) if len(r) else 0.0
-    far, name = 0.0, ""
+    far, name, size = 0.0, "", system.lengths.whole
     for body in model.bodies:
         span = system.body_slices[body.name][0]
         if body.n_velocities and span.stop - span.start >= 3:
             moved = float(np.linalg.norm(state.q[span][:3] - system.q0[span][:3]))
             far, name = max((far, name), (moved, body.name))
     if far <= FAR * size:
-        return None
-    return (
+        return []
+    return [
         f"assembly moved the body '{name}' by {far:.3g} m, {far / size:.0%} of the model's size: it was described away "
         "from its joints. Look at its at=, rotation= and markers"
-    )
+    ]

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator
 from flexmb.integrate.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
-from flexmb.system import assemble
+from flexmb.system import assemble_as_drawn
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import accelerations
 
@@ -90,7 +90,7 @@ def first_frequencies(model: Model, count: int = 6) -> FirstFrequencies:
     >>> print(first_frequencies(model))                                              # doctest: +SKIP
     1.592, 10.07, 28.33, ... Hz; 2 without oscillation
     """
-    system, state = assemble(model)
+    system, state = assemble_as_drawn(model)
     if system.nu <= DENSE:
         found = linearize(model).frequencies
         positive = found[found > UNSEEN * found.max(initial=0.0)]

@@ -14,7 +14,7 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
-from flexmb.system import assemble
+from flexmb.system import assemble_as_drawn
 from flexmb.system.complaints import worst_equations
 from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import accelerations, advance, evaluate, keep_branches, project
@@ -93,7 +93,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         If the mechanism cannot follow its drives (lock-up); ``error.solution`` holds all samples before.
     """
     times = sample_times(t_start, t_end, samples)
-    system, start = assemble(model, t=t_start)
+    system, start = assemble_as_drawn(model, t=t_start)
     free = system.nu - system.ng + len(system.redundant)
     if free:
         flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]

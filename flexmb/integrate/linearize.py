@@ -27,7 +27,7 @@ from flexmb.integrate.observer import OWN_AXES, coefficients, constant_observer
 from flexmb.integrate.spectrum import first_order, modes_of, state_matrix
 from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
-from flexmb.system import assemble
+from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
 from flexmb.system.mobility import DEPENDENT
 
@@ -200,7 +200,7 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     ModelError
         If `about` is no state of this model.
     """
-    system, state = assemble(model)
+    system, state = (assemble_as_drawn if about is None else assemble)(model)
     if about is not None:
         state = given_state(about, system, "linearize")
     work = system.workspace()

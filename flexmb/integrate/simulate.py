@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
+from flexmb.integrate.oversights import oversights
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
 from flexmb.integrate.statics import statics
@@ -19,9 +20,8 @@ from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Solution
 from flexmb.results.phase import MOST_SAMPLES
-from flexmb.system import assemble
+from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
-from flexmb.system.openings import openings
 
 __all__ = ["simulate"]
 
@@ -168,11 +168,15 @@ def simulate(
     times = sample_times(t_start, t_end, samples)
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
-    assembled = assemble(model, t=t_start, state=state)  # whatever is wrong shows before a file is made
+    told: list[str] = []
+    assembled = (  # whatever is wrong shows before a file is made
+        assemble_as_drawn(model, t=t_start, tell=told.extend)
+        if state is None
+        else assemble(model, t=t_start, state=state)
+    )
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
-    if state is None:
-        phases.validity.tell(openings(*assembled, assembled[0].lengths.whole))
+    phases.validity.tell(told)
     try:
         status = phases.run(model, assembled)
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
@@ -180,6 +184,8 @@ def simulate(
         raise
     spent = time.perf_counter() - clock
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
+    if notes := oversights(model):
+        known["notes"] = notes
     solution = recorder.solution(status, {**phases.statistics, **known})
     if status.kind == "failed":
         raise IntegrationError(

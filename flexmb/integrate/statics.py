@@ -14,7 +14,7 @@ from flexmb.integrate.steady import unsteady_equation
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
-from flexmb.system import assemble
+from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
 from flexmb.system.mobility import shared_reactions
 
@@ -103,7 +103,7 @@ def _check_numbers(t, tolerance, iterations) -> None:
 
 def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
-    system, start = assemble(model, t=t)
+    system, start = (assemble_as_drawn if state is None else assemble)(model, t=t)
     work = system.workspace()
     q = start.q.copy() if state is None else given_state(state, system, "statics").q
     strikes = any(force.strikes for force in model.forces)

@@ -2,52 +2,111 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
+
 import numpy as np
 
+from flexmb.errors import CompileError, ValidityWarning
+from flexmb.system.assembly import assemble
 from flexmb.system.complaints import gaps
 from flexmb.system.program import constraint_velocity, evaluate
 from flexmb.system.system import System
 
-__all__ = ["openings"]
+__all__ = ["assemble_as_drawn", "openings"]
 
 OPEN = 0.01
 """Gap of a joint as drawn, relative to the model's size (lengths) or in turns (angles), from which on it is told."""
 WRONG = 0.1
-"""The same from which on the drawing is hardly what was meant."""
+"""The same from which on the drawing is hardly what was meant, and nothing is computed with it."""
 CHANGED = 0.01
 """Change of a described velocity, relative to it, from which on it is told."""
 
 
-def openings(system: System, state, size: float) -> list[str]:
+def _warn(sentences: list[str]) -> None:
+    for sentence in sentences:
+        warnings.warn(sentence, ValidityWarning, stacklevel=4)
+
+
+def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None] = _warn):
+    """Assemble a model from its description, and return its system and consistent start.
+
+    Parameters
+    ----------
+    model : Model
+    t : float, s
+        Time of the start.
+    tell : callable (sentences), optional
+        Takes what is worth knowing about the drawing; without it, that is warned of.
+
+    Raises
+    ------
+    CompileError
+        If a joint is described open by more than a tenth of the model's size. Assembly would move the bodies all the
+        same, and every number that follows would look sound. As `assemble` besides.
+    """
+    system, state = assemble(model, t=t)
+    size = system.lengths.whole
+    name, metres, _ = max(
+        _drawn_open(system, system.workspace(), t), key=lambda found: found[1], default=("", 0.0, 0.0)
+    )
+    if metres > WRONG * size:
+        joint = model.joint(name)
+        places = ", ".join(f"'{m}' at {_place(system, m)}" for m in joint.resolved_markers(model))
+        raise CompileError(
+            joint.title,
+            found=f"as described it is open by {metres:.3g} m: {places}; the model is {size:.3g} m in size",
+            expected=f"less than {WRONG:g} of that: bodies are moved to close what a drawing leaves open, not to put "
+            "parts in their places",
+            remedy="Correct at= and rotation= of its bodies, or the places of these markers",
+        )
+    tell(openings(system, state))
+    return system, state
+
+
+def openings(system: System, state) -> list[str]:
     """Return sentences about joints that are drawn open, and about velocities that contradict joints.
 
     Parameters
     ----------
     state : State
         After assembly, at the time of the start.
-    size : float, m
-        Of the model.
     """
-    work = system.workspace()
-    drawn = system.state(state.t)
+    work, size = system.workspace(), system.lengths.whole
+    found = []
+    for name, metres, radians in _drawn_open(system, work, state.t):
+        if max(metres / size, radians / (2.0 * np.pi)) <= OPEN:
+            continue
+        joint = system.model.joint(name)
+        found.append(
+            f"{joint.title}: as described it is open by {_distance(metres, radians)}, and assembly has closed "
+            f"it; expected: markers {' and '.join(repr(m) for m in joint.resolved_markers(system.model))} that meet, "
+            f"within {OPEN:g} of the model's size ({size:.3g} m). Check the places of its bodies and markers."
+        )
+    return found + _velocities(system, system.state(state.t), state, work)
+
+
+def _drawn_open(system: System, work, t: float) -> list[tuple[str, float, float]]:
+    """Return joint, m and rad of every joint as drawn, drives excepted."""
     work.coefficients[:] = 0.0
-    evaluate(system.program, drawn, work)
-    if not np.all(np.isfinite(work.equations["g"])):
-        return []
+    evaluate(system.program, system.state(t), work)
+    work.equations["g"][system.program.equation_level != 0] = 0.0  # velocities are no gaps
     found = []
     for name, (metres, radians) in gaps(system, work).items():
-        joint = system.model.joint(name)
-        share = max(metres / size, radians / (2.0 * np.pi))
-        if joint.prescribes or share <= OPEN:  # a drive says where its joint begins
-            continue
-        by = " and ".join(f"{x:.3g} {unit}" for x, unit in ((metres, "m"), (radians, "rad")) if x > 0.0)
-        sure = "This is far more than a drawing leaves open: check" if share > WRONG else "Check"
-        found.append(
-            f"{joint.title}: as described it is open by {by}, and the bodies were moved to close it; expected: markers "
-            f"{' and '.join(repr(m) for m in joint.resolved_markers(system.model))} that meet, within {OPEN:g} of the "
-            f"model's size ({size:.3g} m). {sure} the places of its bodies and markers."
-        )
-    return found + _velocities(system, drawn, state, work)
+        # a drive says where its joint begins, and a point beyond the end of its curve is told by assembly
+        if not system.model.joint(name).prescribes and np.isfinite(metres + radians):
+            found.append((name, metres, radians))
+    return found
+
+
+def _distance(metres: float, radians: float) -> str:
+    return " and ".join(f"{x:.3g} {unit}" for x, unit in ((metres, "m"), (radians, "rad")) if x > 0.0)
+
+
+def _place(system: System, marker: str) -> str:
+    """Return where a marker is described, in W."""
+    r = system.tables["markers"]["r"][system.marker_index[marker]]
+    return f"({', '.join(f'{x:.4g}' for x in r)}) m"
 
 
 def _velocities(system: System, drawn, state, work) -> list[str]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 import flexmb as fmb
 from flexmb import bodies, fem, forces, joints, reduction
+from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.pose import Pose
-from flexmb.system import compile
+from flexmb.system import assemble, compile
 from flexmb.system.program import advance
 
 PAIRS = (
@@ -259,6 +261,19 @@ def single(kind: str, rng) -> fmb.Model:
         bodies.AncfPlate: "plate",
     }[bodies.KINDS[kind]]
     return fmb.Model(bodies=(fmb.Ground(), body(name, "b", rng)[0]), gravity=tuple(rng.normal(size=3) * 9.0))
+
+
+def put_together(model: fmb.Model) -> fmb.Model:
+    """Return the model with its rigid and reduced bodies described where assembly puts them."""
+    system, state = assemble(model)
+    placed = []
+    for body in model.bodies:
+        if body.n_velocities and body.has_frame:
+            q, R = state.q[system.body_slices[body.name][0]], np.empty((3, 3))
+            euler_to_matrix(q[3:7], R)
+            body = body.replaced(at=tuple(q[:3]), rotation=R)
+        placed.append(body)
+    return replace(model, bodies=placed)
 
 
 def units(system, strain: float = 1e-3) -> np.ndarray:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contracts.random_models import FORCES, connected
+from contracts.random_models import FORCES, connected, put_together
 from tolerances import SOLVER
 
 import flexmb as fmb
@@ -24,7 +24,7 @@ def turned(model):
 @pytest.mark.parametrize("pair", ["ground-rigid", "rigid-floating"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_accelerations_and_reactions_turn_along(kind, pair, rng):
-    model = connected(kind, pair, rng)
+    model = put_together(connected(kind, pair, rng))
     one, other = fmb.accelerations(model), fmb.accelerations(turned(model))
     R = rotation_matrix(ROTATION)
     for body in model.bodies:

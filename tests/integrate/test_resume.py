@@ -24,7 +24,7 @@ def pendulum(**options):
     return fmb.Model(
         name="double pendulum",
         gravity=(0, -9.81, 0),
-        bodies=[fmb.Ground(markers={"far": (4, 0, 0)}), a, replace(b, at=(1.5, 0, 0))],
+        bodies=[fmb.Ground(markers={"far": (4, 0, 0)}), a, replace(b, at=(1, 0, 0))],
         joints=[
             fmb.Revolute("A", markers=("ground.origin", "a.start")),
             fmb.Revolute("B", markers=("a.end", "b.start")),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.cli.command_line import main
 
 
 def spinner(stiffness):
@@ -27,20 +28,56 @@ def test_a_bushing_does_not_turn_past_half_a_turn(integrator):
     assert solution["angle"][-1] == pytest.approx(16.0, rel=1e-4)
 
 
+def drawn_beside(gap, **options):
+    """Return a rod of 1 m that is drawn beside its hinge."""
+    rod = fmb.RigidBody("rod", mass=1.0, inertia=(1, 1, 1), at=(1.0 + gap, 0, 0), markers={"end": (-1, 0, 0)})
+    hinge = fmb.Revolute("hinge", markers=("ground.origin", "rod.end"))
+    return fmb.Model(bodies=[fmb.Ground(), rod], joints=[hinge], **options)
+
+
+ANALYSES = [
+    fmb.check,
+    fmb.statics,
+    fmb.linearize,
+    fmb.accelerations,
+    fmb.first_frequencies,
+    lambda model: fmb.simulate(model, 0.1, samples=3),
+    lambda model: fmb.simulate(model, 0.1, samples=3, integrator=fmb.Explicit(formulation=fmb.Recursive())),
+]
+
+
+@pytest.mark.parametrize("gap", [0.3, 0.7, 5.0])
+@pytest.mark.parametrize("analysis", ANALYSES)
+def test_a_joint_that_is_drawn_far_apart_is_an_error(analysis, gap):
+    """No analysis puts a part where it belongs by itself, silently: neither of a third of its length, nor of 5 m."""
+    with pytest.raises(fmb.CompileError, match=rf"Joint 'hinge': as described it is open by {gap:g} m: .*'rod.end' at"):
+        analysis(drawn_beside(gap))
+
+
 def test_an_open_joint_of_the_drawing_is_told():
-    """A rod is drawn 0.7 m away from its hinge: assembly moves it, and says so; a gap of 1 mm is nothing."""
-
-    def model(gap):
-        rod = fmb.RigidBody("rod", mass=1.0, inertia=(1, 1, 1), at=(1.0 + gap, 0, 0), markers={"end": (-1, 0, 0)})
-        return fmb.Model(
-            bodies=[fmb.Ground(), rod], joints=[fmb.Revolute("hinge", markers=("ground.origin", "rod.end"))]
-        )
-
-    with pytest.warns(fmb.ValidityWarning, match=r"Joint 'hinge': as described it is open by 0.7 m") as told:
-        solution = fmb.simulate(model(0.7), 0.1)
-    assert "far more" in str(told[0].message)
+    """A rod is drawn 5 cm beside its hinge: assembly moves it, and says so; a gap of 1 mm is nothing."""
+    with pytest.warns(fmb.ValidityWarning, match=r"Joint 'hinge': as described it is open by 0.05 m"):
+        solution = fmb.simulate(drawn_beside(0.05), 0.1)
     assert "Joint 'hinge'" in solution.statistics["warnings"][0]
-    assert "warnings" not in fmb.simulate(model(1e-3), 0.1).statistics
+    assert "warnings" not in fmb.simulate(drawn_beside(1e-3), 0.1).statistics
+    with pytest.warns(fmb.ValidityWarning, match=r"Joint 'hinge': as described it is open by 0.05 m"):
+        fmb.statics(drawn_beside(0.05, gravity=(9.81, 0, 0)))
+
+
+def test_check_and_run_tell_of_the_drawing(tmp_path, capsys):
+    """Gap, velocity, a body that nothing holds and missing gravity, from Python and on the command line."""
+    model = drawn_beside(0.05)
+    moving = model.body("rod").replaced(velocity=(0, 5, 3))
+    dust = fmb.PointMass("dust", mass=1.0, at=(0, 0, 2))
+    model = fmb.Model(bodies=[fmb.Ground(), moving, dust], joints=model.joints)
+    text = str(fmb.check(model))
+    fmb.save_model(model, tmp_path / "m.toml", fmb.Simulation(t_end=0.1, samples=3))
+    assert main(["run", str(tmp_path / "m.toml"), "--out", str(tmp_path / "run")]) == 0
+    for told in (text.lower(), capsys.readouterr().out.lower()):
+        assert "warning: joint 'hinge': as described it is open by 0.05 m" in told
+        assert "warning: body 'rod': its velocity as described, (0, 5, 3) m/s" in told
+        assert "note: nothing holds 'dust'" in told
+        assert "note: there is no gravity" in told
 
 
 def test_a_velocity_that_contradicts_a_joint_is_told():

@@ -68,7 +68,7 @@ def branched() -> fmb.Model:
         fmb.Ground(),
         fmb.RigidBody("hub", mass=3.0, inertia=(0.4, 0.5, 0.6), center_of_mass=(0.02, 0.01, 0), markers=ends),
         fmb.FloatingBody("wing", data=beam(), at=(0.5, 0, 0)),
-        fmb.RigidBody.rod("tail", length=0.7, mass=0.4, radius=0.02, at=(-1.0, 0.2, 0)),
+        fmb.RigidBody.rod("tail", length=0.7, mass=0.4, radius=0.02, at=(-0.5, 0, 0), rotation=(0.3, 0.2, 0)),
         fmb.RigidBody.rod("rod", length=0.6, mass=0.5, radius=0.02, at=(0, 0.5, 0), rotation=(0, 0, 1.5)),
         fmb.FloatingBody("fin", data=beam(), at=(0, -0.5, 0.1), rotation=(0, 0, -1.2), geometric_stiffness=False),
         fmb.RigidBody.sphere("ball", radius=0.05, density=3000.0, at=(1.5, 0, 0)),

@@ -38,6 +38,7 @@ def spin_up_beam(length, EA, EI, rhoA, modes=6, **options):
 
 def on_hub(body, angle, radius=0.0, bodies=(), joints=(), **options):
     """Return the model of a body held at its marker "root", `radius` from the axis, by a hub that turns by `angle`."""
+    body = body.replaced(at=tuple(np.add(body.at, (radius, 0, 0))))
     hub = fmb.RigidBody("hub", mass=1.0, inertia=(1.0, 1.0, 1.0), markers={"rim": (radius, 0, 0)})
     return fmb.Model(
         bodies=[fmb.Ground(), hub, body, *bodies],

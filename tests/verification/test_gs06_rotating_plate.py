@@ -24,7 +24,7 @@ def body(frame):
     fe = fem.shell(replace(mesh, points=mesh.points[:, [0, 2, 1]]), material, THICKNESS)
     edge = np.flatnonzero(np.abs(fe.nodes[:, 0]) < 1e-9)
     data = reduction.reduce(fe, {"root": edge}, 15, frame=frame, geometric_stiffness=True, stress=False)
-    return fmb.FloatingBody("plate", data=data)
+    return fmb.FloatingBody("plate", data=data, at=(0, 0, -0.5))  # its root is the middle of the edge
 
 
 @pytest.mark.parametrize("frame", ["buckens", "root"])

@@ -1,0 +1,35 @@
+"""What a model lacks that most models have: bodies that nothing holds, gravity. It may be meant, so it is a note."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.model.model import Model
+
+__all__ = ["oversights"]
+
+LISTED = 12
+
+
+def oversights(model: Model) -> list[str]:
+    """Return sentences about what is perhaps not meant."""
+    held = {place.rpartition(".")[0] for part in (*model.joints, *model.forces) for place in _places(part, model)}
+    loose = [body for body in model.bodies if body.n_velocities and body.name not in held]
+    found = []
+    if loose:
+        names = ", ".join(f"'{body.name}'" for body in loose[:LISTED]) + (", ..." if len(loose) > LISTED else "")
+        found.append(f"nothing holds {names}: no joint and no force acts on a marker there; it moves freely")
+    if not np.any(model.gravity) and any(body.n_velocities for body in model.bodies):
+        found.append("there is no gravity; gravity=(0, 0, -9.81) gives weight")
+    return found
+
+
+def _places(part, model: Model) -> tuple[str, ...]:
+    """Return the markers on which a joint or force acts, "body.marker"; those of its joint where it names one."""
+    places = [*(getattr(part, "markers", None) or ()), getattr(part, "marker", None)]
+    joint, body = getattr(part, "joint", None), getattr(part, "body", None)
+    if isinstance(joint, str):
+        places += getattr(model.joint(joint, part.title), "markers", ()) or ()
+    if isinstance(body, str):
+        places.append(f"{body}.")
+    return tuple(place for place in places if isinstance(place, str) and place)
