@@ -131,7 +131,7 @@ def _check_seal(path: Path, part: str) -> None:
     if state == BROKEN:
         raise DataFileError(
             part,
-            found="the file is damaged: its checksum is not that of its content",
+            found="the file is damaged: its checksum does not match its content",
             expected="the file as it was written",
             remedy="Write or copy it again: bytes were changed after it was written",
         )

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--units",
         metavar="UNITS",
-        help='units of a deck, which says nothing about them: "mm, t, s"; "mm, kg, ms"; "in, lbf s2/in, s"; "m, kg, s"',
+        help='units of a deck, which does not state them: "mm, t, s"; "mm, kg, ms"; "in, lbf s2/in, s"; "m, kg, s"',
     )
     parser.add_argument(
         "--thickness",

@@ -24,7 +24,7 @@ SUMMARY = "continue a run that was cut off, or past its end"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
     add_trust(parser)
-    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: that of the run")
+    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in the run")
     parser.add_argument("--samples", type=int, metavar="N", help="number of samples of the whole run")
 
 

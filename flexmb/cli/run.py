@@ -30,8 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model_arguments(parser)
     parser.add_argument("--out", metavar="FOLDER", help="run folder; default: runs/<name of the model file>")
     parser.add_argument("--overwrite", action="store_true", help="replace the run that the folder holds")
-    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]")
-    parser.add_argument("--samples", type=int, metavar="N", help="number of samples; default: that of [simulation]")
+    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in [simulation]")
+    parser.add_argument("--samples", type=int, metavar="N", help="number of samples; default: as in [simulation]")
     parser.add_argument("--vtk", action="store_true", help="write ParaView files too")
 
 
@@ -137,10 +137,10 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
         sensors = solution.model.sensors if solution.model is not None else ()
         readers = [s.name for s in sensors if isinstance(s, fmb.Reaction) and s.joint in solution.shared_reactions]
         lines.append(
-            f"Reactions are not unique in the joints {', '.join(solution.shared_reactions)}: they share loads as their "
-            "stiffness decides, which rigid bodies do not have; what is given is of least norm"
+            f"Reactions are not unique in the joints {', '.join(solution.shared_reactions)}: stiffness "
+            "would decide how they share loads, and rigid bodies have none; the values of least norm are given"
             + (f" (sensors {', '.join(readers)})" if readers else "")
-            + ". flexmb check tells the equations"
+            + ". flexmb check lists the equations"
         )
     if zero:
         lines.append(f"({zero} columns are zero throughout)")

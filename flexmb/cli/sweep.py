@@ -56,8 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one per core")
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="end variants that take longer")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine")
-    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: that of [simulation]")
-    parser.add_argument("--samples", type=int, metavar="N", help="default: that of [simulation]")
+    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in [simulation]")
+    parser.add_argument("--samples", type=int, metavar="N", help="default: as in [simulation]")
 
 
 def execute(arguments: argparse.Namespace) -> int:

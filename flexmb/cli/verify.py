@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=0.01,
         metavar="SHARE",
-        help="share within which answers shall hold; default 0.01",
+        help="tolerance of the answers, as a share; default 0.01",
     )
     parser.add_argument(
         "--window",

@@ -60,7 +60,7 @@ class Impact(Action):
                 asker,
                 found=f"restitution = {self.restitution!r}",
                 expected="a number from 0 to 1",
-                remedy="0.8 is that of a ball which rises to 64 % of its height",
+                remedy="With 0.8 a ball rises to 64 % of its height",
             )
         if self.along not in ("x", "y", "z", None):
             raise ModelError(

@@ -162,7 +162,7 @@ def _check_system(path: Path, keyword: str, options: dict[str, str], data: list[
         raise MeshError(
             f"Mesh file '{path}'",
             found=f"*{keyword}, which makes nodes or elements",
-            expected="every node and element in a line of its own",
+            expected="one line per node and element",
             remedy="Write the mesh out: Abaqus/CAE does, or a mesh from its output",
         )
     turned = keyword == "SYSTEM" and data

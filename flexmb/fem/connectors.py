@@ -218,7 +218,7 @@ def _check_independent(fe: FEModel, numbers: np.ndarray, directions: np.ndarray)
         raise MeshError(
             f"Support of '{fe.name}'",
             found=f"{fe.node_name(bad[0])} depends on other nodes through a link",
-            expected="nodes with freedoms of their own",
+            expected="nodes with independent freedoms",
             remedy="Hold the reference node of the link instead",
         )
 

@@ -31,7 +31,7 @@ def understood(part: str, expected: str, remedy: str) -> Iterator[None]:
         if isinstance(error, KeyError) and str(error.args[0]).isdigit():  # of the table of node numbers
             text = f"a cell names the node {error.args[0]}, which does not exist"
         if isinstance(error, MemoryError):
-            text = f"it asks for more memory than there is; {text}"
+            text = f"it needs more memory than is available; {text}"
         raise MeshError(
             part, found=f"the file cannot be read ({text[:200]})", expected=expected, remedy=remedy
         ) from error
@@ -50,7 +50,7 @@ def whole_numbers(part: str, what: str, values, lowest: int, highest: int) -> np
     """Return numbers of a file as int64; MeshError unless all are whole and within the bounds."""
     numbers = np.asarray(values)
     if numbers.dtype.kind not in "iuf":
-        raise MeshError(part, found=f"{what} that are no numbers", expected="whole numbers", remedy="Export again")
+        raise MeshError(part, found=f"{what} that are not numbers", expected="whole numbers", remedy="Export again")
     with np.errstate(invalid="ignore"):
         wrong = ~((numbers >= lowest) & (numbers <= highest) & (numbers == np.floor(numbers)))
     if wrong.any():

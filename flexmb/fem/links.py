@@ -69,7 +69,7 @@ def with_rigid_link(
     if (rows[node] < 0).any():
         raise MeshError(
             part,
-            found=f"the reference node has {int((rows[node] >= 0).sum())} freedoms of its own",
+            found=f"the reference node has {int((rows[node] >= 0).sum())} independent freedoms",
             expected="six: neither a node of solids, nor held, nor dependent on another link",
             remedy="Give coordinates (x, y, z) as reference: a new node is made there",
         )
@@ -265,7 +265,7 @@ def _check_free(fe: FEModel, part: str, numbers: np.ndarray, rows: np.ndarray, t
             raise MeshError(
                 part,
                 found=f"{fe.node_name(dependent[0])} depends on another link already",
-                expected="nodes with freedoms of their own",
+                expected="nodes with independent freedoms",
                 remedy="Remove the node from one of the two links, or link their reference nodes",
             )
     if lacking:

@@ -133,7 +133,7 @@ def _dofs(part: str, dofs, size: int, number_of_nodes: int) -> np.ndarray:
         values, count = np.unique(dofs, axis=0, return_counts=True)
         raise MeshError(
             part,
-            found=f"node {values[count.argmax()][0]}, direction {values[count.argmax()][1]} stands in "
+            found=f"node {values[count.argmax()][0]}, direction {values[count.argmax()][1]} appears in "
             f"{count.max()} rows of dofs",
             expected="every freedom once",
             remedy="Check the order of the rows",

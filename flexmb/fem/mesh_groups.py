@@ -49,7 +49,7 @@ def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
             part,
             found=f"{len(grouped.points)} points, but no cells",
             expected="a mesh with cells",
-            remedy="In Gmsh, add what is to be saved to a physical group (or save all)",
+            remedy="In Gmsh, add the cells to save to a physical group (or save all)",
         )
     points = np.array(grouped.points, float)
     if points.shape[1] == 2:

@@ -115,7 +115,7 @@ def _sort_by_use(
         numbers = expanded(path, name, words)
     except MeshError:
         cards.notes.append(
-            f"the set '{name}' reads '{' '.join(words)[:40]}'; it is no list of numbers and was left out"
+            f"the set '{name}' reads '{' '.join(words)[:40]}'; it is not a list of numbers and was omitted"
         )
         return
     nodes, elements = bool(np.isin(numbers, node_ids).all()), bool(np.isin(numbers, element_ids).all())
@@ -124,8 +124,8 @@ def _sort_by_use(
         return
     if nodes and elements and len(used_for) != 1:
         cards.notes.append(
-            f"the numbers of the set '{name}' are those of grid points and of elements, and nothing says which are "
-            f"meant; it was taken as grid points. A comment $HMSET with the type 2 makes it one of elements"
+            f"the numbers of the set '{name}' fit grid points and elements, and nothing says which are meant; it was "
+            "taken as grid points. A comment $HMSET with the type 2 makes it a set of elements"
         )
     if elements and (not nodes or used_for == {"ELEM"}):
         cards.element_sets[name] = numbers

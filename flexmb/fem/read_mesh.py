@@ -56,7 +56,7 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     Raises
     ------
     MeshError
-        No such file, not readable, unknown kind of cell, no cells, a scale that is no positive number.
+        No such file, not readable, unknown kind of cell, no cells, a scale that is not a positive number.
 
     Warns
     -----

@@ -102,7 +102,7 @@ class Section:
                 part,
                 found=f"line_mass = {self.line_mass!r} kg/m",
                 expected="a number >= 0",
-                remedy="Give the mass per length of what is no structure",
+                remedy="Give the non-structural mass per length",
             )
         if self.product_yz**2 >= self.inertia_y * self.inertia_z:
             raise MeshError(

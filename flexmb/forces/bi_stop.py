@@ -121,7 +121,7 @@ class BiStop(OnCoordinate):
         self.require_place()
         self.require_positive("stiffness", "depth")
         self.require_positive("damping", zero=True)
-        check_number(self, "exponent", 1.0, "a number >= 1", "1 is a linear stop, 1.5 that of a Hertzian contact")
+        check_number(self, "exponent", 1.0, "a number >= 1", "1 is a linear stop, 1.5 a Hertzian contact")
         travel = np.asarray(self.travel, float)
         if travel.shape != (2,) or not np.all(np.isfinite(travel)) or travel[0] > travel[1]:
             raise ModelError(

@@ -37,7 +37,7 @@ class OnCoordinate(Force):
                 self.title,
                 found=f"along = {along!r}",
                 expected="'line', 'x', 'y' or 'z'",
-                remedy=did_you_mean(str(along), ("line",)) or "Axes are those of the first marker",
+                remedy=did_you_mean(str(along), ("line",)) or "The axes belong to the first marker",
             )
         if markers is not None:
             self.require_marker_pair()

@@ -36,11 +36,9 @@ __all__ = ["Linearization", "linearize"]
 GROWTH, ROUNDING = 1e-7, 1e-12
 """Growth that counts as none, relative to an eigenvalue and to the largest: what the eigenvalue problem rounds."""
 CHANGE_WITH_TIME = (
-    "the coefficients of this motion change with time, whoever looks at it, and what follows holds "
-    "at this instant only; "
-    "expected: an equilibrium, or bodies that turn steadily, together or each about an axis of "
-    "symmetry. Simulate a small "
-    "disturbance instead, or start from fmb.statics(model)"
+    "the coefficients of this motion change with time in all axes, so the result holds at this instant only; "
+    "expected: an equilibrium, or bodies that turn steadily, together or each about an axis of symmetry. "
+    "Simulate a small disturbance instead, or start from fmb.statics(model)"
 )
 
 

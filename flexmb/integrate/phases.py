@@ -295,7 +295,7 @@ class Phases:
             raise IntegrationError(
                 self.recorder.system.switch_owners[int(switching.limits[3]) - 1],
                 found="its markers have turned against each other by half a turn",
-                expected="less: beyond, its moment would jump to that of the other side",
+                expected="less than half a turn, where its moment would jump to the opposite sign",
                 remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
             )
 
@@ -317,8 +317,8 @@ def _missed(system, times: np.ndarray) -> list[str]:
     )
     return [
         f"{title} has a signal that changes too often between t = {times[0]:.6g} s and {times[-1]:.6g} s to find all "
-        "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may go over "
-        "something: give the integrator a largest step below what matters, or a shorter t_end."
+        "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may pass over "
+        "a pulse: limit the integrator's step to the shortest pulse that matters, or give a shorter t_end."
         for title in titles
     ]
 

@@ -80,7 +80,7 @@ def state_at(start, model: Model, t: float):
         raise ModelError(
             "simulate",
             found=f"a start with {len(start.q)} coordinates and {len(start.u)} velocities",
-            expected=f"{system.nq} and {system.nu}, those of model '{system.model.name}'",
+            expected=f"{system.nq} and {system.nu}, as in model '{system.model.name}'",
             remedy="Give a solution of this model, or an Instant that names its own model",
         )
     return carried(system, model, start.q, start.u)

@@ -117,4 +117,4 @@ def _sentence(title: str, measure: str, place: str, value: float, t: float) -> s
 
 def _parts(value: float) -> str:
     """The deformation of a part, relative to its size, falls with the number of parts."""
-    return f"{int(np.ceil(value)) + 1} bodies" if value < 10.0 else "many bodies if the motion is what is meant"
+    return f"{int(np.ceil(value)) + 1} bodies" if value < 10.0 else "many bodies if this motion is intended"

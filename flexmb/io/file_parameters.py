@@ -111,7 +111,9 @@ class _Resolver:
 
 
 def parse_setting(text: str) -> tuple[str, Any]:
-    """Return name and value of ``name=value`` as the command line gives it: a number, an expression or a text."""
+    """Return name and value of ``name=value`` as the command line gives it: a number, an expression, true or false,
+    or a text.
+    """
     name, equals, value = text.partition("=")
     name, value = name.strip(), value.strip()
     if not equals or not name or not value:
@@ -121,6 +123,8 @@ def parse_setting(text: str) -> tuple[str, Any]:
             expected="name=value",
             remedy="Write pressure=5.5e3",
         )
+    if value in ("true", "false"):  # the words of TOML
+        return name, value == "true"
     try:
         return name, expression.evaluate(value)
     except ModelError:

@@ -103,5 +103,5 @@ def check_extent(value: Any, where: str) -> None:
                 where,
                 found=f"more than {VALUES} values" if depth <= DEEPEST else f"lists nested more than {DEEPEST} deep",
                 expected=f"at most {VALUES} values in one list, {DEEPEST} lists inside each other",
-                remedy="Large data belong into files of their own: meshes, reduced bodies",
+                remedy="Put large data into separate files: meshes, reduced bodies",
             )

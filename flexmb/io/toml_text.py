@@ -70,7 +70,7 @@ def parse_toml(text: str, part: str) -> dict[str, Any]:
             part,
             found=_syntax(str(error), text),
             expected="TOML 1.0",
-            remedy="Text stands in quotes, lists in [ ], tables of fields in { } on one line",
+            remedy="Write text in quotes, lists in [ ], tables of fields in { } on one line",
         ) from None
 
 

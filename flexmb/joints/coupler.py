@@ -59,7 +59,7 @@ class Coupler(Joint):
                 self.title,
                 found=f"ratio = {self.ratio!r}",
                 expected="a finite number other than 0",
-                remedy="ratio is the speed of the first joint over that of the second",
+                remedy="ratio is the speed of the first joint divided by the speed of the second",
             )
 
     def check(self, model) -> None:

@@ -63,7 +63,7 @@ def check_mapping(value: Any, part: str, field: str, example: str, error: type[F
         raise error(
             part,
             found=f"{field} = {value!r}",
-            expected="names with what they stand for",
+            expected="a mapping of names to values",
             remedy=f"Write {field}={example}",
         )
 

@@ -237,7 +237,7 @@ class _Reader:
         inner: ast.expr = node
         while isinstance(inner, ast.Subscript):
             if not isinstance(inner.slice, ast.Constant) or type(inner.slice.value) is not int:
-                raise self.error("square brackets around something else than a whole number", "Write point[0]")
+                raise self.error("square brackets around something other than a whole number", "Write point[0]")
             indices.insert(0, inner.slice.value)
             inner = inner.value
         name = inner.id if isinstance(inner, ast.Name) else ""
@@ -245,7 +245,7 @@ class _Reader:
         for index in indices:
             if not isinstance(value, tuple | list):
                 raise self.error(
-                    f"[{index}] of '{ast.unparse(inner)}', which is no list",
+                    f"[{index}] of '{ast.unparse(inner)}', which is not a list",
                     did_you_mean(name, self.parameters) or "Give the parameter a list",
                 )
             if index >= len(value):

@@ -39,7 +39,7 @@ def report(data: ModalNeutralData) -> str:
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise DataFileError(
             f"Modal neutral data '{data.name}'",
-            found=f"a quality report that cannot be told ({' '.join(repr(error).split())[:120]})",
+            found=f"a quality report that cannot be printed ({' '.join(repr(error).split())[:120]})",
             expected="the entries that the reduction writes",
             remedy="Reduce the part again: the file is damaged, or of another release",
         ) from error

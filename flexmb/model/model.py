@@ -86,7 +86,7 @@ class Model(metaclass=Described):
                 raise ModelError(
                     body.title,
                     found=f"a {type(body).__name__} called '{GROUND}'",
-                    expected="another name, for this one is that of the world frame",
+                    expected="another name: this one belongs to the world frame",
                     remedy="Rename the body; a body that cannot move is fmb.Ground",
                 )
 

@@ -39,7 +39,7 @@ def rotation3(value: Any, part: str, field: str) -> np.ndarray:
     if R.shape != (3, 3) or np.any(np.abs(R @ R.T - np.eye(3)) > ORTHOGONAL) or np.linalg.det(R) < 0.0:
         raise ModelError(
             part,
-            found=f"{field} = {value!r} is no right-handed orthogonal rotation",
+            found=f"{field} = {value!r} is not a right-handed orthogonal rotation",
             expected="a rotation vector (3,), a rotation matrix (3, 3) or a scipy Rotation",
             remedy="Use Pose.axes(at, x=..., z=...) to give two directions",
         )

@@ -104,7 +104,7 @@ def geometric_stiffness(
     if not fe.blocks:
         raise ReductionError(
             f"FE model '{fe.name}'",
-            found="geometric stiffness was asked for, but there are no elements",
+            found="geometric stiffness was requested, but there are no elements",
             expected="an FE model made from a mesh or a frame",
             remedy="Use geometric_stiffness=False for foreign matrices",
         )

@@ -109,7 +109,7 @@ def independent_columns(block: np.ndarray, length: float) -> np.ndarray:
 def offered(fe: FEModel, interfaces: Mapping[str, Any] | Iterable[str] | str) -> Mapping[str, Any]:
     """Return interfaces by name from "all" or a list of names: the reference points that a deck offers.
 
-    "all" takes every reference node with six freedoms of its own, and every one that follows the mean of others.
+    "all" takes every reference node with six independent freedoms, and every one that follows the mean of others.
     """
     if isinstance(interfaces, Mapping):
         return interfaces

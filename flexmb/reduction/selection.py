@@ -82,7 +82,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
         why = "a link makes them follow other nodes" if linked else "no element gives them stiffness"
         raise ReductionError(
             part,
-            found=f"{len(free)} of its nodes have no freedoms of their own ({why}), first {fe.node_name(free[0])}",
+            found=f"{len(free)} of its nodes have no independent freedoms ({why}), first {fe.node_name(free[0])}",
             expected="nodes of the FE model that move by themselves",
             remedy="Choose the node that the link hangs on" if linked else "Choose nodes that belong to elements",
         )

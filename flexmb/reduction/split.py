@@ -111,7 +111,7 @@ def _unknown(parts: Sequence[FEModel], what: str, name: str, where) -> Reduction
     known = sorted({key for part in parts for key in (*part.node_sets, *part.facet_sets)})
     return ReductionError(
         f"{what} '{name}'",
-        found=f"{where!r} is no set of any part",
+        found=f"{where!r} is not a set of any part",
         expected=f"One of: {', '.join(known) or 'none'}, or coordinates",
         remedy=did_you_mean(str(where), known) or "Name a set of the mesh, or give coordinates",
     )

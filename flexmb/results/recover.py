@@ -266,7 +266,7 @@ def _along(body, quantity: str, q, fractions) -> np.ndarray:
     if not hasattr(body, quantity):
         raise ModelError(
             body.title,
-            found=f"a {type(body).__name__} is no line",
+            found=f"a {type(body).__name__} is not a line",
             expected="an AncfCable or AncfBeam",
             remedy="Section forces of reduced frames are given by recover.section_forces",
         )
@@ -284,7 +284,7 @@ def _along(body, quantity: str, q, fractions) -> np.ndarray:
             body.title,
             found=f"coordinates of shape {q.shape}",
             expected=f"(nt, {size})",
-            remedy="Take those of the body: solution.series().coordinates(body.name)[0]",
+            remedy="Take the coordinates of the body: solution.series().coordinates(body.name)[0]",
         )
     return np.array([getattr(body, quantity)(row, fractions) for row in q])
 

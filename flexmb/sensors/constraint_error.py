@@ -36,7 +36,7 @@ class ConstraintError(Sensor):
                 self.title,
                 found=f"level = {self.level!r}",
                 expected=f"One of: {', '.join(LEVELS)}",
-                remedy=did_you_mean(str(self.level), LEVELS) or "Leave it away for that of positions",
+                remedy=did_you_mean(str(self.level), LEVELS) or "Omit it for positions",
             )
 
     def columns(self, model) -> tuple[str, ...]:

@@ -40,7 +40,7 @@ class Energy(Sensor):
                 self.title,
                 found=f"kind = {self.kind!r}",
                 expected=f"One of: {', '.join(known)}",
-                remedy=did_you_mean(str(self.kind), known) or "Leave it away for the total energy",
+                remedy=did_you_mean(str(self.kind), known) or "Omit it for the total energy",
             )
 
     def columns(self, model) -> tuple[str, ...]:

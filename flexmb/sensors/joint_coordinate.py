@@ -53,14 +53,14 @@ class JointCoordinate(Sensor):
                 self.title,
                 found=f"both kind = {self.kind!r} and freedom = {self.freedom!r}",
                 expected="one of them",
-                remedy="Leave kind away: it follows from the freedom",
+                remedy="Omit kind: it follows from the freedom",
             )
         if self.kind not in ("turn", "slide", None):
             raise ModelError(
                 self.title,
                 found=f"kind = {self.kind!r}",
                 expected="'turn', 'slide' or nothing",
-                remedy="Leave kind away: it follows from the joint",
+                remedy="Omit kind: it follows from the joint",
             )
 
     def check(self, model) -> None:

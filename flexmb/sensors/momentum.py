@@ -52,7 +52,7 @@ def _momentum(series, body):
     if not hasattr(body, "mass"):
         raise ModelError(
             body.title,
-            found=f"a {type(body).__name__} does not tell its momentum",
+            found=f"a {type(body).__name__} does not provide its momentum",
             expected="rigid bodies, point masses and floating bodies",
             remedy="Leave the Momentum sensor out of models with this kind of body",
         )

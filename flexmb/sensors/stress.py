@@ -47,7 +47,7 @@ class Stress(Sensor):
                 self.title,
                 found=f"component = {self.component!r}",
                 expected=f"One of: {', '.join(known)}",
-                remedy=did_you_mean(str(self.component), known) or "Leave it away for von Mises stress",
+                remedy=did_you_mean(str(self.component), known) or "Omit it for von Mises stress",
             )
         if self.component == "tensor" and not isinstance(self.node, int | np.integer):
             raise ModelError(

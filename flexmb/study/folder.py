@@ -25,13 +25,13 @@ SCHEMA, VERSION = "flexmb.study", 1
 _CHANGED = {
     "model": "the model file, its fixed parameters or its reduced bodies have changed",
     "function": "the function has changed",
-    "outputs": "other outputs are asked for",
+    "outputs": "other outputs are requested",
     "plan": "the parameters or their values have changed",
 }
 
 
 class StudyFolder:
-    """Opens a folder for a study: a new one, or that of the same study, to go on with it.
+    """Opens a folder for a study: a new one, or the folder of the same study, to go on with it.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class StudyFolder:
         if there:
             raise self._error(
                 f"it holds {', '.join(there[:4])}{', ...' if len(there) > 4 else ''}",
-                "a new or empty folder, or that of the same study",
+                "a new or empty folder, or the folder of the same study",
                 "Give another one with --out",
             )
         content = {"schema": SCHEMA, "schema_version": VERSION, "settings": settings}

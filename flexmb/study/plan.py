@@ -135,7 +135,7 @@ def listed(rows: Iterable[Mapping[str, Any]]) -> Plan:
             raise ModelError(
                 f"Plan, row {number}",
                 found=f"it has {', '.join(row) or 'no parameters'}",
-                expected=f"those of the first row: {', '.join(names)}",
+                expected=f"the parameters of the first row: {', '.join(names)}",
                 remedy="Give the same parameters in every row",
             )
     return Plan(names, tuple(tuple(row[name] for name in names) for row in rows))

@@ -106,7 +106,7 @@ class _Crew:
         elif kind == "compiling":
             worker.compiling, self.compiled = content, time.monotonic()
         elif kind == "useless":
-            raise _cannot_start(f"the worker does not find what it shall compute: {content}")
+            raise _cannot_start(f"the worker does not find the function to compute: {content}")
         else:
             worker.number, self.warm = None, True
             return content

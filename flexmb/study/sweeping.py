@@ -175,7 +175,7 @@ def _check(jobs, timeout, keep_runs, folder) -> None:
     if keep_runs and folder is None:
         raise ModelError(
             "Study",
-            found="run folders shall be kept, but there is no folder",
+            found="run folders are to be kept, but no folder is given",
             expected="a folder",
             remedy="Give folder='runs/sweep'",
         )

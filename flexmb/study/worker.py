@@ -60,7 +60,7 @@ class Worker:
         if code is None or code >= 0:
             return f"the worker process ended with code {code}"
         name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-        hint = {"SIGKILL": ", often for want of memory", "SIGSEGV": ", a crash of compiled code"}.get(name, "")
+        hint = {"SIGKILL": ", often because memory ran out", "SIGSEGV": ", a crash of compiled code"}.get(name, "")
         return f"the worker process was ended by {name}{hint}"
 
 

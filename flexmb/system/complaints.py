@@ -112,7 +112,7 @@ def singular(system: System, state, work, place: int) -> CompileError:
         return CompileError(
             system.owner(unknown),
             found="the equations of motion are singular: it contradicts or repeats others",
-            expected="equations that do not depend on those of other joints here",
+            expected="equations that are independent of the other joints here",
             remedy="Replace this joint by one that forbids less, or remove a drive of the same loop",
         )
     return without_inertia(system, state, work, unknown)

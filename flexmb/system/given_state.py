@@ -31,7 +31,7 @@ def given_state(given: Any, system, asker: str, *, reactions: bool = True):
         raise ModelError(
             asker,
             found=f"a state with {sizes[0]} coordinates, {sizes[1]} velocities and {sizes[2]} multipliers",
-            expected=f"{system.nq}, {system.nu} and {system.ng}, those of model '{system.model.name}'",
+            expected=f"{system.nq}, {system.nu} and {system.ng}, as in model '{system.model.name}'",
             remedy="Give a state of this model",
         )
     return system.state(given.t, given.q, given.u, a, lam)

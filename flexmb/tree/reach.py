@@ -185,7 +185,7 @@ def reach(
     at = ", ".join(f"{name} = {x:.6g}" for name, x in zip(tree.names, best, strict=True))
     raise ModelError(
         "JointTree",
-        found=f"marker '{marker}' comes no nearer to its aim than {gap:.6g} m{turned}, at {at}",
+        found=f"marker '{marker}' gets no closer to its target than {gap:.6g} m{turned}, at {at}",
         expected="a pose within reach and limits",
-        remedy="Bring the aim nearer, widen the limits, or give another start",
+        remedy="Move the target closer, widen the limits, or give another start",
     )

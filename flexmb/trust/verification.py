@@ -134,14 +134,14 @@ class Verification:
     def verdict(self) -> str:
         """The whole in a sentence."""
         if not self.checks and not self.answers:
-            return "nothing could be looked at"
+            return "nothing could be checked"
         wrong = [check.name for check in self.checks if not check.holds]
         weak = [answer.title for answer in self.answers if not answer.peak_holds]
         part = [answer.title for answer in self.answers if answer.peak_holds and not answer.holds]
         if self.ok:
             held = f"all {len(self.answers)} answers hold within {_percent(self.within)}"
             told = held if self.answers else "the equations hold; the answers were not compared with other runs"
-            return f"{told}. Not covered: what the model leaves out, and wrong input"
+            return f"{told}. Not covered: what the model omits, and wrong input"
         parts = [f"do not rely on this run: {', '.join(wrong)}"] if wrong else []
         parts += [f"within {_percent(self.within)} do not hold: {', '.join(weak)}"] if weak else []
         parts += [f"only the greatest values hold of: {', '.join(part)}"] if part else []

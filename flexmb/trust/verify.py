@@ -69,7 +69,7 @@ def verify(
     told("the equations at samples")
     checks, notes = _of_itself(solution, within)
     if not solution.status.ok:
-        notes.append(f"the run ended early ({solution.status}); what it computed is looked at")
+        notes.append(f"the run ended early ({solution.status}); the computed part is checked")
     used = of_solution(solution, integrator)
     if used is None:
         notes.append(

@@ -145,7 +145,7 @@ def mobility(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
         for run, r in known
     ]
     note = (
-        '<p class="note">Mobility: true degrees of freedom at the start, those of flexible bodies included. Dependent '
+        '<p class="note">Mobility: true degrees of freedom at the start, flexible bodies included. Dependent '
         "equations: reactions of least norm are given.</p>"
     )
     return "<h2>Mobility</h2>" + table(titles, rows) + note + "".join(more)

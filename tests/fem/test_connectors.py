@@ -166,7 +166,7 @@ def test_supports_make_a_model_planar(beam):
             "node 3 depends on another link",
             "one of the two links",
         ),
-        (lambda b, k: fem.with_rigid_link(k, 3, [4]), "0 freedoms of its own", "a new node is made"),
+        (lambda b, k: fem.with_rigid_link(k, 3, [4]), "0 independent freedoms", "a new node is made"),
         (lambda b, k: fem.with_rigid_link(fem.with_supports(b, 0), 1, [0]), "node 0 is held", "link first"),
         (lambda b, k: fem.with_rigid_link(b, 0, [0]), "no nodes", "node numbers"),
         (lambda b, k: fem.with_averaging_link(b, (0, 0, 1), [0, 1, 2]), "on one line", "with_rigid_link"),

@@ -269,7 +269,7 @@ def test_a_case_control_set_of_element_numbers(write):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("SET 2 = 1", "set_2' are those of grid points and of elements"),
+        ("SET 2 = 1", "set_2' fit grid points and elements, and nothing says which"),
         ("SET 2 = 20, 21", "names neither grid points nor elements"),
         ("SET 2 = ALL", "reads 'ALL'"),
         ("SET 2 = 10.5, 20.0", "reads '10.5 20.0'"),

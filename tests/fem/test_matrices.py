@@ -163,7 +163,7 @@ def changed(matrix, i, j, factor):
         (lambda b: (b.K, b.M, b.nodes[:3]), "24 rows and 3 nodes", "Give dofs"),
         (lambda b: (b.K, b.M, b.nodes, b.dofs[:3]), "dofs of shape (3, 2)", "direction 0..5"),
         (lambda b: (b.K, b.M, b.nodes, b.dofs + 1), "node 4, direction 6", "start at 0"),
-        (lambda b: (b.K, b.M, b.nodes, b.dofs * [1, 0]), "stands in 6 rows", "order of the rows"),
+        (lambda b: (b.K, b.M, b.nodes, b.dofs * [1, 0]), "appears in 6 rows", "order of the rows"),
     ],
 )
 def test_messages_of_matrices(beam, make, found, remedy):

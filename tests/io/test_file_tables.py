@@ -166,8 +166,8 @@ def test_lists_in_expressions():
     for text, message in (
         ("x[2]", "x[2] of a list of 2"),
         ("x[on]", "something else than a whole number"),
-        ("on[0]", "which is no list"),
-        ("q[0]", "which is no list"),
+        ("on[0]", "which is not a list"),
+        ("q[0]", "which is not a list"),
         ("z[0]", "z[0] is (1, 2)"),
     ):
         with pytest.raises(ModelError, match=message.replace("[", r"\[").replace("(", r"\(").replace(")", r"\)")):

@@ -309,6 +309,8 @@ def test_wrong_simulations(tmp_path, table, messages):
         ("a = 2*pi/2", ("a", 3.141592653589793)),
         ("file=lever.toml", ("file", "lever.toml")),
         ("a== 2*b", ("a", "= 2*b")),
+        ("rigid=true", ("rigid", True)),
+        ("rigid = false", ("rigid", False)),
     ],
 )
 def test_settings_of_the_command_line(text, found):

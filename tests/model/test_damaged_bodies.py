@@ -33,7 +33,7 @@ def test_any_changed_byte_is_noticed(path):
         path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
         assert hdf5_seal.state_of(path) != hdf5_seal.WHOLE
     path.write_bytes(content.replace(b"fine", b"file"))
-    with pytest.raises(DataFileError, match="its checksum is not that of its content"):
+    with pytest.raises(DataFileError, match="its checksum does not match its content"):
         ModalNeutralData.load(path)
 
 
@@ -107,7 +107,7 @@ def test_what_the_library_does_not_survive(path, monkeypatch, tmp_path):
 
 def test_a_report_that_cannot_be_told(path):
     data = ModalNeutralData.load(path)
-    with pytest.raises(DataFileError, match="a quality report that cannot be told"):
+    with pytest.raises(DataFileError, match="a quality report that cannot be printed"):
         data.report()
     with pytest.raises(ModelError, match=r"a quality report of other modes\. Expected: a row for each of the 3 modes"):
         data.selected(3)

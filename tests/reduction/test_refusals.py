@@ -241,7 +241,7 @@ def test_massless_interface():
 
 def test_geometric_stiffness_needs_elements():
     assert_refused(
-        r"geometric stiffness was asked for, but there are no elements.*geometric_stiffness=False",
+        r"geometric stiffness was requested, but there are no elements.*geometric_stiffness=False",
         planar_beam(),
         geometric_stiffness=True,
     )
@@ -298,7 +298,7 @@ def test_interface_on_a_linked_node():
     beam = fem.frame(points, section=fem.Section.rectangle(0.02, 0.02), material=STEEL)
     linked = with_rigid_link(beam, 2, [3])
     assert_refused(
-        r"Interface 'b': 1 of its nodes have no freedoms of their own \(a link makes them follow other nodes\), first "
+        r"Interface 'b': 1 of its nodes have no independent freedoms \(a link makes them follow other nodes\), first "
         r"node 3.*Choose the node that the link hangs on",
         linked,
         {"a": [0], "b": [3]},

@@ -106,5 +106,5 @@ def test_messages():
         fmb.SectionForces("F", body="b", at=1.5)
     with pytest.raises(ModelError, match=r"body 'ground' is a Ground.*AncfCable or AncfBeam"):
         cantilever("cable").with_parts(sensors=(fmb.SectionStrains("E", body="ground"),))
-    with pytest.raises(ModelError, match=r"Ground is no line.*AncfCable or AncfBeam"):
+    with pytest.raises(ModelError, match=r"Ground is not a line.*AncfCable or AncfBeam"):
         recover.line_forces(fmb.Ground(), np.zeros((1, 3)), 0.5)

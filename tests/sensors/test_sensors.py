@@ -204,7 +204,7 @@ def test_momentum_of_an_unknown_kind(solution):
     class Jelly:
         name, title, n_velocities = "jelly", "Body 'jelly'", 3
 
-    with pytest.raises(ModelError, match=r"a Jelly does not tell its momentum"):
+    with pytest.raises(ModelError, match=r"a Jelly does not provide its momentum"):
         _momentum(None, Jelly())
 
 

@@ -53,7 +53,10 @@ def test_ranges_have_both_ends():
         (lambda: study.Plan(("a", "a"), ((1, 2),)), r"Plan, a: the parameter is given twice"),
         (lambda: study.Plan(("a", "b"), ((1, 2), (3,))), r"Plan, row 2: 1 values\. Expected: 2: a, b"),
         (lambda: study.listed([]), r"Plan: it has no parameter"),
-        (lambda: study.listed([{"a": 1}, {"b": 1}]), r"Plan, row 2: it has b\. Expected: those of the first row: a"),
+        (
+            lambda: study.listed([{"a": 1}, {"b": 1}]),
+            r"Plan, row 2: it has b\. Expected: the parameters of the first row: a",
+        ),
         (lambda: study.latin_hypercube({"a": (2.0, 1.0)}, 5), r"Range of 'a': \(2\.0, 1\.0\).*the lower one first"),
         (lambda: study.latin_hypercube({"a": (1.0, "x")}, 5), r"Range of 'a'"),
         (lambda: study.latin_hypercube({"a": (1.0, 2.0)}, 0), r"Latin hypercube: samples = 0.*--latin 50"),

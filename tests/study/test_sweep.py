@@ -99,7 +99,7 @@ def test_a_process_that_dies_costs_its_row(tmp_path):
     results = fmb.sweep(formulas.square, {"x": [2, 13, -1, 3, 4]}, jobs=2, folder=tmp_path / "out")
     assert [row.status for row in results.rows] == ["done", "died", "failed", "done", "done"]
     assert results["y"][[0, 3, 4]] == pytest.approx([4.0, 9.0, 16.0])
-    assert results.rows[1].error == "the worker process was ended by SIGKILL, often for want of memory"
+    assert results.rows[1].error == "the worker process was ended by SIGKILL, often because memory ran out"
     assert results.rows[2].error == "ValueError: no root of -1"
     assert "2: died: the worker process was ended by SIGKILL" in str(results)
 
@@ -149,7 +149,7 @@ def test_failures_are_repeated_when_asked(tmp_path, threads, monkeypatch):
     ("change", "message"),
     [
         ({"over": {"g": [1.0, 3.0]}}, "the parameters or their values have changed"),
-        ({"outputs": ["max(place z)"]}, "other outputs are asked for"),
+        ({"outputs": ["max(place z)"]}, "other outputs are requested"),
         (
             {"parameters": {"duration": 2.0}},
             "the model file, its fixed parameters or its reduced bodies have changed",
@@ -205,7 +205,7 @@ def test_unknown_parameters_and_sensors_show_at_once(fall):
         fmb.sweep(fall, {"g": [1.0]}, jobs=0)
     with pytest.raises(ModelError, match=r"timeout = -1\.0 s\. Expected: a positive time"):
         fmb.sweep(fall, {"g": [1.0]}, timeout=-1.0)
-    with pytest.raises(ModelError, match=r"run folders shall be kept, but there is no folder"):
+    with pytest.raises(ModelError, match=r"run folders are to be kept, but no folder is given"):
         fmb.sweep(fall, {"g": [1.0]}, keep_runs=True)
 
 
@@ -278,7 +278,7 @@ def test_a_function_that_is_not_found(tmp_path, monkeypatch):
     (tmp_path / "vanishing.py").write_text("def f(x):\n    return x\n")
     function = study.function_in(f"{tmp_path}/vanishing.py:f")
     (tmp_path / "vanishing.py").unlink()
-    with pytest.raises(FlexmbError, match=r"the worker does not find what it shall compute: ModuleNotFoundError"):
+    with pytest.raises(FlexmbError, match=r"the worker does not find the function to compute: ModuleNotFoundError"):
         fmb.sweep(function, {"x": [1]}, jobs=1)
     with pytest.raises(ModelError, match=r"there is no file '.*vanishing\.py'"):
         study.function_in(f"{tmp_path}/vanishing.py:f")

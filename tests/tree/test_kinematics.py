@@ -209,10 +209,10 @@ def test_inverse_kinematics_keeps_limits():
 def test_out_of_reach_says_how_far():
     tree = fmb.JointTree(arm(n=2))
     with pytest.raises(
-        fmb.ModelError, match=r"'link_2.tool' comes no nearer to its aim than 0.25 m, at joint_1.turn = "
+        fmb.ModelError, match=r"'link_2.tool' gets no closer to its target than 0.25 m, at joint_1.turn = "
     ):
         tree.reach("link_2.tool", (0.0, 1.25, 0.0), orientation=False)
-    with pytest.raises(fmb.ModelError, match=r"no nearer to its aim than 1\.[0-9]+ m"):
+    with pytest.raises(fmb.ModelError, match=r"no closer to its target than 1\.[0-9]+ m"):
         tree.reach(
             "link_2.tool",
             (-0.9, 0.0, 0.0),

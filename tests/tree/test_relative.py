@@ -206,5 +206,5 @@ def test_a_coordinate_that_is_no_number_is_named():
 
 def test_a_state_of_another_model_is_refused():
     other = fmb.simulate(chain(3), 0.01, samples=2).final
-    with pytest.raises(fmb.ModelError, match=r"JointTree: a state with 21 coordinates.*those of model 'model'"):
+    with pytest.raises(fmb.ModelError, match=r"JointTree: a state with 21 coordinates.*as in model 'model'"):
         fmb.JointTree(chain(2)).relative(other)

@@ -88,7 +88,7 @@ class Lines:
 
     def __init__(self, path: Path):
         self.path = path
-        self.text = deck_bytes(path, ()).splitlines()
+        self.text = deck_bytes(path, (), []).splitlines()
         self.at = 0
 
     def where(self, at: int | None = None) -> str:

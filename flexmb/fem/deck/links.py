@@ -80,7 +80,7 @@ class LinkRows:
                 part,
                 found="equations that do not determine the dependent freedoms",
                 expected="independent equations in the dependent components",
-                remedy="Choose other dependent components, or remove what repeats",
+                remedy="Choose other dependent components, or remove redundant equations",
             )
         chosen = may[order[: len(matrix)]]
         rest = np.setdiff1d(np.arange(len(columns)), chosen)

@@ -144,7 +144,7 @@ def doubt(deck: Deck, mass: float) -> str:
             fitting.append(units)
     told = f"a modulus of {e:.3g}, " + ("" if rho is None else f"a density of {rho:.3g}, ") + f"a size of {size:.3g}"
     hint = f"they fit units='{fitting[0]}'" if fitting else "give units=..., for example 'mm, t, s'"
-    return f"{told} and a mass of {mass:.3g} are not those of a structure in Pa, kg/m3, m and kg; {hint}"
+    return f"{told} and a mass of {mass:.3g} are implausible for a structure in Pa, kg/m3, m and kg; {hint}"
 
 
 def _plausible(young: float, density: float | None, size: float) -> bool:
