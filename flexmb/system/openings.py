@@ -93,7 +93,6 @@ def _drawn_open(system: System, work, t: float) -> list[tuple[str, float, float]
     work.equations["g"][system.program.equation_level != 0] = 0.0  # velocities are no gaps
     found = []
     for name, (metres, radians) in gaps(system, work).items():
-<<<<<<< HEAD
         # a drive says where its joint begins, and a point beyond the end of its curve is told by assembly
         if not system.model.joint(name).prescribes and np.isfinite(metres + radians):
             found.append((name, metres, radians))
@@ -108,20 +107,6 @@ def _place(system: System, marker: str) -> str:
     """Return where a marker is described, in W."""
     r = system.tables["markers"]["r"][system.marker_index[marker]]
     return f"({', '.join(f'{x:.4g}' for x in r)}) m"
-=======
-        joint = system.model.joint(name)
-        share = max(metres / size, radians / (2.0 * np.pi))
-        if joint.prescribes or share <= OPEN:  # a drive says where its joint begins
-            continue
-        by = " and ".join(f"{x:.3g} {unit}" for x, unit in ((metres, "m"), (radians, "rad")) if x > 0.0)
-        sure = "This is far more than a drawing tolerance: check" if share > WRONG else "Check"
-        found.append(
-            f"{joint.title}: as described it is open by {by}, and the bodies were moved to close it; expected: markers "
-            f"{' and '.join(repr(m) for m in joint.resolved_markers(system.model))} that meet, within {OPEN:g} of the "
-            f"model's size ({size:.3g} m). {sure} the places of its bodies and markers."
-        )
-    return found + _velocities(system, drawn, state, work)
->>>>>>> abd3718 (Messages in plain words; --set takes true and false, as the page on the flap station says)
 
 
 def _velocities(system: System, drawn, state, work) -> list[str]:
