@@ -22,6 +22,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, ValidityWarning, did_you_mean
 from flexmb.integrate.formulations import RANK
+from flexmb.integrate.imbalance import imbalance
 from flexmb.integrate.independent import independent
 from flexmb.integrate.observer import OWN_AXES, coefficients, constant_observer
 from flexmb.integrate.spectrum import first_order, modes_of, state_matrix
@@ -207,9 +208,12 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     rank = DEPENDENT if system.misfits else RANK  # axes parallel but for the digits of a mesh
     bases = partial(independent, level=system.program.equation_level, rank=rank)
     observer = constant_observer(system, state, motion, own, bases)
-    if observer is None:
-        warnings.warn(f"Model '{model.name}', linearize: {CHANGE_WITH_TIME}", ValidityWarning, stacklevel=2)
-        observer = OWN_AXES
+    told: str | None = CHANGE_WITH_TIME
+    if observer is not None:
+        told = imbalance(system, state, work, motion, own.K.diagonal(), observer.velocity)
+    if told:
+        warnings.warn(f"Model '{model.name}', linearize: {told}", ValidityWarning, stacklevel=2)
+    observer = observer or OWN_AXES
     seen, T = observer.seen(system, state, motion, own)
     basis = bases(seen)
     fastest = max((float(np.linalg.norm(w)) for w in motion.spins.values()), default=0.0)

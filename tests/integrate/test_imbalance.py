@@ -1,0 +1,76 @@
+"""`linearize` about what is no equilibrium says so, with the body and its acceleration."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+LENGTH, MASS, G = 0.8, 2.0, 9.81
+
+
+def pendulum(angle, **rod):
+    """Return a slender rod on a hinge about y, `angle` away from hanging."""
+    direction = (np.sin(angle), 0.0, -np.cos(angle))
+    pose = fmb.Pose.axes((0, 0, 0), x=direction, y=(0, 1, 0))
+    body = fmb.RigidBody.rod("rod", length=LENGTH, mass=MASS, rotation=pose.rotation, **rod)
+    hinge = fmb.Pose.axes((0, 0, 0), z=(0, 1, 0))
+    body = body.replaced(markers={**body.markers, "hinge": fmb.Pose.axes((0, 0, 0), x=(1, 0, 0), z=(0, 1, 0))})
+    return fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(markers={"hinge": hinge}), body],
+        joints=[fmb.Revolute("A", markers=("ground.hinge", "rod.hinge"))],
+    )
+
+
+def test_a_rod_held_aside_is_told():
+    """3 g / (2 L) sin(angle) about the hinge; root mean square over the rod: L / sqrt(3) of it."""
+    expected = 1.5 * G / LENGTH * np.sin(1.0) * LENGTH / np.sqrt(3.0)
+    with pytest.warns(fmb.ValidityWarning, match=rf"Body 'rod' accelerates with {expected:.3g} m/s2.*statics"):
+        fmb.linearize(pendulum(1.0))
+
+
+def steady(model, about=None):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fmb.ValidityWarning)
+        return fmb.linearize(model, about)
+
+
+def test_equilibria_and_steady_motions_are_not():
+    """Hanging; found by statics; a sleeping top and one that precesses; a spinning body that flies or falls."""
+    rate = np.sqrt(1.5 * G / LENGTH) / (2.0 * np.pi)
+    np.testing.assert_allclose(steady(pendulum(0.0)).frequencies, [rate], rtol=1e-9)
+    model = pendulum(0.3)
+    np.testing.assert_allclose(steady(model, fmb.statics(model)).frequencies, [rate], rtol=1e-6)
+    for tilt in (0.0, 0.5):  # upright, and with the slow regular precession of a heavy top
+        steady(top(tilt))
+    flying = fmb.RigidBody("disc", mass=1.0, inertia=(1, 1, 2), angular_velocity=(0, 0, 30), velocity=(1, 2, 0))
+    for gravity in ((0, 0, 0), (0, 0, -G)):
+        steady(fmb.Model(bodies=[fmb.Ground(), flying], gravity=gravity))
+
+
+def top(tilt, spin=200.0):
+    """Return a symmetric top (A, A, C) on its tip, precessing regularly: C s O - A O2 cos(tilt) = m g l at spin s."""
+    A, C, m, length = 0.03, 0.01, 1.0, 0.1
+    total = A + m * length**2
+    roots = np.roots([(C - total) * np.cos(tilt), C * spin, -m * G * length])
+    O = float(np.min(np.abs(roots)))
+    axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    w = spin * axis + (O * np.array([0, 0, 1.0]) if tilt else 0.0)
+    at = length * axis
+    body = fmb.RigidBody(
+        "top",
+        mass=m,
+        inertia=(A, A, C),
+        at=tuple(at),
+        rotation=(0, tilt, 0),
+        velocity=tuple(np.cross(w, at)),
+        angular_velocity=tuple(w),
+        markers={"tip": (0, 0, -length)},
+    )
+    return fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(), body],
+        joints=[fmb.Spherical("S", markers=("ground.origin", "top.tip"))],
+    )
