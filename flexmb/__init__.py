@@ -35,7 +35,7 @@ _ROOMS = {
     "flexmb.study": "sweep",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }
-_DOORS = ("fem", "io", "reduction", "study", "view")
+_DOORS = ("fem", "io", "parts", "reduction", "study", "view")
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
 __all__ = ["__version__", *sorted({*_HOME, *_DOORS})]

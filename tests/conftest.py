@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 import hashlib
 import json
 import os
@@ -9,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +18,9 @@ from pathlib import Path
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ["FLEXMB_QUIET"] = "1"  # what a test prints does not depend on what is compiled already
+
+# Parts of model files are kept apart from those of the user, and from one run of the tests to the next.
+os.environ.setdefault("FLEXMB_BODIES", str(Path(tempfile.gettempdir()) / f"flexmb-test-bodies-{getpass.getuser()}"))
 
 import numpy as np
 import pytest

@@ -13,6 +13,7 @@ from flexmb.bodies.floating_row import ROW, pack
 from flexmb.bodies.floating_validity import FloatingWatch
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.data_source import DataSource
 from flexmb.model.kinds import Body, Table
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
@@ -30,7 +31,7 @@ class FloatingBody(Body):
     Parameters
     ----------
     name : str
-    data : ModalNeutralData
+    data : ModalNeutralData, or a description that they are made of (`flexmb.parts.Part`)
         Its markers are the interfaces and stations of the data.
     at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
         Where the axes of the mesh are at the start, in W.
@@ -68,6 +69,7 @@ class FloatingBody(Body):
 
     def __post_init__(self):
         super().__post_init__()
+        object.__setattr__(self, "data", _reduced(self.data))
         if not isinstance(self.data, ModalNeutralData):
             raise ModelError(
                 self.title,
@@ -114,6 +116,7 @@ class FloatingBody(Body):
                 expected="a positive number",
                 remedy="scale=1.05 makes all lengths 5 % longer",
             )
+        data = _reduced(data)
         if scale != 1.0:
             data = data.rescaled(length=scale, mass=scale**3, time=scale)
         return cls(name, data=data, **fields)
@@ -255,3 +258,8 @@ class FloatingBody(Body):
         for name in data.marker_names[: data.n_interfaces]:
             number = compiler.marker(f"{self.name}.{name}")
             markers[number]["iH"] = compiler.reserve_H(6 * int(markers[number]["nu"]))
+
+
+def _reduced(data: Any) -> Any:
+    """Return the data of a description; anything else as it is."""
+    return data.reduced() if isinstance(data, DataSource) else data

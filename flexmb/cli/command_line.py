@@ -19,14 +19,31 @@ from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
-from flexmb.cli import check, demo, export, plot, reduce, render, report, resume, run, show, sweep, verify, view, warm
+from flexmb.cli import (
+    cache,
+    check,
+    demo,
+    export,
+    plot,
+    reduce,
+    render,
+    report,
+    resume,
+    run,
+    show,
+    sweep,
+    verify,
+    view,
+    warm,
+)
+from flexmb.cli.reduction_lines import ReductionLines
 from flexmb.errors import FlexmbError
 
 __all__ = ["VERBS", "main"]
 
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
-    *(export, plot, render, view, report, warm, demo),
+    *(export, plot, render, view, report, cache, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 
@@ -46,7 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _require_memory()
         given = _parser().parse_args(arguments)
         command = f"flexmb {given.verb}"
-        code = given.execute(given)
+        from flexmb.parts import watching  # numba comes with it, which nobody waits for who asks for help
+
+        with watching(ReductionLines()):
+            code = given.execute(given)
         sys.stdout.flush()  # here, where it can be said that the disk is full
         return code
     except FlexmbError as error:

@@ -26,7 +26,7 @@ area."""
 def shell(
     mesh: Mesh,
     material: Material,
-    thickness: float | Mapping[str, float],
+    thickness: float | Mapping[str, float] | np.ndarray,
     *,
     lumped: bool = False,
     stress_side: float = 0.0,
@@ -42,7 +42,7 @@ def shell(
     ----------
     mesh : Mesh
         First-order triangles and quadrilaterals; other cells are left out.
-    thickness : float, m, or mapping of group name to float
+    thickness : float, m, or mapping of group name to float, or (ne,) for the cells of a mesh of one kind
     lumped : bool
         Diagonal mass in local axes instead of the consistent one.
     stress_side : float
@@ -101,6 +101,8 @@ def shell(
 
 
 def _thickness(part: str, thickness, count: int, groups: Mapping[str, np.ndarray]) -> np.ndarray:
+    if isinstance(thickness, np.ndarray) and thickness.shape == (count,) and np.all(thickness > 0.0):
+        return thickness.astype(float)
     for value in thickness.values() if isinstance(thickness, Mapping) else [thickness]:
         if not is_number(value):
             raise MeshError(

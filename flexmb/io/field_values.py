@@ -19,6 +19,7 @@ import numpy as np
 from flexmb.bodies.line_chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.io.limits import check_extent, named_file
+from flexmb.io.part_tables import check_parameters, described_part
 from flexmb.model import expression
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose
@@ -50,6 +51,8 @@ class Context:
         May functions be imported that the file names?
     assemblies : list of str
         Places of the assemblies read so far, in all files.
+    made : dict of str to ModalNeutralData
+        Bodies reduced from descriptions so far: equal ones share their data.
     """
 
     path: Path
@@ -60,6 +63,7 @@ class Context:
     signals: Mapping[str, Signal] = field(default_factory=dict)
     trust: bool = False
     assemblies: list[str] = field(default_factory=list)
+    made: dict[str, ModalNeutralData] = field(default_factory=dict)
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""
@@ -115,8 +119,17 @@ class Context:
         mesh = mesh.only(group) if group else mesh
         return single_chain(mesh.points, mesh.cells_of("line"), f"{where} = '{raw}'")
 
-    def data(self, raw: Any, where: str) -> Any:
-        """Return the reduced body of a file named relative to the model file."""
+    def data(self, raw: Any, where: str, name: str) -> Any:
+        """Return the reduced body of a file named relative to the model file, or of the description in a table."""
+        if isinstance(raw, dict):
+            part = described_part(raw, where, name, self)
+            text = repr(part.recipe())
+            if text not in self.made:
+                try:
+                    self.made[text] = part.reduced()
+                except FlexmbError as error:
+                    raise located(error, where) from None
+            return self.made[text]
         value = self.value(raw, where)
         if not isinstance(value, str):
             return value
@@ -134,6 +147,7 @@ class Context:
             )
         if (path, body) not in self.cache:
             self.cache[path, body] = stored_body(path, body) if body else ModalNeutralData.load(path)
+        check_parameters(self.cache[path, body], name, where, self)
         return self.cache[path, body]
 
 

@@ -235,7 +235,7 @@ def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
         if field == "kind":
             continue
         if field == "data":
-            values[field] = context.data(entry, place)
+            values[field] = context.data(entry, place, str(raw.get("name", table)))
         elif field == "points" and isinstance(entry, str) and not entry.lstrip().startswith("="):
             values[field], ring = context.line(entry, place)
             values |= {"closed": True} if ring else {}

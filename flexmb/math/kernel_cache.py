@@ -46,15 +46,18 @@ UNUSED_DAYS = 60  # after which a file of the same kernel is removed
 
 def kernel_folder() -> Path:
     """Return the folder of compiled kernels: below ``NUMBA_CACHE_DIR`` if it is set, else the user's cache folder."""
-    if config.CACHE_DIR:
-        return Path(config.CACHE_DIR) / "flexmb"
+    return Path(config.CACHE_DIR) / "flexmb" if config.CACHE_DIR else user_cache() / "flexmb" / "kernels"
+
+
+def user_cache() -> Path:
+    """Return the folder in which programs of this user keep what they can make again."""
     if sys.platform == "win32":
         home = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
         home = Path.home() / "Library" / "Caches"
     else:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "flexmb" / "kernels"
+    return Path(home)
 
 
 class KernelCache(_Cache):

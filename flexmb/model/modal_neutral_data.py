@@ -6,6 +6,7 @@ The velocity of a body is u = (v, w, eta'), in body axes; its kinetic energy is 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.data_source import plain
 from flexmb.model.modal_neutral_checks import check_shapes, selected_quality
 
 __all__ = ["GeometricStiffness", "InertiaInvariants", "ModalNeutralData"]
@@ -129,6 +131,9 @@ class ModalNeutralData:
         "buckens", or the name of the interface at which the body frame is clamped.
     quality : dict
         The quality report: numbers and text that JSON can hold.
+    recipe : dict
+        What the body was made from, as JSON can hold it: ``part`` (`flexmb.parts.Part`), ``files`` by name with their
+        digests, ``release``, and ``parameters`` of the ``model`` (file) that described it; empty if that is not known.
     """
 
     name: str
@@ -153,6 +158,7 @@ class ModalNeutralData:
     stress_modes: np.ndarray | None = None
     frame: str = "buckens"
     quality: dict[str, Any] = field(default_factory=dict)
+    recipe: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self):
         from flexmb.model.modal_neutral_report import Quality
@@ -220,6 +226,14 @@ class ModalNeutralData:
             stress_modes=None if self.stress_modes is None else self.stress_modes[..., j],
             quality=selected_quality(self, j),
         )
+
+    def made_with(self, parameters: Mapping[str, Any], model: str = "") -> ModalNeutralData:
+        """Return the data with the parameters (name to number or list) noted that they were made with.
+
+        A model file that has one of them with another value refuses the data; with `model`, only the file of that name
+        does.
+        """
+        return replace(self, recipe={**self.recipe, "parameters": plain(parameters), "model": model})
 
     def rotated(self, rotation) -> ModalNeutralData:
         """Return the body turned about its origin, x' = R x; R as matrix, rotation vector (3,) or scipy Rotation."""

@@ -18,7 +18,7 @@ SCHEMA = "flexmb.modal_neutral_data"
 VERSION = 1
 
 _GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
-_OWN = {"cells", *_GROUPS}  # written in their own way
+_OWN = {"cells", "recipe", *_GROUPS}  # written in their own way
 
 
 def save(data: ModalNeutralData, path: str | Path) -> Path:
@@ -51,6 +51,9 @@ def write(data: ModalNeutralData, group) -> None:
             matrices = group.create_group(name)
             for field in fields(record):
                 _write_array(matrices, field.name, getattr(record, field.name))
+    if data.recipe:  # bytes and no attribute, which holds 64 kB at most
+        text = json.dumps(data.recipe, default=_plain).encode()
+        group.create_dataset("recipe", data=np.frombuffer(text, np.uint8))
     cells = group.create_group("cells")
     for number, (cell_type, connectivity) in enumerate(data.cells):
         block = _write_array(cells, str(number), np.asarray(connectivity))
@@ -76,6 +79,9 @@ def read(group) -> ModalNeutralData:
             values[name] = record(**{f.name: group[name][f.name][()] for f in fields(record)})
     if "invariants" not in values:
         raise KeyError("'invariants' is missing")
+    if "recipe" in group:
+        recipe = json.loads(np.asarray(group["recipe"][()], np.uint8).tobytes())
+        values["recipe"] = recipe if isinstance(recipe, dict) else {}
     blocks = group["cells"]
     values["cells"] = tuple(
         (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks))

@@ -47,9 +47,12 @@ class ModelFile:
     def __post_init__(self):
         object.__setattr__(self, "path", str(Path(self.path).resolve()))
 
-    def check(self, names: Sequence[str], outputs: Sequence[str] | None) -> None:
-        """Raise FlexmbError unless the file can be read, and has the parameters and the sensors."""
-        model = self._model({})
+    def check(self, names: Sequence[str], outputs: Sequence[str] | None, first: Mapping[str, Any]) -> None:
+        """Raise FlexmbError unless the file can be read, and has the parameters and the sensors.
+
+        The model of the `first` variant is looked at: the parts of finite elements that it needs are wanted anyway.
+        """
+        model = self._example(first)
         self._simulation({})
         part = f"{Path(self.path).name}, [parameters]"
         for name in names:
@@ -63,9 +66,9 @@ class ModelFile:
             _check_known(name, model.parameters, part, "The file has")
         columns(outputs, model)
 
-    def identity(self) -> dict[str, Any]:
-        """Return what a stored study is compared with: content of the model, not its date."""
-        model = self._model({})
+    def identity(self, first: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what a stored study is compared with: content of the model of a variant, not its date."""
+        model = self._example(first)
         digest = hashlib.sha256(fmb.model_text(model).encode())
         for body in model.bodies:
             data = getattr(body, "data", None)
@@ -85,6 +88,13 @@ class ModelFile:
         finally:
             if not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
                 fmb.save_model(model, folder / MODEL, simulation)
+
+    def _example(self, first: Mapping[str, Any]) -> Model:
+        """Return the model of a variant, or that of the file itself if the variant cannot be made."""
+        try:
+            return self._model(first)
+        except FlexmbError:
+            return self._model({})
 
     def _model(self, parameters: Mapping[str, Any]) -> Model:
         return fmb.load_model(self.path, {**self.parameters, **parameters}, trust=self.trust)
@@ -119,7 +129,7 @@ class FunctionSource:
     def title(self) -> str:
         return f"Function '{getattr(self.function, '__name__', self.function)}'"
 
-    def check(self, names: Sequence[str], outputs: Sequence[str] | None) -> None:
+    def check(self, names: Sequence[str], outputs: Sequence[str] | None, first: Mapping[str, Any]) -> None:
         """Raise ModelError unless the function takes the parameters and can be sent to a worker."""
         arguments = inspect.signature(self.function).parameters.values()
         takes = [a.name for a in arguments if a.kind in (a.POSITIONAL_OR_KEYWORD, a.KEYWORD_ONLY)]
@@ -145,7 +155,7 @@ class FunctionSource:
                 remedy="Give it a name with def, outside of other functions",
             ) from error
 
-    def identity(self) -> dict[str, Any]:
+    def identity(self, first: Mapping[str, Any]) -> dict[str, Any]:
         """Return what a stored study is compared with: the text of the function."""
         try:
             text = inspect.getsource(self.function)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flexmb.errors import FlexmbError, ModelError
+from flexmb.parts.watching import Count, watching
 from flexmb.study.cluster import rows_by_executor
 from flexmb.study.folder import StudyFolder
 from flexmb.study.plan import Plan, grid
@@ -93,8 +94,10 @@ def sweep(
     _check(jobs, timeout, keep_runs, folder)
     common = (dict(parameters or {}), t_end, samples)
     origin = FunctionSource(source, *common) if callable(source) else ModelFile(str(source), *common, trust)
-    origin.check(plan.names, outputs)
-    kept = _opened(folder, plan, origin, outputs, keep_runs)
+    count = Count()
+    with watching(count):  # the first variant is looked at here, and its parts are reduced for it
+        origin.check(plan.names, outputs, plan.variant(0))
+        kept = _opened(folder, plan, origin, outputs, keep_runs)
     known = {} if kept is None else {k: row for k, row in kept.rows.items() if not _again(row, retry)}
     pending = [(k, plan.variant(k - 1)) for k in range(1, len(plan) + 1) if k not in known]
     task = Task(origin, outputs, str(kept.runs.resolve()) if kept is not None and keep_runs else "")
@@ -103,7 +106,7 @@ def sweep(
         rows = rows_by_executor(task, pending, executor)
     elif pending:
         rows = rows_by_processes(task, pending, jobs or _cores(), timeout)
-    return _collected(rows, plan, known, kept, progress)
+    return _collected(rows, plan, known, kept, progress, count.reduced)
 
 
 def _opened(folder, plan: Plan, origin, outputs, keep_runs: bool) -> StudyFolder | None:
@@ -111,17 +114,20 @@ def _opened(folder, plan: Plan, origin, outputs, keep_runs: bool) -> StudyFolder
     if folder is None:
         return None
     asked = {"outputs": list(outputs) if outputs is not None else None, "runs": keep_runs}
-    return StudyFolder(folder, plan, {**origin.identity(), **asked})
+    return StudyFolder(folder, plan, {**origin.identity(plan.variant(0)), **asked})
 
 
-def _collected(rows: Iterator[Row], plan: Plan, known: dict[int, Row], kept: StudyFolder | None, progress) -> Results:
-    """Take the rows as they come, store and count them."""
+def _collected(
+    rows: Iterator[Row], plan: Plan, known: dict[int, Row], kept: StudyFolder | None, progress, reduced: int
+) -> Results:
+    """Take the rows as they come, store and count them; `reduced` parts were made before."""
     began, first = time.monotonic(), len(known)
     try:
         if progress is not None:
             progress(_progress(known, plan, None))
         for row in rows:
             known[row.number] = row
+            reduced += row.reduced
             if kept is not None:
                 kept.add(row)
             if progress is not None:
@@ -133,7 +139,7 @@ def _collected(rows: Iterator[Row], plan: Plan, known: dict[int, Row], kept: Stu
             close()  # ends the processes now, not when the generator is collected
         if kept is not None:
             kept.close()
-    return Results(plan.names, list(known.values()))
+    return Results(plan.names, list(known.values()), reduced)
 
 
 def _progress(known: Mapping[int, Row], plan: Plan, left: float | None) -> Progress:

@@ -34,6 +34,8 @@ class Row:
     seconds : float
         Time it took.
     error, warnings : str
+    reduced, reused : int
+        Parts of finite elements that were reduced for it, and that were found in the cache.
     """
 
     number: int
@@ -43,6 +45,8 @@ class Row:
     seconds: float = 0.0
     error: str = ""
     warnings: str = ""
+    reduced: int = 0
+    reused: int = 0
 
     def plain(self) -> dict[str, Any]:
         """Return the row as JSON can hold it."""
@@ -57,10 +61,12 @@ class Results:
     names : sequence of str
         Parameters.
     rows : sequence of Row
+    reduced : int
+        Parts of finite elements that were reduced in this call, in all processes.
     """
 
-    def __init__(self, names: Sequence[str], rows: Sequence[Row]):
-        self.names = tuple(names)
+    def __init__(self, names: Sequence[str], rows: Sequence[Row], reduced: int = 0):
+        self.names, self.reduced = tuple(names), reduced
         self.rows = tuple(sorted(rows, key=lambda row: row.number))
 
     def __len__(self) -> int:
@@ -138,6 +144,8 @@ class Results:
         lines += ["  ".join(cell.rjust(width) for cell, width in zip(line, widths)) for line in cells]
         if len(shown) < len(self):
             lines.append(f"... and {len(self) - len(shown)} more")
+        if self.reduced or any(row.reduced or row.reused for row in self.rows):
+            lines.append(f"Parts of finite elements: {self.reduced} reduced, all others from the cache")
         lines += [f"{row.number}: {row.status}: {row.error}" for row in self.failed[:5]]
         if len(self.failed) > 5:
             lines.append(f"... and {len(self.failed) - 5} more without a result")

@@ -13,6 +13,7 @@ from typing import Any
 
 from flexmb.errors import FlexmbError
 from flexmb.files import remove_parts
+from flexmb.parts.watching import Count, watching
 from flexmb.study.table import DONE, FAILED, Row
 
 __all__ = ["Task"]
@@ -39,7 +40,8 @@ class Task:
         """Compute a variant; an error becomes the row's, whatever it is."""
         began = time.perf_counter()
         status, values, error = FAILED, {}, ""
-        with _noted_warnings() as noted:
+        count = Count()
+        with _noted_warnings() as noted, watching(count):
             try:
                 values = self.source.values(parameters, self.outputs, self._folder(number))
                 status = DONE
@@ -48,7 +50,8 @@ class Task:
             except Exception as problem:  # of a user's function, or a defect: the other rows go on
                 error = f"{type(problem).__name__}: {problem}"
         seconds = time.perf_counter() - began
-        return Row(number, parameters, status, values, seconds, error, "; ".join(dict.fromkeys(noted())))
+        told = "; ".join(dict.fromkeys(noted()))
+        return Row(number, parameters, status, values, seconds, error, told, count.reduced, count.reused)
 
     def _folder(self, number: int) -> Path | None:
         if not self.runs:

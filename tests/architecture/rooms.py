@@ -16,6 +16,7 @@ MAY_KNOW = {
     "model": ("files", "hdf5", "math"),
     "fem": ("files", "math", "model.described", "model.material", "model.plausibility"),
     "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
+    "parts": ("files", "lock", "math", "model", "fem", "reduction"),
     "constraints": ("math", "model"),
     "bodies": ("math", "model"),
     "joints": ("math", "model", "constraints"),
@@ -35,6 +36,7 @@ MAY_KNOW = {
         "model",
         "fem",
         "reduction",
+        "parts",
         "constraints",
         "bodies",
         "joints",
@@ -45,7 +47,7 @@ MAY_KNOW = {
         "results",
     ),
     "view": ("files", "math", "model", "bodies", "results", "io"),
-    "study": ("files", "lock", "math", "model", "results", "io"),
+    "study": ("files", "lock", "math", "model", "parts", "results", "io"),
     "cli": (),
 }
 
@@ -61,6 +63,7 @@ MUST_NOT_KNOW = {
     "model": ("math.kernel",),
     "joints": ("math.kernel",),
     "reduction": ("model.model",),
+    "parts": ("model.model",),
 }
 
 # Only the public face of the package may be imported here.
@@ -76,6 +79,7 @@ DOORS = {
     "h5py": ("hdf5.py", "hdf5_probe.py"),
     "skfem": ("fem/",),
     "meshio": ("fem/",),
+    "gmsh": ("fem/gmsh_solids.py",),
     "sksundae": ("integrate/",),
     "tomllib": ("io/",),
     "vtk": ("io/", "view/"),

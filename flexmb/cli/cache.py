@@ -1,0 +1,52 @@
+"""List or clear the reduced parts that model files have described.
+
+Examples:
+  flexmb cache
+  flexmb cache --clear
+  flexmb cache --clear lever flap
+
+A part is reduced once for all processes and sweeps; the folder is FLEXMB_BODIES, or in the user's cache folder.
+Nothing is lost when it is cleared: what is needed again is reduced again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from flexmb.cli.run import aligned
+from flexmb.errors import did_you_mean
+
+NAME = "cache"
+SUMMARY = "list or clear the reduced parts of model files"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("names", nargs="*", help="only parts of these names")
+    parser.add_argument("--clear", action="store_true", help="remove them")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    from flexmb import parts
+
+    names = tuple(arguments.names)
+    held = parts.kept_bodies()
+    known = sorted({entry.name for entry in held})
+    for name in names:
+        if name not in known:
+            print(f"There is no part '{name}'. {did_you_mean(name, known)}".strip())
+    if arguments.clear:
+        wanted = tuple(name for name in names if name in known)
+        removed = parts.clear_bodies(wanted) if wanted or not names else []
+        print(f"Removed {len(removed)} parts, {sum(entry.size for entry in removed) / 1e6:.1f} MB")
+        return 0
+    shown = [entry for entry in held if not names or entry.name in names]
+    rows: list[tuple[str, ...]] = [("part", "MB", "last used", "file")]
+    for entry in shown:
+        used = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.used))
+        rows.append((entry.name, f"{entry.size / 1e6:.2f}", used, entry.path.name))
+    if shown:
+        print("\n".join(aligned(rows)))
+    total = sum(entry.size for entry in shown)
+    print(f"{len(shown)} parts, {total / 1e6:.1f} MB in {parts.body_folder()}")
+    return 0

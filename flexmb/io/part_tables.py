@@ -1,0 +1,134 @@
+"""Flexible bodies described in model files: the table ``data`` of a body becomes a `flexmb.parts.Part`.
+
+Every field is an expression of the parameters like those of other parts; meshes and decks are files beside the model
+file. The parameters that the table uses are noted in the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.io.limits import named_file
+from flexmb.model import expression
+from flexmb.model.modal_neutral_data import ModalNeutralData
+
+if TYPE_CHECKING:
+    from flexmb.io.field_values import Context
+
+__all__ = ["check_parameters", "described_part"]
+
+CLOSE = 1e-9
+"""Relative difference of two values of a parameter that counts as none."""
+
+
+@cache
+def _kinds() -> dict[str, dict[str, type]]:
+    """Return what may stand in the lists of a part by field, and under "" what may stand anywhere."""
+    from flexmb import parts, reduction
+    from flexmb.fem.section import Section
+    from flexmb.model.material import Material
+    from flexmb.model.orthotropic_material import OrthotropicMaterial
+
+    named = (reduction.Rigid, reduction.Averaging, reduction.Nodes, reduction.Pressure, reduction.LineLoad)
+    values = (*named, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Forces)
+    shapes = (Section, Material, OrthotropicMaterial, parts.Stretch, parts.Bore, parts.Boss)
+    return {
+        "pieces": parts.PIECES,
+        "links": parts.LINKS,
+        "masses": parts.MASSES,
+        "": {kind.__name__: kind for kind in (*values, *shapes)},
+    }
+
+
+def described_part(raw: Mapping[str, Any], where: str, name: str, context: Context) -> Any:
+    """Return the part that a table describes; `name` is that of the body."""
+    from dataclasses import replace
+
+    from flexmb import parts
+    from flexmb.io.field_values import call
+
+    kinds = _kinds()
+    inner = replace(context, kinds=kinds[""], signals={})
+    values: dict[str, Any] = {"name": name}
+    for field, entry in raw.items():
+        place = f"{where}.{field}"
+        if field in ("pieces", "links", "masses"):
+            rows = entry if isinstance(entry, list) else [entry]
+            values[field] = [_piece(row, f"{place}, {k}", kinds[field], inner) for k, row in enumerate(rows, 1)]
+        elif field in ("interfaces", "stations", "loads", "preload") and isinstance(entry, Mapping):
+            values[field] = {n: inner.value(one, f"{place}.{n}", poses=not _is_object(one)) for n, one in entry.items()}
+        else:
+            values[field] = inner.value(entry, place)
+    if isinstance(values.get("deck"), str):
+        values["deck"] = named_file(context.path.parent, values["deck"], f"{where}.deck").resolve()
+    for reserved in ("parameters", "model"):
+        values.pop(reserved, None)
+    used = {n: context.parameters[n] for n in sorted(_names(raw)) if n in context.parameters}
+    return call(parts.Part, {**values, "parameters": used, "model": context.path.stem}, where)
+
+
+def _is_object(raw: Any) -> bool:
+    return isinstance(raw, Mapping) and "kind" in raw
+
+
+def _piece(raw: Any, where: str, kinds: Mapping[str, type], context: Context) -> Any:
+    """Return a piece, link or mass of a part."""
+    from flexmb.io.field_values import call, find_kind
+
+    if not _is_object(raw):
+        raise ModelError(
+            where,
+            found="the field 'kind' is missing" if isinstance(raw, Mapping) else repr(raw)[:80],
+            expected=f"a table with kind, one of: {', '.join(kinds)}",
+            remedy=f'Add kind = "{next(iter(kinds))}"',
+        )
+    make = find_kind(context.value(raw["kind"], f"{where}, kind"), kinds, where)
+    values = {
+        field: context.value(entry, f"{where}, {field}", poses=isinstance(entry, Mapping) and not _is_object(entry))
+        for field, entry in raw.items()
+        if field != "kind"
+    }
+    for field in getattr(make, "files", ()):
+        if isinstance(values.get(field), str):
+            values[field] = named_file(context.path.parent, values[field], f"{where}, {field}").resolve()
+    return call(make, values, where)
+
+
+def _names(raw: Any) -> set[str]:
+    """Return the names that the expressions of a table use."""
+    if isinstance(raw, str):
+        text = raw.strip()
+        return expression.names(text.removeprefix("=").strip()) if text.startswith("=") else set()
+    entries = raw.values() if isinstance(raw, Mapping) else raw if isinstance(raw, list) else ()
+    return set().union(*(_names(entry) for entry in entries))
+
+
+def check_parameters(data: ModalNeutralData, file: str, where: str, context: Context) -> None:
+    """Raise ModelError if a data file was made with other values of parameters than the model has."""
+    made = data.recipe.get("parameters")
+    model = data.recipe.get("model") or context.path.stem
+    if not isinstance(made, Mapping) or model != context.path.stem:
+        return
+    for name, value in made.items():
+        if name in context.parameters and not _equal(value, context.parameters[name]):
+            raise ModelError(
+                where,
+                found=f"the body in '{file}' was made with {name} = {value!r:.60}, the model has "
+                f"{context.parameters[name]!r:.60}: its elements, masses and interfaces are those of the old value",
+                expected="data that were made with the parameters of the model",
+                remedy="Reduce the body again with the new value, or describe it in the model file: data = { pieces = "
+                "[...] }",
+            )
+
+
+def _equal(a: Any, b: Any) -> bool:
+    try:
+        x, y = np.asarray(a, float), np.asarray(b, float)
+    except (TypeError, ValueError):
+        return bool(a == b)
+    return x.shape == y.shape and bool(np.all(np.abs(x - y) <= CLOSE * np.maximum(np.abs(x), np.abs(y))))

@@ -1,0 +1,157 @@
+"""Reduced parts on disk by what they are made from: each is reduced once, by whichever process comes first."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from flexmb.errors import DataFileError
+from flexmb.files import remove_parts
+from flexmb.lock import Lock
+from flexmb.math.kernel_cache import user_cache
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.parts.watching import tell_made, tell_progress, tell_taken, tell_trouble
+
+__all__ = ["BodyCache", "body_folder", "clear_bodies", "kept", "kept_bodies"]
+
+ROOMS = ("fem", "math", "model", "parts", "reduction")
+"""Rooms whose code decides what a reduction gives."""
+BYTES = 10_000_000_000
+"""What the folder may hold; those that were not used for longest go."""
+LOOK = 0.1
+"""s between two looks whether another process is done."""
+
+
+class BodyCache(NamedTuple):
+    """An entry of the cache: name of the part, file, bytes, and time of its last use (s since 1970)."""
+
+    name: str
+    path: Path
+    size: int
+    used: float
+
+
+def body_folder() -> Path:
+    """Return the folder of reduced parts: ``FLEXMB_BODIES`` if it is set, else in the user's cache folder."""
+    given = os.environ.get("FLEXMB_BODIES")
+    return Path(given).expanduser() if given else user_cache() / "flexmb" / "bodies"
+
+
+@cache
+def release() -> str:
+    """Return a digest of the code that reduces: data of other code are not taken."""
+    digest = hashlib.sha256()
+    for room in ROOMS:
+        for path in sorted((Path(__file__).parents[1] / room).rglob("*.py")):
+            digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]) -> ModalNeutralData:
+    """Return the data of a recipe from the cache, or make and keep them.
+
+    Of several processes that want the same part one makes it, the others wait. A damaged entry is made again. Where
+    nothing can be kept, because the disk is full or the folder may not be written, the data are made and used.
+    """
+    recipe["release"] = release()
+    text = json.dumps(recipe, sort_keys=True)
+    path = body_folder() / f"{_safe(name)}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.h5"
+    found = _stored(name, path)
+    if found is not None:
+        tell_taken(name)
+        return found
+    with _turn(name, path) as may_write:
+        found = _stored(name, path)  # made by another one meanwhile
+        if found is not None:
+            tell_taken(name)
+            return found
+        began = time.perf_counter()
+        data = make()
+        if may_write:
+            try:
+                data.save(path)
+                _trim(path)
+            except (DataFileError, OSError) as error:
+                tell_trouble(name, f"it could not be kept for the next time: {error}")
+        tell_made(name, time.perf_counter() - began)
+    return data
+
+
+def kept_bodies() -> list[BodyCache]:
+    """Return what the cache holds, last used first."""
+    entries = []
+    for path in body_folder().glob("*-*.h5"):
+        with suppress(OSError):  # removed meanwhile
+            info = path.stat()
+            entries.append(BodyCache(path.stem.rpartition("-")[0], path, info.st_size, info.st_mtime))
+    return sorted(entries, key=lambda entry: -entry.used)
+
+
+def clear_bodies(names: tuple[str, ...] = ()) -> list[BodyCache]:
+    """Remove all entries, or those of parts with these names, and return what was removed."""
+    removed = []
+    for entry in kept_bodies():
+        if not names or entry.name in names:
+            entry.path.unlink(missing_ok=True)
+            removed.append(entry)
+    if not names and body_folder().is_dir():
+        remove_parts(body_folder())
+    return removed
+
+
+def _stored(name: str, path: Path) -> ModalNeutralData | None:
+    """Return the data of an entry; one that is damaged is dropped."""
+    if not path.is_file():
+        return None
+    try:
+        data = ModalNeutralData.load(path)
+    except (DataFileError, OSError) as error:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+        tell_trouble(name, f"its entry in the cache was damaged and is made again ({error})")
+        return None
+    with suppress(OSError):
+        os.utime(path)
+    return data
+
+
+@contextmanager
+def _turn(name: str, path: Path):
+    """Wait until no other process makes the same entry; give whether the folder can be written."""
+    lock = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        while lock is None:
+            try:
+                lock = Lock(path, f"Part '{name}'")
+            except DataFileError:  # held
+                tell_progress(name, "waiting for another process that reduces it", 0.0)
+                time.sleep(LOOK)
+    except OSError as error:
+        tell_trouble(name, f"it cannot be kept for the next time ({path.parent}: {error.strerror or error})")
+    try:
+        yield lock is not None
+    finally:
+        if lock is not None:
+            lock.release()
+
+
+def _trim(newest: Path) -> None:
+    """Remove what was not used for longest until the folder holds no more than it may."""
+    total = 0
+    for entry in kept_bodies():
+        total += entry.size
+        if total > BYTES and entry.path != newest:
+            entry.path.unlink(missing_ok=True)
+
+
+def _safe(name: str) -> str:
+    """Return a name as part of a file name."""
+    return "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)[:60] or "part"

@@ -1,0 +1,232 @@
+"""`Part`: a flexible body as a description: finite elements, and how they are reduced."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from flexmb.errors import FlexmbError, ModelError
+from flexmb.fem.deck import read_deck
+from flexmb.fem.fe_model import FEModel
+from flexmb.fem.joined import joined
+from flexmb.model.data_source import plain
+from flexmb.model.described import Described
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.parts.body_cache import kept
+from flexmb.parts.limits import check_file
+from flexmb.parts.nodal_loads import Forces
+from flexmb.parts.watching import tell_progress
+from flexmb.reduction.cache import fingerprint
+from flexmb.reduction.craig_bampton import reduce
+
+__all__ = ["Part"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part(metaclass=Described):
+    """A flexible body that is described, not stored: it is reduced when it is asked for, and kept by its content.
+
+    Parameters
+    ----------
+    name : str
+    pieces : list of Line, Plate, MeshFile, Extrusion
+        What the finite elements are; nodes of different pieces at the same place become one.
+    deck, units : path and str, instead of pieces
+        A whole deck of Nastran, Abaqus or CalculiX, as in `flexmb.fem.read_deck`.
+    links : list of Arm, RigidLink, AveragingLink
+        In this order, after the pieces are joined.
+    masses : list of Mass, Spring
+    interfaces : mapping of name to place, or "all" of a deck
+        Where joints and forces act; the fields from here on are those of `flexmb.reduction.reduce`.
+    modes : int or str
+    stations, loads : mapping of name to place, or to load
+        Loads may be `Forces` as well, on named sets.
+    residual_vectors : list of str, or "all"
+    geometric_stiffness, stress : bool
+    frame : str
+    damping, preload : as in `reduce`
+    compare : int
+    parameters, model : mapping of name to value, and name of the model file
+        What the description was made with; noted in the data, without a part in what is computed.
+    """
+
+    files: ClassVar[tuple[str, ...]] = ("deck",)
+
+    name: str = "part"
+    pieces: Any = ()
+    deck: Any = None
+    units: str | None = None
+    links: Any = ()
+    masses: Any = ()
+    interfaces: Any = field(default_factory=dict)
+    modes: Any = 12
+    stations: Mapping[str, Any] = field(default_factory=dict)
+    loads: Mapping[str, Any] = field(default_factory=dict)
+    residual_vectors: Any = ()
+    geometric_stiffness: bool = False
+    stress: bool = True
+    frame: str = "buckens"
+    damping: Any = None
+    preload: Mapping[str, float] = field(default_factory=dict)
+    compare: int = 6
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    model: str = ""
+
+    @property
+    def title(self) -> str:
+        """How messages call it."""
+        return f"Part '{self.name}'"
+
+    def __post_init__(self):
+        for name in ("pieces", "links", "masses"):
+            given = getattr(self, name)
+            entries = tuple(given) if isinstance(given, list | tuple) else (given,)
+            offered = "finite_elements" if name == "pieces" else "applied"
+            wrong = next((entry for entry in entries if not hasattr(entry, offered)), None)
+            if wrong is not None:
+                raise ModelError(
+                    f"{self.title}, {name}",
+                    found=f"{wrong!r:.80}",
+                    expected="descriptions of flexmb.parts, in model files tables with kind",
+                    remedy="See the reference of parts",
+                )
+            object.__setattr__(self, name, entries)
+        if bool(self.pieces) == (self.deck is not None):
+            raise ModelError(
+                self.title,
+                found="both pieces and a deck" if self.pieces else "neither pieces nor a deck",
+                expected="what the finite elements are, in one way",
+                remedy='Write pieces = [{ kind = "Line", ... }], or deck = "flap.bdf"',
+            )
+        if self.deck is not None:
+            check_file(Path(self.deck), f"{self.title}, deck")
+        elif self.units is not None:
+            raise ModelError(
+                self.title,
+                found=f"units = {self.units!r} without a deck",
+                expected="SI units everywhere else; a MeshFile has scale",
+                remedy="Remove units",
+            )
+        names = [piece.name for piece in self.pieces if piece.name]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ModelError(
+                f"{self.title}, pieces",
+                found=f"the name '{twice}' twice",
+                expected="a name for each piece",
+                remedy="Rename one of them",
+            )
+        if self.residual_vectors == "all":
+            object.__setattr__(self, "residual_vectors", tuple(self.loads))
+
+    def reduced(self) -> ModalNeutralData:
+        """Return the data of the body: from the cache, or reduced now."""
+        recipe = self.recipe()
+        data = kept(self.name, recipe, self._made)
+        noted = {"parameters": plain(self.parameters), "model": self.model}
+        return replace(data, recipe={**recipe, **noted})
+
+    def recipe(self) -> dict[str, Any]:
+        """Return what the body is made from, as JSON can hold it: the description and the contents of its files."""
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("parameters", "model")}
+        files = {Path(p.file).name: p.content() for p in self.pieces if hasattr(p, "content")}
+        if self.deck is not None:
+            files[Path(self.deck).name] = self._deck_content()
+            own["deck"] = Path(self.deck).name
+        described = plain({name: value for name, value in own.items() if value is not None})
+        for entry, piece in zip(described["pieces"], self.pieces):
+            if hasattr(piece, "content"):
+                entry["file"] = Path(piece.file).name
+        return {"part": described, "files": files}
+
+    def _deck_content(self) -> dict[str, str]:
+        data = Path(self.deck).read_bytes()
+        found = {"sha256": hashlib.sha256(data).hexdigest()}
+        upper = data.upper()
+        if b"INCLUDE" in upper or b"INPUT" in upper:  # what it includes counts too
+            found["read"] = fingerprint(read_deck(self.deck, units=self.units, show=False), ())
+        return found
+
+    def finite_elements(self) -> FEModel:
+        """Return the FE model: pieces joined, links, masses and springs in place."""
+        if self.deck is not None:
+            fe = replace(read_deck(self.deck, units=self.units, show=False), name=self.name)
+        else:
+            models = [_prefixed(piece) for piece in self.pieces]
+            fe = models[0] if len(models) == 1 else joined(*models)
+            fe = replace(fe, name=self.name)
+        for tie in (*self.links, *self.masses):
+            fe = tie.applied(fe)
+        self._check_one_piece(fe)
+        return fe
+
+    def _made(self) -> ModalNeutralData:
+        """Reduce the finite elements."""
+        say = lambda stage, fraction: tell_progress(self.name, stage, fraction)  # noqa: E731
+        try:
+            say("finite elements", 0.0)
+            fe = self.finite_elements()
+            loads = {
+                name: load.on_nodes(fe, f"Load '{name}'") if isinstance(load, Forces) else load
+                for name, load in self.loads.items()
+            }
+            return reduce(
+                fe,
+                self.interfaces,
+                modes=self.modes,
+                geometric_stiffness=self.geometric_stiffness,
+                stations=self.stations,
+                loads=loads,
+                frame=self.frame,
+                damping=self.damping,
+                stress=self.stress,
+                residual_vectors=tuple(self.residual_vectors),
+                preload=self.preload,
+                compare=self.compare,
+                progress=say,
+            )
+        except FlexmbError as error:
+            if error.part.startswith(self.title):
+                raise
+            raise type(error)(
+                f"{self.title}: {error.part}", found=error.found, expected=error.expected, remedy=error.remedy
+            ) from None
+
+    def _check_one_piece(self, fe: FEModel) -> None:
+        """Raise ModelError if the part falls apart: pieces that were meant to meet do not."""
+        if self.deck is not None:
+            return  # decks hold what they hold; reduction tells about mechanisms
+        coupled = fe.K.tocoo()
+        nodes = fe.dofs[:, 0]
+        graph = sparse.coo_matrix(
+            (np.ones(coupled.nnz), (nodes[coupled.row], nodes[coupled.col])), (len(fe.nodes),) * 2
+        )
+        label = connected_components(graph, directed=False)[1]
+        own = np.unique(label[nodes])
+        if len(own) > 1:
+            places = [np.round(fe.nodes[nodes[label[nodes] == piece]].mean(axis=0), 6).tolist() for piece in own[:2]]
+            raise ModelError(
+                self.title,
+                found=f"{len(own)} separate pieces, the first about {places[0]} m, another about {places[1]} m",
+                expected="pieces with common nodes, or links between them",
+                remedy="Let them share points (the same size on a common edge), or add a RigidLink",
+            )
+
+
+def _prefixed(piece: Any) -> FEModel:
+    """Return the elements of a piece; a named line or mesh puts its name before those of its sets."""
+    fe = piece.finite_elements()
+    own = set(getattr(piece, "nodes", {}))
+    prefix = f"{piece.name}." if piece.name else ""
+    new = lambda name: name if name in own or name.split(".")[0] == piece.name else prefix + name  # noqa: E731
+    sets = {new(name): nodes for name, nodes in fe.node_sets.items()}
+    if piece.name and piece.name not in sets:
+        sets[piece.name] = np.arange(len(fe.nodes))
+    return replace(fe, node_sets=sets, facet_sets={new(name): facets for name, facets in fe.facet_sets.items()})

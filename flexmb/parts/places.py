@@ -1,0 +1,41 @@
+"""Nodes of a part by name, number or place, in the order in which lists of values belong to them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.fem.fe_model import FEModel
+from flexmb.model.described import finite_array
+from flexmb.reduction.selection import nodes_of
+
+__all__ = ["chosen_nodes", "components"]
+
+
+def chosen_nodes(fe: FEModel, where: Any, title: str, *, single: bool = False) -> np.ndarray:
+    """Return node numbers, ascending, of a set, of numbers or of coordinates; with `single` exactly one."""
+    nodes = nodes_of(fe, where, title, moving=False)
+    if single and len(nodes) != 1:
+        raise ModelError(
+            title,
+            found=f"{len(nodes)} nodes in {where!r:.60}",
+            expected="one node",
+            remedy="Name a set of one node, or give its coordinates",
+        )
+    return nodes
+
+
+def components(value: Any, count: int, title: str, field: str) -> np.ndarray:
+    """Return (count, 3) from three components, each a number for all nodes or a list with one for each."""
+    given = list(value) if isinstance(value, list | tuple | np.ndarray) else []
+    columns = [finite_array(entry) for entry in given]
+    if len(columns) != 3 or any(column.shape not in ((), (count,)) for column in columns):
+        raise ModelError(
+            f"{title}, {field}",
+            found=f"{value!r:.100}",
+            expected=f"three components, each a number or a list of {count}, one for each node",
+            remedy=f"Write {field} = [0, 0, 1.5], or a list of {count} numbers for a component",
+        )
+    return np.column_stack([np.broadcast_to(column, (count,)) for column in columns])
