@@ -12,7 +12,7 @@ from flexmb.parts.nodal_loads import Forces
 from flexmb.parts.part import Part
 from flexmb.parts.plate import Plate
 from flexmb.parts.ties import Arm, AveragingLink, Mass, RigidLink, Spring
-from flexmb.parts.watching import Count, Watcher, watching
+from flexmb.parts.watchers import Count, Watcher, watching
 
 __all__ = [
     "LINKS",

@@ -17,7 +17,7 @@ from flexmb.files import remove_parts
 from flexmb.lock import Lock
 from flexmb.math.kernel_cache import user_cache
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.parts.watching import tell_made, tell_progress, tell_taken, tell_trouble
+from flexmb.parts.watchers import tell_made, tell_progress, tell_taken, tell_trouble
 
 __all__ = ["BodyCache", "body_folder", "clear_bodies", "kept", "kept_bodies"]
 

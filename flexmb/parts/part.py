@@ -22,7 +22,7 @@ from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.limits import check_file
 from flexmb.parts.nodal_loads import Forces
-from flexmb.parts.watching import tell_progress
+from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.cache import fingerprint
 from flexmb.reduction.craig_bampton import reduce
 

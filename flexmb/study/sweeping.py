@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flexmb.errors import FlexmbError, ModelError
-from flexmb.parts.watching import Count, watching
+from flexmb.parts.watchers import Count, watching
 from flexmb.study.cluster import rows_by_executor
 from flexmb.study.folder import StudyFolder
 from flexmb.study.plan import Plan, grid

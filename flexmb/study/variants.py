@@ -13,7 +13,7 @@ from typing import Any
 
 from flexmb.errors import FlexmbError
 from flexmb.files import remove_parts
-from flexmb.parts.watching import Count, watching
+from flexmb.parts.watchers import Count, watching
 from flexmb.study.table import DONE, FAILED, Row
 
 __all__ = ["Task"]
