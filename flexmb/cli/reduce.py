@@ -7,6 +7,7 @@ A deck brings its own materials and interfaces: flexmb reduce wing.bdf --units "
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=WHERE",
-        help="where joints and forces act: a named set, a node number, or x,y,z; repeat for each; NAME alone for a "
-        "reference point of a deck, all of them by default. "
+        help="where joints and forces act: a named set, a node number (of a deck: its own), or x,y,z; repeat for "
+        "each; NAME alone for a reference point of a deck, all of them by default. "
         "averaging:WHERE takes the mean of the nodes instead of tying them rigidly, nodes:WHERE keeps them bare",
     )
     parser.add_argument(
@@ -92,8 +93,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
     deck = _is_deck(arguments)
     words = [f"{word}={word}" if deck and "=" not in word else word for word in arguments.interface]
-    interfaces: dict[str, Any] | str = _named(words, "--interface")
+    named = _named(words, "--interface")
     stations, loads = (_named(getattr(arguments, word), f"--{word}") for word in ("station", "load"))
+    if deck:  # numbers are those of the deck, never rows of a table that nobody sees
+        named, stations = ({name: _of_deck(where) for name, where in own.items()} for own in (named, stations))
+    interfaces: dict[str, Any] | str = named if named or not deck else "all"
     thickness = _thickness(arguments.thickness)
     if not arguments.scale > 0.0:
         raise ModelError(
@@ -102,8 +106,6 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="a factor > 0: metres per unit of the mesh",
             remedy="Write --scale 0.001 for a mesh in mm",
         )
-    if not interfaces and deck:
-        interfaces = "all"
     if not interfaces:
         raise ModelError(
             "flexmb reduce",
@@ -253,6 +255,15 @@ def _place(text: str) -> Any:
     if len(numbers) == 3 and all(isinstance(number, float) for number in numbers):
         return tuple(numbers)
     return [int(text)] if text.isdigit() else text
+
+
+def _of_deck(where: Any) -> Any:
+    """Return a place with a bare node number as that of the deck."""
+    inner = getattr(where, "where", where)
+    if not (isinstance(inner, list) and len(inner) == 1):
+        return where
+    text = f"node {inner[0]}"
+    return text if inner is where else replace(where, where=text)
 
 
 def _number(text: str) -> Any:

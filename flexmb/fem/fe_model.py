@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError, did_you_mean
+from flexmb.model.numbering import Numbering, named_numbers
 
 __all__ = ["ElementBlock", "FEModel", "ReferencePoint"]
 
@@ -88,13 +89,17 @@ class FEModel:
         nodes depend on others; None: every node moves by its own freedoms only.
     C : (ndof, ndof) csr, N s/m, or None
         Viscous damping of discrete dampers.
-    labels : (n,) int, or None
-        Numbers of the nodes in the file they come from; 0 for nodes that are not in it.
+    numbering : Numbering or None
+        Numbers of nodes and cells in the file they come from; its cells are those of `blocks`, block by block.
     reference_points : mapping of name to ReferencePoint
         Interfaces that the file offers: reference nodes of RBE2, RBE3 and couplings, ASET nodes.
     supports : mapping of name to (k, 2)
         Node and direction (0..5) of the freedoms that the file holds; they are not applied unless asked for, by
         ``fem.eigenmodes(fe, "spc_1")``.
+    warnings : tuple of str
+        What was told on the way from the file; the report of a reduction repeats it.
+    source : mapping
+        Of a deck: program, file, units and inventory, as JSON can hold them.
     """
 
     nodes: np.ndarray
@@ -107,9 +112,11 @@ class FEModel:
     name: str = "part"
     expansion: sparse.csr_matrix | None = None
     C: sparse.csr_matrix | None = None
-    labels: np.ndarray | None = None
+    numbering: Numbering | None = None
     reference_points: Mapping[str, ReferencePoint] = field(default_factory=dict)
     supports: Mapping[str, np.ndarray] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    source: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self):
         part, size = f"FE model '{self.name}'", len(self.dofs)
@@ -138,11 +145,25 @@ class FEModel:
 
     def node_name(self, node: int) -> str:
         """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""
-        label = 0 if self.labels is None or node >= len(self.labels) else int(self.labels[node])
-        return f"node {label} of the deck" if label else f"node {int(node)}"
+        return f"node {int(node)}" if self.numbering is None else self.numbering.node_name(node)
+
+    @property
+    def labels(self) -> np.ndarray | None:
+        """Numbers of the nodes in the file, (n,) int, 0 for nodes that are not in it; None without a file."""
+        return None if self.numbering is None else self.numbering.nodes
+
+    def numbered(self, text: str, part: str, error: type = MeshError) -> np.ndarray | None:
+        """Return the nodes (k,) of "node 63241" or "element 812", numbers of the deck; None for other text."""
+        if self.numbering is None or named_numbers(text) is None:
+            return None
+        cells = [np.asarray(block.connectivity) for block in self.blocks]
+        whole = self.numbering.padded(len(self.nodes), [len(rows) for rows in cells])
+        return whole.nodes_of(text, tuple(cells), part, error)
 
     def node_set(self, name: str) -> np.ndarray:
-        """Return the node numbers of a named set; raise MeshError with the known names."""
+        """Return the node numbers of a named set, or of "node 63241" of a deck; MeshError with the known names."""
+        if name not in self.node_sets and (found := self.numbered(name, f"FE model '{self.name}'")) is not None:
+            return found
         if name not in self.node_sets:
             known = ", ".join(sorted(self.node_sets)) or "none"
             raise MeshError(

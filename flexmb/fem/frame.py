@@ -15,6 +15,7 @@ from flexmb.fem.mesh_cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, rotated, summed
 from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.section import Section
+from flexmb.fem.told import keeping_warnings
 from flexmb.model.described import check_kind
 from flexmb.model.material import Material
 
@@ -26,6 +27,7 @@ PARALLEL = 1e-6
 Sections = Section | Sequence[Section]
 
 
+@keeping_warnings
 def frame(
     points=None,
     *,
@@ -83,7 +85,7 @@ def frame(
         "Write material=flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
         MeshError,
     )
-    nodes, lines, groups, sets = _lines(part, points, mesh, connectivity)
+    nodes, lines, groups, sets, numbering = _lines(part, points, mesh, connectivity)
     warn_about_material(part, material.young, material.density)
     axes, lengths = _axes(part, nodes, lines, orientation)
     pairs = _section_pairs(part, section, nodes, lines, lengths, groups)
@@ -94,7 +96,16 @@ def frame(
     stiffness, mass = (summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass))
     warn_about_size(part, nodes, mass=float(mass[::6, ::6].sum()))
     named = {key: np.atleast_1d(np.asarray(value, int)) for key, value in (node_sets or {}).items()}
-    return FEModel(nodes=nodes, dofs=dofs, K=stiffness, M=mass, node_sets={**sets, **named}, blocks=(block,), name=name)
+    return FEModel(
+        nodes=nodes,
+        dofs=dofs,
+        K=stiffness,
+        M=mass,
+        node_sets={**sets, **named},
+        blocks=(block,),
+        name=name,
+        numbering=numbering,
+    )
 
 
 def beam_block(
@@ -136,7 +147,7 @@ def bending_rows(section: Section) -> np.ndarray:
 
 
 def _lines(part, points, mesh, connectivity):
-    """Return nodes (n, 3), beams (ne, 2), the beams of each group, and the node sets."""
+    """Return nodes (n, 3), beams (ne, 2), the beams of each group, the node sets, and the numbers in the file."""
     if (points is None) == (mesh is None):
         raise MeshError(
             part,
@@ -145,8 +156,8 @@ def _lines(part, points, mesh, connectivity):
             remedy="Give points=(n, 3) or mesh=fem.read_mesh(...)",
         )
     if mesh is not None:
-        nodes, cells, groups, sets, _ = kept_cells(mesh, ("line",), part)
-        return nodes, cells["line"], groups["line"], sets
+        nodes, cells, groups, sets, _, numbering = kept_cells(mesh, ("line",), part)
+        return nodes, cells["line"], groups["line"], sets, numbering
     nodes = np.array(points, float)
     if nodes.ndim != 2 or nodes.shape[1] != 3 or len(nodes) < 2:
         raise MeshError(
@@ -173,7 +184,7 @@ def _lines(part, points, mesh, connectivity):
             expected=f"(ne, 2) with numbers 0..{len(nodes) - 1}",
             remedy="Node numbers start at 0",
         )
-    return nodes, lines, {}, {"start": np.array([0]), "end": np.array([len(nodes) - 1])}
+    return nodes, lines, {}, {"start": np.array([0]), "end": np.array([len(nodes) - 1])}, None
 
 
 def _axes(part, nodes, lines, orientation):

@@ -13,6 +13,8 @@ from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.mesh_groups import stacked
 from flexmb.fem.nodal_assembly import freedom_rows
 from flexmb.fem.split import DivisibleBlock
+from flexmb.fem.told import keeping_warnings
+from flexmb.model.numbering import Numbering
 
 __all__ = ["PlacedBlock", "joined"]
 
@@ -20,6 +22,7 @@ COINCIDENT = 1e-6
 """Nodes of different models nearer than this fraction of the size of the whole become one node."""
 
 
+@keeping_warnings
 def joined(*models: FEModel, name: str | None = None) -> FEModel:
     """Return one model of several: nodes at the same place become one, stiffness and mass add up.
 
@@ -85,6 +88,35 @@ def joined(*models: FEModel, name: str | None = None) -> FEModel:
             for fe, number in zip(models, numbers)
             for block in fe.blocks
         ),
+        numbering=_numbering(models, numbers, len(nodes)),
+    )
+
+
+def _numbering(models, numbers, count: int) -> Numbering | None:
+    """Return the numbers that nodes and cells have in their files; models of several files are told by their names."""
+    known = [fe for fe in models if fe.numbering is not None]
+    if not known:
+        return None
+    nodes, owner, cells = np.zeros(count, np.int64), np.full(count, -1), []
+    instances: list[str] = []
+    for fe, number in zip(models, numbers, strict=True):
+        own = fe.numbering or Numbering(nodes=np.zeros(0, np.int64))
+        own = own.padded(len(fe.nodes), [len(block.connectivity) for block in fe.blocks])
+        cells += own.cells
+        new = (nodes[number] == 0) & (own.nodes > 0)  # a common node keeps the number of the first model
+        nodes[number[new]] = own.nodes[new]
+        inside = np.full(len(number), -1) if own.instance_of is None else own.instance_of
+        prefix = f"{fe.name}." if len(known) > 1 else ""
+        names = [*(f"{prefix}{name}" for name in own.instances), fe.name]
+        place = np.where(inside >= 0, inside, len(names) - 1 if len(known) > 1 else -1 - len(instances))
+        owner[number[new]] = len(instances) + place[new]
+        instances += names
+    several = (owner >= 0).any()
+    return Numbering(
+        nodes=nodes,
+        cells=tuple(cells),
+        instances=tuple(instances) if several else (),
+        instance_of=owner if several else None,
     )
 
 

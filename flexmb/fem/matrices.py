@@ -11,10 +11,12 @@ from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.matrix_checks import check_definite, check_rigid_motions, check_symmetric, check_wave_speed
 from flexmb.fem.plausibility import warn_about_size
+from flexmb.fem.told import keeping_warnings
 
 __all__ = ["from_matrices"]
 
 
+@keeping_warnings
 def from_matrices(
     K,
     M,

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.mesh import MeshWarning
 from flexmb.fem.plausibility import WAVE_SPEED
+from flexmb.fem.told import tell
 from flexmb.math.factor import NotPositiveDefinite, factor
 
 __all__ = ["check_definite", "check_rigid_motions", "check_symmetric", "check_wave_speed"]
@@ -109,20 +107,16 @@ def check_rigid_motions(part: str, fe: FEModel) -> None:
     own = np.einsum("ik,i,ik->k", motions, fe.K.diagonal(), motions)
     resisted = [LANGUAGE[k] for k in range(6) if energy[k] > RIGID * own[k]]
     if resisted:
-        warnings.warn(
+        tell(
             f"{part}: rigid motion {', '.join(resisted)} costs energy, as of a supported or grounded part. A body "
             "of a mechanism must be free: export the matrices without supports; check node positions, directions "
-            "and units.",
-            MeshWarning,
-            stacklevel=3,
+            "and units."
         )
     masses = np.einsum("ik,ik->k", motions, fe.M @ motions)[:3]
     if np.ptp(masses) > 1e-3 * masses.max():
-        warnings.warn(
+        tell(
             f"{part}: the mass along x, y, z is {masses[0]:.4g}, {masses[1]:.4g}, {masses[2]:.4g} kg. Freedoms are "
-            "missing in K and M (supports, condensed nodes), or dofs are in another order.",
-            MeshWarning,
-            stacklevel=3,
+            "missing in K and M (supports, condensed nodes), or dofs are in another order."
         )
 
 
@@ -131,11 +125,9 @@ def check_wave_speed(part: str, fe: FEModel) -> None:
     node."""
     speed = wave_speed(fe)
     if speed is not None and not WAVE_SPEED[0] < speed < WAVE_SPEED[1]:
-        warnings.warn(
+        tell(
             f"{part}: the speed of sound is about {speed:.2g} m/s; solids have {WAVE_SPEED[0]:g} to "
-            f"{WAVE_SPEED[1]:g}. Units: matrices in N, mm, tonne, s need length_unit=1e-3, mass_unit=1e3.",
-            MeshWarning,
-            stacklevel=3,
+            f"{WAVE_SPEED[1]:g}. Units: matrices in N, mm, tonne, s need length_unit=1e-3, mass_unit=1e3."
         )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
+from flexmb.model.numbering import Numbering
 
 __all__ = ["DIMENSION", "Mesh", "MeshWarning"]
 
@@ -75,6 +76,10 @@ class Mesh:
         Named groups of cells: one array of row numbers per entry of `cells`.
     name : str
         Used in messages and reports.
+    warnings : tuple of str
+        What was told when the mesh was read; the FE model keeps it.
+    numbering : Numbering or None
+        Numbers of the nodes in the file; None where they are those of the rows.
     """
 
     points: np.ndarray
@@ -83,6 +88,8 @@ class Mesh:
     facet_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     cell_sets: Mapping[str, tuple[np.ndarray, ...]] = field(default_factory=dict)
     name: str = "part"
+    warnings: tuple[str, ...] = ()
+    numbering: Numbering | None = None
 
     def __post_init__(self):
         part, shape = f"Mesh '{self.name}'", np.shape(self.points)
@@ -185,6 +192,7 @@ class Mesh:
             cells=tuple((cell_type, number[connectivity]) for cell_type, connectivity in self.cells),
             node_sets={name: number[nodes[used[nodes]]] for name, nodes in self.node_sets.items() if used[nodes].any()},
             facet_sets={name: number[facets] for name, facets in self.facet_sets.items()},
+            numbering=None if self.numbering is None else self.numbering.of(np.flatnonzero(used), self.numbering.cells),
         )
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.mesh import Mesh
 from flexmb.fem.repeated_cells import first_copies
+from flexmb.fem.told import tell
 
 __all__ = ["kept_cells"]
 
@@ -24,6 +23,8 @@ def kept_cells(mesh: Mesh, cell_types: tuple[str, ...], part: str):
     groups : dict of cell type to dict of group name to cell numbers
     node_sets, facet_sets : dict of name to node numbers
         The sets of the mesh, renumbered; emptied ones are left out.
+    numbering : Numbering or None
+        Of the kept nodes.
     """
     cells = {name: mesh.cells_of(name) for name in cell_types}
     cells = {name: connectivity for name, connectivity in cells.items() if len(connectivity)}
@@ -39,12 +40,10 @@ def kept_cells(mesh: Mesh, cell_types: tuple[str, ...], part: str):
         first = first_copies(cell_type, connectivity)
         copies = np.flatnonzero(first != np.arange(len(first)))
         if len(copies):
-            warnings.warn(
+            tell(
                 f"{part}: {len(copies)} {cell_type} cells lie on others, the first is number {copies[0]} on number "
                 f"{first[copies[0]]} (counted from 0). Each carries its own mass and stiffness: right for a doubler or "
-                "a rod along a bar, wrong for a cell that is listed twice",
-                MeshWarning,
-                stacklevel=3,
+                "a rod along a bar, wrong for a cell that is listed twice"
             )
     used = np.zeros(len(mesh.points), bool)
     for connectivity in cells.values():
@@ -61,4 +60,5 @@ def kept_cells(mesh: Mesh, cell_types: tuple[str, ...], part: str):
         whole = (used[facets] | (facets < 0)).all(axis=1)
         if whole.any():
             facet_sets[name] = number[facets[whole]]
-    return mesh.points[used], {name: number[c] for name, c in cells.items()}, groups, node_sets, facet_sets
+    numbering = None if mesh.numbering is None else mesh.numbering.of(np.flatnonzero(used), ())
+    return mesh.points[used], {name: number[c] for name, c in cells.items()}, groups, node_sets, facet_sets, numbering

@@ -19,6 +19,7 @@ from flexmb.fem.nastran_cards import read_nastran_cards
 from flexmb.fem.nastran_connectors import nastran_connectors
 from flexmb.fem.nastran_mesh import read_nastran_mesh
 from flexmb.fem.repeated_cells import merged_copies
+from flexmb.model.numbering import Numbering
 
 __all__ = ["GroupedMesh", "from_abaqus", "from_gmsh", "from_nastran", "from_vtu", "to_mesh"]
 
@@ -29,7 +30,8 @@ class GroupedMesh:
 
     ``cell_sets[name]`` is a list with one array of row numbers per block; ``facet_sets`` holds facets that the
     file defines by element faces. ``left_out`` names what carries mass or stiffness and is not part of a mesh;
-    ``notes`` are sentences on what else was not taken over. A file may write a cell ``once_per_group``.
+    ``notes`` are sentences on what else was not taken over. A file may write a cell ``once_per_group``. ``labels`` (n,)
+    are the numbers of the nodes in the file, where it has any.
     """
 
     points: np.ndarray
@@ -40,6 +42,7 @@ class GroupedMesh:
     left_out: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     once_per_group: bool = False
+    labels: np.ndarray | None = None
 
 
 def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
@@ -87,6 +90,7 @@ def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
         cell_sets=cell_sets,
         node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
         facet_sets={key: without_copies(stacked(value)) for key, value in facets.items()},
+        numbering=None if grouped.labels is None else Numbering(nodes=np.asarray(grouped.labels, np.int64)),
     )
 
 
@@ -209,7 +213,13 @@ def from_nastran(path: Path) -> GroupedMesh:
     left_out += [f"{number} {name}" for name, number in sorted(mesh.unknown.items())]
     nodes |= {name: _known_nodes(name, numbers, place, path) for name, numbers in spiders.items() if len(numbers)}
     return GroupedMesh(
-        points=mesh.points, blocks=blocks, node_sets=nodes, cell_sets=sets, left_out=left_out, notes=cards.notes
+        points=mesh.points,
+        blocks=blocks,
+        node_sets=nodes,
+        cell_sets=sets,
+        left_out=left_out,
+        notes=cards.notes,
+        labels=mesh.ids,
     )
 
 
@@ -285,4 +295,5 @@ def from_abaqus(path: Path) -> GroupedMesh:
         facet_sets={name: stacked(tables) for name, tables in facets.items() if tables},
         left_out=[f"{number} {keyword}" for keyword, number in sorted(cards.left_out.items())],
         notes=[f"not read: {text}" for text in cards.unread],
+        labels=np.array(cards.node_ids, np.int64),
     )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
-from flexmb.fem.mesh import MeshWarning
+from flexmb.fem.told import tell
 from flexmb.model.plausibility import WAVE_SPEED, material_doubts, size_doubts
 
 __all__ = ["WAVE_SPEED", "warn_about_material", "warn_about_size"]
@@ -17,10 +15,10 @@ SCALE = "read_mesh(..., scale=1e-3) or flexmb reduce --scale 1e-3"
 def warn_about_size(part: str, nodes: np.ndarray, remedy: str = SCALE, mass: float | None = None) -> None:
     """Warn of an implausible size of nodes (n, 3), m, or mass, kg: the mesh is in millimetres, most likely."""
     for text in size_doubts(float(np.linalg.norm(np.ptp(nodes, axis=0))), mass, remedy):
-        warnings.warn(f"{part}: {text}", MeshWarning, stacklevel=4)
+        tell(f"{part}: {text}")
 
 
 def warn_about_material(part: str, young: float, density: float) -> None:
     """Warn of a modulus (Pa) and a density (kg/m3) that no solid has."""
     for text in material_doubts(young, density):
-        warnings.warn(f"{part}: {text}", MeshWarning, stacklevel=4)
+        tell(f"{part}: {text}")

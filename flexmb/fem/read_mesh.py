@@ -8,7 +8,6 @@ becomes which set.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,8 +15,9 @@ import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.foreign_files import understood
-from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.mesh import Mesh
 from flexmb.fem.mesh_groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
+from flexmb.fem.told import keeping_warnings, tell
 from flexmb.model.described import is_number
 
 __all__ = ["read_mesh"]
@@ -37,6 +37,7 @@ COINCIDENT = 1e-7
 """Nodes nearer than this fraction of the mesh diagonal are reported as coincident."""
 
 
+@keeping_warnings
 def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     """Read a Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp) or VTK (.vtu .vtk) mesh.
 
@@ -105,9 +106,7 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     _warn_about_losses(part, grouped)
     kept = mesh.without_unused_nodes().scaled(float(scale))
     for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
-        warnings.warn(
-            f"{part}: the set '{name}' holds only nodes without cells; it was dropped", MeshWarning, stacklevel=2
-        )
+        tell(f"{part}: the set '{name}' holds only nodes without cells; it was dropped")
     _warn_about_coincident_nodes(part, kept)
     return kept
 
@@ -122,7 +121,7 @@ def _warn_about_losses(part: str, grouped: GroupedMesh) -> None:
             "fem.with_spring"
         )
     for text in found:
-        warnings.warn(f"{part}: {text}", MeshWarning, stacklevel=3)
+        tell(f"{part}: {text}")
 
 
 def _warn_about_coincident_nodes(part: str, mesh: Mesh) -> None:
@@ -132,10 +131,8 @@ def _warn_about_coincident_nodes(part: str, mesh: Mesh) -> None:
     pairs = cKDTree(mesh.points).query_pairs(COINCIDENT * diagonal, output_type="ndarray")
     if len(pairs):
         i, j = sorted(map(int, pairs[0]))
-        warnings.warn(
+        tell(
             f"{part}: {len(pairs)} pairs of nodes coincide within {COINCIDENT * diagonal:.2g} m, the first "
             f"are {i} and {j} at {np.round(mesh.points[i], 9).tolist()}; the part is cut there unless the "
-            "nodes are merged",
-            MeshWarning,
-            stacklevel=3,
+            "nodes are merged"
         )

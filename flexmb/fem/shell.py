@@ -13,6 +13,7 @@ from flexmb.fem.mesh_cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, summed
 from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.shell_block import ShellBlock
+from flexmb.fem.told import keeping_warnings
 from flexmb.model.described import check_kind, is_number
 from flexmb.model.material import Material
 
@@ -23,6 +24,7 @@ WARPING = 0.2
 area."""
 
 
+@keeping_warnings
 def shell(
     mesh: Mesh,
     material: Material,
@@ -63,7 +65,7 @@ def shell(
         "Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
         MeshError,
     )
-    nodes, cells, groups, node_sets, facet_sets = kept_cells(mesh, ("triangle", "quad"), part)
+    nodes, cells, groups, node_sets, facet_sets, numbering = kept_cells(mesh, ("triangle", "quad"), part)
     warn_about_material(part, material.young, material.density)
     blocks = []
     for cell_type, connectivity in cells.items():
@@ -97,6 +99,7 @@ def shell(
         facet_sets=facet_sets,
         blocks=tuple(blocks),
         name=name,
+        numbering=numbering,
     )
 
 

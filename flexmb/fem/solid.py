@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -13,11 +12,12 @@ from flexmb.fem import solid_kernels as kernels
 from flexmb.fem.block_pattern import BlockPattern, node_pattern
 from flexmb.fem.facets import oriented_facet_sets, same_side
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.mesh import DIMENSION, Mesh, MeshWarning
+from flexmb.fem.mesh import DIMENSION, Mesh
 from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.repeated_cells import first_copies
 from flexmb.fem.solid_block import SolidBlock
 from flexmb.fem.solid_elements import SOLID_ELEMENTS, SolidElement
+from flexmb.fem.told import keeping_warnings, tell
 from flexmb.model.described import check_kind
 
 __all__ = ["oriented", "solid"]
@@ -26,6 +26,7 @@ FLAT = 1e-9
 """det dx/dX below this fraction of the cell's extent cubed counts as zero: the cell is flat or folded."""
 
 
+@keeping_warnings
 def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, SolidElement] | None = None) -> FEModel:
     """Return stiffness, mass and element blocks of the solid cells of a mesh.
 
@@ -80,7 +81,7 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
             continue
         element = kinds[cell_type]
         _check_each_once(part, cell_type, connectivity)
-        cells = oriented(part, mesh.points, connectivity, element)
+        cells = _right_handed(part, mesh.points, connectivity, element)
         for given, rows in _materials(part, mesh, material, number, len(cells)):
             warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
             blocks.append(
@@ -114,7 +115,16 @@ def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, 
         facet_sets=facets,
         blocks=tuple(blocks),
         name=mesh.name,
+        numbering=mesh.numbering,
     )
+
+
+def _right_handed(part: str, points: np.ndarray, connectivity: np.ndarray, element: SolidElement) -> np.ndarray:
+    """Return the cells `oriented`, and tell it where all were numbered the other way round."""
+    cells = oriented(part, points, connectivity, element)
+    if (cells != connectivity).any(axis=1).all():
+        tell(f"{part}: all {len(cells)} {element.cell_type} cells are numbered left-handed; they were renumbered")
+    return cells
 
 
 def oriented(
@@ -151,12 +161,6 @@ def oriented(
             f"{np.round(points[cells[first]].mean(axis=0), 6).tolist()} m",
             expected="a positive Jacobian at every integration point",
             remedy="Mesh again: finer at curved surfaces, or with straight-sided second-order cells",
-        )
-    if mirrored.all():
-        warnings.warn(
-            f"{part}: all {len(cells)} {element.cell_type} cells are numbered left-handed; they were renumbered",
-            MeshWarning,
-            stacklevel=3,
         )
     return cells
 
@@ -231,11 +235,9 @@ def _check_material(part: str, material) -> None:
 def _warn_about_elements(part: str, blocks: list[SolidBlock]) -> None:
     stiff = {"tetra": "tetra10", "wedge": "wedge15"}
     for cell_type in sorted({block.cell_type for block in blocks} & set(stiff)):
-        warnings.warn(
+        tell(
             f"{part}: {cell_type} cells of first order are far too stiff in bending; "
-            f"use {stiff[cell_type]} (second order)",
-            MeshWarning,
-            stacklevel=3,
+            f"use {stiff[cell_type]} (second order)"
         )
 
 
@@ -244,9 +246,7 @@ def _check_connection(part: str, pattern: BlockPattern) -> None:
     pieces, label = connected_components(pattern.scalar(np.ones(len(pattern.indices))), directed=False)
     if pieces > 1:
         sizes = np.sort(np.bincount(label))[::-1]
-        warnings.warn(
+        tell(
             f"{part}: the solid cells form {pieces} separate pieces of {', '.join(map(str, sizes[:5]))} "
-            "nodes; merge coincident nodes, or join the pieces by couplings",
-            MeshWarning,
-            stacklevel=3,
+            "nodes; merge coincident nodes, or join the pieces by couplings"
         )

@@ -11,6 +11,7 @@ from scipy import sparse
 
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import ElementBlock, FEModel
+from flexmb.model.numbering import Numbering
 
 __all__ = ["split"]
 
@@ -160,7 +161,18 @@ def _part(fe: FEModel, chosen, nodes: np.ndarray, name: str, lumped: bool) -> FE
         name=name,
         node_sets={key: value[value >= 0] for key, value in sets.items() if np.any(value >= 0)},
         facet_sets={key: value for key, value in facets.items() if len(value)},
+        numbering=_numbering(fe, chosen, nodes),
+        warnings=fe.warnings,
+        source=fe.source,
     )
+
+
+def _numbering(fe: FEModel, chosen, nodes: np.ndarray) -> Numbering | None:
+    """Return the numbers in the file of the nodes and cells of a part."""
+    if fe.numbering is None:
+        return None
+    whole = fe.numbering.padded(len(fe.nodes), [len(mask) for mask in chosen])
+    return whole.of(nodes, tuple(labels[mask] for labels, mask in zip(whole.cells, chosen) if mask.any()))
 
 
 def _equal(whole, parts, members, symbol: str, fe: FEModel) -> bool:

@@ -57,7 +57,9 @@ def write_modes(data, path: str | Path, *, modes: int | Iterable[int] | None = N
     chosen = _chosen(data, modes)
     folder = path.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    series, digits, entries = VtuSeries(data.cells), len(str(data.n_modes)), []
+    own = data.numbering
+    numbers = ({}, {}) if own is None else ({"node": own.nodes}, {"element": np.concatenate(own.cells)})
+    series, digits, entries = VtuSeries(data.cells, *numbers), len(str(data.n_modes)), []
     for j in chosen:
         points, fields = _frame(data, j)
         file = folder / f"mode_{j + 1:0{digits}d}.vtu"

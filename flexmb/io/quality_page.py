@@ -75,7 +75,7 @@ def _page(data, picture) -> str:
         parts += [_warnings(q), _frequencies(q)]
     parts += [_coordinates(data)]
     if q:
-        parts += [_interfaces(data, q), _mass(data, q), _effective_mass(q)]
+        parts += [_interfaces(data, q), _mass(data, q), _effective_mass(q), _source(q)]
     if picture is not None:
         encoded = base64.b64encode(Path(picture).read_bytes()).decode("ascii")
         parts.append(f'<h2>Modes</h2><img alt="mode shapes" src="data:image/png;base64,{encoded}">')
@@ -153,7 +153,7 @@ def _interfaces(data, q) -> str:
         [
             escape(i["name"]),
             escape(i["kind"]),
-            str(i["nodes"]),
+            escape(i.get("node", str(i["nodes"]))),
             str(len(i["freedoms"])),
             vector(i["position"]),
         ]
@@ -165,6 +165,19 @@ def _interfaces(data, q) -> str:
         for name, position in zip(data.marker_names[first:], data.marker_positions[first:])
     ]
     return "<h2>Interfaces and stations</h2>" + table(titles, rows)
+
+
+def _source(q) -> str:
+    """The inventory of the deck that the FE model comes from."""
+    found = q.get("source")
+    if not found:
+        return ""
+    titles = [("", True), ("of the deck", True), ("count", False)]
+    words = (("read", "read"), ("approximated", "approximated"), ("left out", "left_out"), ("not needed", "not_needed"))
+    rows = [[title, escape(text), str(n)] for title, key in words for text, n in found.get(key, {}).items()]
+    units = found["units"] or "as in the deck, not known"
+    head = f"{found['program']} deck {found['file']}, {found['nodes']} nodes; units: {units}"
+    return f"<h2>Source</h2><p>{escape(head)}</p>" + table(titles, rows)
 
 
 def _mass(data, q) -> str:

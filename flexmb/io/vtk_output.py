@@ -23,8 +23,9 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     """Write the motion of all parts for ParaView and return the file to open.
 
     Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
-    ``von_mises`` (Pa); cables and beams have their sections and carry the section forces (N, N m); rigid bodies,
-    joints, springs and supports are drawn as simple solids. Numbers are float32.
+    ``von_mises`` (Pa); those of a deck the numbers of their nodes, ``node``, and elements, ``element`` (0 for what is
+    not in it; ``instance`` counts part instances from 0). Cables and beams have their sections and carry the section
+    forces (N, N m); rigid bodies, joints, springs and supports are drawn as simple solids. Numbers are float32.
 
     Parameters
     ----------
@@ -87,6 +88,17 @@ def _fields(scene, part) -> dict[str, int]:
     return {**({"von_mises": 1} if mises else {}), "displacement": 3}
 
 
+def _numbers(part) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return the numbers that the points and cells of a part have in the deck."""
+    own = None if part.data is None else part.data.numbering
+    if own is None:
+        return {}, {}
+    if part.nodes is not None:  # the skin of solids: its facets are no elements
+        own = own.of(part.nodes, ())
+    points = {"node": own.nodes} | ({} if own.instance_of is None else {"instance": own.instance_of})
+    return points, {"element": np.concatenate(own.cells)} if own.cells else {}
+
+
 def _frame(scene, part, frame):
     """Return points and fields of a part as float32."""
     snapshot = scene.snapshot(part, frame)
@@ -103,7 +115,7 @@ def _write_pvd(scene, path):
     for number, part in enumerate(scene.parts):
         for old in folder.glob(f"{_file_name(part.name)}_[0-9]*.vtu"):  # of an earlier export with more frames
             old.unlink()
-        series, own = VtuSeries(part.cells), []
+        series, own = VtuSeries(part.cells, *_numbers(part)), []
         for frame, t in enumerate(scene.times):
             file = folder / f"{_file_name(part.name)}_{frame:0{digits}d}.vtu"
             series.write(file, float(t), *_frame(scene, part, frame))
@@ -117,15 +129,15 @@ def _write_pvd(scene, path):
 def _write_vtkhdf(scene, path):
     parts = []
     for part in scene.parts:
-        fields = _fields(scene, part)
+        fields, numbers = _fields(scene, part), _numbers(part)
         file = part_file(path, part.name)
         with hdf5.writing(file) as stream:
-            series = VtkHdfSeries(stream, part.cells, len(part.points), fields)
+            series = VtkHdfSeries(stream, part.cells, len(part.points), fields, *numbers)
             for frame, t in enumerate(scene.times):
                 series.append(t, *_frame(scene, part, frame))
             series.finish()
         n_cells, length = len(flat_cells(part.cells)[2]), len(mixed_topology(part.cells))
-        parts.append((part.name, file.name, len(part.points), n_cells, length, fields))
+        parts.append((part.name, file.name, len(part.points), n_cells, length, fields, tuple(map(tuple, numbers))))
     sidecar = path.with_suffix(".xdmf")
     write_xdmf(sidecar, [float(t) for t in scene.times], parts)
     return sidecar

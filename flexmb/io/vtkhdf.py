@@ -25,9 +25,11 @@ class VtkHdfSeries:
     cells : sequence of (meshio cell type, (ne, nn) int)
     n_points : int
     fields : mapping of name to number of components
+    points, of_cells : mapping of name to (n,) and (ne,) int
+        Numbers of points and cells, stored once for all steps.
     """
 
-    def __init__(self, file, cells, n_points: int, fields):
+    def __init__(self, file, cells, n_points: int, fields, points=None, of_cells=None):
         self.n_points, self.times = n_points, []
         connectivity, ends, types = flat_cells(cells)
         self.root = root = file.create_group("VTKHDF")
@@ -47,6 +49,12 @@ class VtkHdfSeries:
         data = root.create_group("PointData")
         for name, components in fields.items():
             self.arrays[name] = self._growing(data, name, components)
+        self.numbers = {"PointData": dict(points or {}), "CellData": dict(of_cells or {})}
+        for place, given in self.numbers.items():
+            for name, values in given.items():
+                root.require_group(place).create_dataset(
+                    name, data=np.asarray(values, np.int64), compression="gzip", compression_opts=1, shuffle=True
+                )
 
     def _growing(self, group, name, components):
         width = (components,) if components > 1 else ()
@@ -86,3 +94,6 @@ class VtkHdfSeries:
         for name in self.arrays:
             if name != "Points":
                 offsets.create_dataset(name, data=advance)
+        for place, given in self.numbers.items():
+            for name in given:
+                steps.require_group(f"{place}Offsets").create_dataset(name, data=zero)

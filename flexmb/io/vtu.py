@@ -37,9 +37,11 @@ class VtuSeries:
     Parameters
     ----------
     cells : sequence of (meshio cell type, (ne, nn) int)
+    points, of_cells : mapping of name to (n,) and (ne,) int
+        Numbers of points and cells that are the same in every file.
     """
 
-    def __init__(self, cells):
+    def __init__(self, cells, points: Mapping[str, np.ndarray] | None = None, of_cells=None):
         connectivity, offsets, types = flat_cells(cells)
         self._n_cells = len(types)
         self._cells = [
@@ -50,6 +52,13 @@ class VtuSeries:
                 ("types", types),
             )
         ]
+        self._points, self._of_cells = (
+            [
+                (name, np.dtype(np.int64), _packed(np.asarray(values, np.int64)))
+                for name, values in (given or {}).items()
+            ]
+            for given in (points, of_cells)
+        )
 
     def write(self, path: Path, t: float, points: np.ndarray, fields: Mapping[str, np.ndarray]) -> None:
         """Write one frame: time (s), points (n, 3) and fields (n,) or (n, 3)."""
@@ -67,6 +76,8 @@ class VtuSeries:
             entry(name, values.dtype, values.shape[1] if values.ndim == 2 else 1, _packed(values))
             for name, values in fields.items()
         ]
+        own += [entry(name, dtype, 1, packed) for name, dtype, packed in self._points]
+        numbers = [entry(name, dtype, 1, packed) for name, dtype, packed in self._of_cells]
         place = entry("Points", points.dtype, 3, _packed(points))
         cells = [entry(name, dtype, 1, packed) for name, dtype, packed in self._cells]
         coloured = next((f' Scalars="{name}"' for name, values in fields.items() if values.ndim == 1), "")
@@ -75,7 +86,7 @@ class VtuSeries:
             'header_type="UInt64" compressor="vtkZLibDataCompressor">\n<UnstructuredGrid>\n<FieldData>'
             f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{t!r}</DataArray>'
             f'</FieldData>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{self._n_cells}">\n'
-            f"<PointData{coloured}>\n{''.join(own)}</PointData>\n<Points>\n{place}</Points>\n"
+            f"<PointData{coloured}>\n{''.join(own)}</PointData>\n<CellData>\n{''.join(numbers)}</CellData>\n<Points>\n{place}</Points>\n"
             f"<Cells>\n{''.join(cells)}</Cells>\n</Piece>\n</UnstructuredGrid>\n"
             '<AppendedData encoding="raw">\n_'
         )

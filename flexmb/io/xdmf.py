@@ -18,8 +18,9 @@ def write_xdmf(path: Path, times, parts) -> None:
     ----------
     path : Path
     times : (nt,), s
-    parts : sequence of (name, file name relative to the path, n_points, n_cells, length of the topology, fields)
-        `fields` maps name to number of components.
+    parts : sequence of (name, file, n_points, n_cells, length of the topology, fields, numbers)
+        The file is named relative to the path. `fields` maps name to number of components; `numbers` are the names of
+        integers of points and of cells that are stored once.
     """
     lines = [
         '<?xml version="1.0"?>',
@@ -33,7 +34,7 @@ def write_xdmf(path: Path, times, parts) -> None:
             '<Grid Name="mechanism" GridType="Collection" CollectionType="Spatial">',
             f'<Time Value="{t!r}"/>',
         ]
-        for name, file, n, n_cells, length, fields in parts:
+        for name, file, n, n_cells, length, fields, (of_points, of_cells) in parts:
             # the cells are referred to as a slab as well: a plain reference makes VTK's reader look for a cached mesh
             # under the text of the geometry's first item, which a slab does not have, and complain at every frame
             cells = _slab(f"{file}:/{TOPOLOGY}", 'NumberType="Int" Precision="8"', 0, length, 1, length)
@@ -47,6 +48,12 @@ def write_xdmf(path: Path, times, parts) -> None:
                 kind = "Vector" if components == 3 else "Scalar"
                 values = _slab(f"{file}:/VTKHDF/PointData/{field}", FLOAT, k * n, n, components, nt * n)
                 lines.append(f'<Attribute Name="{field}" AttributeType="{kind}" Center="Node">{values}</Attribute>')
+            for place, center, count, names in (("Point", "Node", n, of_points), ("Cell", "Cell", n_cells, of_cells)):
+                for field in names:
+                    source = f"{file}:/VTKHDF/{place}Data/{field}"
+                    values = _slab(source, 'NumberType="Int" Precision="8"', 0, count, 1, count)
+                    head = f'<Attribute Name="{field}" AttributeType="Scalar" Center="{center}">'
+                    lines.append(f"{head}{values}</Attribute>")
             lines.append("</Grid>")
         lines.append("</Grid>")
     lines += ["</Grid>", "</Domain>", "</Xdmf>", ""]

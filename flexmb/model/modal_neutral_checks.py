@@ -97,6 +97,7 @@ def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
         if cells.size and (cells.min() < 0 or cells.max() >= len(data.nodes)):
             worst = cells.max() if cells.max() >= len(data.nodes) else cells.min()
             raise _refused(part, f"{kind} cells name the node {worst}", f"nodes 0 to {len(data.nodes) - 1}")
+    _check_places(data, part)
     for word, names in (("marker", data.marker_names), ("load shape", data.load_names)):
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -105,6 +106,30 @@ def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
         raise _refused(part, f"a mass of {data.mass:.6g} kg", "a mass > 0")
     check_modes(part, np.diag(data.invariants.nn), np.diag(data.stiffness))
     return data
+
+
+def _check_places(data: ModalNeutralData, part: str) -> None:
+    """Raise DataFileError unless node sets and the numbers of the file fit the nodes and cells."""
+    n = len(data.nodes)
+    for name, nodes in data.node_sets.items():
+        if not isinstance(name, str) or not _whole(nodes) or (nodes.size and not 0 <= nodes.min() <= nodes.max() < n):
+            raise _refused(part, f"the node set '{name}' with nodes that do not exist", f"nodes 0 to {n - 1}")
+    own = data.numbering
+    if own is None:
+        return
+    counts = [len(cells) for _, cells in data.cells]
+    tables = (own.nodes, *own.cells)
+    fits = all(_whole(table) for table in tables) and [len(table) for table in tables] == [n, *counts]
+    known = all(isinstance(name, str) for name in own.instances)
+    if own.instance_of is not None:
+        known &= _whole(own.instance_of) and len(own.instance_of) == n
+        known = known and bool(np.all((own.instance_of >= -1) & (own.instance_of < len(own.instances))))
+    if not fits or not known:
+        raise _refused(part, "numbers of the deck that do not fit the nodes and cells", f"{n} and {counts} numbers")
+
+
+def _whole(array: Any) -> bool:
+    return isinstance(array, np.ndarray) and array.ndim == 1 and array.dtype.kind in "iu"
 
 
 def selected_quality(data: ModalNeutralData, modes: np.ndarray) -> dict[str, Any]:

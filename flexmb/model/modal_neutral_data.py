@@ -16,6 +16,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.data_source import plain
 from flexmb.model.modal_neutral_checks import check_shapes, selected_quality
+from flexmb.model.numbering import Numbering
 
 __all__ = ["GeometricStiffness", "InertiaInvariants", "ModalNeutralData"]
 
@@ -130,10 +131,14 @@ class ModalNeutralData:
     frame : str
         "buckens", or the name of the interface at which the body frame is clamped.
     quality : dict
-        The quality report: numbers and text that JSON can hold.
+        The quality report: numbers and text that JSON can hold; of a deck its inventory and what was told of it.
     recipe : dict
         What the body was made from, as JSON can hold it: ``part`` (`flexmb.parts.Part`), ``files`` by name with their
         digests, ``release``, and ``parameters`` of the ``model`` (file) that described it; empty if that is not known.
+    node_sets : mapping of name to node numbers (k,)
+        Named sets of the FE model: where the stress of a region is wanted.
+    numbering : Numbering or None
+        Numbers of nodes and cells in the file that the FE model comes from.
     """
 
     name: str
@@ -159,6 +164,8 @@ class ModalNeutralData:
     frame: str = "buckens"
     quality: dict[str, Any] = field(default_factory=dict)
     recipe: dict[str, Any] = field(default_factory=dict)
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    numbering: Numbering | None = None
 
     def __post_init__(self):
         from flexmb.model.modal_neutral_report import Quality
@@ -195,6 +202,19 @@ class ModalNeutralData:
         """Inertia of the undeformed body about its centre of mass, (3, 3), kg m2, in body axes."""
         c = self.center_of_mass
         return self.invariants.ww0 - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+    def node_name(self, node: int) -> str:
+        """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""
+        return f"node {int(node)}" if self.numbering is None else self.numbering.node_name(node)
+
+    def nodes_named(self, where: Any, part: str) -> np.ndarray:
+        """Return node numbers (k,) of a set name, "node 63241", "element 812", a node number, or a sequence of these.
+
+        ModelError of the `part` where one does not exist.
+        """
+        from flexmb.model.node_places import nodes_named
+
+        return nodes_named(self, where, part)
 
     def selected(self, modes) -> ModalNeutralData:
         """Return the body with a subset of its modes: a count (the first so many) or int indices."""

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb import hdf5
 from flexmb.model.modal_neutral_checks import checked
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+from flexmb.model.numbering import Numbering
 
 __all__ = ["SCHEMA", "VERSION", "load", "read", "save", "write"]
 
@@ -18,7 +19,7 @@ SCHEMA = "flexmb.modal_neutral_data"
 VERSION = 1
 
 _GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
-_OWN = {"cells", "recipe", *_GROUPS}  # written in their own way
+_OWN = {"cells", "recipe", "node_sets", "numbering", *_GROUPS}  # written in their own way
 
 
 def save(data: ModalNeutralData, path: str | Path) -> Path:
@@ -58,6 +59,30 @@ def write(data: ModalNeutralData, group) -> None:
     for number, (cell_type, connectivity) in enumerate(data.cells):
         block = _write_array(cells, str(number), np.asarray(connectivity))
         block.attrs["type"] = cell_type
+    sets = group.create_group("node_sets")
+    for number, (name, nodes) in enumerate(data.node_sets.items()):
+        _write_array(sets, str(number), np.asarray(nodes)).attrs["name"] = name
+    if data.numbering is not None:
+        _write_numbering(data.numbering, group.create_group("numbering"))
+
+
+def _write_numbering(numbering: Numbering, group) -> None:
+    _write_array(group, "nodes", numbering.nodes)
+    for number, labels in enumerate(numbering.cells):
+        _write_array(group, f"cells_{number}", labels)
+    if numbering.instance_of is not None:
+        _write_array(group, "instance_of", numbering.instance_of)
+    group.attrs["instances"] = json.dumps(numbering.instances)
+
+
+def _read_numbering(group) -> Numbering:
+    count = sum(name.startswith("cells_") for name in group)
+    return Numbering(
+        nodes=group["nodes"][()],
+        cells=tuple(group[f"cells_{k}"][()] for k in range(count)),
+        instances=tuple(json.loads(group.attrs["instances"])),
+        instance_of=group["instance_of"][()] if "instance_of" in group else None,
+    )
 
 
 def read(group) -> ModalNeutralData:
@@ -86,6 +111,10 @@ def read(group) -> ModalNeutralData:
     values["cells"] = tuple(
         (blocks[str(number)].attrs["type"], blocks[str(number)][()]) for number in range(len(blocks))
     )
+    if "node_sets" in group:  # bodies that were reduced before have none
+        values["node_sets"] = {found.attrs["name"]: found[()] for found in group["node_sets"].values()}
+    if "numbering" in group:
+        values["numbering"] = _read_numbering(group["numbering"])
     return checked(ModalNeutralData(**values), f"Reduced body '{values['name']}' in '{group.file.filename}'")
 
 

@@ -51,6 +51,7 @@ def _report(data: ModalNeutralData) -> str:
     lines = [title, "=" * len(title), *_body(data)]
     if q:
         lines += [
+            *_source(q),
             "",
             *_mass(data, q),
             "",
@@ -79,6 +80,19 @@ def _body(data: ModalNeutralData) -> list[str]:
     ]
 
 
+def _source(q: dict[str, Any]) -> list[str]:
+    """Where the FE model comes from, and what of the deck is not as it was."""
+    found = q.get("source")
+    if not found:
+        return []
+    units = found["units"] or "as in the deck, not known"
+    lines = ["", "Source", f"  {found['program']} deck '{found['file']}', {found['nodes']} nodes; units: {units}"]
+    lines.append("  read          " + (", ".join(f"{n} {name}" for name, n in found["read"].items()) or "nothing"))
+    for title, key in (("approximated", "approximated"), ("left out", "left_out")):
+        lines += [f"  {title:<13} {text} ({n})" for text, n in found[key].items()]
+    return lines
+
+
 def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
     mesh = q["mass"]
     vector = lambda a: "(" + ", ".join(f"{x:.6g}" for x in a) + ")"  # noqa: E731
@@ -99,7 +113,7 @@ def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
 def _interfaces(q: dict[str, Any]) -> list[str]:
     rows = [
         f"  {i['name']:<16} {i['kind']:<11} {i['nodes']:>6} nodes  {len(i['freedoms'])} freedoms  at "
-        f"({', '.join(f'{x:.6g}' for x in i['position'])}) m"
+        f"({', '.join(f'{x:.6g}' for x in i['position'])}) m{', ' + i['node'] if 'node' in i else ''}"
         for i in q["interfaces"]
     ]
     return [

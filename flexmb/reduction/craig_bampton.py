@@ -14,6 +14,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
 from flexmb.model.described import check_kind, check_mapping, is_number
 from flexmb.model.modal_neutral_data import GeometricStiffness, ModalNeutralData
+from flexmb.model.numbering import Numbering
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.cache import kept
 from flexmb.reduction.damping import damping_ratios
@@ -59,7 +60,8 @@ def reduce(
         A free body; its elements are needed for stress and geometric stiffness only.
     interfaces : mapping of name to set name, node numbers (list), coordinates (tuple), or a coupling object
         Where joints and forces act. A bare selection is a rigid coupling; see `Rigid`, `Averaging`, `Nodes`.
-        Names of the reference points of a deck, or "all" of them, are interfaces by themselves.
+        Names of the reference points of a deck, or "all" of them, are interfaces by themselves. Numbers are rows of
+        ``fe.nodes``; ``"node 63241"`` names a node by its number in the deck.
     modes : int, text or UpTo
         Number of fixed-interface modes (0: Guyan), or ``"up to 200 Hz within 1 %"``.
     geometric_stiffness, stress : bool
@@ -239,7 +241,23 @@ def _data(
         load_names=tuple(load_names),
         load_shapes=np.vstack([fe.rigid_motions().T @ forces, basis.shapes.T @ forces]).T,
         stress_modes=stress_modes(fe, field) if stress and fe.blocks else None,
+        node_sets=_node_sets(fe),
+        numbering=None if fe.numbering is None else _numbering(fe),
     )
+
+
+def _node_sets(fe: FEModel) -> dict[str, np.ndarray]:
+    """Return the named sets of the model as nodes: where the stress of a region is wanted."""
+    facets = {name: np.unique(rows[rows >= 0]) for name, rows in fe.facet_sets.items()}
+    sets = {**facets, **fe.node_sets}
+    return {name: np.unique(np.asarray(nodes, np.int32)) for name, nodes in sets.items()}
+
+
+def _numbering(fe: FEModel) -> Numbering:
+    """Return the numbers in the file of the nodes, and of the cells that are drawn."""
+    counts = [len(block.connectivity) for block in fe.blocks]
+    whole = fe.numbering.padded(len(fe.nodes), counts)  # type: ignore[union-attr]
+    return replace(whole, cells=tuple(labels for labels in whole.cells if len(labels)))
 
 
 def _support(body: HeldBody, number: int | None) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.fem.fe_model import FEModel
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
 from flexmb.reduction.interfaces import Coupling
@@ -42,7 +43,7 @@ def quality_numbers(
             "freedoms": fe.ndof,
             "factor_entries": int(body.nnz),
         },
-        "interfaces": [_interface(c) for c in body.couplings],
+        "interfaces": [_interface(body.fe, c) for c in body.couplings],
         "normal_modes": len(normal.w2),
         "fixed_interface_frequencies": (np.sqrt(normal.w2) / (2.0 * np.pi)).tolist(),
         "mass": _mass(body),
@@ -56,12 +57,17 @@ def quality_numbers(
         "frequencies": _frequencies(reduced, exact),
         "modes": _mode_table(body, normal, basis),
     }
-    return {**numbers, "warnings": _warnings(body, numbers, band) + _far_stations(body, stations)}
+    if fe.source:
+        numbers["source"] = dict(fe.source)
+    found = [*fe.warnings, *_warnings(body, numbers, band), *_far_stations(body, stations)]
+    return {**numbers, "warnings": found}
 
 
-def _interface(coupling: Coupling) -> dict[str, Any]:
+def _interface(fe: FEModel, coupling: Coupling) -> dict[str, Any]:
+    alone = {"node": fe.node_name(int(coupling.nodes[0]))} if len(coupling.nodes) == 1 else {}
     return {
         "name": coupling.name,
+        **alone,
         "kind": coupling.label,
         "nodes": len(coupling.nodes),
         "freedoms": coupling.freedoms.tolist(),

@@ -55,7 +55,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
     ----------
     fe : FEModel
     where : str, int, list of int, 3-tuple of float, or (k, 3) float
-        Name of a node or facet set, node numbers, or coordinates of nodes, m.
+        Name of a node or facet set, "node 63241" or "element 812" of a deck, node numbers, or coordinates of nodes, m.
     part : str
         The thing that asks, for messages: ``"Interface 'a'"``.
     moving : bool
@@ -97,12 +97,16 @@ def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
     if name in fe.facet_sets:
         facets = np.asarray(fe.facet_sets[name], int).ravel()
         return facets[facets >= 0]  # rows of mixed sets end in -1
-    known = sorted({*fe.node_sets, *fe.facet_sets})
+    if (found := fe.numbered(name, part, ReductionError)) is not None:
+        return found
+    known = sorted({*fe.node_sets, *fe.facet_sets, *fe.reference_points})
     raise ReductionError(
         part,
         found=f"the group '{name}' does not exist in FE model '{fe.name}'",
         expected=f"One of: {', '.join(known) or 'none (the model has no groups)'}",
-        remedy=did_you_mean(name, known) or "Name a group of the mesh, node numbers or coordinates",
+        remedy=did_you_mean(name, known)
+        or "Name a group of the mesh, node numbers or coordinates"
+        + (', or "node 63241" for a number of the deck' if fe.numbering is not None else ""),
     )
 
 
@@ -122,7 +126,8 @@ def _numbered(fe: FEModel, where, part: str) -> np.ndarray:
             part,
             found=f"node number {numbers.max() if numbers.min() >= 0 else numbers.min()}",
             expected=f"0 to {len(fe.nodes) - 1}",
-            remedy="Node numbers are rows of fe.nodes, from zero",
+            remedy="Node numbers are rows of fe.nodes, from zero"
+            + (f'; write "node {numbers.max()}" for that of the deck' if fe.numbering is not None else ""),
         )
     return numbers.astype(int)
 

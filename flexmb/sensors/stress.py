@@ -21,22 +21,24 @@ class Stress(Sensor):
     """Nodal stress of a flexible body by its stress modes, ``sigma = S eta``, in body axes, Pa.
 
     With one node: its von Mises stress (nt,) or, with ``component="tensor"``, xx, yy, zz, xy, yz, zx (nt, 6). With
-    several nodes, or without: the largest von Mises stress (or component) among them at each time, (nt,).
+    several nodes, a set, or without: the largest von Mises stress (or component) among them at each time, (nt,). Nodes
+    of a set at which no element gives stress do not count.
 
     Parameters
     ----------
     name : str
     body : str
         Name of a body with stress modes.
-    node : int, sequence of int, or None
-        Node number or numbers in the body's data; None is the whole body.
+    node : int, str, sequence of these, or None
+        Name of a node or element set, a part or a material of the mesh or deck; ``"node 63241"`` or ``"element 812"``,
+        numbers of the deck; or node numbers in the body's data. None is the whole body.
     component : str
         "von_mises", "xx", "yy", "zz", "xy", "yz", "zx", or "tensor" (one node only).
     """
 
     _: KW_ONLY
     body: str
-    node: int | Sequence[int] | None = None
+    node: int | str | Sequence[int | str] | None = None
     component: str = "von_mises"
 
     def __post_init__(self):
@@ -49,13 +51,8 @@ class Stress(Sensor):
                 expected=f"One of: {', '.join(known)}",
                 remedy=did_you_mean(str(self.component), known) or "Omit it for von Mises stress",
             )
-        if self.component == "tensor" and not isinstance(self.node, int | np.integer):
-            raise ModelError(
-                self.title,
-                found=f"the tensor at node = {self.node!r}",
-                expected="one node number",
-                remedy="Name one node, or ask for one component",
-            )
+        if self.component == "tensor" and not isinstance(self.node, int | np.integer | str):
+            raise self._no_tensor(f"node = {self.node!r}")
 
     def check(self, model) -> None:
         """Raise ModelError if the body has no stress modes or not these nodes."""
@@ -68,15 +65,35 @@ class Stress(Sensor):
                 expected="a FloatingBody whose data was reduced from a model with elements",
                 remedy="Reduce a model made by fem.solid; rigid bodies have no stress",
             )
-        nodes = np.atleast_1d(np.asarray([] if self.node is None else self.node))
-        n = len(data.nodes)
-        if nodes.size and (nodes.dtype.kind not in "iu" or nodes.min() < 0 or nodes.max() >= n):
+        if self.node is None:
+            return
+        nodes = data.nodes_named(self.node, self.title)
+        if not len(_stressed(data, nodes)) and data.n_modes:
             raise ModelError(
                 self.title,
-                found=f"node = {self.node!r}",
-                expected=f"node numbers 0 to {n - 1}",
-                remedy="Find the number of a node with numpy: argmin of its distance in data.nodes",
+                found=f"{len(nodes)} nodes, first {data.node_name(nodes[0])}, at which no element gives stress"
+                if len(nodes)
+                else f"no nodes by node = {self.node!r}",
+                expected="nodes of solids, shells or beams",
+                remedy="Rods, springs and reference points of links have forces: results.recover.section_forces",
             )
+        if self.component == "tensor" and len(nodes) != 1:
+            raise self._no_tensor(f"the {len(nodes)} nodes of '{self.node}'")
+
+    def _no_tensor(self, where: str) -> ModelError:
+        return ModelError(
+            self.title,
+            found=f"the tensor at {where}",
+            expected="one node number or name",
+            remedy="Name one node, or ask for one component",
+        )
+
+    def _nodes(self, series) -> np.ndarray | None:
+        """Return the node numbers, without those that no element gives stress to; None for the whole body."""
+        if self.node is None:
+            return None
+        data = series.model.body(self.body).data
+        return _stressed(data, data.nodes_named(self.node, self.title))
 
     def columns(self, model) -> tuple[str, ...]:
         """Return the titles with the unit."""
@@ -85,7 +102,12 @@ class Stress(Sensor):
     def values(self, series) -> np.ndarray:
         """Return the stress (nt,) or (nt, 6), Pa."""
         if self.component == "tensor":
-            return series.stress(self.body, self.node)[:, 0]
+            return series.stress(self.body, self._nodes(series))[:, 0]
         if self.component == "von_mises":
-            return series.largest_von_mises(self.body, self.node)
-        return series.stress(self.body, self.node)[:, :, COMPONENTS.index(self.component)].max(axis=1)
+            return series.largest_von_mises(self.body, self._nodes(series))
+        return series.stress(self.body, self._nodes(series))[:, :, COMPONENTS.index(self.component)].max(axis=1)
+
+
+def _stressed(data, nodes: np.ndarray) -> np.ndarray:
+    """Return those of the nodes whose stress is not zero in every mode."""
+    return nodes[np.any(data.stress_modes[nodes] != 0.0, axis=(1, 2))] if data.n_modes else nodes

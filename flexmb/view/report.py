@@ -14,7 +14,7 @@ import numpy as np
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.io.scene import Scene
 from flexmb.io.web_page import page
-from flexmb.view import report_model, report_results, report_trust
+from flexmb.view import report_model, report_results, report_stress, report_trust
 from flexmb.view.curves import COLORS
 from flexmb.view.graphics import require_graphics
 from flexmb.view.pictures import largest_stress, upwards
@@ -102,7 +102,7 @@ def _page(runs: list[Run], checks: Mapping[str, Any], verified: Mapping[str, Any
     if pictures:
         parts.append(_stills(runs, camera))
     parts += [report_results.curves(runs), _wide(report_results.extremes(runs)), _wide(report_results.loads(runs))]
-    parts += [report_results.energy(runs), report_trust.trust(runs, verified)]
+    parts += [_wide(report_stress.stresses(runs)), report_results.energy(runs), report_trust.trust(runs, verified)]
     if described is not None:
         parts += [report_model.mobility(runs, checks), report_model.model(described)]
         parts += ["" if several else report_model.parameters(described), report_model.modes(described)]

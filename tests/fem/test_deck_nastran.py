@@ -167,6 +167,21 @@ def block(*cards):
     return "\n".join([*rows, "PSOLID,1,1", f"MAT1,1,{E:.6e},,.3,{RHO}", *cards])
 
 
+@pytest.mark.parametrize("length", [1e-3, 2.0, 2400.0, 3e5])
+@pytest.mark.parametrize("ends", ["123456", "1234,23", "12346,3"])
+def test_rigid_bar_of_any_length(tmp_path, length, ends):
+    """The far end moves as a rigid body does, in millimetres as well as in metres."""
+    far = f"{length:.4e}".replace("e+", "+").replace("e-", "-")
+    bushes = "CBUSH,1,6,1,,,,,0\nCBUSH,2,6,2,,,,,0\nPBUSH,6,K,1.,1.,1.,1.,1.,1."
+    fe = deck(tmp_path, f"GRID,1,,0.,0.,0.\nGRID,2,,{far},0.,0.\nRBAR,7,1,2,{ends}\n{bushes}\nCONM2,1,1,,1.")
+    assert fe.ndof == 6
+    motion = fe.expansion.toarray()
+    along = motion @ np.linalg.inv(motion[:6])  # six unit motions of node 1
+    expected = np.eye(6)
+    expected[1, 5], expected[2, 4] = length, -length
+    np.testing.assert_allclose(along[6:12], expected, atol=1e-9 * max(length, 1.0))
+
+
 def test_multipoint_constraint(tmp_path):
     """u_2x = 2 u_1x - u_3y, with components in the displacement system of node 2, which is turned by 90 degrees."""
     text = block("MPC,5,2,2,-1.,1,1,2.,,+\n+,,3,2,-1.", "CORD2R,9,0,0.,0.,0.,0.,0.,1.,+\n+,0.,1.,0.")

@@ -47,8 +47,15 @@ def read_abaqus_deck(path: Path) -> Deck:
     """Read an Abaqus or CalculiX deck; MeshError with file, line and keyword for whatever cannot be read."""
     part = f"Deck '{path}'"
     flat = flattened_deck(read_blocks(path), part)
-    order = _order(flat)
-    deck = Deck(name=path.stem, source="Abaqus", labels=order, points=np.array(flat.points))
+    instances, instance_of = _instances(flat)
+    deck = Deck(
+        name=path.stem,
+        source="Abaqus",
+        labels=np.array(flat.labels, np.int64),
+        points=np.array(flat.points),
+        instances=instances,
+        instance_of=instance_of,
+    )
     deck.inventory.read["*NODE"] = len(flat.points)
     deck.inventory.left_out.update(flat.skipped)
     materials = Materials(flat, deck)
@@ -71,15 +78,34 @@ def read_abaqus_deck(path: Path) -> Deck:
         on = surface_nodes(flat, name)
         if len(on):
             deck.node_sets.setdefault(flat.names.get(name, name), on)
+    _of_instances_and_materials(flat, deck)
     return deck
 
 
-def _order(flat: Flat) -> np.ndarray:
-    """Return a label per node: its number in the file, or one by one where instances use numbers twice."""
-    labels = np.array(flat.labels, np.int64)
-    if len(np.unique(labels)) == len(labels):
-        return labels
-    return np.arange(1, len(labels) + 1)
+def _instances(flat: Flat) -> tuple[tuple[str, ...], np.ndarray | None]:
+    """Return the names of the instances and to which a node belongs (n,), -1 for the assembly; none of a flat deck."""
+    placed = [scope for scope in flat.scopes.values() if scope.name]
+    if not placed:
+        return (), None
+    owner = np.full(len(flat.labels), -1)
+    for number, scope in enumerate(placed):
+        owner[list(scope.nodes.values())] = number
+    return tuple(scope.title for scope in placed), owner
+
+
+def _of_instances_and_materials(flat: Flat, deck: Deck) -> None:
+    """Add the sets that instances and materials name, where nothing else has the name."""
+    for scope in flat.scopes.values():
+        if scope.name and scope.nodes:
+            deck.node_sets.setdefault(scope.title, np.array(sorted(scope.nodes.values()), np.int64))
+    made: dict[str, set[int]] = {}
+    for block, scope_name in flat.blocks:
+        parameters = block.parameters
+        if "MATERIAL" not in parameters or "ELSET" not in parameters or parameters["MATERIAL"] in deck.node_sets:
+            continue
+        for element in flat.elements_of(parameters["ELSET"], scope_name, block):
+            made.setdefault(parameters["MATERIAL"], set()).update(flat.elements[element].nodes)
+    deck.node_sets |= {name: np.array(sorted(nodes), np.int64) for name, nodes in made.items()}
 
 
 def _model_data(flat: Flat, deck: Deck) -> list:

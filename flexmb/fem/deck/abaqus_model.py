@@ -31,9 +31,13 @@ class Element:
 
 @dataclass(eq=False)
 class Scope:
-    """Names of a part instance, or of a flat deck or the assembly (name "")."""
+    """Names of a part instance, or of a flat deck or the assembly (name "").
+
+    name is in small letters, title as in the file.
+    """
 
     name: str
+    title: str = ""
     nodes: dict[int, int] = field(default_factory=dict)
     elements: dict[int, int] = field(default_factory=dict)
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
@@ -153,7 +157,7 @@ def _place(flat: Flat, head: Block, extra: list[Block], parts: dict[str, list[Bl
     if name in flat.scopes:
         raise head.wrong(f"instance '{name}' a second time", "one *INSTANCE per name")
     rotation, origin = instance_pose(head)
-    scope = Scope(name, rotation=rotation, origin=origin)
+    scope = Scope(name, title=head.need("NAME"), rotation=rotation, origin=origin)
     flat.scopes[name] = scope
     _fill(flat, [*parts[source], *extra], scope)
 

@@ -16,6 +16,7 @@ from flexmb.fem.fe_model import FEModel, ReferencePoint
 from flexmb.fem.link_stiffness import RigidLinkBlock
 from flexmb.fem.links import LinkedBlock
 from flexmb.fem.solid_block import SolidBlock
+from flexmb.model.numbering import Numbering
 
 __all__ = ["assembled"]
 
@@ -27,10 +28,11 @@ def assembled(deck: Deck, lumped: bool) -> FEModel:
     """Return the FE model of a deck; what was held for want of stiffness is added to its inventory."""
     part = f"Deck '{deck.name}'"
     points, links = deck.points.copy(), list(deck.links)
-    blocks: list = [*solid_blocks(deck, part), *shell_blocks(deck, part), *rod_blocks(deck, part)]
+    labelled: list = [*solid_blocks(deck, part), *shell_blocks(deck, part), *rod_blocks(deck, part)]
     points, beams, ends = beam_blocks(deck, points, part)
-    blocks += beams
+    labelled += beams
     links += ends
+    blocks = [block for block, _ in labelled]
     if not blocks and not deck.lumped_parts:
         raise MeshError(
             part,
@@ -61,15 +63,16 @@ def assembled(deck: Deck, lumped: bool) -> FEModel:
     own = np.stack(np.divmod(kept, 6), axis=1)
     if expansion is not None:
         blocks = [LinkedBlock(block=b, own_nodes=n, dofs=own, expansion=expansion) for b in [*blocks, *rigid]]
-    return _finished(deck, points, own, K, M, C, blocks, expansion)
+    return _finished(deck, points, own, K, M, C, blocks, expansion, tuple(labels for _, labels in labelled))
 
 
-def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion) -> FEModel:
+def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion, cell_labels) -> FEModel:
     solids = [(block.cell_type, block.nodes) for block in deck.solids]
     facets = dict(deck.facet_sets)
     if solids:
         facets = oriented_facet_sets(solids, deck.node_sets, facets, len(points))
-    labels = np.concatenate([deck.labels, np.zeros(len(points) - len(deck.labels), np.int64)])
+    every = np.arange(len(points))
+    numbering = Numbering(nodes=deck.labels, instances=deck.instances, instance_of=deck.instance_of)
     return FEModel(
         nodes=points,
         dofs=dofs,
@@ -81,7 +84,7 @@ def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion) -> FEModel:
         blocks=tuple(blocks),
         name=deck.name,
         expansion=expansion,
-        labels=labels,
+        numbering=numbering.of(every, cell_labels),
         supports=dict(deck.supports),
         reference_points={
             name: ReferencePoint(node=at.node, averaged=at.averaged, weights=at.weights)

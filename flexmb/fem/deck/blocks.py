@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from flexmb.fem.deck.contents import Beams, Deck, Shells, Solids
 from flexmb.fem.deck.links import LinkRows
 from flexmb.fem.frame import beam_block
 from flexmb.fem.laminate_block import LaminateBlock, turned_plane
-from flexmb.fem.mesh import MeshWarning
 from flexmb.fem.rod_block import RodBlock
 from flexmb.fem.shell import WARPING, flattened
 from flexmb.fem.solid import oriented
@@ -21,36 +20,42 @@ from flexmb.fem.solid_elements import SOLID_ELEMENTS
 
 __all__ = ["beam_blocks", "rod_blocks", "shell_blocks", "solid_blocks"]
 
+Labelled = tuple[Any, np.ndarray]
+"""A block of elements, and their numbers in the deck (ne,)."""
 
-def solid_blocks(deck: Deck, part: str) -> list[SolidBlock]:
+
+def solid_blocks(deck: Deck, part: str) -> list[Labelled]:
     """Return a block per cell type and material; cells numbered left-handed are renumbered.
 
     Parts of one material are one block: each block costs time by the nodes of the whole deck.
     """
-    out: dict[tuple, tuple[Solids, list[np.ndarray]]] = {}
+    out: dict[tuple, tuple[Solids, list[np.ndarray], list[np.ndarray]]] = {}
     for group in deck.solids:
         element = SOLID_ELEMENTS[group.cell_type]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", MeshWarning)  # left-handed cells: told in the inventory
-            cells = oriented(f"{part}, {group.group}", deck.points, group.nodes, element, labels=group.labels)
+        cells = oriented(f"{part}, {group.group}", deck.points, group.nodes, element, labels=group.labels)
         turned = int((cells != group.nodes).any(axis=1).sum())
         if turned:
             deck.inventory.approximated[f"{group.cell_type} cells numbered left-handed, renumbered"] += turned
         key = (group.cell_type, group.elasticity.shape, group.elasticity.tobytes(), group.density)
-        out.setdefault(key, (group, []))[1].append(cells)
+        _, own, labels = out.setdefault(key, (group, [], []))
+        own.append(cells)
+        labels.append(group.labels)
     return [
-        SolidBlock(
-            element=SOLID_ELEMENTS[group.cell_type],
-            nodes=deck.points,
-            connectivity=np.concatenate(cells),
-            elasticity=group.elasticity,
-            density=group.density,
+        (
+            SolidBlock(
+                element=SOLID_ELEMENTS[group.cell_type],
+                nodes=deck.points,
+                connectivity=np.concatenate(cells),
+                elasticity=group.elasticity,
+                density=group.density,
+            ),
+            np.concatenate(labels),
         )
-        for group, cells in out.values()
+        for group, cells, labels in out.values()
     ]
 
 
-def shell_blocks(deck: Deck, part: str) -> list[LaminateBlock]:
+def shell_blocks(deck: Deck, part: str) -> list[Labelled]:
     """Return a block per layup and number of corners; quadrilaterals too warped to be flat become triangles."""
     out = []
     for given in deck.shells:
@@ -61,24 +66,23 @@ def shell_blocks(deck: Deck, part: str) -> list[LaminateBlock]:
             angle = _angles(group.material_x, axes)
             a, b, d = (turned_plane(m, angle) for m in (group.membrane, group.coupling, group.bending))
             stretch = group.stretch[:, None, None]
-            out.append(
-                LaminateBlock(
-                    connectivity=group.nodes,
-                    axes=axes,
-                    corners=corners,
-                    heights=heights - group.offset[:, None],
-                    thickness=group.thickness,
-                    number_of_nodes=len(deck.points),
-                    membrane=a * stretch,
-                    coupling=b * stretch**2,
-                    bending=d * stretch**3,
-                    shear=group.shear * group.stretch,
-                    surface_mass=group.mass,
-                    faces=np.stack([turned_plane(group.faces[k], angle) for k in range(2)], axis=1),
-                    depths=group.depths * group.stretch[:, None],
-                    poisson=group.poisson,
-                )
+            block = LaminateBlock(
+                connectivity=group.nodes,
+                axes=axes,
+                corners=corners,
+                heights=heights - group.offset[:, None],
+                thickness=group.thickness,
+                number_of_nodes=len(deck.points),
+                membrane=a * stretch,
+                coupling=b * stretch**2,
+                bending=d * stretch**3,
+                shear=group.shear * group.stretch,
+                surface_mass=group.mass,
+                faces=np.stack([turned_plane(group.faces[k], angle) for k in range(2)], axis=1),
+                depths=group.depths * group.stretch[:, None],
+                poisson=group.poisson,
             )
+            out.append((block, group.labels))
     return out
 
 
@@ -104,23 +108,22 @@ def _flat(group: Shells, deck: Deck) -> list[Shells]:
     return [part for part in (group.only(~warped), group.only(warped).split(deck.points)) if len(part.nodes)]
 
 
-def rod_blocks(deck: Deck, part: str) -> list[RodBlock]:
+def rod_blocks(deck: Deck, part: str) -> list[Labelled]:
     """Return a block per group of rods."""
     out = []
     for group in deck.rods:
         axes, lengths = _line_axes(part, deck.points, group.nodes, group.labels)
-        out.append(
-            RodBlock(
-                connectivity=group.nodes,
-                axes=axes,
-                lengths=lengths,
-                axial=group.axial,
-                torsion=group.torsion,
-                mass_per_length=group.mass,
-                polar=group.polar,
-                number_of_nodes=len(deck.points),
-            )
+        block = RodBlock(
+            connectivity=group.nodes,
+            axes=axes,
+            lengths=lengths,
+            axial=group.axial,
+            torsion=group.torsion,
+            mass_per_length=group.mass,
+            polar=group.polar,
+            number_of_nodes=len(deck.points),
         )
+        out.append((block, group.labels))
     return out
 
 
@@ -141,7 +144,7 @@ def _line_axes(part: str, points: np.ndarray, nodes: np.ndarray, labels: np.ndar
     return np.stack([x, y, np.cross(x, y)], axis=1), lengths
 
 
-def beam_blocks(deck: Deck, points: np.ndarray, part: str) -> tuple[np.ndarray, list, list[LinkRows]]:
+def beam_blocks(deck: Deck, points: np.ndarray, part: str) -> tuple[np.ndarray, list[Labelled], list[LinkRows]]:
     """Return all nodes, those of offset and released beam ends behind the others, the blocks, and the ends' links."""
     blocks, links, grown = [], [], [points]
     count = len(points)
@@ -162,7 +165,7 @@ def beam_blocks(deck: Deck, points: np.ndarray, part: str) -> tuple[np.ndarray, 
             links += _ends(arms, part)
         every = np.vstack(grown)
         block = beam_block(f"{part}, {group.group}", every, nodes, group.sections, group.material, group.y_axis)
-        blocks.append(replace(block, point_masses=group.point_masses))
+        blocks.append((replace(block, point_masses=group.point_masses), group.labels))
     return np.vstack(grown), blocks, links
 
 

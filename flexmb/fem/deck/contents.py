@@ -1,7 +1,7 @@
 """`Deck`: what a finite element program's input describes, in words that belong to no program.
 
-Nodes are numbered 0 .. n-1 in the order of `Deck.labels`, which keeps the numbers of the file. Lengths, forces and
-masses are still those of the file. Everything is in the basic (global) axes.
+Nodes are numbered 0 .. n-1 in the order of `Deck.labels`, which keeps the numbers of the file (ascending in Nastran).
+Lengths, forces and masses are still those of the file. Everything is in the basic (global) axes.
 """
 
 from __future__ import annotations
@@ -164,7 +164,9 @@ class Deck:
     Parameters
     ----------
     labels, points : (n,), (n, 3)
-        Node numbers of the file and positions.
+        Node numbers of the file and positions. Midside and base nodes that were added have no number.
+    instances, instance_of : tuple of str, (n,) int or None
+        Part instances, and which of them a node belongs to, where the file numbers the nodes of each by themselves.
     links : LinkRows
         Freedoms that depend on others.
     supports : mapping of name to (k, 2)
@@ -182,6 +184,8 @@ class Deck:
     source: str
     labels: np.ndarray
     points: np.ndarray
+    instances: tuple[str, ...] = ()
+    instance_of: np.ndarray | None = None
     solids: list[Solids] = field(default_factory=list)
     shells: list[Shells] = field(default_factory=list)
     beams: list[Beams] = field(default_factory=list)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["inventory_text"]
+__all__ = ["inventory_text", "mass_and_center", "source_of"]
 
 
 def inventory_text(deck: Deck, fe: FEModel) -> str:
@@ -34,6 +37,15 @@ def inventory_text(deck: Deck, fe: FEModel) -> str:
     if fe.supports:
         lines.append(f"  supports      {_few(sorted(fe.supports))}, kept but not applied")
     return "\n".join(lines)
+
+
+def source_of(deck: Deck, path: Path) -> dict[str, Any]:
+    """Return where a model comes from and what became of it, as JSON can hold it: `FEModel.source`."""
+    found = deck.inventory
+    counters = {"read": found.read, "approximated": found.approximated, "left_out": found.left_out}
+    counters["not_needed"] = found.unused
+    listed = {name: {text: int(n) for text, n in sorted(c.items()) if n} for name, c in counters.items()}
+    return {"program": deck.source, "file": path.name, "units": deck.units, "nodes": len(deck.labels), **listed}
 
 
 def mass_and_center(fe: FEModel) -> tuple[float, np.ndarray]:

@@ -189,9 +189,12 @@ def _rigid_set(card: Card, deck: Deck, frames: Frames, independent, dependent, k
         at += len(rows)
     length = max(float(np.linalg.norm(deck.points[node] - deck.points[base])) for node, _ in [*independent, *dependent])
     scale = np.array([1.0, 1.0, 1.0] + [1.0 / (length or 1.0)] * 3)
-    if abs(np.linalg.det(motion * scale)) < 1e-9:
+    turns = np.array([part >= 3 for _, parts in independent for part in parts])
+    rows_scale = np.where(turns, length or 1.0, 1.0)[:, None]  # a rotation counts like its displacement at the far end
+    scaled = rows_scale * motion * scale
+    if abs(np.linalg.det(scaled)) < 1e-9:
         raise card.refused("independent components that do not describe a rigid motion", "six independent ones")
-    body = scale[:, None] * np.linalg.solve(motion * scale, pick)
+    body = scale[:, None] * np.linalg.solve(scaled, rows_scale * pick)
     link = LinkRows(f"{kind} {card.text(1)}")
     for node, parts in dependent:
         if not parts:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from flexmb.errors import MeshError, did_you_mean
@@ -11,11 +11,12 @@ from flexmb.fem.deck.abaqus import read_abaqus_deck
 from flexmb.fem.deck.ansys import read_ansys_deck
 from flexmb.fem.deck.assemble import assembled
 from flexmb.fem.deck.contents import Deck
-from flexmb.fem.deck.inventory import inventory_text, mass_and_center
+from flexmb.fem.deck.inventory import inventory_text, mass_and_center, source_of
 from flexmb.fem.deck.nastran import read_nastran_deck
-from flexmb.fem.deck.units import converted, doubt
+from flexmb.fem.deck.unit_doubts import doubt
+from flexmb.fem.deck.units import converted
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.mesh import MeshWarning
+from flexmb.fem.told import keeping_warnings, tell
 
 __all__ = ["DECK_READERS", "read_deck"]
 
@@ -32,6 +33,7 @@ DECK_READERS: dict[str, Callable[[Path], Deck]] = {
 """Readers by file suffix."""
 
 
+@keeping_warnings
 def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None = None, show: bool = True) -> FEModel:
     """Return the FE model that a deck describes: elements, properties, materials, links, springs and masses.
 
@@ -54,7 +56,8 @@ def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None
     Returns
     -------
     FEModel
-        Nodes carry the numbers of the deck in `labels`.
+        Nodes and cells carry the numbers of the deck (`numbering`); ``"node 63241"`` and ``"element 812"`` name them
+        wherever a set may be named. `source` holds the inventory, `warnings` what was told.
 
     Raises
     ------
@@ -102,8 +105,8 @@ def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None
     if show:
         print(inventory_text(deck, fe))
     if words := doubt(deck, mass_and_center(fe)[0]):
-        warnings.warn(f"{part}: {words}", MeshWarning, stacklevel=2)
+        tell(f"{part}: {words}")
     if deck.inventory.left_out:
         left = "; ".join(f"{what} ({n})" for what, n in sorted(deck.inventory.left_out.items()) if n)
-        warnings.warn(f"{part}: left out: {left}", MeshWarning, stacklevel=2)
-    return fe
+        tell(f"{part}: left out: {left}")
+    return replace(fe, source=source_of(deck, path))

@@ -1,4 +1,4 @@
-"""Units of decks: a deck says nothing about them, so they are given, or judged by what no structure has."""
+"""Units of decks: a deck says nothing about them, so they are given, and everything is converted at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.links import LinkRows
 from flexmb.fem.section import Section
 
-__all__ = ["SYSTEMS", "converted", "doubt"]
+__all__ = ["SYSTEMS", "converted", "factors"]
 
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 MASSES = {
@@ -28,11 +28,8 @@ TIMES = {"s": 1.0, "ms": 1e-3}
 SYSTEMS = ("m, kg, s", "mm, t, s", "mm, kg, ms", "mm, kg, s", "in, lbf s2/in, s", "ft, slug, s")
 """Systems that are tried where none is given."""
 
-YOUNG, DENSITY, SIZE = (1e5, 2e12), (5.0, 3e4), (1e-3, 150.0)
-"""Pa, kg/m3 and m between which structures lie: foam and rubber to diamond, foam to tungsten, a clip to a bridge."""
 
-
-def _factors(units: str, part: str) -> tuple[float, float, float]:
+def factors(units: str, part: str) -> tuple[float, float, float]:
     """Return the SI values of length, mass and time of a system such as "mm, t, s"."""
     names = {"SI": "m, kg, s", "si": "m, kg, s"}
     words = [" ".join(word.split()) for word in names.get(units, units).split(",")] if isinstance(units, str) else []
@@ -52,7 +49,7 @@ def converted(deck: Deck, units: str | None, part: str) -> Deck:
     """Return the deck in m, kg and s; unchanged without units."""
     if units is None:
         return deck
-    length, mass, time = _factors(units, part)
+    length, mass, time = factors(units, part)
     force, pressure = mass * length / time**2, mass / length / time**2
     line, surface = mass / length, mass / length**2
     density, spring = mass / length**3, mass / time**2
@@ -120,33 +117,3 @@ def _scale_link(link: LinkRows, length: float) -> None:
         turns_row, turns_column = dependent[rows - start] % 6 >= 3, columns % 6 >= 3
         link.values[k] = link.values[k] * np.where(turns_column & ~turns_row, length, 1.0)
         link.values[k] = link.values[k] * np.where(turns_row & ~turns_column, 1.0 / length, 1.0)
-
-
-def doubt(deck: Deck, mass: float) -> str:
-    """Return words if the numbers of a deck cannot be SI: density, stiffness, size and mass together, else ""."""
-    if deck.units:
-        return ""
-    young = [float(np.abs(s.elasticity).max()) for s in deck.solids]
-    young += [float(np.abs(s.faces).max()) for s in deck.shells] + [b.material.young for b in deck.beams]
-    density = [s.density for s in deck.solids] + [b.material.density for b in deck.beams]
-    density += [float(np.median(s.mass / s.thickness)) for s in deck.shells]
-    young, density = [x for x in young if x > 0.0], [x for x in density if x > 1e-25]
-    if not young:
-        return ""
-    e, size = float(np.median(young)), float(np.linalg.norm(np.ptp(deck.points, axis=0)))
-    rho = float(np.median(density)) * deck.mass_factor if density else None
-    if _plausible(e, rho, size):
-        return ""
-    fitting = []
-    for units in SYSTEMS[1:]:
-        length, m, time = _factors(units, "units")
-        if _plausible(e * m / length / time**2, None if rho is None else rho * m / length**3, size * length):
-            fitting.append(units)
-    told = f"a modulus of {e:.3g}, " + ("" if rho is None else f"a density of {rho:.3g}, ") + f"a size of {size:.3g}"
-    hint = f"they fit units='{fitting[0]}'" if fitting else "give units=..., for example 'mm, t, s'"
-    return f"{told} and a mass of {mass:.3g} are implausible for a structure in Pa, kg/m3, m and kg; {hint}"
-
-
-def _plausible(young: float, density: float | None, size: float) -> bool:
-    inside = YOUNG[0] <= young <= YOUNG[1] and SIZE[0] <= size <= SIZE[1]
-    return inside and (density is None or DENSITY[0] <= density <= DENSITY[1])
