@@ -18,12 +18,12 @@ _ROOMS = {
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.bodies": "AncfBeam AncfCable AncfPlate Box Extrusion FloatingBody Ground PointMass RigidBody Tube",
-    "flexmb.joints": "ConstantVelocity Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve "
+    "flexmb.joints": "ConstantVelocity Constraint Coupler Cylindrical Drive Fixed GearPair InLine Planar PointOnCurve "
     "PointOnPlane Prismatic RackAndPinion Revolute Rod Rolling Screw Spherical Universal",
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineContact LineLoad Motor OneSidedSpring "
     "PointLoad Pressure SpringDamper TorsionSpring UserForce",
-    "flexmb.sensors": "Acceleration AngularVelocity ConstraintError Deflection Distance Energy ForceOf JointCoordinate "
-    "Momentum Orientation Position Reaction SectionForces SectionStrains Stress StressResultants Velocity",
+    "flexmb.sensors": "Acceleration AngularVelocity AxisCosine ConstraintError Deflection Distance Energy ForceOf "
+    "JointCoordinate Momentum Multiplier Orientation Position Reaction SectionForces SectionStrains Stress StressResultants Velocity",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "

@@ -235,7 +235,17 @@ def drive() -> Drawing:
     return drawing
 
 
+def constraint() -> Drawing:
+    """A ball on a path of one's own, an ellipse in the air."""
+    drawing, angle = Drawing(), np.linspace(0.25, 2.0 * np.pi - 0.25, 60)[:, None]
+    drawing.solid(box((0.3, 0.3, 0.3)), GREY)
+    drawing.line(0.9 * np.cos(angle) * (1.0, 0, 0) + 0.6 * np.sin(angle) * (0, 0.8, 0.6), both=True)
+    drawing.solid(sphere(0.9 * E), BLUE, at=(0.9, 0, 0))
+    return drawing
+
+
 OTHERS = {
+    "Constraint": constraint,
     "Rod": rod,
     "Screw": screw,
     "PointOnCurve": point_on_curve,

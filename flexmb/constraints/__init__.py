@@ -5,8 +5,10 @@ from flexmb.constraints.coincident import Coincident
 from flexmb.constraints.coordinates import Coordinate, joint_coordinate
 from flexmb.constraints.coupled import Coupled
 from flexmb.constraints.distance import Distance
+from flexmb.constraints.formula import Formula
 from flexmb.constraints.freedoms import Ball, Bend, Helix, RollAbout, Slide, Turn, TurnOfSecond
 from flexmb.constraints.in_plane import InPlane
+from flexmb.constraints.measured import Measured
 from flexmb.constraints.meshing import Meshing
 from flexmb.constraints.no_twist import NoTwist
 from flexmb.constraints.on_curve import OnCurve, OnTrace
@@ -23,8 +25,10 @@ __all__ = [
     "Coordinate",
     "Coupled",
     "Distance",
+    "Formula",
     "Helix",
     "InPlane",
+    "Measured",
     "Meshing",
     "NoSlip",
     "NoTwist",
@@ -51,5 +55,6 @@ EQUATIONS: tuple[type[Equation], ...] = (
     Touching,
     NoSlip,
     Meshing,
+    Formula,
 )
 """All primitive equations, in the order in which tables are evaluated."""

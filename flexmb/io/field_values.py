@@ -273,7 +273,9 @@ def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], s
     if hasattr(value, "as_matrix"):
         return value.as_matrix().tolist()
     if is_dataclass(value) and not isinstance(value, type):
-        return {"kind": type(value).__name__, **toml_fields(value, where, data_name)}
+        entries = toml_fields(value, where, data_name)
+        own = f".{entries.pop('kind')}" if "kind" in entries else ""  # the word names the class
+        return {"kind": f"{type(value).__name__}{own}", **entries}
     raise ModelError(
         where,
         found=f"a value of type {type(value).__name__}",

@@ -1,6 +1,7 @@
 """The joint library: one kind per file, one import line per kind."""
 
 from flexmb.joints.constant_velocity import ConstantVelocity
+from flexmb.joints.constraint import Constraint
 from flexmb.joints.coupler import Coupler
 from flexmb.joints.cylindrical import Cylindrical
 from flexmb.joints.drive import Drive
@@ -40,6 +41,7 @@ KINDS = {
         Coupler,
         RackAndPinion,
         GearPair,
+        Constraint,
     )
 }
 """All joints by name: read by the model files, the contract tests and the reference pages."""

@@ -18,11 +18,11 @@ import numpy as np
 from flexmb.math import operations as op
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["interpolate", "sample_signals"]
+__all__ = ["interpolate", "run_program", "sample_signals"]
 
 # Global integers are constants to the compiler.
-_CONSTANT, _TIME, _TABLE, _WHERE, _STACK = op.CONSTANT, op.TIME, op.TABLE, op.WHERE, op.STACK
-_UNARY_END, _BINARY_END = op.UNARY.stop, op.BINARY.stop
+_CONSTANT, _TIME, _INPUT, _TABLE, _WHERE, _STACK = op.CONSTANT, op.TIME, op.INPUT, op.TABLE, op.WHERE, op.STACK
+_PUSHES_END, _UNARY_END, _BINARY_END = op.PUSHES.stop, op.UNARY.stop, op.BINARY.stop
 _NEGATIVE, _ABS, _SIGN, _STEP, _SMOOTH, _SOFT_RAMP = (
     op.NEGATIVE,
     op.ABS,
@@ -201,6 +201,67 @@ def _binary(code, a, a1, a2, b, b1, b2):
 
 
 @kernel
+def run_program(ops, args, first, last, time, inputs, tables, table_starts, stack):
+    """Run the operations [first, last) and leave the jet of the result in stack[0].
+
+    Parameters
+    ----------
+    ops, args : (n,) int64, (n,) float
+        Programs in postfix order (see `flexmb.math.operations`).
+    time : (3,) float
+        Jet of the time: (t, 1, 0) along a motion, (t, 0, 0) at rest.
+    inputs : (ni, 3) float
+        Jets of the inputs.
+    tables : (m,) float
+        Knots and coefficients of all tables.
+    table_starts : (nt + 1,) int64
+        First number of each table, and the end.
+    stack : (STACK, 3) float
+        Scratch.
+    """
+    top = -1
+    for k in range(first, last):
+        code = ops[k]
+        if code < _PUSHES_END:
+            top += 1
+            if code == _CONSTANT:
+                stack[top, 0], stack[top, 1], stack[top, 2] = args[k], 0.0, 0.0
+            elif code == _TIME:
+                stack[top] = time
+            else:
+                stack[top] = inputs[int(args[k])]
+        elif code < _UNARY_END:
+            x, x1, x2 = stack[top, 0], stack[top, 1], stack[top, 2]
+            if code == _TABLE:
+                j = int(args[k])
+                f, f1, f2 = interpolate(x, tables[table_starts[j] : table_starts[j + 1]])
+            elif code >= _SIN:
+                f, f1, f2 = _elementary(code, x)
+            else:
+                f, f1, f2 = _piecewise(code, x)
+            stack[top, 0] = f
+            # A constant stays constant where f' is infinite: sqrt(0).
+            stack[top, 1] = f1 * x1 if x1 != 0.0 else 0.0
+            stack[top, 2] = (f2 * x1 * x1 if x1 != 0.0 else 0.0) + (f1 * x2 if x2 != 0.0 else 0.0)
+        elif code < _BINARY_END:
+            top -= 1
+            f, f1, f2 = _binary(
+                code,
+                stack[top, 0],
+                stack[top, 1],
+                stack[top, 2],
+                stack[top + 1, 0],
+                stack[top + 1, 1],
+                stack[top + 1, 2],
+            )
+            stack[top, 0], stack[top, 1], stack[top, 2] = f, f1, f2
+        else:  # where
+            top -= 2
+            chosen = top + 1 if stack[top, 0] != 0.0 else top + 2
+            stack[top] = stack[chosen]
+
+
+@kernel
 def sample_signals(t, starts, ops, args, tables, table_starts, out):
     """Write value, first and second time derivative of every signal at time t.
 
@@ -209,52 +270,12 @@ def sample_signals(t, starts, ops, args, tables, table_starts, out):
     t : float, s
     starts : (ns + 1,) int64
         First operation of each signal, and the end.
-    ops, args : (n,) int64, (n,) float
-        Programs in postfix order, one after another (see `flexmb.math.operations`).
-    tables : (m,) float
-        Knots and coefficients of all tables.
-    table_starts : (nt + 1,) int64
-        First number of each table, and the end.
+    ops, args, tables, table_starts
+        See `run_program`.
     out : (ns, 3) float
         Receives value, rate and second rate.
     """
-    stack = np.empty((_STACK, 3))
+    stack, time, none = np.empty((_STACK, 3)), np.array([t, 1.0, 0.0]), np.empty((0, 3))
     for s in range(len(starts) - 1):
-        top = -1
-        for k in range(starts[s], starts[s + 1]):
-            code = ops[k]
-            if code <= _TIME:
-                top += 1
-                stack[top, 0] = args[k] if code == _CONSTANT else t
-                stack[top, 1] = 1.0 if code == _TIME else 0.0
-                stack[top, 2] = 0.0
-            elif code < _UNARY_END:
-                x, x1, x2 = stack[top, 0], stack[top, 1], stack[top, 2]
-                if code == _TABLE:
-                    j = int(args[k])
-                    f, f1, f2 = interpolate(x, tables[table_starts[j] : table_starts[j + 1]])
-                elif code >= _SIN:
-                    f, f1, f2 = _elementary(code, x)
-                else:
-                    f, f1, f2 = _piecewise(code, x)
-                stack[top, 0] = f
-                # A constant stays constant where f' is infinite: sqrt(0).
-                stack[top, 1] = f1 * x1 if x1 != 0.0 else 0.0
-                stack[top, 2] = (f2 * x1 * x1 if x1 != 0.0 else 0.0) + (f1 * x2 if x2 != 0.0 else 0.0)
-            elif code < _BINARY_END:
-                top -= 1
-                f, f1, f2 = _binary(
-                    code,
-                    stack[top, 0],
-                    stack[top, 1],
-                    stack[top, 2],
-                    stack[top + 1, 0],
-                    stack[top + 1, 1],
-                    stack[top + 1, 2],
-                )
-                stack[top, 0], stack[top, 1], stack[top, 2] = f, f1, f2
-            else:  # where
-                top -= 2
-                chosen = top + 1 if stack[top, 0] != 0.0 else top + 2
-                stack[top] = stack[chosen]
+        run_program(ops, args, starts[s], starts[s + 1], time, none, tables, table_starts, stack)
         out[s] = stack[0]

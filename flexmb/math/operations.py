@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-__all__ = ["BINARY", "COMPARISONS", "CONSTANTS", "FUNCTIONS", "PYTHON", "STACK", "UNARY"]
+__all__ = ["BINARY", "COMPARISONS", "CONSTANTS", "FUNCTIONS", "PUSHES", "PYTHON", "STACK", "UNARY"]
 
 STACK = 64
 """Depth of the stack on which programs run."""
 
 # Push a value.
-CONSTANT, TIME = 0, 1
+CONSTANT, TIME, INPUT = 0, 1, 2  # the argument of an input is its number
+PUSHES = range(3)
 # One value in, one out.
 NEGATIVE, ABS, SIGN, STEP, SMOOTH, SOFT_RAMP, NOT = 10, 11, 12, 13, 14, 15, 16
 SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, EXP, LOG, SQRT = range(20, 32)

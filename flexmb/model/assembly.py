@@ -71,12 +71,27 @@ def placed(model, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None):
             remedy='Write prefix="t2"',
         )
     pose = Pose(at, rotation)
+    _require_own_axes(model, prefix, pose)
     names = {part.name for family in FAMILIES for part in getattr(model, family)} - {GROUND}
     renamed = {
         family: tuple(_placed_part(part, prefix, names, pose) for part in getattr(model, family)) for family in FAMILIES
     }
     parameters = {f"{prefix}_{name}": value for name, value in model.parameters.items()}
     return replace(model, **renamed, name=f"{prefix}_{model.name}", parameters=parameters)
+
+
+def _require_own_axes(model, prefix: str, pose: Pose) -> None:
+    """Raise ModelError if an equation reads components in the axes of W, which would not move with the model."""
+    moved = any(pose.at) or not np.array_equal(pose.matrix, np.eye(3))
+    for joint in model.joints if moved else ():
+        read = joint.in_world_axes(model) if hasattr(joint, "in_world_axes") else None
+        if read is not None:
+            raise ModelError(
+                f"Assembly '{prefix}': {joint.title}",
+                found=f"'{read}' is a component in the axes of W, and the model is placed at {pose.at} or turned",
+                expected="equations that move with their model",
+                remedy="Measure along the axes of a ground marker: Distance(along=...), Velocity(axes=...)",
+            )
 
 
 def joined(*models):
@@ -206,6 +221,15 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
         return replace(value, **changed) if changed else value
     if isinstance(value, Mapping) and field == "values":  # new values of fields
         return {key: _renamed(key, entry, prefix, names) for key, entry in value.items()}
+    if isinstance(value, Mapping) and field == "over":  # what an equation reads keeps its name there
+        return {key: _measured(entry, prefix, names) for key, entry in value.items()}
     if isinstance(value, Mapping) and field in _PART_REFERENCES:
         return {f"{prefix}_{key}" if key in names else key: entry for key, entry in value.items()}
     return value
+
+
+def _measured(given: Any, prefix: str, names: set[str]) -> Any:
+    """Return a sensor, or the name of one, with the names of parts and markers prefixed."""
+    if isinstance(given, str):
+        return f"{prefix}_{given}" if given in names else given
+    return replace(given, **{name: _renamed(name, value, prefix, names) for name, value in given.fields().items()})

@@ -24,7 +24,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 
-__all__ = ["Program", "compile_expression", "evaluate", "evaluate_values", "joined_arrays", "names"]
+__all__ = ["Program", "Reader", "compile_expression", "evaluate", "evaluate_values", "joined_arrays", "names", "parse"]
 
 _BINARY = {
     ast.Add: op.ADD,
@@ -59,7 +59,7 @@ class Program:
     def __post_init__(self):
         depth = deepest = 0
         for code in self.ops:
-            depth += 1 if code <= op.TIME else 0 if code in op.UNARY else -1 if code in op.BINARY else -2
+            depth += 1 if code in op.PUSHES else 0 if code in op.UNARY else -1 if code in op.BINARY else -2
             deepest = max(deepest, depth)
         if deepest > op.STACK:
             raise ModelError(
@@ -101,7 +101,7 @@ def evaluate(text: str, parameters: Mapping[str, Any] | None = None) -> float:
     ModelError
         The text is not arithmetic, a name is unknown, or there is no finite value.
     """
-    operations = _Reader(text, parameters or {}, time=False).read()
+    operations = Reader(text, parameters or {}, time=False).read()
     return operations[0][1]
 
 
@@ -118,7 +118,7 @@ def evaluate_values(text: str, parameters: Mapping[str, Any]) -> float | tuple[f
     ModelError
         Lists of different length, and what `evaluate` raises.
     """
-    tree = _parse(text)
+    tree = parse(text)
     inside = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Subscript)}
     whole = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in inside}
     lists = {name: parameters[name] for name in sorted(whole) if isinstance(parameters.get(name), tuple | list)}
@@ -135,23 +135,24 @@ def evaluate_values(text: str, parameters: Mapping[str, Any]) -> float | tuple[f
     found, known = [], dict(parameters)
     for k in range(lengths.pop()):
         known.update({name: values[k] for name, values in lists.items()})
-        found.append(_Reader(text, known, time=False, tree=tree).read()[0][1])
+        found.append(Reader(text, known, time=False, tree=tree).read()[0][1])
     return tuple(found)
 
 
 def compile_expression(text: str, parameters: Mapping[str, float] | None = None) -> Program:
     """Return the program of an expression that may contain ``t``; what is constant is computed here, once."""
-    return Program.of(*_Reader(text, parameters or {}, time=True).read())
+    return Program.of(*Reader(text, parameters or {}, time=True).read())
 
 
 def names(text: str) -> set[str]:
     """Return the names an expression uses, functions and constants left out; ModelError if it cannot be read."""
-    tree = _parse(text)
+    tree = parse(text)
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     return used - set(op.FUNCTIONS) - set(op.CONSTANTS)
 
 
-def _parse(text: str) -> ast.expr:
+def parse(text: str) -> ast.expr:
+    """Return the syntax tree of an expression; ModelError if it is none."""
     part = f"Expression '{text if len(text) < 60 else text[:57] + '...'}'"
     try:
         if len(text) > _LONGEST:
@@ -167,15 +168,18 @@ def _parse(text: str) -> ast.expr:
         ) from None
 
 
-class _Reader:
+class Reader:
     """Turns one syntax tree into operations."""
+
+    known: tuple[str, ...] = ()
+    """Names beyond parameters and constants, for messages."""
 
     def __init__(self, text: str, parameters: Mapping[str, float], *, time: bool, tree: ast.expr | None = None):
         self.text, self.parameters, self.time, self.tree = text, parameters, time, tree
 
     def read(self) -> list[tuple[int, float]]:
         try:
-            return self.node(_parse(self.text) if self.tree is None else self.tree)
+            return self.node(parse(self.text) if self.tree is None else self.tree)
         except RecursionError:
             raise self.error(
                 "an expression that is nested too deeply", "Name intermediate results as parameters"
@@ -223,7 +227,7 @@ class _Reader:
             return [(op.CONSTANT, op.CONSTANTS[name])]
         if name in op.FUNCTIONS:
             raise self.error(f"the function '{name}' without arguments", f"Write {name}(...)")
-        known = [*self.parameters, *op.CONSTANTS, *(["t"] if self.time else [])]
+        known = [*self.known, *self.parameters, *op.CONSTANTS, *(["t"] if self.time else [])]
         shown = known if len(known) <= _MOST else [*known[-_MOST:], f"... ({len(known)} in all)"]
         raise self.error(
             f"the name '{name}' is unknown",

@@ -343,6 +343,17 @@ class Sensor(Part):
         """
         return []
 
+    def measured(self, model) -> tuple[Any, ...]:
+        """Return the scalars (`flexmb.constraints.Measured`), one for each column, that can be read while the motion is
+        computed, with their gradients; ModelError for quantities that are known only afterwards.
+        """
+        raise ModelError(
+            self.title,
+            found=f"{type(self).__name__} cannot be measured while the motion is computed",
+            expected="Position, Velocity, AngularVelocity, Distance, JointCoordinate or AxisCosine",
+            remedy="Measure positions, velocities or joint coordinates",
+        )
+
     def values(self, series) -> np.ndarray:
         """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""
         raise TypeError(f"{type(self).__name__} has no values")

@@ -83,6 +83,11 @@ class Series:
         """Force and moment (nt, 6), N and N m, of a joint on the body of its second marker, at that marker, in W."""
         return self.observation.reaction[:, _index(self.system.joint_index, joint, "joint")]
 
+    def multipliers(self, joint: str) -> np.ndarray:
+        """Multipliers (nt, n) of the equations of a joint."""
+        _index(self.system.joint_index, joint, "joint")
+        return self.phase.lam[:, self.system.joint_equations[joint]]
+
     def force(self, name: str) -> np.ndarray:
         """Force and moment (nt, 6), N and N m, of a force on the body of its second marker, at that marker, in W."""
         return self.observation.force[:, _index(self.system.force_index, name, "force")]

@@ -1,5 +1,6 @@
 """Quantities read from the state: the same sensors feed events, tables, plots and tests."""
 
+from flexmb.sensors.axis_cosine import AxisCosine
 from flexmb.sensors.constraint_error import ConstraintError
 from flexmb.sensors.deflection import Deflection
 from flexmb.sensors.distance import Distance
@@ -8,6 +9,7 @@ from flexmb.sensors.joint_coordinate import JointCoordinate
 from flexmb.sensors.loads import ForceOf, Reaction
 from flexmb.sensors.marker_motion import Acceleration, AngularVelocity, Orientation, Position, Velocity
 from flexmb.sensors.momentum import Momentum
+from flexmb.sensors.multiplier import Multiplier
 from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.stress import Stress
 from flexmb.sensors.stress_resultants import StressResultants
@@ -16,6 +18,7 @@ __all__ = [
     "KINDS",
     "Acceleration",
     "AngularVelocity",
+    "AxisCosine",
     "ConstraintError",
     "Deflection",
     "Distance",
@@ -23,6 +26,7 @@ __all__ = [
     "ForceOf",
     "JointCoordinate",
     "Momentum",
+    "Multiplier",
     "Orientation",
     "Position",
     "Reaction",
@@ -42,8 +46,10 @@ KINDS = {
         Acceleration,
         Orientation,
         Distance,
+        AxisCosine,
         JointCoordinate,
         Reaction,
+        Multiplier,
         ForceOf,
         Deflection,
         SectionForces,
@@ -56,3 +62,6 @@ KINDS = {
     )
 }
 """All kinds of sensors by name."""
+
+VALUES = KINDS
+"""What may stand in a field: the quantities of a constraint."""

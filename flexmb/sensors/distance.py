@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.constraints import Coordinate, Measured
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Sensor
 
@@ -58,6 +59,11 @@ class Distance(Sensor):
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the two markers."""
         return self.markers
+
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the distance or the component."""
+        coordinate = Coordinate("distance") if self.along is None else Coordinate("slide", self.along)
+        return (Measured("coordinate", self.markers, coordinate=coordinate),)
 
     def values(self, series) -> np.ndarray:
         """Return the distance (nt,), m."""

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from flexmb.constraints import Slide, Turn
+from flexmb.constraints import Measured, Slide, Turn
 from flexmb.constraints.coordinates import FOLLOWED, Coordinate, joint_coordinate
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.model.kinds import Sensor
@@ -81,6 +81,10 @@ class JointCoordinate(Sensor):
         if coordinate.kind != "turn" or self._drive(compiler.model, coordinate, names) is not None:
             return []
         return [(FOLLOWED, coordinate.record(compiler, *map(compiler.marker, names), writes=0))]
+
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the coordinate; turns are counted in every step."""
+        return (Measured("coordinate", self.markers_read(model), coordinate=self._coordinate(model)),)
 
     def values(self, series) -> np.ndarray:
         """Return the coordinate (nt,), rad or m; FlexmbError if turns cannot be counted from sample to sample."""

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.constraints import Measured
 from flexmb.math.rotations import matrix_to_euler
 from flexmb.model.kinds import Sensor
 
@@ -42,45 +43,87 @@ class Position(MarkerSensor):
 
     titles: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]")
 
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the three components."""
+        return tuple(Measured("place", (self.marker,), axis) for axis in range(3))
+
     def values(self, series) -> np.ndarray:
         """Return r (nt, 3), m, in W."""
         return series.marker(self.marker).r
 
 
 @dataclass(frozen=True, eq=False)
-class Velocity(MarkerSensor):
-    """Velocity of a marker in W, (nt, 3), m/s.
+class _Rate(MarkerSensor):
+    """A velocity of a marker, its components in W or along the axes of a marker."""
+
+    axes: str | None = None
+
+    def check(self, model) -> None:
+        """Raise ModelError if a marker does not exist."""
+        super().check(model)
+        if self.axes is not None:
+            model.marker(self.axes, self.title)
+
+    def markers_read(self, model) -> tuple[str, ...]:
+        """Return the marker, and that of the axes."""
+        return (self.marker,) if self.axes is None else (self.marker, self.axes)
+
+    def _measured(self, what: str) -> tuple[Measured, ...]:
+        markers = (self.marker,) if self.axes is None else (self.axes, self.marker)
+        return tuple(Measured(what, markers, axis) for axis in range(3))
+
+    def _turned(self, series, vector: np.ndarray) -> np.ndarray:
+        """Return vectors (nt, 3) of W in the axes asked for."""
+        return vector if self.axes is None else np.einsum("tji,tj->ti", series.marker(self.axes).R, vector)
+
+
+@dataclass(frozen=True, eq=False)
+class Velocity(_Rate):
+    """Velocity of a marker against W, (nt, 3), m/s.
 
     Parameters
     ----------
     name : str
     marker : str
         "body.marker".
+    axes : str, optional
+        "body.marker" whose axes the components refer to, by default those of W: in its own axes, a blade has no
+        velocity across.
     """
 
     titles: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "vz [m/s]")
 
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the three components."""
+        return self._measured("velocity")
+
     def values(self, series) -> np.ndarray:
-        """Return v (nt, 3), m/s, in W."""
-        return series.marker(self.marker).v
+        """Return v (nt, 3), m/s."""
+        return self._turned(series, series.marker(self.marker).v)
 
 
 @dataclass(frozen=True, eq=False)
-class AngularVelocity(MarkerSensor):
-    """Angular velocity of a marker in W, (nt, 3), rad/s: of a shaft, of the section of a beam.
+class AngularVelocity(_Rate):
+    """Angular velocity of a marker against W, (nt, 3), rad/s: of a shaft, of the section of a beam.
 
     Parameters
     ----------
     name : str
     marker : str
         "body.marker".
+    axes : str, optional
+        "body.marker" whose axes the components refer to, by default those of W.
     """
 
     titles: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")
 
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the three components."""
+        return self._measured("spin")
+
     def values(self, series) -> np.ndarray:
-        """Return w (nt, 3), rad/s, in W."""
-        return series.marker(self.marker).w
+        """Return w (nt, 3), rad/s."""
+        return self._turned(series, series.marker(self.marker).w)
 
 
 @dataclass(frozen=True, eq=False)

@@ -251,7 +251,7 @@ class _Constraints:
             start = len(self.names)
             for primitive in joint.equations_in(model):
                 involved = primitive.involved(markers)
-                a, b = involved[:2]
+                a, b = (*involved, *involved)[:2]
                 pair = compiler.pair(a, b, STIFF if primitive.stiffens else 0)
                 row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, markers))
                 items.append((primitive.table, row))

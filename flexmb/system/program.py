@@ -372,6 +372,12 @@ def _hold_shape(program, work):
                 work.S[work.rows[iu + i] + 6 + i] *= 1e6
 
 
+@inner_kernel
+def _of_velocities(program):
+    """Is there an equation at velocity level?"""
+    return len(program.equation_level) > 0 and np.max(program.equation_level) == 1
+
+
 @kernel
 def project(program, state, work, right, q, bounds, gaps, units, iterations):
     """Move q with least motion (in the metric of M, without deformation where that is possible) onto g = 0, then u
@@ -430,4 +436,9 @@ def project(program, state, work, right, q, bounds, gaps, units, iterations):
         lu_solve(work.S, program.pattern, right)
         for i in range(nu):
             state.u[i] += right[i]
+        if turn < 11 and _of_velocities(program):  # they need not be linear in the velocities
+            evaluate(program, state, work)
+            _hold_shape(program, work)
+            if lu_factor(work.S, program.pattern) >= 0:
+                return -2
     return done

@@ -109,6 +109,14 @@ MORE = {
     "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},
     "Actuator": {"effort": fmb.ramp(rate=2.0), "limits": (-1.0, 3.0)},
     "Energy": {"kind": "strain"},
+    "AxisCosine": {"axes": ("z", "x")},
+    "Constraint": {
+        "markers": ("", ""),
+        "over": {"s": "s", "v": fmb.Velocity("tip", marker="b.A", axes="ground.A")},
+        "equation": "v[0]*s[1] = r*L",
+        "parameters": {"r": fmb.ramp(rate=1 / 3), "L": 0.5},
+        "forces": {"v[0]": "-c*v[0] + rate(s[1])".replace("c", "2")},
+    },
     "JointCoordinate": {"kind": "turn"},
     "Reaction": {"axes": "b.A"},
     "PointLoad": {

@@ -205,6 +205,15 @@ def joint_parts(kind: str, markers, rng) -> tuple:
         return (joints.PointOnCurve("j", markers=markers, curve=curve),)
     if kind == "Rolling":
         return (joints.Rolling("j", markers=markers, radius=0.4),)
+    if kind == "Constraint":
+        over = [
+            fmb.Distance("d", markers=markers),
+            fmb.Distance("s", markers=markers, along="z"),
+            fmb.AxisCosine("c", markers=markers, axes=("x", "x")),
+            fmb.JointCoordinate("phi", joint="j", freedom="turn"),
+        ]
+        equation = "d + 0.2*c*d + 0.1*sin(phi)*s = 0.7"
+        return joints.Cylindrical("j", markers=markers), joints.Constraint("own", over=over, equation=equation)
     if kind == "GearPair":
         return (joints.GearPair("j", markers=markers, radii=(0.7, 0.2), inside=True),)
     if kind in ("Coupler", "RackAndPinion"):

@@ -1,0 +1,229 @@
+"""Measured scalars: numbers that depend on the motion of at most two markers, with all derivatives that a loop needs.
+
+A joint coordinate, a component of a position or a velocity, the cosine between two axes: whatever reads the motion
+while it is computed (constraints of the user) reads such scalars. A signal of time is one whose gradient is zero.
+
+A scalar z has a *push* p (12,): dz/d(displacement and rotation of a, of b) where z is a position, dz/d(twist of a, of
+b) where it is a velocity. A force F on it is the wrench F p. A velocity also has a *slope* s (12,), its derivative by
+displacements at twists that are constant in body axes, as velocity-level equations need it. For a rate z = x' of a
+position x with gradient g and curvature H = dg/d(...): p = g, and s = H^T twist + what turned twists do, g . (theta x
+twist). Theory: eq. (measured-rate).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints.coordinates import COORDINATE, Coordinate, add_curvature, measure, second_rate
+from flexmb.constraints.rows import add_block, add_skew, rotating_product
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.vectors import cross, dot
+
+__all__ = ["MEASURED", "POSITION", "SIGNAL", "VELOCITY", "Measured", "add_measured_curvature", "measure_scalar"]
+
+MEASURED = np.dtype(
+    [
+        ("what", np.int64),  # one of `WHATS`, by number
+        ("rate", np.int64),  # 1: the rate of the position
+        ("axis", np.int64),  # of a, or of W
+        ("other", np.int64),  # cosine: axis of b
+        ("signal", np.int64),  # number of the signal
+        ("a", np.int64),  # -1: axes of W
+        ("b", np.int64),
+        ("leg_a", np.int64),  # which of the legs of an equation is that of a, or -1
+        ("leg_b", np.int64),
+        ("c", COORDINATE),
+    ],
+    align=True,
+)
+"""How a kernel measures a scalar; every field has eight bytes, so rows of any number may stand in bulk data."""
+
+WHATS = ("coordinate", "cosine", "place", "velocity", "spin", "signal")
+_COORDINATE, _COSINE, _PLACE, _VELOCITY, _SPIN, _SIGNAL = range(6)
+POSITION, VELOCITY, SIGNAL = 0, 1, 2
+
+
+@inner_kernel
+def _along(z, work, n):
+    """Write the axis along which a component is taken to `n`, and return if it turns with a marker."""
+    n[:] = 0.0
+    if z.a < 0:
+        n[z.axis] = 1.0
+        return False
+    for i in range(3):
+        n[i] = work.markers[z.a].R[i, z.axis]
+    return True
+
+
+@inner_kernel
+def _position(z, state, work, jet, g):
+    """Write value, rate and second rate (with markers that do not accelerate) to `jet`, the gradient to `g`."""
+    if z.what == _COORDINATE:
+        jet[0], jet[1] = measure(z.c, state, work, g)
+        jet[2] = second_rate(z.c, work)
+        return
+    g[:] = 0.0
+    b = work.markers[z.b]
+    if z.what == _PLACE:
+        jet[0], jet[1], jet[2] = b.r[z.axis], b.v[z.axis], 0.0
+        g[6 + z.axis] = 1.0
+        return
+    a = work.markers[z.a]
+    m, e = a.R[:, z.axis], b.R[:, z.other]
+    t = np.empty(3)
+    scratch = np.empty((2, 3))
+    cross(m, e, t)
+    for i in range(3):  # d(m . e) = theta_a . (m x e) + theta_b . (e x m)
+        g[3 + i] = t[i]
+        g[9 + i] = -t[i]
+    jet[0] = dot(m, e)
+    jet[1], jet[2] = rotating_product(m, a.w, e, b.w, scratch)
+
+
+@inner_kernel
+def _position_curvature(z, scale, work, K):
+    """Add scale dg/d(displacement of a, of b) of a position to `K` (12, 12)."""
+    if z.what == _COORDINATE:
+        add_curvature(z.c, work, scale, K)
+    elif z.what == _COSINE:
+        m, e = work.markers[z.a].R[:, z.axis], work.markers[z.b].R[:, z.other]
+        zero = np.zeros(3)
+        # d(m x e) = (theta_a x m) x e + m x (theta_b x e)
+        me = dot(m, e)
+        add_block(K, 3, 3, scale, m, e, 0.0)
+        add_block(K, 3, 3, -scale * me, zero, zero, 1.0)
+        add_block(K, 3, 9, -scale, e, m, 0.0)
+        add_block(K, 3, 9, scale * me, zero, zero, 1.0)
+        add_block(K, 9, 3, -scale, m, e, 0.0)
+        add_block(K, 9, 3, scale * me, zero, zero, 1.0)
+        add_block(K, 9, 9, scale, e, m, 0.0)
+        add_block(K, 9, 9, -scale * me, zero, zero, 1.0)
+
+
+@inner_kernel
+def _twists(z, work, out):
+    """Write the twists of a and b in W to `out` (12,)."""
+    for i in range(3):
+        out[i] = out[3 + i] = 0.0
+    first, b = z.c.a if z.what == _COORDINATE else z.a, work.markers[z.c.b if z.what == _COORDINATE else z.b]
+    if first >= 0:
+        a = work.markers[first]
+        for i in range(3):
+            out[i], out[3 + i] = a.v[i], a.w[i]
+    for i in range(3):
+        out[6 + i], out[9 + i] = b.v[i], b.w[i]
+
+
+@kernel
+def measure_scalar(z, state, work, jet, push, slope):
+    """Write value and time derivatives to `jet` (3,), push and slope (12,) of a scalar; return its sort.
+
+    The derivatives are those at accelerations of the markers that are zero: of positions the first and the second, of
+    velocities the first. Sorts: POSITION, VELOCITY, SIGNAL.
+    """
+    push[:] = 0.0
+    slope[:] = 0.0
+    if z.what == _SIGNAL:
+        for k in range(3 - z.rate):
+            jet[k] = state.signals[z.signal, z.rate + k]
+        if z.rate == 1:
+            jet[2] = 0.0
+        return SIGNAL
+    if z.what < _VELOCITY:
+        _position(z, state, work, jet, push)
+        if z.rate == 0:
+            return POSITION
+        jet[0], jet[1], jet[2] = jet[1], jet[2], 0.0
+        K, twist = np.zeros((12, 12)), np.empty(12)
+        _position_curvature(z, 1.0, work, K)
+        _twists(z, work, twist)
+        for j in range(12):
+            for i in range(12):
+                slope[j] += twist[i] * K[i, j]
+        t = np.empty(3)
+        for at in range(0, 12, 3):  # p . (theta x twist) = theta . (twist x p)
+            cross(twist[at : at + 3], push[at : at + 3], t)
+            turned = 3 if at < 6 else 9
+            for i in range(3):
+                slope[turned + i] += t[i]
+        return VELOCITY
+    n, t = np.empty(3), np.empty(3)
+    turns = _along(z, work, n)
+    b = work.markers[z.b]
+    x = b.v if z.what == _VELOCITY else b.w
+    first = 6 if z.what == _VELOCITY else 9
+    cross(x, n, t)
+    for i in range(3):
+        push[first + i] = n[i]
+        slope[9 + i] = t[i]  # n . (theta_b x x)
+    jet[0], jet[1], jet[2] = dot(n, x), 0.0, 0.0
+    if turns:
+        cross(n, x, t)
+        for i in range(3):
+            slope[3 + i] += t[i]  # (theta_a x n) . x
+        jet[1] = dot(work.markers[z.a].w, t)
+    return VELOCITY
+
+
+@kernel
+def add_measured_curvature(z, scale, work, K):
+    """Add scale dp/d(displacement of a, of b) of the push of a scalar to `K` (12, 12)."""
+    if z.what < _VELOCITY:
+        _position_curvature(z, scale, work, K)
+    elif z.what < _SIGNAL and z.a >= 0:
+        n = work.markers[z.a].R[:, z.axis]
+        add_skew(K, 6 if z.what == _VELOCITY else 9, 3, -scale, n)  # theta_a x n
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A scalar that is measured while the motion is computed.
+
+    Parameters
+    ----------
+    what : one of `WHATS`
+    markers : tuple of str
+        (a, b) of a coordinate or cosine; (b,) of a place, velocity or spin in the axes of W; (a, b) of a velocity or
+        spin along an axis of a.
+    axis, other : int
+        Number of the axis (of a, or of W), and of that of b.
+    coordinate : Coordinate, optional
+        What is measured between a and b.
+    signal : Signal, optional
+    rate : bool
+        The rate of a position or of a signal.
+    """
+
+    what: str
+    markers: tuple[str, ...] = ()
+    axis: int = 0
+    other: int = 0
+    coordinate: Coordinate | None = None
+    signal: Any = None
+    rate: bool = False
+
+    @property
+    def sort(self) -> int:
+        """POSITION, VELOCITY or SIGNAL."""
+        if self.what == "signal":
+            return SIGNAL
+        return VELOCITY if self.rate or self.what in ("velocity", "spin") else POSITION
+
+    def of_rate(self) -> Measured:
+        """Return the rate of a position or of a signal."""
+        return replace(self, rate=True)
+
+    def record(self, compiler, legs: tuple[int, ...]) -> tuple:
+        """Return the row of the scalar; `legs` are the markers of the equation's legs."""
+        c: tuple = (0, 0, 1.0, 0, 0, -1, -1)
+        signal = -1 if self.signal is None else compiler.signal(self.signal)
+        numbers = [compiler.marker(name) for name in self.markers]
+        a, b = numbers if len(numbers) == 2 else (-1, *numbers) if numbers else (-1, -1)
+        if self.coordinate is not None:
+            c = self.coordinate.record(compiler, a, b, writes=0)
+            a, b = c[3], c[4]  # exchanged where the coordinate is measured backwards
+        at = [legs.index(m) if m >= 0 else -1 for m in (a, b)]
+        return (WHATS.index(self.what), int(self.rate), self.axis, self.other, signal, a, b, *at, c)

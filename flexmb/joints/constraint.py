@@ -1,0 +1,227 @@
+"""`Constraint`: an equation of your own between measured quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, ClassVar
+
+from flexmb.constraints import Formula, Measured
+from flexmb.constraints.measured import POSITION, VELOCITY
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.math import operations as op
+from flexmb.model.described import check_mapping, is_number
+from flexmb.model.equation_text import Input, read_equation
+from flexmb.model.expression import Program
+from flexmb.model.kinds import Joint, Part, Sensor
+from flexmb.model.signal import Signal
+
+__all__ = ["Constraint"]
+
+LEVELS = ("position", "velocity")
+KINKS = {op.ABS: "abs", op.SIGN: "sign", op.STEP: "step", op.MIN: "min", op.MAX: "max", op.WHERE: "where"}
+
+
+@dataclass(frozen=True, eq=False)
+class Constraint(Joint):
+    """Let measured quantities satisfy an equation, eq. (formula).
+
+    An equation between positions is holonomic; one that has velocities or rates is non-holonomic, linear in them or
+    not: it restricts velocities (where it can be integrated, positions stay where they are). Both may depend on time.
+    All derivatives are exact. The constraint is ideal: its force is the multiplier times the gradient of the equation
+    (by velocities, where it has them; Chetaev), so it does work only where the equation moves by itself. Add what else
+    the contact gives in `forces`: it is C of Udwadia's equation of motion for non-ideal constraints.
+
+    Parameters
+    ----------
+    name : str
+    over : list of sensors or names of sensors, or mapping of names in the equation to them
+        What the equation reads: `Position`, `Velocity`, `AngularVelocity`, `Distance`, `JointCoordinate`,
+        `AxisCosine`. Components are ``p[0]``, ``p[1]``, ``p[2]``.
+    equation : str
+        Residual, ``"p[0]**2 + p[1]**2 - L**2"``, or both sides with ``=``. ``rate(x)`` is the rate of a position, ``t``
+        the time. Functions and numbers are those of expressions; functions with a kink are refused.
+    level : "position" or "velocity", optional
+        By default velocity if the equation reads a velocity or a rate.
+    parameters : mapping of name to number or function of time
+        What other names in `equation` and `forces` stand for.
+    forces : mapping of quantity to str, optional
+        Forces that the constraint exerts beside its ideal one, on measured quantities: ``{"v[0]": "-c*v[0]"}`` pushes
+        along v[0], N or N m. They are given, do not depend on the multiplier, and count as loads.
+    """
+
+    _: KW_ONLY
+    over: Any
+    equation: str
+    level: str | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    forces: Mapping[str, str] = field(default_factory=dict)
+    markers: tuple[str, str] = ("", "")
+
+    couples: ClassVar[bool] = True
+
+    def __post_init__(self):
+        Part.__post_init__(self)
+        object.__setattr__(self, "over", self._named(self.over))
+        for name in ("parameters", "forces"):
+            check_mapping(getattr(self, name), self.title, name, '{"L": 0.5}')
+        for name, value in self.parameters.items():
+            if not is_number(value) and not isinstance(value, Signal):
+                raise ModelError(
+                    self.title,
+                    found=f"the parameter {name} = {value!r}",
+                    expected="a finite number or a signal",
+                    remedy=f"Give {name} a number, or fmb.table(...), fmb.expression(...)",
+                )
+        for what, text in {"equation": self.equation, **self.forces}.items():
+            if not isinstance(text, str) or not text.strip():
+                raise ModelError(
+                    self.title,
+                    found=f"{what} = {text!r}",
+                    expected="a text",
+                    remedy='Write equation="p[0]**2 + p[1]**2 - L**2"',
+                )
+        if self.level not in (*LEVELS, None):
+            raise ModelError(
+                self.title,
+                found=f"level = {self.level!r}",
+                expected="'position', 'velocity' or nothing",
+                remedy=did_you_mean(str(self.level), LEVELS) or "Leave level away: it follows from the equation",
+            )
+
+    def _named(self, over: Any) -> dict[str, Any]:
+        """Return the measured quantities by their names in the equation."""
+        if isinstance(over, str | Sensor):
+            over = (over,)
+        if isinstance(over, Mapping):
+            named = dict(over)
+        elif isinstance(over, list | tuple):
+            named = {given.name if isinstance(given, Sensor) else given: given for given in over}
+        else:
+            named = {"": over}
+        for name, given in named.items():
+            if not isinstance(given, str | Sensor) or not isinstance(name, str) or not name.isidentifier():
+                raise ModelError(
+                    self.title,
+                    found=f"over holds {name!r}: {given!r:.60}"
+                    if isinstance(name, str)
+                    else f"over holds {name!r:.60}",
+                    expected="sensors whose names are words of letters, digits and _, or such names",
+                    remedy='Write over=[fmb.Position("p", marker="bob.center")], or over={"p": "name of a sensor"}',
+                )
+        if not named or (not isinstance(over, Mapping) and len(named) < len(over)):
+            raise ModelError(
+                self.title,
+                found=f"over = {list(named)}",
+                expected="at least one measured quantity, each once",
+                remedy='Write over=[fmb.Position("p", marker="bob.center")]',
+            )
+        return named
+
+    def check(self, model) -> None:
+        """Raise ModelError if a name is unknown, or the equation does not fit its level."""
+        self._formula(model)
+
+    def sensors(self, model) -> dict[str, Sensor]:
+        """Return the sensors by their names in the equation."""
+        known = {sensor.name: sensor for sensor in model.sensors}
+        found = {}
+        for name, given in self.over.items():
+            if isinstance(given, Sensor):
+                given.check(model)
+                found[name] = given
+            elif given in known:
+                found[name] = known[given]
+            else:
+                raise ModelError(
+                    self.title,
+                    found=f"sensor '{given}' does not exist",
+                    expected=f"The model has: {', '.join(known) or 'no sensors'}",
+                    remedy=did_you_mean(given, known) or "Add the sensor to the model, or give the sensor itself",
+                )
+        return found
+
+    def resolved_markers(self, model) -> tuple[str, ...]:
+        """Return the markers of all that the equation reads, each once; one alone twice."""
+        read = self._formula(model).inputs
+        names = tuple(dict.fromkeys(marker for scalar in read for marker in scalar.markers))
+        return names if len(names) > 1 else names * 2
+
+    def equations_in(self, model):
+        """Return the one equation."""
+        return (self._formula(model),)
+
+    def in_world_axes(self, model) -> str | None:
+        """Return the name of a quantity that is a component in the axes of W, or None."""
+        measured = {name: sensor.measured(model) for name, sensor in self.sensors(model).items()}
+        alone = ("place", "velocity", "spin")
+        return next(
+            (n for n, scalars in measured.items() for z in scalars if z.what in alone and len(z.markers) == 1), None
+        )
+
+    def _formula(self, model) -> Formula:
+        measured = {name: sensor.measured(model) for name, sensor in self.sensors(model).items()}
+        sizes = {name: len(scalars) for name, scalars in measured.items()}
+        read: list[Input] = []
+        program = read_equation(self.equation, sizes, self.parameters, read, self.title)
+        of_equation = len(read)
+        given = []
+        for quantity, text in self.forces.items():
+            pushed = read_equation(quantity, sizes, {}, read, self.title)
+            if list(pushed.ops) != [op.INPUT] or read[int(pushed.args[0])].signal is not None:
+                raise ModelError(
+                    self.title,
+                    found=f"forces on '{quantity}'",
+                    expected=f"forces on measured quantities: {', '.join(sizes)}, or components of them",
+                    remedy='Write forces={"v[0]": "-c*v[0]"}',
+                )
+            given.append((int(pushed.args[0]), read_equation(text, sizes, self.parameters, read, self.title)))
+        scalars = tuple(self._scalar(one, measured) for one in read)
+        self._require_smooth(program)
+        return Formula(scalars, program, self._level(scalars[:of_equation]), tuple(given))
+
+    def _scalar(self, one: Input, measured: Mapping[str, tuple[Measured, ...]]) -> Measured:
+        if one.signal is not None:
+            return Measured("signal", signal=one.signal, rate=one.rate)
+        scalar = measured[one.name][one.column]
+        if one.rate and scalar.sort != POSITION:
+            raise ModelError(
+                self.title,
+                found=f"rate({one.name}), an acceleration",
+                expected="equations between positions and velocities",
+                remedy=f"Integrate the equation once: it then restricts {one.name} itself",
+            )
+        return scalar.of_rate() if one.rate else scalar
+
+    def _require_smooth(self, program: Program) -> None:
+        """Raise ModelError for functions of measured quantities that have no second derivative everywhere."""
+        kinks = [KINKS[int(code)] for code in program.ops if int(code) in KINKS]
+        if kinks:
+            raise ModelError(
+                self.title,
+                found=f"'{kinks[0]}' of a measured quantity in '{self.equation}': it has no derivative everywhere",
+                expected="an equation with two derivatives: the motion would jump at the kink",
+                remedy="Use smooth functions (x**2, sqrt, tanh, smooth); of t alone, kinks are allowed",
+            )
+
+    def _level(self, scalars: tuple[Measured, ...]) -> int:
+        """Return 0 for an equation between positions, 1 for one with velocities."""
+        sorts = {scalar.sort for scalar in scalars}
+        moving = VELOCITY in sorts
+        if not sorts & {POSITION, VELOCITY}:
+            raise ModelError(
+                self.title,
+                found=f"'{self.equation}' reads no measured quantity",
+                expected=f"an equation in {', '.join(self.over)}",
+                remedy="Name what it restricts: p[0], rate(phi)",
+            )
+        if self.level is not None and (self.level == "velocity") != moving:
+            raise ModelError(
+                self.title,
+                found=f"level = '{self.level}', and '{self.equation}' reads {'velocities' if moving else 'no velocity'}",
+                expected="positions only, or at least one velocity or rate at the level 'velocity'",
+                remedy="Leave level away"
+                if moving
+                else "Write rate(...) of what shall be restricted, or leave level away",
+            )
+        return int(moving)
