@@ -23,7 +23,8 @@ _ROOMS = {
     "flexmb.forces": "Actuator BiStop Bushing Contact JointFriction LineContact LineLoad Motor OneSidedSpring "
     "PointLoad Pressure SpringDamper TorsionSpring UserForce",
     "flexmb.sensors": "Acceleration AngularVelocity AxisCosine ConstraintError Deflection Distance Energy ForceOf "
-    "JointCoordinate Momentum Multiplier Orientation Position Reaction SectionForces SectionStrains Stress StressResultants Velocity",
+    "JointCoordinate Momentum Multiplier Orientation Position Reaction SectionForces SectionStrains Stress "
+    "StressResultants Velocity",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "

@@ -218,7 +218,7 @@ class Constraint(Joint):
         if self.level is not None and (self.level == "velocity") != moving:
             raise ModelError(
                 self.title,
-                found=f"level = '{self.level}', and '{self.equation}' reads {'velocities' if moving else 'no velocity'}",
+                found=f"level = '{self.level}', and the equation reads {'velocities' if moving else 'no velocity'}",
                 expected="positions only, or at least one velocity or rate at the level 'velocity'",
                 remedy="Leave level away"
                 if moving

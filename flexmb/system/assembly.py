@@ -13,6 +13,7 @@ from flexmb.model.model import Model
 from flexmb.system.compile import compile
 from flexmb.system.complaints import (
     equations_of_forces,
+    flat_equation,
     gaps,
     idle_equation,
     open_joint,
@@ -82,6 +83,9 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
         state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
     system = _with_lengths(system, state, work)
     system = _assemble(system, state, work, tolerance)
+    flat = flat_equation(system, work)
+    if flat is not None:
+        raise flat
     system = replace(system, misfits=_misfits(system, work, tolerance))
     residual = np.zeros(system.ng)
     constraint_velocity(work, state.u, residual)

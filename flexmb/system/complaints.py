@@ -12,6 +12,7 @@ from flexmb.system.system import System
 
 __all__ = [
     "equations_of_forces",
+    "flat_equation",
     "gaps",
     "idle_equation",
     "open_joint",
@@ -22,6 +23,10 @@ __all__ = [
 
 ZERO = 1e-12
 """Relative to the largest: an inertia below this is none, a gradient below this moves nothing."""
+FLAT = 1e-9
+"""A gradient of an equation of the user below this, 1 or m, is none."""
+KNOWN = 1e-8
+"""Distance to the place where an equation is satisfied, relative to the model, at which it is known."""
 
 
 def worst_equations(system: System, work, count: int = 3) -> str:
@@ -31,9 +36,13 @@ def worst_equations(system: System, work, count: int = 3) -> str:
     return ", ".join(
         f"{system.equation_names[k]} = {g[k]:.3g}"
         if np.isfinite(g[k]) or np.all(np.isnan(g))
-        else f"{system.equation_names[k]} has no value, the point is beyond the end of the curve"
+        else f"{system.equation_names[k]} has no value{_why_no_value(system, k)}"
         for k in order
     )
+
+
+def _why_no_value(system: System, k: int) -> str:
+    return "" if "Formula" in system.equation_names[k] else ", the point is beyond the end of the curve"
 
 
 def equations_of_forces(system: System, work) -> np.ndarray:
@@ -58,9 +67,10 @@ def open_joint(system: System, work) -> CompileError:
     """Return the error that names the joint that stays open most, and by how much."""
     name, (metres, radians) = max(gaps(system, work).items(), key=lambda item: max(item[1]))
     turned = f" and {radians:.3g} rad" if radians > 0.0 else ""
-    is_open = (
-        f"stays open by {metres:.3g} m{turned}" if np.isfinite(metres) else "has its point beyond the end of its curve"
-    )
+    is_open = f"stays open by {metres:.3g} m{turned}"
+    if not np.isfinite(metres + radians):
+        formula = "Formula" in system.equation_names[system.joint_equations[name].start]
+        is_open = "has no value (nan)" if formula else "has its point beyond the end of its curve"
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
     remedy = (
@@ -76,6 +86,30 @@ def open_joint(system: System, work) -> CompileError:
         expected=f"positions near the described ones that satisfy all joints{allowed}",
         remedy=remedy,
     )
+
+
+def flat_equation(system: System, work) -> CompileError | None:
+    """Return the error about an equation of the user whose gradient vanishes where it is satisfied, if there is one.
+
+    The square of a length that shall be zero: it has one direction beside the place, and none at it. Newton's method
+    then creeps, and ends where the residual is small but not yet the distance to the place, residual over gradient.
+    """
+    for k, name in enumerate(system.equation_names):
+        if not name.endswith(": Formula"):
+            continue
+        legs = work.legs["equation"] == k
+        own = np.max(np.abs(work.legs["gradient"][legs]), initial=0.0)
+        left = abs(work.equations["g"][k]) if system.program.equation_level[k] == 0 else 0.0
+        if own <= FLAT or left > KNOWN * system.lengths.whole * own:
+            return CompileError(
+                f"Equation '{name}'",
+                found=f"it has no gradient at the start (largest entry {own:.2g}, residual {left:.2g}): it restricts "
+                "nothing there, and more beside it",
+                expected="an equation whose gradient is about 1 where it is satisfied",
+                remedy="Write x = 0 for x**2 = 0, two equations for x**2 + y**2 = 0; start away from such a place; "
+                "multiply an equation of very small numbers",
+            )
+    return None
 
 
 def idle_equation(system: System, state, work) -> CompileError | None:

@@ -1,0 +1,228 @@
+"""`Constraint` in whole models: joints written as equations, formulations, redundancy, model files, messages."""
+
+import numpy as np
+import pytest
+from scipy.linalg import sqrtm
+
+import flexmb as fmb
+from flexmb.errors import CompileError, ModelError
+
+L = 0.7
+
+
+def pendulum(joint, **fields) -> fmb.Model:
+    bob = fmb.PointMass("bob", mass=1.3, at=(L, 0, 0), velocity=(0, 0.4, 0))
+    ground = fmb.Ground(markers={"A": (0, 0, 0)})
+    sensors = [fmb.Position("p", marker="bob.center"), fmb.Multiplier("m", joint="c"), fmb.Reaction("r", joint="c")]
+    return fmb.Model(gravity=(0, 0, -9.81), bodies=[ground, bob], joints=[joint], sensors=sensors, **fields)
+
+
+SPHERE = fmb.Constraint("c", over=["p"], equation="p[0]**2 + p[1]**2 + p[2]**2 = L**2", parameters={"L": L})
+INTEGRATORS = [
+    (fmb.GeneralizedAlpha(rtol=1e-7), 1e-4),
+    (fmb.IDA(), 1e-5),
+    (fmb.Explicit(rtol=1e-9), 1e-7),
+    (fmb.Explicit(rtol=1e-9, formulation=fmb.Recursive()), 1e-7),
+    (fmb.Explicit(rtol=1e-9, formulation=fmb.NullSpace()), 1e-7),
+]
+
+
+@pytest.mark.parametrize(("integrator", "within"), INTEGRATORS)
+def test_pendulum_by_its_equation_is_the_rod(integrator, within):
+    """The multiplier of x^2 + y^2 + z^2 - L^2 is the force of the rod over 2 L."""
+    own = fmb.simulate(pendulum(SPHERE), t_end=0.5, samples=11, integrator=integrator)
+    rod = pendulum(fmb.Rod("c", markers=("ground.A", "bob.center")))
+    exact = fmb.simulate(rod, t_end=0.5, samples=11, integrator=fmb.Explicit(rtol=1e-11))
+    np.testing.assert_allclose(own["p"], exact["p"], atol=within)
+    np.testing.assert_allclose(2.0 * L * own["m"], exact["m"], atol=1e2 * within)
+    np.testing.assert_allclose(own["r"], exact["r"], atol=1e2 * within)
+
+
+KINDS = {
+    "holonomic": ("d = 0.9 + 0.1*c*d", {}),
+    "rheonomic": ("d**2 + 0.1*p[2] = 1 + 0.2*sin(3*t)", {}),
+    "pfaffian": ("v[1] + 0.3*rate(c) = 0.1*cos(t)", {}),
+    "nonlinear": ("w[0]**2 + v[0]*w[1] + f[2] = 0.4", {}),
+    "non-ideal": ("f[1] - 0.2*w[2]", {"forces": {"f[1]": "-3*f[0] + t", "p[1]": "2*p[0]"}}),
+}
+
+
+def constrained(rng, kinds) -> fmb.Model:
+    """Two bodies under gravity, joined by a ball, with equations of their own; the last one twice, in other words."""
+    ball = tuple(rng.normal(size=3) * 0.3)
+    a = fmb.RigidBody(
+        "a",
+        mass=1.4,
+        inertia=(0.2, 0.3, 0.4),
+        markers={"m": ball},
+        velocity=rng.normal(size=3),
+        angular_velocity=(1, 2, 3),
+    )
+    b = fmb.RigidBody("b", mass=0.6, inertia=(0.1, 0.1, 0.15), at=ball, markers={"m": (0, 0, 0), "n": (0.5, 0.4, 0.3)})
+    ground = fmb.Ground(markers={"o": tuple(rng.normal(size=3) * 0.2 - 0.6)})
+    over = [
+        fmb.Position("p", marker="b.n"),
+        fmb.Distance("d", markers=("ground.o", "b.n")),
+        fmb.AxisCosine("c", markers=("a.center", "b.n"), axes=("x", "y")),
+        fmb.Velocity("v", marker="a.center"),
+        fmb.Velocity("f", marker="b.n", axes="a.m"),
+        fmb.AngularVelocity("w", marker="b.n"),
+    ]
+    joints = [fmb.Spherical("ball", markers=("a.m", "b.m"))]
+    for name in kinds:
+        equation, more = KINDS[name]
+        joints.append(fmb.Constraint(name, over=over, equation=equation, **more))
+    left, equals, right = KINDS[kinds[-1]][0].partition(" = ")
+    again = f"2.5*({left})" + (f" = 2.5*({right})" if equals else "")
+    joints.append(fmb.Constraint("again", over=over, equation=again))
+    return fmb.Model(gravity=(0.3, 0, -9.81), bodies=[ground, a, b], joints=joints, sensors=[])
+
+
+@pytest.mark.parametrize("kinds", [(name,) for name in KINDS] + [("rheonomic", "pfaffian", "nonlinear", "non-ideal")])
+def test_formulations_agree_and_dependence_is_named(kinds, rng):
+    model = constrained(rng, kinds)
+    assert fmb.check(model).redundant == ("again: Formula",)
+    found = [
+        fmb.accelerations(model, formulation=formulation)
+        for formulation in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive(), fmb.Baumgarte())
+    ]
+    for other in found[1:]:
+        np.testing.assert_allclose(other.a, found[0].a, rtol=1e-9, atol=1e-9)
+        for joint, wrench in found[0].reactions.items():
+            np.testing.assert_allclose(other.reactions[joint], wrench, rtol=1e-8, atol=1e-8)
+
+
+def test_force_of_a_constraint_that_is_not_ideal_is_udwadias(rng):
+    """M a = Q + A^T multipliers + M^1/2 (I - B^+ B) M^-1/2 C (Udwadia & Kalaba 2000), by hand for a point mass.
+
+    The multipliers' part is M^1/2 B^+ (b - A M^-1 Q), B = A M^-1/2; here A v = 0 with A = (1, x, 0), C = given forces.
+    """
+    mass, r, v, c = 1.7, np.array([0.4, -0.3, 0.2]), np.array([-0.4 * 0.5, 0.5, 0.9]), 2.2
+    given = {"v[0]": "-c*v[0]", "v[1]": "-c*v[1]*p[2]", "p[2]": "3*v[1]"}
+    over = [fmb.Position("p", marker="b.center"), fmb.Velocity("v", marker="b.center")]
+    own = fmb.Constraint("own", over=over, equation="v[0] + p[0]*v[1]", forces=given, parameters={"c": c})
+    model = fmb.Model(gravity=(1, 2, 3), bodies=[fmb.PointMass("b", mass=mass, at=r, velocity=v)], joints=[own])
+    A, b = np.array([[1.0, r[0], 0.0]]), np.array([-v[0] * v[1]])
+    M, Q = mass * np.diag((1.0, 1.0, 1.0)), mass * np.array((1.0, 2.0, 3.0))
+    C = np.array([-c * v[0], -c * v[1] * r[2], 3 * v[1]])
+    root = np.real(sqrtm(M))
+    B = A @ np.linalg.inv(root)
+    ideal = root @ np.linalg.pinv(B) @ (b - A @ np.linalg.solve(M, Q))
+    other = root @ (np.eye(3) - np.linalg.pinv(B) @ B) @ np.linalg.solve(root, C)
+    np.testing.assert_allclose(fmb.accelerations(model)["b"][:3], np.linalg.solve(M, Q + ideal + other), rtol=1e-12)
+
+
+def test_given_forces_count_as_loads():
+    """A knife edge with drag along it: what the drag takes is the loss of energy."""
+    over = [fmb.Velocity("v", marker="s.center", axes="s.center")]
+    knife = fmb.Constraint("knife", over=over, equation="v[1]", forces={"v[0]": "-0.8*v[0]"})
+    sleigh = fmb.RigidBody("s", mass=2.0, inertia=(1, 1, 0.3), velocity=(1.0, 0, 0), angular_velocity=(0, 0, 2.0))
+    energies = [fmb.Energy("E", kind="total")]
+    model = fmb.Model(bodies=[fmb.Ground(), sleigh], joints=[knife], sensors=energies)
+    run = fmb.simulate(model, t_end=1.0, samples=11, integrator=fmb.Explicit(rtol=1e-10))
+    speed = np.exp(-0.4 * run.t)  # m v' = -c v: the edge at the centre of mass does not slow it down
+    np.testing.assert_allclose(run["E"] - run["E"][0], np.cumsum(0 * run.t) + 0.5 * 2.0 * (speed**2 - 1.0), atol=1e-8)
+    np.testing.assert_allclose(run.phases[0].works[:, 0], 0.5 * 2.0 * (speed**2 - 1.0), atol=1e-8)
+
+
+def test_model_file_with_named_and_own_sensors(tmp_path):
+    text = """
+    gravity = [0, 0, -9.81]
+    [parameters]
+    L = 0.7
+    [[body]]
+    kind = "PointMass"
+    name = "bob"
+    mass = 1.3
+    at = ["= L", 0, 0]
+    velocity = [0, 0.4, 0]
+    [[sensor]]
+    kind = "Position"
+    name = "p"
+    marker = "bob.center"
+    [[joint]]
+    kind = "Constraint"
+    name = "c"
+    over = ["p"]
+    equation = "p[0]**2 + p[1]**2 + p[2]**2 = L**2"
+    parameters = { L = "= L" }
+    [[joint]]
+    kind = "Constraint"
+    name = "slow"
+    over = { u = { kind = "Velocity", name = "vel", marker = "bob.center" } }
+    equation = "u[1] = 0.4*exp(-t)"
+    """
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    model = fmb.load_model(path)
+    fmb.save_model(model, tmp_path / "again.toml")
+    again = fmb.load_model(tmp_path / "again.toml")
+    a, b = fmb.accelerations(model), fmb.accelerations(again)
+    assert a["bob"][1] == pytest.approx(-0.4, abs=1e-12)
+    np.testing.assert_array_equal(a.a, b.a)
+
+
+def test_placed_model_keeps_the_names_in_its_equations():
+    model = pendulum(SPHERE).placed("left")
+    assert fmb.check(model).mobility == 2
+    assert fmb.accelerations(model)["left_bob"][0] == pytest.approx(-(0.4**2) / L)
+    with pytest.raises(ModelError, match=r"'p' is a component in the axes of W.*Distance"):
+        pendulum(SPHERE).placed("right", at=(1, 0, 0))
+
+
+POINT = [fmb.Position("p", marker="bob.center"), fmb.Velocity("v", marker="bob.center")]
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"equation": "p[0] + q"}, "Constraint|the name 'q' is unknown"),
+        ({"equation": "p + 1"}, r"'p', which has 3 components.*Write p\[0\]"),
+        ({"equation": "p[3]"}, r"p\[3\] of a quantity with 3 components"),
+        ({"equation": "rate(v[0])"}, "an acceleration"),
+        ({"equation": "abs(p[0]) = 1"}, "'abs' of a measured quantity"),
+        ({"equation": "where(p[0] > 0, p[1], p[2])"}, "'where' of a measured quantity"),
+        ({"equation": "2*t"}, "reads no measured quantity"),
+        ({"equation": "p[0]", "level": "velocity"}, "level = 'velocity', and the equation reads no velocity"),
+        ({"equation": "v[0]", "level": "position"}, "reads velocities"),
+        ({"equation": "v[0]", "level": "speed"}, "level = 'speed'"),
+        ({"equation": "p[0] ="}, "not arithmetic"),
+        ({"equation": "p[0] + L", "parameters": {"L": np.nan}}, "the parameter L = nan"),
+        ({"equation": "p[0]", "parameters": {"p": 1.0}}, "'p' has two meanings"),
+        ({"equation": "p[0]", "over": ["other"]}, "sensor 'other' does not exist"),
+        ({"equation": "p[0]", "over": [fmb.Energy("p")]}, "cannot be measured while the motion is computed"),
+        ({"equation": "p[0]", "over": []}, "at least one measured quantity"),
+        ({"equation": "p[0]", "forces": {"3": "1"}}, "forces on '3'"),
+        ({"equation": "p[0]", "over": [fmb.Position("p", marker="bob.nose")]}, "marker 'bob.nose' does not exist"),
+    ],
+)
+def test_what_does_not_fit_is_named(fields, message):
+    with pytest.raises(ModelError, match=message):
+        pendulum(fmb.Constraint("c", **{"over": POINT, **fields}))
+
+
+@pytest.mark.parametrize(
+    ("equation", "message"),
+    [
+        ("p[0]**2 + 1", "cannot be assembled: joint 'c' stays open"),
+        ("sqrt(p[0] - 2)", r"joint 'c'.*has no value \(nan\)"),
+        ("1/p[1] = 0", r"joint 'c'.*has no value"),
+        ("p[1]**2", "has no gradient at the start"),
+        ("(p[1] - 0.1)**2", "has no gradient at the start"),
+        ("v[0]**2 + 1 = 0", "has no gradient at the start"),
+        ("v[1]**2 + 1 = 0", "derivative misses zero"),
+    ],
+)
+def test_what_cannot_be_satisfied_is_named(equation, message):
+    with pytest.raises(CompileError, match=message):
+        fmb.check(pendulum(fmb.Constraint("c", over=POINT, equation=equation)))
+
+
+def test_contradictory_constraints_are_named():
+    joints = [
+        fmb.Constraint("low", over=POINT, equation="p[2]"),
+        fmb.Constraint("high", over=POINT, equation="p[2] = 1"),
+    ]
+    model = pendulum(SPHERE)
+    with pytest.raises(CompileError, match=r"joint '(low|high)' stays open by"):
+        fmb.check(model.without("c", "m", "r").with_parts(joints=joints))
