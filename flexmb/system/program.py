@@ -436,7 +436,7 @@ def project(program, state, work, right, q, bounds, gaps, units, iterations):
         lu_solve(work.S, program.pattern, right)
         for i in range(nu):
             state.u[i] += right[i]
-        if turn < 11 and _of_velocities(program):  # they need not be linear in the velocities
+        if _of_velocities(program):  # they need not be linear in the velocities
             evaluate(program, state, work)
             _hold_shape(program, work)
             if lu_factor(work.S, program.pattern) >= 0:

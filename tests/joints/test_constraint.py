@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from contracts.random_models import SECOND, derivative, moved, pair, random_state, units
 from contracts.test_tangents import assert_tangent
-from tolerances import SOLVER
 
 import flexmb as fmb
-from flexmb.errors import ModelError
 from flexmb.integrate.matrices import equations_at
-from flexmb.system import assemble
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 EQUATIONS = {
