@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.constraints.by_function import FunctionOfScalars
 from flexmb.constraints.measured import (
     MEASURED,
     POSITION,
@@ -17,6 +18,7 @@ from flexmb.constraints.measured import (
 )
 from flexmb.constraints.rows import HEADER
 from flexmb.math import operations as op
+from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import DAMPED, STIFF, row_kernel
@@ -38,6 +40,7 @@ ROW = np.dtype(
         ("pushed", np.int64),  # input on which each given force acts
         ("ops", np.int64),
         ("args", np.int64),
+        ("address", np.int64),  # of the function of the equation, or 0
     ],
     align=True,
 )
@@ -152,7 +155,37 @@ def _to_pairs(work, row, data, K, D):
 
 
 @inner_kernel
-def _equation(row, data, state, work, inputs, sorts, jets, push, slope, seeds, stack, by_input):
+def _ask(row, t, second, jets, by_input, answer):
+    """Write what the function of the equation returns to `answer`, and its derivatives by the inputs to `by_input`."""
+    n = row.n
+    given = np.empty(2 + 3 * n)
+    given[0] = t
+    given[1] = 1.0 if second else 0.0
+    for k in range(n):
+        given[2 + 3 * k : 5 + 3 * k] = jets[k]
+    call_back(row.address, given.ctypes.data, answer.ctypes.data)
+    by_input[:] = answer[4 : 4 + n]
+
+
+@inner_kernel
+def _derivatives(row, data, t, sorts, jets, seeds, stack, by_input, answer):
+    """Write the value of a program, its derivatives along the motion and by explicit time to `answer`."""
+    time = np.zeros(3)
+    time[0] = t
+    _slopes(row, data, 0, time, seeds, stack, by_input)
+    time[1] = 1.0
+    _run(row, data, 0, time, jets, stack)
+    answer[0:3] = stack[0]
+    for k in range(row.n):
+        seeds[k, 1] = jets[k, 1] if sorts[k] != POSITION and sorts[k] != VELOCITY else 0.0
+    _run(row, data, 0, time, seeds, stack)
+    answer[3] = stack[0, 1]
+    for k in range(row.n):
+        seeds[k, 1] = 0.0
+
+
+@inner_kernel
+def _equation(row, work, inputs, sorts, jets, push, slope, by_input, answer):
     """Write residual, rate, drift and gradients of the equation, and its derivatives by the inputs to `by_input`.
 
     Along the motion the inputs are jets. Positions: g' = G u + dg/dt, and g'' with accelerations of the markers that
@@ -160,21 +193,10 @@ def _equation(row, data, state, work, inputs, sorts, jets, push, slope, seeds, s
     others; its derivative by time is the drift.
     """
     equation = work.equations[row.equation]
-    time = np.zeros(3)
-    time[0] = state.t
-    _slopes(row, data, 0, time, seeds, stack, by_input)
-    time[1] = 1.0
-    _run(row, data, 0, time, jets, stack)
-    equation.g = stack[0, 0]
-    equation.drift = stack[0, 2] if row.own_level == 0 else stack[0, 1]
-    if row.own_level == 0:
-        for k in range(row.n):
-            seeds[k, 1] = jets[k, 1] if sorts[k] != POSITION and sorts[k] != VELOCITY else 0.0
-        _run(row, data, 0, time, seeds, stack)
-        equation.rate = stack[0, 1]
-        for k in range(row.n):
-            seeds[k, 1] = 0.0
-    else:
+    equation.g = answer[0]
+    equation.drift = answer[2] if row.own_level == 0 else answer[1]
+    equation.rate = answer[3]
+    if row.own_level == 1:
         equation.rate = equation.g
         for k in range(row.n):
             if sorts[k] == VELOCITY:
@@ -208,7 +230,13 @@ def evaluate(raw, data, state, work):
         for k in range(n):
             sorts[k] = measure_scalar(inputs[k], state, work, jets[k], push[k], slope[k])
             seeds[k, 0] = jets[k, 0]
-        _equation(row, data, state, work, inputs, sorts, jets, push, slope, seeds, stack, by_input)
+        tangent = work.coefficients[3] > 0.0 and (work.coefficients[1] != 0.0 or work.coefficients[2] != 0.0)
+        answer = np.zeros(4 + n + n * n)
+        if row.address != 0:
+            _ask(row, state.t, tangent, jets, by_input, answer)
+        else:
+            _derivatives(row, data, state.t, sorts, jets, seeds, stack, by_input, answer)
+        _equation(row, work, inputs, sorts, jets, push, slope, by_input, answer)
         lam = state.lam[row.equation]
         work.equations[row.equation].force = lam
         for k in range(n):
@@ -227,9 +255,12 @@ def evaluate(raw, data, state, work):
                     work.markers[z.a].wrench[i] += forces[k] * push[k, i]
                 if z.b >= 0:
                     work.markers[z.b].wrench[i] += forces[k] * push[k, 6 + i]
-        if work.coefficients[3] > 0.0 and (work.coefficients[1] != 0.0 or work.coefficients[2] != 0.0):
+        if tangent:
             change = np.zeros((n, n))
-            _second_slopes(row, data, time, seeds, stack, lam, change)
+            if row.address != 0:
+                change += lam * answer[4 + n :].reshape((n, n))
+            else:
+                _second_slopes(row, data, time, seeds, stack, lam, change)
             for k in range(n):
                 if sorts[k] != (POSITION if row.own_level == 0 else VELOCITY):
                     change[k, :] = 0.0
@@ -254,12 +285,19 @@ class Formula(Equation):
         0 for an equation between positions, 1 for one between velocities.
     given : tuple of (int, Program)
         Number of the scalar on which a force acts, and the force.
+    function, jacobian : callable, optional
+        f in the place of the program, see `FunctionOfScalars`; positions stand first among the inputs then.
+    keep : list
+        Takes the C function that is made.
     """
 
     inputs: tuple[Measured, ...]
     program: Program
     own_level: int = 0
     given: tuple[tuple[int, Program], ...] = ()
+    function: Any = None
+    jacobian: Any = None
+    keep: Any = None
 
     table: ClassVar[Table] = Table("Formula", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = False
@@ -280,6 +318,13 @@ class Formula(Equation):
         rows = np.array([z.record(compiler, legs) for z in self.inputs], MEASURED)
         programs = [self.program, *(force for _, force in self.given)]
         ops = np.concatenate([p.ops for p in programs]).astype(np.int64)
+        address = 0
+        if self.function is not None:
+            positions = sum(z.sort == POSITION for z in self.inputs)
+            self.keep.append(
+                FunctionOfScalars(self.function, self.jacobian, positions, len(self.inputs), self.own_level)
+            )
+            address = self.keep[-1].address
         return (
             self.own_level,
             len(self.inputs),
@@ -291,6 +336,7 @@ class Formula(Equation):
             compiler.bulk(np.array([k for k, _ in self.given], float)),
             compiler.bulk(ops.view(float)),
             compiler.bulk(np.concatenate([p.args for p in programs])),
+            address,
         )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +14,7 @@ from flexmb.math.callbacks import call_back, callback
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
 from flexmb.math.tables import row_kernel
-from flexmb.model.foreign import Foreign
+from flexmb.model.foreign import imported
 from flexmb.model.kinds import Force, Table
 
 __all__ = ["UserForce"]
@@ -162,25 +161,7 @@ class UserForce(Force):
 
     def record(self, compiler):
         """Return the row with the address of the function."""
-        function = self.function
-        if isinstance(function, str):
-            if isinstance(function, Foreign):
-                raise ModelError(
-                    self.title,
-                    found=f"function = {str(function)!r}: the file names Python code to be imported and run",
-                    expected="a file whose author you know",
-                    remedy="If you do, and know what the function does, give --trust, or load_model(path, trust=True)",
-                )
-            module, _, name = function.partition(":")
-            try:
-                function = getattr(import_module(module), name)
-            except (ImportError, AttributeError, ValueError) as error:
-                raise ModelError(
-                    self.title,
-                    found=f"function = {self.function!r} ({error})",
-                    expected="'module:function' of a module that can be imported",
-                    remedy="Check both names, and that the module is on the path",
-                ) from error
+        function = imported(self.function, self.title)
         self._callbacks.append(_Callback(function))
         a, b = (compiler.marker(name) for name in self.markers)
         length = float(np.linalg.norm(compiler.position(b) - compiler.position(a)))

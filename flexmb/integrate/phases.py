@@ -328,7 +328,8 @@ def _failed(model: Model, outcome, unknown: str | None) -> Status:
 
     A force or drive without a value explains the failure too.
     """
-    told = [f"{force.title}: {force.complaint()}" for force in model.forces if force.complaint()]
+    parts = [part for part in (*model.forces, *model.joints) if hasattr(part, "complaint")]
+    told = [f"{part.title}: {part.complaint()}" for part in parts if part.complaint()]
     if not told and unknown:
         return Status.failed(f"{unknown}; {outcome.failure}", REMEDY_OF_VALUES)
     if not told:

@@ -13,6 +13,7 @@ from flexmb.math import operations as op
 from flexmb.model.described import check_mapping, is_number
 from flexmb.model.equation_text import Input, read_equation
 from flexmb.model.expression import Program
+from flexmb.model.foreign import imported
 from flexmb.model.kinds import Joint, Part, Sensor
 from flexmb.model.signal import Signal
 
@@ -45,6 +46,13 @@ class Constraint(Joint):
         By default velocity if the equation reads a velocity or a rate.
     parameters : mapping of name to number or function of time
         What other names in `equation` and `forces` stand for.
+    function : callable, or "module:function" in model files, which is imported only if the file is trusted
+        Residual in the place of `equation`: ``function(t, x)`` of the positions that `over` measures, (n,) in order; at
+        the level "velocity" ``function(t, x, v)`` with their rates, then the velocities that `over` measures. Plain
+        Python, or compiled by numba. It depends on its arguments only, and takes complex numbers unless a `jacobian` is
+        given. Some 100 us for each evaluation.
+    jacobian : callable, or "module:function", optional
+        Derivatives (n,) by x, then v, with the same arguments.
     forces : mapping of quantity to str, optional
         Forces that the constraint exerts beside its ideal one, on measured quantities: ``{"v[0]": "-c*v[0]"}`` pushes
         along v[0], N or N m. They are given, do not depend on the multiplier, and count as loads.
@@ -52,12 +60,15 @@ class Constraint(Joint):
 
     _: KW_ONLY
     over: Any
-    equation: str
+    equation: str | None = None
     level: str | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     forces: Mapping[str, str] = field(default_factory=dict)
+    function: Any = None
+    jacobian: Any = None
     markers: tuple[str, str] = ("", "")
 
+    imports: ClassVar[tuple[str, ...]] = ("function", "jacobian")
     couples: ClassVar[bool] = True
 
     def __post_init__(self):
@@ -73,7 +84,10 @@ class Constraint(Joint):
                     expected="a finite number or a signal",
                     remedy=f"Give {name} a number, or fmb.table(...), fmb.expression(...)",
                 )
-        for what, text in {"equation": self.equation, **self.forces}.items():
+        object.__setattr__(self, "_callbacks", [])
+        self._check_function()
+        texts = {} if self.equation is None else {"equation": self.equation}
+        for what, text in {**texts, **self.forces}.items():
             if not isinstance(text, str) or not text.strip():
                 raise ModelError(
                     self.title,
@@ -88,6 +102,29 @@ class Constraint(Joint):
                 expected="'position', 'velocity' or nothing",
                 remedy=did_you_mean(str(self.level), LEVELS) or "Leave level away: it follows from the equation",
             )
+
+    def _check_function(self) -> None:
+        """Raise ModelError unless there is one of equation and function, and functions are callable or named."""
+        if (self.equation is None) == (self.function is None):
+            raise ModelError(
+                self.title,
+                found="neither equation nor function" if self.equation is None else "both equation and function",
+                expected="one of them",
+                remedy='Write equation="p[0]**2 + p[1]**2 - L**2", or function=lambda t, x: ...',
+            )
+        for name in ("function", "jacobian"):
+            value = getattr(self, name)
+            if value is not None and not callable(value) and not (isinstance(value, str) and value.count(":") == 1):
+                raise ModelError(
+                    self.title,
+                    found=f"{name} = {value!r}",
+                    expected="a function (t, x), or (t, x, v) at the level 'velocity', or 'module:function'",
+                    remedy=f"Write {name}=lambda t, x: ...",
+                )
+
+    def complaint(self) -> str:
+        """Return what went wrong in the function, if anything did."""
+        return next((c.failure for c in self._callbacks if c.failure), "")  # type: ignore[attr-defined]
 
     def _named(self, over: Any) -> dict[str, Any]:
         """Return the measured quantities by their names in the equation."""
@@ -163,8 +200,47 @@ class Constraint(Joint):
         measured = {name: sensor.measured(model) for name, sensor in self.sensors(model).items()}
         sizes = {name: len(scalars) for name, scalars in measured.items()}
         read: list[Input] = []
-        program = read_equation(self.equation, sizes, self.parameters, read, self.title)
+        if self.function is not None:
+            return self._of_function(measured)
+        program = read_equation(str(self.equation), sizes, self.parameters, read, self.title)
         of_equation = len(read)
+        given = self._given(sizes, read)
+        scalars = tuple(self._scalar(one, measured) for one in read)
+        self._require_smooth(program)
+        return Formula(scalars, program, self._level(scalars[:of_equation]), given)
+
+    def _of_function(self, measured: Mapping[str, tuple[Measured, ...]]) -> Formula:
+        """Return the equation of the function: positions, then their rates and velocities, then what forces read."""
+        every = [z for scalars in measured.values() for z in scalars]
+        positions = [z for z in every if z.sort == POSITION]
+        level = int(self.level == "velocity")
+        moving = [z.of_rate() for z in positions] + [z for z in every if z.sort == VELOCITY]
+        if not level and len(positions) < len(every):
+            raise ModelError(
+                self.title,
+                found="a function of velocities at the level 'position'",
+                expected="level='velocity' for a function (t, x, v)",
+                remedy="Give level='velocity', or leave the velocities out of over",
+            )
+        if self.forces:
+            raise ModelError(
+                self.title,
+                found="forces beside a function",
+                expected="forces beside an equation",
+                remedy="Write the constraint as an equation, or add a force of its own",
+            )
+        functions = [None if f is None else imported(f, self.title) for f in (self.function, self.jacobian)]
+        return Formula(
+            tuple(positions + moving if level else positions),
+            Program.of(),
+            level,
+            (),
+            *functions,
+            self._callbacks,  # type: ignore[attr-defined]
+        )
+
+    def _given(self, sizes: Mapping[str, int], read: list[Input]) -> tuple[tuple[int, Program], ...]:
+        """Return the given forces: on which of the inputs, and their programs."""
         given = []
         for quantity, text in self.forces.items():
             pushed = read_equation(quantity, sizes, {}, read, self.title)
@@ -176,9 +252,7 @@ class Constraint(Joint):
                     remedy='Write forces={"v[0]": "-c*v[0]"}',
                 )
             given.append((int(pushed.args[0]), read_equation(text, sizes, self.parameters, read, self.title)))
-        scalars = tuple(self._scalar(one, measured) for one in read)
-        self._require_smooth(program)
-        return Formula(scalars, program, self._level(scalars[:of_equation]), tuple(given))
+        return tuple(given)
 
     def _scalar(self, one: Input, measured: Mapping[str, tuple[Measured, ...]]) -> Measured:
         if one.signal is not None:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-__all__ = ["Foreign"]
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from flexmb.errors import ModelError
+
+__all__ = ["Foreign", "imported"]
 
 
 class Foreign(str):
@@ -12,3 +18,26 @@ class Foreign(str):
     """
 
     __slots__ = ()
+
+
+def imported(function: Any, title: str, field: str = "function") -> Callable[..., Any]:
+    """Return a function, imported if it is named as "module:function"; ModelError if it may or can not be."""
+    if not isinstance(function, str):
+        return function
+    if isinstance(function, Foreign):
+        raise ModelError(
+            title,
+            found=f"{field} = {str(function)!r}: the file names Python code to be imported and run",
+            expected="a file whose author you know",
+            remedy="If you do, and know what the function does, give --trust, or load_model(path, trust=True)",
+        )
+    module, _, name = function.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ModelError(
+            title,
+            found=f"{field} = {function!r} ({error})",
+            expected="'module:function' of a module that can be imported",
+            remedy="Check both names, and that the module is on the path",
+        ) from error

@@ -70,7 +70,10 @@ def open_joint(system: System, work) -> CompileError:
     is_open = f"stays open by {metres:.3g} m{turned}"
     if not np.isfinite(metres + radians):
         formula = "Formula" in system.equation_names[system.joint_equations[name].start]
-        is_open = "has no value (nan)" if formula else "has its point beyond the end of its curve"
+        why = getattr(system.model.joint(name), "complaint", str)()
+        is_open = (
+            f"has no value (nan){': ' * bool(why)}{why}" if formula else "has its point beyond the end of its curve"
+        )
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
     remedy = (

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.linalg import sqrtm
 
 import flexmb as fmb
@@ -226,3 +227,56 @@ def test_contradictory_constraints_are_named():
     model = pendulum(SPHERE)
     with pytest.raises(CompileError, match=r"joint '(low|high)' stays open by"):
         fmb.check(model.without("c", "m", "r").with_parts(joints=joints))
+
+
+def sphere(t, x):
+    return x[0] ** 2 + x[1] ** 2 + x[2] ** 2 - (L + 0.1 * np.sin(3 * t)) ** 2
+
+
+def sphere_slope(t, x):
+    return 2.0 * np.asarray(x)
+
+
+def swept(t, x, v):
+    return v[0] * v[1] + x[2] * v[3] - 0.2 * t
+
+
+@pytest.mark.parametrize("jacobian", [None, sphere_slope])
+def test_function_is_the_equation(jacobian):
+    """Accelerations, multipliers and a motion; plain Python, and compiled by numba."""
+    over = [fmb.Position("q", marker="bob.center")]
+    text = "q[0]**2 + q[1]**2 + q[2]**2 = (L + 0.1*sin(3*t))**2"
+    models = [
+        pendulum(fmb.Constraint("c", over=over, equation=text, parameters={"L": L})),
+        pendulum(fmb.Constraint("c", over=over, function=sphere, jacobian=jacobian)),
+    ]
+    if jacobian is None:
+        models.append(pendulum(fmb.Constraint("c", over=over, function=njit(sphere))))
+    for model in models[1:]:
+        own, other = (fmb.accelerations(m) for m in (models[0], model))
+        np.testing.assert_allclose(other.a, own.a, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(other.lam, own.lam, rtol=1e-9, atol=1e-9)
+    a, b = (fmb.simulate(m, t_end=0.2, samples=5, integrator=fmb.GeneralizedAlpha(rtol=1e-5)) for m in models[:2])
+    np.testing.assert_allclose(a["p"], b["p"], atol=1e-9)
+
+
+def test_function_of_velocities():
+    over = [fmb.Position("q", marker="bob.center"), fmb.Velocity("u", marker="bob.center")]
+    text = "rate(q[0])*rate(q[1]) + q[2]*u[0] = 0.2*t"
+    one = pendulum(fmb.Constraint("c", over=over, equation=text))
+    two = pendulum(fmb.Constraint("c", over=over, function=swept, level="velocity"))
+    np.testing.assert_allclose(fmb.accelerations(one).a, fmb.accelerations(two).a, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (lambda t, x: float(x[0]) - 0.7, "TypeError"),
+        (lambda t, x: np.real(x[0]) - 0.7, "by a complex step and 1 by a difference; give jacobian="),
+        (lambda t, x: x[7], "IndexError"),
+        (lambda t, x: x[0] * np.nan, "no finite value"),
+    ],
+)
+def test_functions_that_fail_are_named(function, message):
+    with pytest.raises(CompileError, match=f"joint 'c' has no value.*{message}"):
+        fmb.check(pendulum(fmb.Constraint("c", over=[fmb.Position("q", marker="bob.center")], function=function)))
