@@ -1,13 +1,12 @@
 """Equations that a Python function computes, with all derivatives that `Formula` needs.
 
-First derivatives are those of the given Jacobian, or exact by complex steps: f(z + i h) = f + i h f' with h so small that
-nothing else is left (Squire & Trapp 1998). Second derivatives, along the motion and for the tangent, are differences
+First derivatives are those of the given Jacobian, or exact by complex steps: f(z + i h) = f + i h f' with h so small
+that nothing else is left (Squire & Trapp 1998). Second derivatives, along the motion and for the tangent, are differences
 of first ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -46,9 +45,7 @@ class FunctionOfScalars:
     level : int
     """
 
-    def __init__(
-        self, function: Callable[..., Any], jacobian: Callable[..., Any] | None, positions: int, n: int, level: int
-    ):
+    def __init__(self, function: Any, jacobian: Any, positions: int, n: int, level: int):
         self.function, self.jacobian, self.positions, self.n, self.level = function, jacobian, positions, n, level
         self.failure, self.looked = "", False
         self.pointer, self.address = callback(self._run)
@@ -81,7 +78,6 @@ class FunctionOfScalars:
 
     def _look(self, t: float, z: np.ndarray, slopes: np.ndarray) -> None:
         """Raise ValueError where first derivatives contradict differences: a function that drops imaginary parts."""
-        self.looked = True
         for k in range(self.n):
             h = LOOK * max(1.0, abs(z[k]))
             step = h * (np.arange(self.n) == k)
@@ -92,6 +88,7 @@ class FunctionOfScalars:
                     f"the derivative by argument {k} is {slopes[k]:.6g} by {how} and {difference:.6g} by a difference"
                     + ("" if self.jacobian else "; give jacobian=, or use functions that pass complex numbers")
                 )
+        self.looked = True
 
     def _run(self, inputs, outputs) -> None:
         given = np.ctypeslib.as_array(inputs, (2 + 3 * self.n,)).copy()
