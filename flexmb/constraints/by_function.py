@@ -1,8 +1,8 @@
 """Equations that a Python function computes, with all derivatives that `Formula` needs.
 
 First derivatives are those of the given Jacobian, or exact by complex steps: f(z + i h) = f + i h f' with h so small
-that nothing else is left (Squire & Trapp 1998). Second derivatives, along the motion and for the tangent, are differences
-of first ones.
+that nothing else is left (Squire & Trapp 1998). Second derivatives, along the motion and for the tangent, are
+differences of first ones.
 """
 
 from __future__ import annotations

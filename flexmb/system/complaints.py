@@ -55,6 +55,10 @@ def equations_of_forces(system: System, work) -> np.ndarray:
 def gaps(system: System, work) -> dict[str, tuple[float, float]]:
     """Return the residuals by joint: the largest of its distances, m, and of its angles, rad."""
     g = np.where(np.isfinite(work.equations["g"]), np.abs(work.equations["g"]), np.inf)
+    for k, name in enumerate(system.equation_names):
+        if name.endswith(": Formula"):  # its residual is no length: what Newton's method would close
+            own = np.max(np.abs(work.legs["gradient"][work.legs["equation"] == k]), initial=0.0)
+            g[k] = 0.0 if system.program.equation_level[k] == 1 else g[k] / (own if own > FLAT else 1.0)
     lengths = equations_of_forces(system, work)
 
     def widest(span: slice, of: np.ndarray) -> float:

@@ -40,8 +40,8 @@ def test_pendulum_by_its_equation_is_the_rod(integrator, within):
 
 
 KINDS = {
-    "holonomic": ("d = 0.9 + 0.1*c*d", {}),
-    "rheonomic": ("d**2 + 0.1*p[2] = 1 + 0.2*sin(3*t)", {}),
+    "holonomic": ("d = D + 0.1*c*d", {}),
+    "rheonomic": ("d**2 + 0.1*p[2] = E + 0.2*sin(3*t)", {}),
     "pfaffian": ("v[1] + 0.3*rate(c) = 0.1*cos(t)", {}),
     "nonlinear": ("w[0]**2 + v[0]*w[1] + f[2] = 0.4", {}),
     "non-ideal": ("f[1] - 0.2*w[2]", {"forces": {"f[1]": "-3*f[0] + t", "p[1]": "2*p[0]"}}),
@@ -60,7 +60,10 @@ def constrained(rng, kinds) -> fmb.Model:
         angular_velocity=(1, 2, 3),
     )
     b = fmb.RigidBody("b", mass=0.6, inertia=(0.1, 0.1, 0.15), at=ball, markers={"m": (0, 0, 0), "n": (0.5, 0.4, 0.3)})
-    ground = fmb.Ground(markers={"o": tuple(rng.normal(size=3) * 0.2 - 0.6)})
+    origin, end = rng.normal(size=3) * 0.2 - 0.6, np.array(ball) + (0.5, 0.4, 0.3)
+    ground = fmb.Ground(markers={"o": tuple(origin)})
+    far = float(np.linalg.norm(end - origin))
+    numbers = {"D": 1.01 * far, "E": far**2 + 0.1 * end[2] + 0.02}
     over = [
         fmb.Position("p", marker="b.n"),
         fmb.Distance("d", markers=("ground.o", "b.n")),
@@ -72,10 +75,10 @@ def constrained(rng, kinds) -> fmb.Model:
     joints = [fmb.Spherical("ball", markers=("a.m", "b.m"))]
     for name in kinds:
         equation, more = KINDS[name]
-        joints.append(fmb.Constraint(name, over=over, equation=equation, **more))
+        joints.append(fmb.Constraint(name, over=over, equation=equation, parameters=numbers, **more))
     left, equals, right = KINDS[kinds[-1]][0].partition(" = ")
     again = f"2.5*({left})" + (f" = 2.5*({right})" if equals else "")
-    joints.append(fmb.Constraint("again", over=over, equation=again))
+    joints.append(fmb.Constraint("again", over=over, equation=again, parameters=numbers))
     return fmb.Model(gravity=(0.3, 0, -9.81), bodies=[ground, a, b], joints=joints, sensors=[])
 
 
