@@ -229,14 +229,14 @@ class Constraint(Joint):
                 expected="forces beside an equation",
                 remedy="Write the constraint as an equation, or add a force of its own",
             )
-        functions = [None if f is None else imported(f, self.title) for f in (self.function, self.jacobian)]
+        function, jacobian = (None if f is None else imported(f, self.title) for f in (self.function, self.jacobian))
         return Formula(
             tuple(positions + moving if level else positions),
             Program.of(),
             level,
-            (),
-            *functions,
-            self._callbacks,  # type: ignore[attr-defined]
+            function=function,
+            jacobian=jacobian,
+            keep=self._callbacks,  # type: ignore[attr-defined]
         )
 
     def _given(self, sizes: Mapping[str, int], read: list[Input]) -> tuple[tuple[int, Program], ...]:
