@@ -16,7 +16,8 @@ from flexmb.integrate.explicit_steps import (
 from flexmb.integrate.stabilised import kinematics
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import State, pointer_kernel
-from flexmb.system.program import accelerations, constraint_velocity, keep_branches, project, unit_frames
+from flexmb.system.program import accelerations, constraint_velocity, keep_branches, unit_frames
+from flexmb.system.projection import project
 
 __all__ = ["accepting", "rates"]
 

@@ -17,7 +17,8 @@ from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble_as_drawn
 from flexmb.system.complaints import worst_equations
 from flexmb.system.mobility import shared_reactions
-from flexmb.system.program import accelerations, advance, evaluate, keep_branches, project
+from flexmb.system.program import accelerations, advance, evaluate, keep_branches
+from flexmb.system.projection import project
 
 __all__ = ["inverse_dynamics", "kinematics"]
 

@@ -9,7 +9,8 @@ from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import kinematics
 from flexmb.system.branches import Followed
-from flexmb.system.program import constraint_velocity, evaluate, keep_branches, project
+from flexmb.system.program import constraint_velocity, evaluate, keep_branches
+from flexmb.system.projection import project
 
 __all__ = ["Motion", "run_samples"]
 

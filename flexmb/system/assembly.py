@@ -29,8 +29,8 @@ from flexmb.system.program import (
     constraint_velocity,
     evaluate,
     increment,
-    project,
 )
+from flexmb.system.projection import project
 from flexmb.system.system import System
 
 __all__ = ["assemble", "consistent_start"]

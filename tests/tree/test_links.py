@@ -14,7 +14,8 @@ from verification import mechanisms
 import flexmb as fmb
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.system import assemble
-from flexmb.system.program import evaluate, project
+from flexmb.system.program import evaluate
+from flexmb.system.projection import project
 from flexmb.tree.link_motion import close_links, link_rates, loops_are_open
 from flexmb.tree.settle import unit_length
 
