@@ -39,7 +39,7 @@ class FlexmbError(Exception):
 
     def __init__(self, part: str, *, found: str, expected: str = "", remedy: str = ""):
         self.part, self.found, self.expected, self.remedy = part, found, expected, remedy
-        # what is no sentence of its own, "a number > 0", is introduced: it would begin in lower case after a full stop
+        # a fragment such as "a number > 0" is introduced: it would begin in lower case after a full stop
         wanted = expected if not expected or (expected[0].isupper() and ": " in expected) else f"Expected: {expected}"
         sentences = (text.strip().rstrip(".") for text in (found, wanted, remedy))
         body = " ".join(text + ("" if text.endswith("?") else ".") for text in sentences if text)

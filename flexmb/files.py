@@ -19,8 +19,8 @@ _PREFIX, _SUFFIX = ".flexmb.", ".part"
 def replacing(path: str | Path, part: str = "", doing: str = "write", *, folder: bool = False) -> Iterator[Path]:
     """Give a path beside `path` to write to; the file is moved to its place when the block ends.
 
-    After an exception inside the block, or a kill at any moment, the old file is as it was. What is no ordinary file (a
-    device, a pipe) is written directly; a link stays a link.
+    After an exception inside the block, or a kill at any moment, the old file is as it was. A target that is not an
+    ordinary file (a device, a pipe) is written directly; a link stays a link.
 
     Parameters
     ----------

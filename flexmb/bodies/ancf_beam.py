@@ -33,8 +33,8 @@ def _quadratic(x) -> np.ndarray:
 class AncfBeam(AncfLine):
     """A beam that stretches, shears, twists and bends, with constant mass matrix and no limit of rotation.
 
-    An element has three nodes with position and two directors, axes y and z of the section. Its strains are those of
-    a geometrically exact beam, integrated at two points: thin beams do not lock.
+    An element has three nodes with position and two directors, axes y and z of the section. It has the strains of a
+    geometrically exact beam, integrated at two points: thin beams do not lock.
 
     Parameters
     ----------
@@ -62,7 +62,8 @@ class AncfBeam(AncfLine):
     damping : float, s
         Stress resultants per rate of strain, as a multiple of the stiffness.
     rotary_inertia : (2,), kg m, optional
-        Moment of inertia per length about the section's axes y and z; by default density times those of the section.
+        Moment of inertia per length about the section's axes y and z; by default density times the section's moments of
+        inertia.
     velocity, angular_velocity : (3,), m/s and rad/s, in W
         Rigid motion at the start, of the origin of the body's axes.
     lumped_masses : pairs (fraction, kg)

@@ -195,7 +195,7 @@ class AncfLine(Body):
         return np.array([e for e, _ in found], int), np.array([x for _, x in found], float)
 
     def marker_nodes(self, fraction: float) -> np.ndarray:
-        """Return the nodes that move a marker: the one where it is, or those of its element."""
+        """Return the nodes that move a marker: the node at its place, or the nodes of its element."""
         e, x = self.element_at(fraction)
         nodes = self.element_nodes()[e]
         step = x * self.intervals
@@ -255,7 +255,7 @@ class AncfLine(Body):
 def element_momentum(nodes, mass, moments, q, u) -> np.ndarray:
     """Return linear and angular momentum (nt, 6) of elements with `nodes` (ne, k) for q, u (nt, nq).
 
-    Every node has the same number of vectors; masses (ne, nv, nv) and moments (ne, nv) are those of an element.
+    Every node has the same number of vectors; masses (ne, nv, nv) and moments (ne, nv) are per element.
     """
     width = moments.shape[1] // nodes.shape[1]
     of_element = (width * nodes[:, :, None] + np.arange(width)).reshape(len(nodes), -1)

@@ -56,7 +56,7 @@ class AncfPlate(Body):
     name : str
     points : (p, q, 3), m, in the body's axes
         A grid of points on the stress-free middle surface, at least 2 x 2. Along the first index runs the fraction s,
-        along the second t; the normal is that of s x t. Straight between two points, a cubic spline through more.
+        along the second t; the normal is s x t. Straight between two points, a cubic spline through more.
     thickness : float or grid (a, b), m
         One number, or values at equal steps of s and t, bilinear between.
     material : Material

@@ -46,7 +46,7 @@ class FloatingBody(Body):
         Leave out all deformation: the same body, rigid, for comparison.
     markers : mapping of interface or station to pose, optional
         Their axes, in body axes, where a joint's axis is not the z-axis of the mesh:
-        ``{"bore": Pose.axes(z=(0, 1, 0))}``. Their places are those of the data.
+        ``{"bore": Pose.axes(z=(0, 1, 0))}``. Their positions come from the data.
 
     Source: Banerjee 1993, eqs. 17-21, 41; Shabana, Dynamics of Multibody Systems, ch. 5.
     """
@@ -104,7 +104,7 @@ class FloatingBody(Body):
 
     @classmethod
     def similar(cls, name: str, *, data: ModalNeutralData, scale: float, **fields) -> FloatingBody:
-        """Make a body that is geometrically similar to that of the data: all lengths times `scale`, same material.
+        """Make a body that is geometrically similar to the data: all lengths times `scale`, same material.
 
         Masses then grow with scale^3, stiffness with scale, frequencies with 1/scale; equal strains mean equal
         stresses. So a part can be made longer, with all its other measures, without a new reduction.
@@ -137,7 +137,7 @@ class FloatingBody(Body):
     ) -> tuple[FloatingBody, ...]:
         """Return the bodies "name_1", "name_2" ... of the parts of a body (`flexmb.reduction.split`).
 
-        Place and motion are those of the whole; `flexmb.Fixed.at_cuts` joins them.
+        Position and motion refer to the whole; `flexmb.Fixed.at_cuts` joins the parts.
         """
         return tuple(
             cls(

@@ -15,7 +15,7 @@ def grid_of_mesh(mesh: Any, group: str | None, title: str) -> np.ndarray:
     """Return the nodes (p, q, 3), m, of the quadrilaterals of a mesh, or of one of its named groups, row by row.
 
     The first row begins at the corner with the lowest node number and runs as its quadrilateral is ordered, so that
-    the normal of the grid is that of the cells.
+    the grid has the normal of the cells.
 
     Raises
     ------

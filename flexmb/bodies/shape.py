@@ -72,8 +72,8 @@ class Extrusion(Shape):
     Parameters
     ----------
     outline : (n, 2), m
-        Corners in order, not closed, either way round; the two coordinates are those of the other axes in the order
-        x, y, z: (x, z) for the axis "y".
+        Corners in order, not closed, either way round; the two coordinates belong to the other axes in the order x, y,
+        z: (x, z) for the axis "y".
     depth : (2,), m
         From where to where along the axis.
     axis : "x", "y" or "z"

@@ -6,7 +6,7 @@ __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
+    """Run ``flexmb`` with the given arguments (by default the process's) and return the exit code."""
     try:
         from flexmb.cli import command_line
     except KeyboardInterrupt:  # who presses Ctrl-C while the package is loaded wants no list of its files

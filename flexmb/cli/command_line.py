@@ -53,7 +53,7 @@ MEMORY = 64_000_000
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run ``flexmb`` with the given arguments (those of the process by default) and return the exit code."""
+    """Run ``flexmb`` with the given arguments (by default the process's) and return the exit code."""
     shown, warnings.showwarning = warnings.showwarning, _show_warning
     lost, sys.unraisablehook = sys.unraisablehook, _strike_again
     command = "flexmb"

@@ -84,7 +84,7 @@ def _shown(folder: Path, run: Path) -> int:
     )
     print(clock)
     print(f"Report: flexmb report {run}")
-    print(f"Go on: flexmb run {folder / STATION} --set duration=2 --out {folder / 'slower'}")
+    print(f"Next: flexmb run {folder / STATION} --set duration=2 --out {folder / 'slower'}")
     return exit_code(solution)
 
 
@@ -166,7 +166,7 @@ def _table(solution: fmb.Solution) -> list[str]:
 
 
 def _draw(solution: fmb.Solution, path: Path) -> None:
-    """Draw retracted, middle and extended in one picture; a machine that cannot draw is told what it lacks."""
+    """Draw retracted, middle and extended in one picture; on a machine that cannot draw, say what is missing."""
     from flexmb import view
 
     first, last = solution.t[0], solution.t[-1]

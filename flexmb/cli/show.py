@@ -58,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _drawn(data: fmb.ModalNeutralData, modes: int, asked: str | None, usual: Path) -> Path | None:
-    """Draw the modes; where nobody asked for the picture, the reason why there is none is no error."""
+    """Draw the modes; a missing picture is an error only if it was requested."""
     from flexmb import view
 
     if modes == 0:

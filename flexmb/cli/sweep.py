@@ -6,8 +6,8 @@ Examples:
   flexmb sweep flap.toml --list variants.csv --keep
   flexmb sweep linkage.py:peak_force --over link=0.2:0.4:9
 
-The folder holds results.csv, and with --keep a run folder per variant. The same command goes on with a sweep that
-was cut off; what is there already is not computed again.
+The folder holds results.csv, and with --keep a run folder per variant. The same command continues an interrupted sweep
+and does not repeat finished rows.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def execute(arguments: argparse.Namespace) -> int:
             )
         except KeyboardInterrupt:
             if (folder / TABLE).is_file():
-                print(f"The rows so far are in {folder}; the same command goes on from there", file=sys.stderr)
+                print(f"The rows so far are in {folder}; the same command continues from there", file=sys.stderr)
             raise
     print(results)
     print(f"Table: {folder / TABLE}")

@@ -67,7 +67,7 @@ class Coupled(Equation):
     x, y : Coordinate
     ratio : float, - (m/rad, rad/m)
     offset : float, m or rad, optional
-        By default that of the configuration as described.
+        By default taken from the configuration as described.
     """
 
     x: Coordinate

@@ -55,7 +55,7 @@ def evaluate(raw, data, state, work):
 
 @dataclass(frozen=True)
 class NoTwist(Equation):
-    """The rotation from the axes of a to those of b is about an axis in the x-y plane of both."""
+    """The rotation from the axes of a to the axes of b is about an axis in the x-y plane of both."""
 
     table: ClassVar[Table] = Table("NoTwist", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True

@@ -142,7 +142,7 @@ class Unlock(Action):
     joint: str
 
     def check(self, model, asker: str) -> None:
-        """Raise ModelError if the joint does not exist, or is none that a lock leaves in the model."""
+        """Raise ModelError if the joint does not exist, or if a lock would not leave it in the model."""
         joint = model.joint(self.joint, asker)
         if not _drivable(joint):
             raise ModelError(

@@ -55,10 +55,10 @@ def apply(raw, data, state, work):
 class Actuator(OnCoordinate):
     """Drive a freedom of a joint with a given force or torque, positive in the positive sense of the freedom.
 
-    The effort may be a table over the freedom itself, times a signal: ``fmb.table([0, 0.1, 0.3], [0, -200, -900],
-    of="strut")`` is a spring with a bent characteristic. Outside the table its first and last values hold. It acts on
-    the body of the second marker and back on that of the first: a motor with its stator. Where the motion is given, not
-    the force, use `Drive`.
+    The effort may be a table over the freedom itself, times a signal:
+    ``fmb.table([0, 0.1, 0.3], [0, -200, -900], of="strut")`` is a spring with a bent characteristic. Outside the table
+    its first and last values hold. It acts on the body of the second marker and reacts on the body of the first: a
+    motor with its stator. Where the motion is given, not the force, use `Drive`.
 
     Parameters
     ----------

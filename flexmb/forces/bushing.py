@@ -141,8 +141,8 @@ class Bushing(Force):
     """Hold two markers together elastically in all six directions, eq. (bushing).
 
     The force is linear in the displacement d of marker b from marker a and in the rotation vector phi of its axes, both
-    in the axes of a; the moment is the one whose work is that of the elastic energy 1/2 (d, phi) K (d, phi), at any
-    rotation below half a turn; a run in which one with a stiffness against rotation turns further ends there.
+    in the axes of a. The moment follows from the elastic energy 1/2 (d, phi) K (d, phi), at any rotation below half a
+    turn. If a bushing with rotational stiffness turns further, the run ends there.
 
     Parameters
     ----------

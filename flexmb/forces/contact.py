@@ -202,9 +202,9 @@ class Contact(Force):
     """Let a sphere around marker b touch a plane, a sphere or a cylinder of marker a, eq. (contact).
 
     The normal force of a penetration p is ``stiffness p^exponent (1 + damping p')``, never pulling (Hertz; Hunt &
-    Crossley); friction is Coulomb's, regularised below the speed `transition`. The plane is that of x and y of marker a
-    with the body below it; the axis of the cylinder is z. Steps end where a contact begins and ends,
-    and resolve what is between.
+    Crossley); friction is Coulomb's, regularised below the speed `transition`. The plane is the x-y plane of marker a
+    with the body below it; the axis of the cylinder is z. Steps end where a contact begins and ends, and resolve what
+    is between.
 
     Parameters
     ----------

@@ -132,7 +132,7 @@ class JointFriction(OnCoordinate):
     transition : float, m/s or rad/s
         Speed at which the friction has reached 76 % of its full size.
     preload : signal, N
-        Normal force in addition to that of the reaction (a seal, a clamp).
+        Normal force in addition to the reaction (a seal, a clamp).
     radius : float, m, optional
         Lever of the friction force: needed where the joint turns.
     from_reaction : bool

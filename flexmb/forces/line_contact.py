@@ -179,8 +179,8 @@ class LineContact(Force):
     At three points of every element the force per length on the line is, eq. (line-contact), ``k p^e (1 + D p')`` along
     the normal, never pulling, and Coulomb's friction against the slip, regularised below the speed `transition`. p is
     the penetration of the centre line, measured from where it comes to lie: on the cylinder's radius plus `offset`. The
-    plane is that of x and y of the marker with the body below it; the axis of the cylinder is z. Lengths are those of
-    the line as drawn. `ForceOf` gives the wrench on the body of the marker: the torque of a belt on its pulley.
+    plane is the x-y plane of the marker with the body below it; the axis of the cylinder is z. Lengths refer to the
+    line as drawn. `ForceOf` gives the wrench on the body of the marker: the torque of a belt on its pulley.
 
     Parameters
     ----------

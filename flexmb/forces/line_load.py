@@ -54,8 +54,8 @@ def apply(raw, data, state, work):
 class LineLoad(Force):
     """Apply a force and a moment per length to a stretch of a cable or beam: wind, snow, buoyancy, pressure on a strip.
 
-    Lengths are those of the line as drawn, so the load of a stretch does not change when it is stretched. Pressure p on
-    a strip of the width b is a force -p b along the section's z-axis, with ``section_axes=True``.
+    Lengths refer to the line as drawn, so the load of a stretch does not change when it is stretched. Pressure p on a
+    strip of width b is a force -p b along the section's z-axis, with ``section_axes=True``.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class LineLoad(Force):
         "body.stretch", named in the body's `stretches`.
     force, moment : three signals, N/m and N m/m
     section_axes : bool
-        Components along the axes of the section (x along the line) and turning with it; otherwise those of W.
+        Components along the axes of the section (x along the line) and turning with it; otherwise along the axes of W.
     """
 
     name: str

@@ -39,9 +39,9 @@ def apply(raw, data, state, work):
 class TorsionSpring(OnCoordinate):
     """Turn a joint back with the moment ``stiffness (theta - free_angle) + damping theta'``, eq. (torsion-spring).
 
-    theta is the turn of the joint, from the x-axis of its first marker to that of its second about z. It is counted
-    through full turns: a spring that is wound three times pulls three times as far back. At the start theta lies in
-    (-pi, pi].
+    theta is the turn of the joint about z, from the x-axis of its first marker to the x-axis of its second. It is
+    counted through full turns: a spring that is wound three times pulls three times as far back. At the start theta
+    lies in (-pi, pi].
 
     Parameters
     ----------

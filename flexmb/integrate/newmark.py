@@ -98,7 +98,7 @@ def _correct(program, v, c, h, scale):
 
 @inner_kernel
 def _norm(v, d, tolerance):
-    """Largest displacement of `d` relative to its tolerance; what is no number is handed on."""
+    """Largest displacement of `d` relative to its tolerance; non-finite values are returned unchanged."""
     largest = 0.0
     for i in range(len(v.u)):
         x = abs(d[i]) * v.extent[i] / (tolerance * v.reach[i])

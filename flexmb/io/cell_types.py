@@ -1,4 +1,4 @@
-"""Numbers of cell types in VTK and XDMF; meshio's node order is that of VTK."""
+"""Numbers of cell types in VTK and XDMF; meshio uses VTK's node order."""
 
 from __future__ import annotations
 

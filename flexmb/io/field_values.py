@@ -226,7 +226,7 @@ def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any
 
 
 def _parameters(make: Callable[..., Any]) -> dict[str, inspect.Parameter]:
-    """Return the parameters that may be given by name; a constructor that passes others on has those of its class."""
+    """Return the parameters that may be given by name; a constructor that passes on others also has its class's."""
     own = inspect.signature(make).parameters
     named = {name: p for name, p in own.items() if p.kind is not p.VAR_KEYWORD}
     if len(named) < len(own) and not _takes_any(make):

@@ -17,7 +17,7 @@ _RESERVED = {"t", *CONSTANTS, *FUNCTIONS}
 
 
 def resolve(tables: Mapping[str, Any], overrides: Mapping[str, Any], file: str) -> dict[str, Any]:
-    """Return the values of all parameters: those of the file, replaced by `overrides`, expressions evaluated.
+    """Return the values of all parameters: from the file, replaced by `overrides`, expressions evaluated.
 
     Raises
     ------

@@ -24,7 +24,7 @@ _MERGED = ("parameters", "signals", "simulation")
 def read_tables(path: Path, chain: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Return the tables of a model file, with its base before its own and with the shared parameters it names.
 
-    Parts of the base come first; values of [parameters], [signals] and [simulation] replace those of the base.
+    Parts of the base come first; values of [parameters], [signals] and [simulation] replace the base's.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def _base_path(base: Any, path: Path, chain: tuple[Path, ...]) -> Path:
 
 
 def _joined(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
-    """Return the tables of a base with those of the file that builds on it."""
+    """Return the tables of a base joined with the tables of the file that builds on it."""
     whole = {**base, **own}
     for name in _LISTS:
         if isinstance(base.get(name), list) and isinstance(own.get(name), list):

@@ -1,4 +1,4 @@
-"""The kinds that model files know: what the rooms of parts list, and the objects that stand in their fields."""
+"""The kinds that model files know: the lists of the rooms of parts, and the objects allowed in their fields."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def parts() -> dict[str, dict[str, type]]:
 
 @cache
 def values() -> dict[str, type]:
-    """Return the classes of objects that may stand in a field as ``{kind = ...}``."""
+    """Return the classes of objects allowed in a field as ``{kind = ...}``."""
     from flexmb import bodies, events, forces, joints, sensors
     from flexmb.fem.section import Section
     from flexmb.model.material import Material

@@ -40,7 +40,7 @@ def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None, *,
     path : path
         Model file; files it names (reduced bodies, assemblies) are relative to it.
     parameters : mapping of str to number, text or list
-        Values that replace those of the table ``[parameters]``.
+        Values that replace the table ``[parameters]``.
     trust : bool
         May Python functions be imported that the file names (`UserForce`)? They can do whatever you can; without trust
         the model can be looked at, but not computed.
@@ -74,7 +74,7 @@ def load_simulation(
 ) -> Simulation:
     """Return the settings of the table ``[simulation]`` of a model file.
 
-    A given `t_end` (s) or number of `samples` replaces that of the file; with `t_end` the table may be missing.
+    A given `t_end` (s) or number of `samples` replaces the file's; with `t_end` the table may be missing.
     """
     path = Path(path)
     tables = read_tables(path)

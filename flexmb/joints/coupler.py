@@ -17,11 +17,11 @@ __all__ = ["Coupler"]
 class Coupler(Joint):
     """Let the coordinates of two joints keep the ratio ``x_A - x_A0 = ratio (x_B - x_B0)``, eq. (coupled).
 
-    Coordinates are turns (rad, counted through full turns) and slides (m), those of the configuration as described are
-    x_A0 and x_B0. Gears on parallel axes with radii r_A and r_B, joined to one frame, have the ratio -r_B/r_A if
-    they mesh outside, +r_B/r_A if one is a ring. For a planetary gear take the joints between the wheels and the
-    carrier; for a right-angle gearbox two revolute joints on its casing. The reaction is that on the second marker of
-    the first joint; the casing carries the difference of the torques.
+    Coordinates are turns (rad, counted through full turns) and slides (m); x_A0 and x_B0 are their values in the
+    configuration as described. Gears on parallel axes with radii r_A and r_B, joined to one frame, have the ratio
+    -r_B/r_A if they mesh outside, +r_B/r_A if one is a ring. For a planetary gear take the joints between the wheels
+    and the carrier; for a right-angle gearbox two revolute joints on its casing. The reaction is that on the second
+    marker of the first joint; the casing carries the difference of the torques.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class PointOnCurve(Joint):
     closed : bool
         The curve returns to its first point, which is given once.
     ends : "extend" or "error"
-        Beyond the ends of an open curve: go on straight, or stop the simulation with an error.
+        Beyond the ends of an open curve: continue straight, or stop the simulation with an error.
     along : "x", "y" or "z", optional
         Sweep the curve along this axis.
     """

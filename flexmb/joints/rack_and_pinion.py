@@ -58,7 +58,7 @@ class RackAndPinion(Joint):
         self.equations_in(model)
 
     def resolved_markers(self, model) -> tuple[str, ...]:
-        """Return the markers of the rack's joint and those of the pinion's."""
+        """Return the markers of the rack's joint, then of the pinion's."""
         return tuple(m for name in self.joints[::-1] for m in model.joint(name, self.title).markers)
 
     def equations_in(self, model):

@@ -22,7 +22,7 @@ class Rod(Joint):
     markers : (str, str)
         Marker a and marker b; the reaction on b points along the rod, positive multiplier = compression.
     length : float, m, optional
-        Distance kept; by default that of the undeformed model as described.
+        Distance kept; by default the distance in the undeformed model as described.
     """
 
     _: KW_ONLY

@@ -93,7 +93,7 @@ class ModifiedLink(_Link):
     Parameters
     ----------
     a, alpha : float, m and rad
-        Length and twist of the link before, from its axis to that of this joint.
+        Length and twist of the previous link, from its axis to the axis of this joint.
     d, theta, slides, mass, center_of_mass, inertia
         As in `StandardLink`.
     """
@@ -119,8 +119,8 @@ def serial_arm(
     """Return a chain of rigid bodies, drawn with all joint coordinates zero.
 
     Bodies are "link_1", "link_2", ... with the frames of the table, joints "joint_1", ...; marker "base" of the ground
-    and marker "tool" of the last link are the ends of the chain. The joint coordinates of the table are those of
-    `JointTree`, in order.
+    and marker "tool" of the last link are the ends of the chain. The joint coordinates of the table are the coordinates
+    of `JointTree`, in order.
 
     Parameters
     ----------

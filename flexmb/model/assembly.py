@@ -95,7 +95,7 @@ def _require_own_axes(model, prefix: str, pose: Pose) -> None:
 
 
 def joined(*models):
-    """Return one model of the parts of all; the grounds become one, name and gravity are those of the first.
+    """Return one model of the parts of all; the grounds become one, name and gravity come from the first.
 
     Raises
     ------

@@ -19,7 +19,7 @@ from flexmb.model.expression import Program
 __all__ = ["Breaks", "breakpoints"]
 
 RECORD = 1000
-"""Points from which on a table is a record of something that goes on all the time: then only its ends count."""
+"""From this number of points on, a table is a record of continuous change: only its ends count."""
 BENT = 1e-12
 """Change of the coefficients at a point of a table, relative to its values, below which it is rounding."""
 MOST = 200_000

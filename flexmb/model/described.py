@@ -1,4 +1,4 @@
-"""What descriptions have in common: a misspelt, missing or unnamed field is told as such, numbers are numbers."""
+"""What descriptions have in common: clear errors for misspelt, missing or unnamed fields, and checked numbers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = [
 
 
 def is_number(value: Any) -> bool:
-    """Is it one finite real number? True and False are none."""
+    """Is it one finite real number? Booleans do not count."""
     real = isinstance(value, int | float | np.number) and not isinstance(value, bool | np.complexfloating)
     try:
         return real and math.isfinite(value)

@@ -14,7 +14,7 @@ __all__ = ["Foreign", "imported"]
 class Foreign(str):
     """A text "module:function" from a model file that was read without trust in its author.
 
-    It stays what it is in copies of the part, in processes and in files; whoever would import it looks at its type.
+    It keeps its type in copies of the part, in processes and in files. Code that would import it checks the type.
     """
 
     __slots__ = ()

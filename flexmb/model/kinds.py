@@ -162,7 +162,7 @@ class Body(Part):
         return {}
 
     def marker_gaps(self) -> dict[str, tuple[int, ...]]:
-        """Return by name the blocks that do not move a marker although they lie among those of `marker_blocks`."""
+        """Return by name the blocks among `marker_blocks` that do not move the marker."""
         return {}
 
     def marker_poses(self) -> dict[str, Pose]:
@@ -206,7 +206,7 @@ class Equation:
     stiffens: ClassVar[bool] = True
 
     def involved(self, markers: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the markers on which the equation acts, of those of the joint: one leg each, in this order."""
+        """Return the joint's markers on which the equation acts: one leg each, in this order."""
         return markers[:2]
 
     def record(self, compiler, markers: tuple[int, ...]) -> tuple:
@@ -274,7 +274,7 @@ class Joint(Part):
         return self
 
     def resolved_markers(self, model) -> tuple[str, ...]:
-        """Return the names of the two markers (a drive has those of its joint, a coupler the four of both)."""
+        """Return the names of the two markers (a drive has its joint's markers, a coupler the four of both joints)."""
         return self.markers
 
 

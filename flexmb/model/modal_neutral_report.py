@@ -27,7 +27,7 @@ class Quality(dict):
 
 
 def report(data: ModalNeutralData) -> str:
-    """Return the quality report, one paragraph per question; every number stands in ``data.quality`` too.
+    """Return the quality report, one paragraph per question; ``data.quality`` holds every number.
 
     Parameters
     ----------

@@ -73,7 +73,7 @@ class Model(metaclass=Described):
                 part.check(self)
 
     def _check_ground(self) -> None:
-        """Raise ModelError unless the name "ground" is that of the one body that cannot move."""
+        """Raise ModelError unless "ground" names the one body that cannot move."""
         for body in self.bodies:
             if body.n_velocities == 0 and body.name != GROUND:
                 raise ModelError(
@@ -187,5 +187,5 @@ class Model(metaclass=Described):
         return placed(self, prefix, at=at, rotation=rotation)
 
     def __add__(self, other: Model) -> Model:
-        """Return the parts of both as one model, with one ground; name and gravity are those of the first."""
+        """Return the parts of both as one model, with one ground; name and gravity come from the first."""
         return joined(self, other) if isinstance(other, Model) else NotImplemented

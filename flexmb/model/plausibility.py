@@ -1,6 +1,6 @@
 """Numbers in units that cannot be meant: said as doubts, because a model may be of another world.
 
-A speed of sound alone does not tell them all: a modulus in GPa and a density in kg/mm3 have that of steel.
+The speed of sound alone does not reveal every mistake: a modulus in GPa with a density in kg/mm3 gives steel's.
 """
 
 from __future__ import annotations

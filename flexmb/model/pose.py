@@ -31,7 +31,7 @@ def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
 
 
 def rotation3(value: Any, part: str, field: str) -> np.ndarray:
-    """Return a rotation as a matrix (3, 3); ModelError naming part and field if it is none."""
+    """Return a rotation as a matrix (3, 3); ModelError naming part and field if it is not a rotation."""
     if value is None:
         return np.eye(3)
     known = hasattr(value, "as_matrix") or finite_array(value).shape in ((3,), (3, 3))

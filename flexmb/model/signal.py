@@ -62,7 +62,7 @@ class Signal(metaclass=Described):
 
     @cached_property
     def extent(self) -> tuple[int, int]:
-        """Number of operations, and how deep signals stand in each other."""
+        """Number of operations, and how deeply signals are nested."""
         return len(self.program().ops), 1
 
     def _require_extent(self) -> None:

@@ -20,7 +20,7 @@ SHORTEST = 1e-7
 MOST = 500_000
 """Cells that are looked at together before the search ends."""
 ENTRY, FINER = 40, 4.0
-"""So many cells are marked where a signal becomes so many times finer; then whoever integrates has seen it."""
+"""So many cells are marked where a signal becomes so many times finer; after them the integrator has seen it."""
 
 
 def resolution(program: Program, pieces: np.ndarray) -> tuple[np.ndarray, bool]:

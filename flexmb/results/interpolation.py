@@ -1,7 +1,7 @@
 """The state between two samples: cubic Hermite interpolation of coordinates and velocities.
 
-The rate of a frame is ``r' = R v``, ``p' = 1/2 p o (0, w)``; all other rates are the velocities themselves. The error
-of q is of fourth order in the time between samples, that of u as well, that of multipliers of second order.
+The rate of a frame is ``r' = R v``, ``p' = 1/2 p o (0, w)``; all other rates are the velocities themselves. The errors
+of q and u are of fourth order in the time between samples, the error of multipliers of second order.
 """
 
 from __future__ import annotations

@@ -195,7 +195,7 @@ class Solution:
         path : path
         write_model : callable Model -> text, optional
             Makes the text of the model that is stored beside it (flexmb.io has one). Without it the file holds the
-            samples and tables, and `load` must be told the model if more than the stored sensors is wanted.
+            samples and tables, and `load` needs the model for anything beyond the stored sensors.
         """
         bodies = floating_data(self.model) if self.model is not None else {}
         values = {name: self[name] for name in self.sensor_names}

@@ -52,12 +52,12 @@ class Status:
 
     @staticmethod
     def running(t: float, who: str = "another process") -> Status:
-        """The run goes on: the file was read while it was written."""
+        """The run is in progress: the file was read while it was written."""
         return Status("running", f"{who} has come to t = {t:.6g} s", "Read it again later for more")
 
     @staticmethod
     def failed(message: str, remedy: str) -> Status:
-        """The integrator could not go on; all samples so far are there."""
+        """The integrator could not continue; all samples so far are there."""
         return Status("failed", message, remedy)
 
     @property

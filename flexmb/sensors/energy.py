@@ -19,8 +19,8 @@ WORKS = ("work_of_loads", "work_of_drives", "dissipated")
 class Energy(Sensor):
     """Energy of the whole system, (nt,), J.
 
-    ``total = kinetic + strain + potential``: strain is that of flexible bodies, potential that of gravity and springs.
-    The balance is ``total(t) - total(0) = work_of_loads + work_of_drives - dissipated``.
+    ``total = kinetic + strain + potential``: strain belongs to flexible bodies, potential to gravity and springs. The
+    balance is ``total(t) - total(0) = work_of_loads + work_of_drives - dissipated``.
 
     Parameters
     ----------

@@ -104,7 +104,7 @@ class JointCoordinate(Sensor):
         return self._unwrapped(series.t, angle, rate, second)
 
     def joined(self, pieces) -> np.ndarray:
-        """Return the values of consecutive phases; an angle goes on counting from the end of the phase before."""
+        """Return the values of consecutive phases; an angle continues from the end of the phase before."""
         pieces = [np.asarray(piece, float) for piece in pieces]
         for k in range(1, len(pieces)):
             before, now = pieces[k - 1][-1], pieces[k][0]

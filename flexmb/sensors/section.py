@@ -76,7 +76,7 @@ class SectionForces(_AtSection):
 
 @dataclass(frozen=True, eq=False)
 class SectionStrains(_AtSection):
-    """Strains of a cable or beam at a fraction of its length, beyond those of the stress-free line.
+    """Strains of a cable or beam at a fraction of its length, relative to the stress-free line.
 
     Beams: axial strain, shears y and z (-), twist, curvatures y and z (1/m), (nt, 6). Cables: axial strain (-) and
     curvature (1/m), (nt, 2).

@@ -1,7 +1,7 @@
 """The folder of a study: what was asked, every row as soon as it is there, and the table.
 
-``study.json`` holds the settings, ``rows.jsonl`` one line per row in the order of completion: a study that was cut off
-goes on where it stopped. ``results.csv`` (and ``results.parquet``) is the table.
+``study.json`` holds the settings, ``rows.jsonl`` one line per row in the order of completion: an interrupted study
+continues where it stopped. ``results.csv`` (and ``results.parquet``) is the table.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _CHANGED = {
 
 
 class StudyFolder:
-    """Opens a folder for a study: a new one, or the folder of the same study, to go on with it.
+    """Opens a folder for a study: a new one, or the folder of the same study, to continue it.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class StudyFolder:
             raise self._error(
                 "it holds another study: "
                 + "; ".join(_CHANGED.get(name) or _difference(name, stored, now) for name in different),
-                "the same settings, to go on with it",
+                "the same settings, to continue it",
                 "Give another folder with --out; what was computed stays in this one",
             )
 

@@ -41,7 +41,7 @@ REDUCTIONS: dict[str, Callable[[np.ndarray, np.ndarray], float]] = {
     "time_of_min": lambda t, y: float(t[y.argmin()]),
     "time_of_peak": lambda t, y: float(t[np.abs(y).argmax()]),
 }
-"""Name to f(t, y): ``peak`` is the largest magnitude; mean and rms are those of the polygon through the samples."""
+"""Name to f(t, y): ``peak`` is the largest magnitude; mean and rms refer to the polygon through the samples."""
 
 
 class Column(NamedTuple):

@@ -32,10 +32,10 @@ class ModelFile:
     ----------
     path : str
     parameters : mapping
-        Values that replace those of the file in all variants.
+        Values that replace the file's in all variants.
     t_end : float, s, optional
     samples : int, optional
-        Replace those of ``[simulation]``.
+        Replace the values of ``[simulation]``.
     """
 
     path: str
@@ -112,7 +112,7 @@ class FunctionSource:
     ----------
     function : callable
         Of a module that the workers can import: no lambda, and in a script below ``if __name__ == "__main__"`` only
-        what shall not run again in every worker.
+        code that must not run again in every worker.
     parameters : mapping
         Arguments that stay the same.
     t_end : float, s, optional

@@ -67,7 +67,7 @@ def sweep(
         Parameters that have the same other value in all variants.
     t_end : float, s, optional
     samples : int, optional
-        Replace those of the model file.
+        Replace the values of the model file.
     folder : path, optional
         Where the table and all rows are stored. If it holds this very study already, only missing rows are computed.
     keep_runs : bool
@@ -110,7 +110,7 @@ def sweep(
 
 
 def _opened(folder, plan: Plan, origin, outputs, keep_runs: bool) -> StudyFolder | None:
-    """Return the folder of the study, new or to go on with."""
+    """Return the folder of the study, new or to continue."""
     if folder is None:
         return None
     asked = {"outputs": list(outputs) if outputs is not None else None, "runs": keep_runs}

@@ -66,7 +66,7 @@ class Worker:
 
 @contextmanager
 def _environment():
-    """What a new process shall inherit: one BLAS thread, and no end by Ctrl-C, which is for the parent to handle."""
+    """What a new process inherits: one BLAS thread, and Ctrl-C ignored, because the parent handles it."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:

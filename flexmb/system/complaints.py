@@ -122,7 +122,7 @@ def flat_equation(system: System, work) -> CompileError | None:
 def idle_equation(system: System, state, work) -> CompileError | None:
     """Return the error about an equation that is not satisfied and that no small motion changes, if there is one.
 
-    Two axes that shall be perpendicular and are drawn parallel: no direction is better than another.
+    Two axes should be perpendicular and are drawn parallel: no direction is better than another.
     """
     work.coefficients[3] = 0.0
     evaluate(system.program, state, work)
@@ -144,7 +144,7 @@ def idle_equation(system: System, state, work) -> CompileError | None:
 
 
 def singular(system: System, state, work, place: int) -> CompileError:
-    """Return the error that names the force that is no number, or else the body or equation without pivot."""
+    """Return the error that names the force that is not finite, or else the body or equation without pivot."""
     unknown_force = _without_number(system, state)
     if unknown_force is not None:
         return unknown_force

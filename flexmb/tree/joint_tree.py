@@ -65,7 +65,7 @@ class JointTree:
     ----------
     model : Model
     cut : tuple of str
-        Joints that shall be cut; by default those that leave the fewest closing equations.
+        Joints to cut; by default the choice that leaves the fewest closing equations.
     keep : tuple of str
         Joints that must carry a body.
 
@@ -342,7 +342,7 @@ class JointTree:
         ----------
         marker : str
         at : Pose or (3,), m
-            Where the marker shall be, in W.
+            The pose to reach, in W.
         start : (nq,), optional
             Where the search begins; the assembled start unless given. Modes, driven and free coordinates stay there.
         limits : dict of coordinate name to (low, high), rad or m, optional

@@ -49,7 +49,7 @@ class Recursive(metaclass=Described):
     Parameters
     ----------
     cut : tuple of str
-        Joints (or drives) that shall be cut; by default those that leave the fewest closing equations.
+        Joints (or drives) to cut; by default the choice that leaves the fewest closing equations.
     """
 
     cut: tuple[str, ...] = ()

@@ -121,7 +121,7 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
     ----------
     system : System
     cut : tuple of str
-        Joints that shall close loops, if any are preferred.
+        Joints to cut: they close loops.
     carriers : (tuple of str, tuple of str), optional
         Joints that may carry a body (unless given: all), and those that must.
 

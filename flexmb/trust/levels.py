@@ -79,8 +79,8 @@ def constraint_levels(phase: Phase, system: Any, samples: Iterable[int]) -> list
 def _sizes(phase: Phase, system, work) -> tuple[float, float, float]:
     """Return the size of the model (m), its greatest speed (m/s) and acceleration (m/s2) over all samples.
 
-    Angles count as the displacements they cause at the size of the model, so a model without a motion at large still
-    has scales: those of its gravity.
+    Angles count as the displacements they cause at the size of the model, so a model without large motion still has
+    scales, from its gravity.
     """
     evaluate(system.program, _state(phase, system, 0, 0.0), work)
     places = work.markers["r"]

@@ -24,7 +24,7 @@ __all__ = ["verify"]
 SAMPLES = 7
 """Samples of every phase at which equations are looked at."""
 HELD = 1e-2
-"""Limit of open constraints, relative to that of the answers."""
+"""Limit of open constraints, relative to the limit of the answers."""
 DENSE = 200
 """Unknowns up to which accelerations are compared by a null space, beyond by recursion."""
 
@@ -49,15 +49,15 @@ def verify(
     solution : Solution
         With its model, in memory or from a run folder.
     within : float
-        The share of its largest value within which an answer shall hold; also the limit for forces and energy that
-        nothing explains. Constraints shall hold within a hundredth of it.
+        Tolerance of an answer, as a share of its largest value; also the limit for unexplained forces and energy.
+        Constraints must hold within a hundredth of it.
     integrator : integrator, optional
         By which the solution was made; one of `simulate` knows it.
     window : (float, float), s, optional
         Where another integrator repeats the run; default: all of it, of a run with more than 20 000 steps a tenth
         about its fastest motion.
     progress : callable (text), optional
-        Is told what is being done.
+        Called with a text for each stage.
 
     Raises
     ------

@@ -66,7 +66,7 @@ def render(
 def overlay(solution, path: str | Path, *, times, camera=None, size=(1600, 900), scale: float = 1.0) -> Path:
     """Draw several states in one picture: the last one solid with its stress, those before it translucent.
 
-    Parameters are those of `render`; `times` has the states in the order in which they fade in.
+    Parameters as in `render`; `times` lists the states in the order in which they fade in.
     """
     picture = _checked(path, STILL)
     scene, frames = _scene(solution, times, default_all=True)

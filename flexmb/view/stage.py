@@ -20,12 +20,12 @@ FRAMING, DIRECTIONS = 60, 400  # frames and points by which the camera is placed
 MEGA = 1e-6
 COLORS = {"flexible": "#6f9fc8", "joints": "#33404d", "springs": "#c98a2b", "supports": "#8b949d"}
 RIGID = ("#9fb1c2", "#c98f5a", "#7fa593", "#e9e6dd", "#9d93b4", "#c7b979")
-"""Rigid bodies take these colours one after the other, so that neighbours are told apart."""
+"""Rigid bodies take these colours one after the other, so that neighbours differ."""
 ELASTIC_LABEL = "von Mises stress [MPa]"
 
 
 class Look(NamedTuple):
-    """How a state is drawn: opacity, and the colour of bodies that show no stress (None: that of their family)."""
+    """How a state is drawn: opacity, and the colour of bodies that show no stress (None: their family's)."""
 
     opacity: float = 1.0
     color: str | None = None
@@ -166,7 +166,7 @@ class Stage:
 
 
 def part_color(scene: Scene, part: DrawnPart) -> str:
-    """Return the colour of a part without stress: that of its family, or its own among the rigid bodies."""
+    """Return the colour of a part without stress: its family's, or its own among the rigid bodies."""
     rigid = [other.name for other in scene.parts if other.look == "rigid"]
     return COLORS[part.look] if part.look in COLORS else RIGID[rigid.index(part.name) % len(RIGID)]
 
@@ -233,7 +233,7 @@ def camera_position(points, camera, up, aspect: float, room: float):
     Parameters
     ----------
     points : (n, 3), m
-        What shall be seen.
+        Points to show.
     camera : (3,)
         Direction to look from.
     up : (3,)

@@ -60,7 +60,7 @@ class Flat:
     skipped: Counter[str] = field(default_factory=Counter)
     """Elements that are no structure, and numbers in sets that do not exist, by words."""
     blocks: list[tuple[Block, str]] = field(default_factory=list)
-    """What is no mesh, each with its scope; those of a part once per instance."""
+    """Keywords beyond the mesh, each with its scope; keywords of a part once per instance."""
 
     def nodes_of(self, word: str, scope: str, block: Block) -> list[int]:
         """Return the nodes of a number or of a set, seen from a scope."""

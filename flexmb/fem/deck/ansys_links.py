@@ -158,7 +158,9 @@ def _terms(command: Command, first: int) -> list[tuple[str, str, str]]:
 def _row(command: Command, word: str, label: str, deck: Deck, frames: Frames) -> tuple[np.ndarray, np.ndarray]:
     """Return the six freedoms of a node and the row of one of its nodal directions over them."""
     if label not in FREEDOMS:
-        raise command.wrong(f"the freedom '{label}'", f"One of: {', '.join(FREEDOMS)}", "Remove what is no structure")
+        raise command.wrong(
+            f"the freedom '{label}'", f"One of: {', '.join(FREEDOMS)}", "Remove the freedom: only structures are read"
+        )
     if not word.lstrip("+").isdigit():
         raise command.wrong(f"the node '{word}'", "a node number")
     node = int(deck.numbers([int(word)], f"{command.where}, {command.name}")[0])
