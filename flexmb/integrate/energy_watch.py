@@ -20,6 +20,8 @@ SHARE = 0.05
 STANDING = 1e-4
 """Part of the potential and elastic energy that is there all the time which counts as one that moves: where a heavy
 mechanism hardly moves, a displacement within tolerance is all the energy that there is."""
+SEEN = 10
+"""Steps from sample to sample up to which the samples show what moves: a swing takes more."""
 REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Explicit to compare"
 
 
@@ -41,12 +43,17 @@ class EnergyWatch:
     system : System
     work : Work
         Scratch.
+
+    What is left unexplained is known at every sample, however few there are: works are summed up in the steps. What it
+    is compared with is the largest energy that the samples show, which says little where a motion goes to and fro
+    between them.
     """
 
     def __init__(self, system, work):
         self.system, self.work = system, work
         self.start: np.ndarray | None = None
         self.left, self.moving, self.standing = 0.0, 0.0, 0.0
+        self.samples, self.reach = 0, 0.0
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
         self._inertia: np.ndarray | None = None
@@ -68,6 +75,8 @@ class EnergyWatch:
         moved = np.column_stack([now[:, :1], np.abs(now - self.start)[:, 1:6]])
         self.moving = max(self.moving, float(moved.max()))
         self.standing = max(self.standing, float(np.abs(energy[:, 1:]).sum(axis=1).max()))
+        self.samples += len(now)
+        self.reach = max(self.reach, float((np.abs(rows["a"]) @ self._levers(rows)).max()))
         left = now[:, 6] - self.start[6]
         k = int(np.argmax(np.abs(left)))
         if abs(left[k]) > abs(self.worst[0]):
@@ -84,18 +93,46 @@ class EnergyWatch:
             switching.touched[:] = 0.0
         if np.any(touched > 0.0):
             return self.system.switch_owners[int(np.argmax(touched))]
+        power = self._inertias(rows) * np.abs(rows["a"] * rows["u"]).sum(axis=0)
+        spans = {body.title: self.system.body_slices[body.name][1] for body in self.system.model.bodies}
+        return max(spans, key=lambda title: float(power[spans[title]].sum()))
+
+    def _inertias(self, rows: dict[str, np.ndarray]) -> np.ndarray:
+        """Return the diagonal of the mass matrix (nu,) at the first sample."""
         if self._inertia is None:
             self.work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
             evaluate(self.system.program, self.system.state(rows["t"][0], rows["q"][0], rows["u"][0]), self.work)
             self._inertia = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
-        power = self._inertia * np.abs(rows["a"] * rows["u"]).sum(axis=0)
-        spans = {body.title: self.system.body_slices[body.name][1] for body in self.system.model.bodies}
-        return max(spans, key=lambda title: float(power[spans[title]].sum()))
+        return self._inertia
 
-    def sentences(self) -> list[str]:
-        """Return what is to be told of the phase: one sentence, or none."""
+    def _levers(self, rows: dict[str, np.ndarray]) -> np.ndarray:
+        """Return what makes accelerations an energy (nu,): that of their inertia forces over the length of the model,
+        or a radian.
+        """
+        units = self.system.units
+        return self._inertias(rows) / np.where(units > 0.0, units, 1.0)
+
+    def _share(self, steps: int) -> float:
+        """Return the part of the energy that moves which no law explains; where few samples show it, at the least."""
+        moves = max(self.moving, STANDING * self.standing, 1e-300)  # of all that has moved: see SHARE
+        return abs(self.worst[0]) / (max(moves, self.reach) if self._sparse(steps) else moves)
+
+    def _sparse(self, steps: int) -> bool:
+        return steps > SEEN * self.samples
+
+    def notes(self, steps: int) -> list[str]:
+        """Return why no judgement is possible, if none is: few samples, and nothing that is too much in any case."""
+        if not self._sparse(steps) or self.sentences(steps):
+            return []
+        return [
+            f"the balance of energy was looked at in {self.samples} samples of {steps} steps, too few to know how much "
+            "energy moves between them: less than a gross error is not noticed. More samples make it sharp"
+        ]
+
+    def sentences(self, steps: int) -> list[str]:
+        """Return what is to be told of the phase after a number of steps: one sentence, or none."""
         left, t = self.worst
-        share = abs(left) / max(self.moving, STANDING * self.standing, 1e-300)  # of all that has moved: see SHARE
+        share = self._share(steps)
         if not share > SHARE:
             return []
         owner = max(self.blame, key=lambda title: self.blame[title])

@@ -6,12 +6,13 @@ import sys
 import warnings
 from contextlib import redirect_stdout
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.breaks import just_before
+from flexmb.integrate.drive_work import WorkOfDrives
 from flexmb.integrate.extent import absolute_tolerance, extents
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.outcome import Outcome
@@ -76,7 +77,6 @@ class _Run:
         self.form = layout(system, self.extent, 20.0 / max(t_end - state.t, 1e-300), self._yielding(state))
         if not system.misfits:  # what contradicts itself has multipliers because it yields
             self.form.usual[:] = state.lam
-        self.powers = np.zeros(3)
         self.y, self.yp = self._start(state)
         self.t = self.beyond = self.goal = state.t
         self.steps, self.most_steps = 0, settings.most_steps
@@ -92,6 +92,7 @@ class _Run:
         self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE))))
         self.landing: float | None = None
         self.before = {"residuals": 0, "factorisations": 0}
+        self.drives = WorkOfDrives(system, state, work)
         self._structure()
         self.solver = self._solver(settings)
         self.solver.init_step(state.t, self.y, self.yp)
@@ -235,6 +236,8 @@ class _Run:
             self.y, self.yp = np.array(result.y).ravel(), np.array(result.yp).ravel()
             if len(self.switching.now):
                 self._meet(before)
+            if self.drives.act and self.t > self.drives.t:
+                self.drives.go_on(self._state(self.t))
         return ""
 
     def _meet(self, before: tuple[float, np.ndarray, np.ndarray]) -> None:
@@ -273,14 +276,19 @@ class _Run:
 
     def sample(self, t: float):
         """Return t, q, u, a, lam, works; accelerations and multipliers from the equations of motion at q and u."""
-        system, nq, nu = self.system, self.system.nq, self.system.nu
-        q = self.y[:nq].copy()
+        system, state, works = self.system, self._state(t), self.y[-3:].copy()
+        right = np.zeros(system.nu + system.ng)
+        accelerations(system.program, state, self.work, right, 12 if system.redundant else 2)
+        if self.drives.act:
+            works[1] = self.drives.work
+        return t, state.q, state.u, state.a, state.lam, works
+
+    def _state(self, t: float):
+        """Return positions and velocities that have been reached, Euler parameters of unit length."""
+        system, q = self.system, self.y[: self.system.nq].copy()
         for iq, _ in system.program.frames:
             q[iq + 3 : iq + 7] /= np.linalg.norm(q[iq + 3 : iq + 7])
-        state = system.state(t, q, self.y[nq : nq + nu])
-        right = np.zeros(nu + system.ng)
-        accelerations(system.program, state, self.work, right, 12 if system.redundant else 2)
-        return t, state.q, state.u, state.a, state.lam, self.y[-3:].copy()
+        return system.state(t, q, self.y[system.nq : system.nq + system.nu])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -313,8 +321,6 @@ class IDA(metaclass=Described):
     max_order: int = 5
     largest: float | None = None
     most_steps: int = 100_000
-    loose_multipliers: ClassVar[bool] = True
-    """Between samples they have no controlled accuracy, nor has the work that drives do by them."""
 
     def __post_init__(self):
         for name in ("rtol", "atol", "largest"):

@@ -33,6 +33,8 @@ IMPACT, SLIP = 5.0, 0.5
 """Change of the speed of an impact in a step, relative to it and to the fourth root of the tolerance, and of a slip."""
 SLOW = 0.01
 """Per simulated time: rates below this say nothing about the first step."""
+TOLD = 2.0 / 3.0
+"""Power of the tolerance to which the work of drives is known in a step, relative to the largest so far."""
 SMALLEST = 1e-14
 """Step size, s, at which a run ends."""
 
@@ -47,6 +49,8 @@ class _Run:
         extent, reach = extents(system, state, work, settings.atol)
         reach = reaches(system, reach, settings.rtol)
         self.t, self.works, self.projections = state.t, np.zeros(3), 0
+        self.driven = any(joint.prescribes for joint in system.model.joints)
+        self.turned = 0.0
         self.goal, self.span = state.t, 0.0
         self.x, self.v, a = self.unknowns.of(state)
         self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
@@ -93,11 +97,11 @@ class _Run:
             NEWTON,
             np.inf if adaptive else SETTLED,
         )
-        error = float(r.error[0])
         if not solved:
             r.counts[4] += 1
             self.next = 0.25 * h
             return
+        error = max(float(r.error[0]), self._error_of_work(h))
         if adaptive and not error <= 1.0:
             r.counts[3] += 1
             self.next = h * max(0.2, 0.85 * error**-0.25)
@@ -116,6 +120,7 @@ class _Run:
         keep_switches(self.switching, h)
         self.t += h
         self.works += h * WEIGHTS[-1] @ r.W
+        self.turned = max(self.turned, abs(float(self.works[1])))
         self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
         self.projections += projected
         r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
@@ -130,6 +135,16 @@ class _Run:
             growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
             self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
             self.next = min(self.next, part * h) if part < 2.0 else self.next
+
+    def _error_of_work(self, h: float) -> float:
+        """Return the error of the work of drives in a step, relative to its tolerance: coordinates that are driven have
+        no error, however long a step is.
+        """
+        powers = self.stages.W[:, 1]
+        if not self.driven or not np.any(powers):
+            return 0.0
+        turned = max(self.turned, h * float(np.max(np.abs(powers))))
+        return abs(h * float((WEIGHTS[-1] - THIRD) @ powers)) / (self.settings.rtol**TOLD * turned)
 
     @property
     def reached(self) -> float:

@@ -134,9 +134,7 @@ class Phases:
         if late := jumps_at_once(system, self.t):
             start = consistent_start(system, system.state(just_after(self.t), start.q, start.u), work)
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
-        driven = any(joint.prescribes for joint in model.joints)
-        known = not (driven and getattr(self.integrator, "loose_multipliers", False))
-        self.energy = EnergyWatch(system, system.workspace()) if known else None
+        self.energy = EnergyWatch(system, system.workspace())
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
@@ -204,7 +202,9 @@ class Phases:
             return Status.interrupted(self.t)
         finally:
             self._count()
-            self.validity.tell([*(self.energy.sentences() if self.energy is not None else ()), *self._divided()])
+            steps = self.integrator.statistics(self.variables).get("steps", 0)
+            self.validity.tell([*self.energy.sentences(steps), *self._divided()])
+            self.validity.note(self.energy.notes(steps))
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
     def _hopeless(self, now: float) -> Status | None:

@@ -88,7 +88,6 @@ def resume(
     spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
     counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
-    known |= {name: before.statistics[name] for name in ("notes",) if name in before.statistics}
     solution = recorder.solution(status, {**counts, **known})
     if status.kind == "failed":
         raise IntegrationError(

@@ -177,6 +177,7 @@ def simulate(
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     phases.validity.tell(told)
+    phases.validity.note(oversights(model))
     try:
         status = phases.run(model, assembled)
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
@@ -184,8 +185,6 @@ def simulate(
         raise
     spent = time.perf_counter() - clock
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
-    if notes := oversights(model):
-        known["notes"] = notes
     solution = recorder.solution(status, {**phases.statistics, **known})
     if status.kind == "failed":
         raise IntegrationError(

@@ -14,7 +14,7 @@ from flexmb.system.program import evaluate
 
 __all__ = ["Validity"]
 
-SHARES, WARNINGS = "share of validity", "warnings"
+SHARES, WARNINGS, NOTES = "share of validity", "warnings", "notes"
 """Names in the statistics of a solution."""
 
 ADVICE = {
@@ -51,6 +51,7 @@ class Validity:
         self.shared: list[str] = list(before.get(SHARED, ()))
         self.largest: dict[str, dict[str, float]] = {k: dict(v) for k, v in before.get(SHARES, {}).items()}
         self.sentences: list[str] = list(before.get(WARNINGS, []))
+        self.notes: list[str] = list(before.get(NOTES, []))
         self._system: Any = None
         self._watches: list[Any] = []
         self._work: Any = None
@@ -80,11 +81,16 @@ class Validity:
             if sentence not in self.sentences:
                 self._warn(sentence)
 
+    def note(self, sentences: list[str]) -> None:
+        """Keep what is worth knowing and needs no warning."""
+        self.notes += [sentence for sentence in sentences if sentence not in self.notes]
+
     @property
     def statistics(self) -> dict[str, Any]:
-        """Largest measures by body, 1 at the limit, if one is watched, and the warnings, if there are any."""
+        """Largest measures by body, 1 at the limit, if one is watched, the warnings and the notes, if there are any."""
         told = {WARNINGS: self.sentences} if self.sentences else {}
         told |= {SHARED: self.shared} if self.shared else {}
+        told |= {NOTES: self.notes} if self.notes else {}
         return {SHARES: self.largest, **told} if self.largest else told
 
     def _warn(self, sentence: str) -> None:

@@ -1,0 +1,51 @@
+"""The balance of energy of a run: no false warnings with few samples or with drives, and none missed with drives."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+INTEGRATORS = {
+    "alpha": fmb.GeneralizedAlpha(),
+    "IDA": fmb.IDA(),
+    "explicit": fmb.Explicit(),
+    "recursive": fmb.Explicit(formulation=fmb.Recursive()),
+    "implicit": fmb.Implicit(),
+}
+LENGTH, MASS, G = 1.0, 1.0, 9.81
+
+
+def pendulum(*joints, **options):
+    """Return a slender rod on a hinge, horizontal at first."""
+    rod = fmb.RigidBody.rod("rod", length=LENGTH, mass=MASS, radius=0.01)
+    hinge = fmb.Revolute("A", markers=("ground.origin", "rod.start"))
+    return fmb.Model(gravity=(0, -G, 0), bodies=[fmb.Ground(), rod], joints=[hinge, *joints], **options)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_two_samples_of_a_pendulum_are_no_reason_to_warn(name):
+    """30 s from its turning point to one nearby: what the samples show of its energy is a hundredth of what moves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fmb.ValidityWarning)
+        solution = fmb.simulate(pendulum(), 30.0, samples=2, integrator=INTEGRATORS[name])
+    assert "balance of energy was looked at in 2 samples" in solution.statistics["notes"][0]
+
+
+@pytest.mark.parametrize("samples", [2, 31])
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_the_work_of_a_drive_is_that_of_the_closed_form(name, samples):
+    """angle = 3 sin(2 t): the work is the change of m L^2 w^2 / 6 + m g L / 2 sin(angle); gravity's is no work here."""
+    drive = fmb.Drive("m", joint="A", angle=fmb.expression("3*sin(2*t)"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fmb.ValidityWarning)
+        solution = fmb.simulate(pendulum(drive), 30.0, samples=samples, integrator=INTEGRATORS[name])
+    inertia = MASS * (LENGTH**2 / 3.0 + 0.25 * 0.01**2)
+
+    def energy(t):
+        angle, rate = 3.0 * np.sin(2.0 * t), 6.0 * np.cos(2.0 * t)
+        return 0.5 * inertia * rate**2 + 0.5 * MASS * G * LENGTH * np.sin(angle)
+
+    expected = energy(solution.t) - energy(0.0)
+    np.testing.assert_allclose(solution.phases[0].works[:, 1], expected, atol=0.02 * np.ptp(energy(np.linspace(0, 6))))
