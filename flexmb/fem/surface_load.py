@@ -7,7 +7,15 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["node_areas", "pressure_change", "pressure_field", "pressure_load", "traction_field", "traction_load"]
+__all__ = [
+    "facet_areas",
+    "node_areas",
+    "pressure_change",
+    "pressure_field",
+    "pressure_load",
+    "traction_field",
+    "traction_load",
+]
 
 CORNERS = {"tri": np.array([[0, 0], [1, 0], [0, 1]], float), "quad": np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)}
 FACETS = {
@@ -73,12 +81,24 @@ def pressure_change(fe: FEModel, facets: np.ndarray, pressure: float, field: np.
 
 def node_areas(fe: FEModel, facets: str | np.ndarray) -> np.ndarray:
     """Return the share of every node in the area of facets, int N dA, (n,), m2."""
-    along_x = _nodal(fe, facets, lambda normal: np.linalg.norm(normal, axis=-1, keepdims=True) * np.eye(3)[0])
-    return along_x[:, 0, 0]
+    return facet_areas(fe.nodes, _rows(fe, facets))
 
 
-def _nodal(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
-    """Return the nodal forces (n, 6, 1) of a force per reference area, given the facets' normals."""
+def facet_areas(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the share of every point (n, 3) in the area of facets (nf, nn), -1 behind short ones: int N dA, (n,)."""
+    out = np.zeros(len(points))
+    width = (facets >= 0).sum(axis=1)
+    for nn in np.unique(width):
+        chosen = facets[width == nn][:, :nn]
+        value, gradient, weight = _facet_tables(int(nn))
+        tangents = np.einsum("fak,qad->fqdk", points[chosen], gradient)
+        size = np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=2)
+        np.add.at(out, chosen, np.einsum("q,qa,fq->fa", weight, value, size))
+    return out
+
+
+def _rows(fe: FEModel, facets: str | np.ndarray) -> np.ndarray:
+    """Return the facets of a name."""
     if isinstance(facets, str):
         if facets not in fe.facet_sets:
             known = ", ".join(sorted(fe.facet_sets)) or "none"
@@ -88,7 +108,13 @@ def _nodal(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
                 expected=f"One of: {known}",
                 remedy=did_you_mean(facets, fe.facet_sets),
             )
-        facets = fe.facet_sets[facets]
+        return fe.facet_sets[facets]
+    return facets
+
+
+def _nodal(fe: FEModel, facets: str | np.ndarray, force) -> np.ndarray:
+    """Return the nodal forces (n, 6, 1) of a force per reference area, given the facets' normals."""
+    facets = _rows(fe, facets)
     nodal = np.zeros((len(fe.nodes), 6, 1))
     width = (facets >= 0).sum(axis=1)
     for nn in np.unique(width):

@@ -156,7 +156,8 @@ def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
 def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     part = f"Interface '{name}'"
     kind = where if isinstance(where, (Rigid, Averaging, Nodes)) else Rigid(where)
-    if isinstance(kind.where, str) and kind.where in fe.reference_points and kind.where not in fe.node_sets:
+    of_deck = isinstance(kind.where, str) and kind.where in fe.reference_points and kind.where not in fe.node_sets
+    if of_deck:
         kind = _at_reference(fe, kind)
     nodes = nodes_of(fe, kind.where, part)
     rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
@@ -164,7 +165,7 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
         return [_bare(fe, name if len(nodes) == 1 else f"{name}_{node}", node) for node in nodes]
     point = _center(fe, kind.where, nodes) if kind.at is None else np.asarray(kind.at, float)
     if isinstance(kind, Averaging):
-        return [_averaging(fe, name, kind, nodes, rows, point, whole)]
+        return [_averaging(fe, name, kind, nodes, rows, point, whole, of_deck)]
     block = rigid_block(fe, rows, point)
     freedoms = _full_motion(fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node")
     return [Coupling(name, point, nodes, rows, block[:, freedoms], freedoms)]
@@ -176,7 +177,7 @@ def _at_reference(fe: FEModel, kind: Rigid | Averaging | Nodes) -> Rigid | Avera
     if at.averaged is None:
         return replace(kind, where=np.array([at.node]))
     weights = np.asarray(at.weights, float)
-    kept = weights > 0.0
+    kept = weights != 0.0  # corners of quadrilaterals of second order have negative shares of the area
     return Averaging(np.asarray(at.averaged)[kept], at=fe.nodes[at.node], weights=weights[kept])
 
 
@@ -201,11 +202,11 @@ def _bare(fe: FEModel, name: str, node: int) -> Coupling:
     )
 
 
-def _averaging(fe, name, kind, nodes, rows, point, whole) -> Coupling:
+def _averaging(fe, name, kind, nodes, rows, point, whole, signed) -> Coupling:
     """q = (R^T W R)^-1 R^T W U: least-squares rigid motion of the nodes, by translations where they suffice."""
     part = f"Interface '{name}'"
     weights = np.ones(len(nodes)) if kind.weights is None else np.asarray(kind.weights, float)
-    if weights.shape != nodes.shape or not np.all(weights > 0.0):
+    if weights.shape != nodes.shape or not (signed or np.all(weights > 0.0)):
         raise ReductionError(
             part,
             found=f"weights of shape {weights.shape}, smallest {weights.min(initial=np.inf):.3g}",

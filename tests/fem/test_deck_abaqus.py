@@ -276,3 +276,118 @@ def test_mutated_decks_never_end_in_a_traceback(tmp_path):
         except MeshError:
             refused += 1
     assert 30 < refused < 395
+
+
+SECOND = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+
+
+def bricks20(grids, first, name):
+    """Return *NODE and *ELEMENT of C3D20 bricks on the grids of three coordinates, and the points by number."""
+    number, points, rows = {}, {}, []
+
+    def node(at):
+        if at not in number:
+            number[at] = first + len(number)
+            points[number[at]] = at
+        return number[at]
+
+    unit = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    for k in range(len(grids[2]) - 1):
+        for j in range(len(grids[1]) - 1):
+            for i in range(len(grids[0]) - 1):
+                own = [
+                    tuple(float(g[n + s]) for g, n, s in zip(grids, (i, j, k), shift, strict=True)) for shift in unit
+                ]
+                middles = [tuple((np.array(own[a]) + own[b]) / 2) for a, b in SECOND]
+                rows.append([node(at) for at in own] + [node(at) for at in middles])
+    nodes = "".join(f"{k}, {x:.12g}, {y:.12g}, {z:.12g}\n" for k, (x, y, z) in points.items())
+    cells = "".join(
+        f"{first + k}, {', '.join(map(str, row[:10]))},\n{', '.join(map(str, row[10:]))}\n"
+        for k, row in enumerate(rows)
+    )
+    return f"*NODE\n{nodes}*ELEMENT, TYPE=C3D20, ELSET={name}\n{cells}", points
+
+
+def moved(fe, displacement):
+    """Return the field (n, 3) that free freedoms give if they move by a function of the position."""
+    field = np.zeros((len(fe.nodes), 6, 1))
+    field[:, :3, 0] = displacement(fe.nodes)
+    return fe.field(fe.vectors(field))[:, :3, 0]
+
+
+def test_later_steps_do_not_hold_the_model(tmp_path):
+    """Supports of the second and third step belong to them; only those of the first are kept."""
+    text = (
+        bricks((2, 1, 1), (2, 1, 1))
+        + f"{STEEL}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n"
+        + "*STEP\n*STATIC\n*BOUNDARY\n1, 1, 3\n*END STEP\n*STEP\n*STATIC\n*BOUNDARY\n2, 1, 3\n*END STEP\n"
+        + "*STEP\n*STATIC\n*BOUNDARY\n3, 1, 3\n*END STEP\n"
+    )
+    assert read(tmp_path, text).supports["boundary"].tolist() == [[0, 0], [0, 1], [0, 2]]
+
+
+def test_tie_of_second_order_follows_the_midside_nodes(tmp_path):
+    """Layers of two and three C3D20 bend together: the tied nodes reproduce a parabola, which bending is."""
+    low, _ = bricks20(([0, 0.4, 1], [0, 0.5], [0, 0.1]), 1, "LOW")
+    high, points = bricks20(([0, 0.3, 0.8, 1], [0, 0.3, 0.5], [0.1, 0.2]), 1001, "HIGH")
+    glued = ",\n".join(str(k) for k, at in points.items() if at[2] < 0.11)
+    text = (
+        f"{low}{high}{STEEL}*SOLID SECTION, ELSET=LOW, MATERIAL=STEEL\n*SOLID SECTION, ELSET=HIGH, MATERIAL=STEEL\n"
+        f"*NSET, NSET=GLUED\n{glued}\n*SURFACE, NAME=S, TYPE=NODE\nGLUED\n*SURFACE, NAME=M\nLOW, S2\n"
+        "*TIE, NAME=T\nS, M\n"
+    )
+    fe = read(tmp_path, text)
+
+    def bending(x):
+        return np.stack([x[:, 0] * x[:, 2], 0.0 * x[:, 0], -0.5 * x[:, 0] ** 2], axis=1)
+
+    np.testing.assert_allclose(moved(fe, bending), bending(fe.nodes), atol=1e-12)
+    assert fe.ndof < 3 * len(fe.nodes)
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_distributing_coupling_weighs_by_area(tmp_path, second):
+    """The mean of y^2 over a unit face with uneven elements: by the trapezoidal rule, and exactly for second order."""
+    y = [0.0, 0.1, 0.4, 1.0]
+    if second:
+        mesh, expected = bricks20(([0, 1], y, [0, 0.5, 1]), 1, "ALL")[0], 1.0 / 3.0
+    else:
+        mesh, expected = bricks((1, 3, 2), (1, 3, 1)), np.trapezoid(np.square(y), y)
+        for k in (3, 2, 1):
+            mesh = re.sub(rf"(?m)^(\d+, \d+), {k}, ([\d.]+)$", rf"\1, {y[k]}, \2", mesh)
+    text = (
+        f"{mesh}*NODE\n9000, 1.2, 0.5, 0.5\n*SURFACE, NAME=S\nALL, S4\n{STEEL}"
+        "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*COUPLING, REF NODE=9000, SURFACE=S, CONSTRAINT NAME=C\n"
+        "*DISTRIBUTING\n1, 6\n"
+    )
+    fe = read(tmp_path, text)
+    node = int(np.flatnonzero(fe.labels == 9000)[0])
+    # y^2 along x: the least-squares rigid motion; about z it turns round the centre of the area, where the node is
+    field = moved(fe, lambda x: np.stack([x[:, 1] ** 2, 0.0 * x[:, 0], 0.0 * x[:, 0]], axis=1))
+    assert field[node, 0] == pytest.approx(expected, rel=1e-9)
+    data = reduction.reduce(fe, interfaces="all", modes=2)
+    assert data.marker_names == ("C",)
+
+
+def test_distributing_coupling_of_an_element_takes_its_weights(tmp_path):
+    text = (
+        bricks((1, 1, 1), (1, 1, 1))
+        + "*NODE\n50, 1., .5, .9\n*ELEMENT, TYPE=DCOUP3D, ELSET=E1\n33, 50\n*DISTRIBUTING COUPLING, ELSET=E1\n"
+        + f"2, 3.\n4, 1.\n6, 3.\n8, 1.\n{STEEL}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n"
+    )
+    fe = read(tmp_path, text)
+    at = fe.reference_points["E1"]
+    assert at.weights.tolist() == [3, 1, 3, 1]
+    node = int(np.flatnonzero(fe.labels == 50)[0])
+    # u_x = y z: the best plane through it, with y weighed 3 : 1 and z 1 : 1, is 1/8 + (y - 1/4) / 2 + (z - 1/2) / 4
+    field = moved(fe, lambda x: np.stack([x[:, 1] * x[:, 2], 0.0 * x[:, 0], 0.0 * x[:, 0]], axis=1))
+    assert field[node, 0] == pytest.approx(0.35)
+
+
+def test_nodal_thickness(tmp_path):
+    """One shell of 1 m2 whose nodes are 10, 10, 30 and 30 mm thick weighs as one of 20 mm."""
+    text = (
+        "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n*ELEMENT, TYPE=S4, ELSET=ALL\n1, 1, 2, 3, 4\n"
+        f"{STEEL}*SHELL SECTION, ELSET=ALL, MATERIAL=STEEL\n0.01\n*NODAL THICKNESS\n3, 0.03\n4, 0.03\n"
+    )
+    assert mass_and_center(read(tmp_path, text))[0] == pytest.approx(7850 * 0.02)

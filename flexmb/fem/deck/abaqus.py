@@ -35,12 +35,14 @@ LEFT_OUT = frozenset(
         "SURFACE SECTION",
         "REBAR LAYER",
         "FLUID SECTION",
-        "NODAL THICKNESS",
         "SHELL GENERAL SECTION",
         "MATRIX INPUT",
     )
 )
 """Keywords that change the structure and have no counterpart here: told by name."""
+
+ON_AXIS = 1e-9
+"""Distance from the axis of a cylindrical *TRANSFORM, in lengths of the axis, that counts as none."""
 
 
 def read_abaqus_deck(path: Path) -> Deck:
@@ -110,14 +112,14 @@ def _of_instances_and_materials(flat: Flat, deck: Deck) -> None:
 
 def _model_data(flat: Flat, deck: Deck) -> list:
     """Return the keywords of the first step, remove all steps, and tell what is left out or not needed."""
-    kept, first, step = [], [], 0
+    kept, first, steps, inside = [], [], 0, False
     for block, scope in flat.blocks:
         if block.name == "STEP":
-            step += 1
+            steps, inside = steps + 1, True
         elif block.name == "END STEP":
-            step = -abs(step)
-        elif step > 0:
-            if step == 1:
+            inside = False
+        elif inside:
+            if steps == 1:
                 first.append((block, scope))
         else:
             kept.append((block, scope))
@@ -152,6 +154,9 @@ def _frames(flat: Flat, deck: Deck) -> dict[int, np.ndarray]:
                 z = turn @ (b - a)
                 x = point - (turn @ a + flat.scopes[scope].origin)
                 x = x - (x @ z) / (z @ z) * z if z.any() else x
+                if z.any() and np.linalg.norm(x) <= ON_AXIS * np.linalg.norm(z):
+                    x = np.cross(np.eye(3)[int(np.abs(z).argmin())], z)  # on the axis itself no radius is better
+                    deck.inventory.approximated["*TRANSFORM: nodes on the axis, with any radial direction"] += 1
                 y = np.cross(z, x)
             if min(np.linalg.norm(v) for v in (x, y, z)) <= 0.0:
                 raise MeshError(

@@ -15,6 +15,7 @@ from flexmb.fem.deck.contents import Deck, Lumped, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
 from flexmb.fem.deck.supports import held_directions
 from flexmb.fem.deck.tie import tie_rows
+from flexmb.fem.surface_load import facet_areas
 
 __all__ = ["add_abaqus_links", "add_boundary"]
 
@@ -35,6 +36,7 @@ def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames) -> None:
     makers = {
         "RIGID BODY": _rigid_body,
         "KINEMATIC COUPLING": _old_kinematic,
+        "DISTRIBUTING COUPLING": _distributing,
         "MPC": _mpc,
         "EQUATION": _equation,
         "TIE": _tie,
@@ -46,8 +48,6 @@ def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames) -> None:
     for k, (block, scope) in enumerate(flat.blocks):
         if block.name == "COUPLING":
             _coupling(block, scope, [b for b, _ in flat.blocks[k + 1 : k + 3]], flat, deck, frames)
-        elif block.name == "DISTRIBUTING COUPLING":
-            deck.inventory.left_out["*DISTRIBUTING COUPLING (use *COUPLING and *DISTRIBUTING)"] += 1
         elif block.name in makers:
             makers[block.name](block, scope, flat, deck, frames)
 
@@ -101,18 +101,63 @@ def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: De
             link.rigid = (reference, np.array(nodes, np.int64))
         at = Reference(node=reference)
     else:
-        weights = np.ones(len(nodes))
-        groups = [(node, [0, 1, 2], float(w)) for node, w in zip(nodes, weights, strict=True)]
-        who = f"{block.where}, *COUPLING"
-        columns, mean = mean_motion(deck.points, frames, groups, reference, directions, who)
-        rows = rows_of(reference, directions, frames)
-        own_freedoms = 6 * reference + np.arange(6)
-        every = np.concatenate([own_freedoms, columns])
-        link.add_equations(every, np.hstack([rows, -rows @ mean]), own_freedoms, who)
-        at = Reference(node=reference, averaged=np.array(sorted(nodes), np.int64), weights=np.ones(len(nodes)))
+        at = _averaged(link, deck, frames, reference, _areas(flat, surface, nodes, deck), directions, block)
     deck.links.append(link)
     deck.references.setdefault(label, at)
     deck.inventory.read[f"*COUPLING ({kind.name.lower()})"] += 1
+
+
+def _areas(flat: Flat, surface: str, nodes: list[int], deck: Deck) -> dict[int, float]:
+    """Return the weights of nodes: their shares of the area of a surface of faces, int N dA; 1 on one of nodes."""
+    faces = facets(flat, surface, middles=True)
+    if not len(faces):
+        return dict.fromkeys(nodes, 1.0)
+    share = facet_areas(deck.points, faces)
+    return {node: float(share[node]) for node in nodes}
+
+
+def _averaged(
+    link: LinkRows,
+    deck: Deck,
+    frames: Frames,
+    reference: int,
+    weights: dict[int, float],
+    directions: list[int],
+    block: Block,
+) -> Reference:
+    """Let a reference node follow the weighted mean of others."""
+    who = f"{block.where}, *{block.name}"
+    groups = [(node, [0, 1, 2], weight) for node, weight in weights.items()]
+    columns, mean = mean_motion(deck.points, frames, groups, reference, directions, who)
+    rows = rows_of(reference, directions, frames)
+    own = 6 * reference + np.arange(6)
+    link.add_equations(np.concatenate([own, columns]), np.hstack([rows, -rows @ mean]), own, who)
+    order = sorted(weights)
+    return Reference(
+        node=reference, averaged=np.array(order, np.int64), weights=np.array([weights[node] for node in order])
+    )
+
+
+def _distributing(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+    """*DISTRIBUTING COUPLING: the node of an element DCOUP3D follows the mean of nodes with given weights."""
+    word = block.need("ELSET")
+    found = flat.named(flat.element_sets, word, scope, block, "element set")
+    if len(found) != 1 or len(flat.elements[found[0]].nodes) != 1:
+        raise block.wrong(f"ELSET={word} with {len(found)} elements", "one element DCOUP3D of one node")
+    reference = flat.elements[found[0]].nodes[0]
+    weights: dict[int, float] = {}
+    for row in block.rows():
+        value = block.reals(row[1:2], 1, 1.0)[0]
+        if not value > 0.0:
+            raise block.wrong(f"a weight of {value:g}", "positive weights")
+        weights |= {node: value for node in flat.nodes_of(row[0], scope, block) if node != reference}
+    if not weights:
+        raise block.wrong("no nodes", "a node or set and its weight in every line")
+    link = LinkRows(f"the distributing coupling '{word}'")
+    at = _averaged(link, deck, frames, reference, weights, list(range(6)), block)
+    deck.links.append(link)
+    deck.references.setdefault(word, at)
+    deck.inventory.read["*DISTRIBUTING COUPLING"] += 1
 
 
 def _old_kinematic(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
@@ -242,7 +287,7 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> No
         assert leader is not None
         given = block.parameters.get("POSITIONTOLERANCE", "")
         tolerance = block.reals([given], 1)[0] if given else None
-        nodes, rows = surface_nodes(flat, follower), facets(flat, leader)
+        nodes, rows = surface_nodes(flat, follower), facets(flat, leader, middles=True)
         if not len(rows):
             raise block.wrong(f"the surface '{row[1]}' without faces", "a surface of element faces")
         dofs = _turning(flat, nodes, rows)

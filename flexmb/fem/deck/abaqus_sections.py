@@ -61,13 +61,17 @@ def _by_kind(elements: list[Element]) -> dict[str, list[Element]]:
     return out
 
 
-def _table(group: list[Element], count: int, block: Block) -> np.ndarray:
+def _table(group: list[Element], count: int, block: Block, deck: Deck) -> np.ndarray:
+    """Return the nodes (ne, count); numbers behind the last are passed over, as CalculiX does, and told."""
+    long = sum(len(element.nodes) > count for element in group)
+    if long:
+        deck.inventory.approximated[f"{group[0].kind} with more than {count} nodes, by the first {count}"] += long
     for element in group:
-        if len(element.nodes) != count:
+        if len(element.nodes) < count:
             raise block.wrong(
                 f"element {element.label} ({element.kind}) with {len(element.nodes)} nodes", f"{count} nodes"
             )
-    return np.array([element.nodes for element in group], np.int64)
+    return np.array([element.nodes[:count] for element in group], np.int64)
 
 
 def _solid_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, materials: Materials) -> None:
@@ -77,6 +81,9 @@ def _solid_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
         family, cell = shape_of(kind)
         labels = np.array([element.label for element in group])
         deck.inventory.read[kind] += len(group)
+        if family == "point":
+            deck.inventory.read[kind] -= len(group)
+            continue
         if family == "truss":
             trusses(group, block, deck, material)
             continue
@@ -90,7 +97,7 @@ def _solid_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
         if low not in CORNERS:
             raise block.wrong(f"{kind}", "C3D4, C3D5, C3D6, C3D8, C3D10, C3D15 or C3D20")
         count = {"tetra10": 10, "wedge15": 15, "hexahedron20": 20}.get(cell, CORNERS[low])
-        nodes = _table(group, count, block)
+        nodes = _table(group, count, block, deck)
         full = np.full((len(nodes), {"tetra": 10, "wedge": 15, "hexahedron": 20, "pyramid": 13}[low]), -1)
         full[:, :count] = nodes
         high = {"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20", "pyramid": "pyramid13"}[low]
@@ -140,13 +147,13 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
         family, count = shape_of(kind)
         if family != "shell":
             raise block.wrong(f"{kind} with a shell section", "shells: S3, S4, S6, S8 and their variants")
-        nodes = _table(group, int(count), block)[:, : min(int(count), 8)]
+        nodes = _table(group, int(count), block, deck)[:, : min(int(count), 8)]
         labels = np.array([element.label for element in group])
         deck.inventory.read[kind] += len(group)
         direction = _shell_direction(block, scope, flat, deck, materials, nodes)
         for cells, own in zip(*first_order_shells(nodes, deck.inventory, kind), strict=True):
             if len(cells):
-                one = np.ones(len(cells))
+                one = _stretch(flat, deck, cells, total, "COMPOSITE" in block.parameters, kind)
                 deck.shells.append(
                     Shells(
                         nodes=cells,
@@ -166,6 +173,27 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
                         group=block.parameters["ELSET"],
                     )
                 )
+
+
+def _stretch(flat: Flat, deck: Deck, nodes: np.ndarray, total: float, layered: bool, kind: str) -> np.ndarray:
+    """Return the thickness (ne,) of shells over that of their section: the mean of *NODAL THICKNESS at their nodes."""
+    given: dict[int, float] = {}
+    for block, scope in flat.blocks:
+        if block.name == "NODAL THICKNESS":
+            for row in block.rows():
+                value = block.reals(row[1:2], 1)[0]
+                if not value > 0.0:
+                    raise block.wrong(f"a thickness of {value:g}", "positive thicknesses")
+                given |= dict.fromkeys(flat.nodes_of(row[0], scope, block), value)
+    if not given or not any(node in given for node in nodes.ravel().tolist()):
+        return np.ones(len(nodes))
+    if layered:
+        deck.inventory.left_out["*NODAL THICKNESS of composite shells"] += len(nodes)
+        return np.ones(len(nodes))
+    own = np.array([[given.get(node, total) for node in row] for row in nodes.tolist()])
+    if np.ptp(own, axis=1).any():
+        deck.inventory.approximated[f"{kind} with thicknesses that differ at the nodes, their mean"] += len(nodes)
+    return own.mean(axis=1) / total
 
 
 def _offset(block: Block) -> float:

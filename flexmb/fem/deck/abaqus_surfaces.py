@@ -35,7 +35,7 @@ def shape_of(kind: str) -> tuple[str, str]:
         return "beam", "line3" if kind.startswith(("B32", "PIPE32")) else "line"
     if kind.startswith("T3D"):
         return "truss", "line3" if kind.startswith("T3D3") else "line"
-    if kind.startswith(("MASS", "ROTARYI", "SPRING", "DASHPOT", "DCOUP")):
+    if kind.startswith(("MASS", "ROTARYI", "SPRING", "DASHPOT", "DCOUP", "GAP")):
         return "point", kind
     if kind.startswith(("CPS", "CPE", "CAX", "CPEG")):
         return "flat", kind
@@ -109,39 +109,56 @@ def surface_nodes(flat: Flat, name: str) -> np.ndarray:
     return np.array(sorted(found), np.int64)
 
 
-def facets(flat: Flat, name: str) -> np.ndarray:
-    """Return the corners (nf, 3 or 4) of the facets of a surface, -1 behind triangles; SNEG turned round."""
+def facets(flat: Flat, name: str, middles: bool = False) -> np.ndarray:
+    """Return the corners (nf, 4) of the facets of a surface, -1 behind triangles; SNEG turned round.
+
+    With `middles` (nf, 8): midside nodes follow the corners along the ring, -1 behind.
+    """
+    width = 8 if middles else 4
     if flat.surface_kinds[name] != "ELEMENT":
-        return np.zeros((0, 4), np.int64)
+        return np.zeros((0, width), np.int64)
     rows: list[list[int]] = []
     whole: list[Element] = []
     for element, side in _faces(flat, name):
         family, cell = shape_of(element.kind)
         if family in ("shell", "rigid"):
             corners = element.nodes[: 3 if cell in ("3", "6") else 4]
-            rows.append(corners[::-1] if side in ("SNEG", "S1") and side == "SNEG" else corners)
+            rows.append(_ring(element, corners[::-1] if side == "SNEG" else corners, middles))
         elif family == "solid" and side == "":
             whole.append(element)
-        elif family == "solid":
-            count = (
-                len(FACES.get(cell.rstrip("0123456789"), ((),))[max(int(side[1:]) - 1, 0)])
-                if is_number(side[1:])
-                else 0
-            )
-            rows.append(face_nodes(element, side)[:count])
-    rows += _free_faces(whole)
-    out = np.full((len(rows), 4), -1, np.int64)
+        elif family == "solid" and is_number(side[1:]):
+            count = len(FACES.get(cell.rstrip("0123456789"), ((),))[max(int(side[1:]) - 1, 0)])
+            rows.append(_ring(element, face_nodes(element, side)[:count], middles))
+    rows += [_ring(element, corners, middles) for element, corners in _free_faces(whole)]
+    out = np.full((len(rows), width), -1, np.int64)
     for k, row in enumerate(rows):
         out[k, : len(row)] = row
     return out[(out >= 0).sum(axis=1) >= 3]
 
 
-def _free_faces(elements: list[Element]) -> list[list[int]]:
+def _ring(element: Element, corners: list[int], middles: bool) -> list[int]:
+    """Return the corners of a face and, if wanted and there, its midside nodes along the ring."""
+    family, cell = shape_of(element.kind)
+    if not middles or not corners:
+        return corners
+    if family == "solid":
+        edges, first = EDGES.get(cell, ()), {"tetra10": 4, "wedge15": 6, "hexahedron20": 8}.get(cell, 0)
+    else:
+        first = 3 if cell in ("3", "6") else 4
+        edges = tuple((k, (k + 1) % first) for k in range(first)) if cell in ("6", "8") else ()
+    at = {frozenset((element.nodes[a], element.nodes[b])): first + k for k, (a, b) in enumerate(edges)}
+    places = [at.get(frozenset(pair)) for pair in zip(corners, corners[1:] + corners[:1], strict=True)]
+    if any(place is None or place >= len(element.nodes) for place in places):
+        return corners
+    return corners + [element.nodes[place] for place in places if place is not None]
+
+
+def _free_faces(elements: list[Element]) -> list[tuple[Element, list[int]]]:
     """Return the faces that belong to one element of a set only: the surface of a whole element set."""
-    seen: dict[tuple[int, ...], list[list[int]]] = {}
+    seen: dict[tuple[int, ...], list[tuple[Element, list[int]]]] = {}
     for element in elements:
         shape = shape_of(element.kind)[1].rstrip("0123456789")
         for face in FACES.get(shape, ()):
             nodes = [element.nodes[k] for k in face]
-            seen.setdefault(tuple(sorted(nodes)), []).append(nodes)
+            seen.setdefault(tuple(sorted(nodes)), []).append((element, nodes))
     return [found[0] for found in seen.values() if len(found) == 1]

@@ -12,7 +12,7 @@ __all__ = ["tie_rows"]
 DEFAULT_TOLERANCE = 0.05
 """Largest distance of a tied node from its face, in mean edge lengths, where none is given."""
 ITERATIONS = 30
-"""Newton steps of the projection onto a bilinear face; four suffice where the face is not folded."""
+"""Newton steps of the projection onto a face; four suffice where the face is not folded."""
 OUTSIDE = 0.1
 """How far outside of a face, in its own coordinates, a node may project: meshes of round surfaces leave gaps."""
 
@@ -20,14 +20,15 @@ OUTSIDE = 0.1
 def tie_rows(
     name: str, points: np.ndarray, nodes: np.ndarray, faces: np.ndarray, tolerance: float | None, rotations: bool
 ) -> tuple[LinkRows, int]:
-    """Return rows ``u_node = sum N_i u_i`` of nodes on faces (nf, 4; -1 behind triangles), and how many were too far.
+    """Return rows ``u_node = sum N_i u_i`` of nodes on faces, and how many nodes were too far.
 
-    A node that is itself a corner of the faces is not tied. With `rotations` they follow as well.
+    `faces` (nf, 8): corners, then midside nodes along the ring, -1 behind; N are the functions of 3, 4, 6 or 8 nodes. A
+    node that is itself one of the faces is not tied. With `rotations` they follow as well.
     """
     link, far = LinkRows(name), 0
-    corners = np.where(faces >= 0, faces, faces[:, :1])
-    centres = points[corners].mean(axis=1)
-    sizes = np.linalg.norm(points[corners[:, 1]] - points[corners[:, 0]], axis=1)
+    every = np.where(faces >= 0, faces, faces[:, :1])
+    centres = points[every[:, :3]].mean(axis=1)
+    sizes = np.linalg.norm(points[every[:, 1]] - points[every[:, 0]], axis=1)
     allowed = DEFAULT_TOLERANCE * float(np.median(sizes)) if tolerance is None else tolerance
     tree, own = cKDTree(centres), set(faces[faces >= 0].tolist())
     for node in nodes.tolist():
@@ -50,28 +51,46 @@ def tie_rows(
     return link, far
 
 
-def _projected(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Return the weights of the corners at the nearest place of a face, the distance, and how far it is outside."""
-    if len(corners) == 3:
-        edges = np.stack([corners[1] - corners[0], corners[2] - corners[0]], axis=1)
-        place, *_ = np.linalg.lstsq(edges, point - corners[0], rcond=None)
-        weights = np.array([1.0 - place.sum(), *place])
-        outside = float(max(-weights.min(), 0.0))
-    else:
-        place = np.zeros(2)
-        for _ in range(ITERATIONS):
-            value, slope = _bilinear(place)
-            gap, along = point - value @ corners, slope @ corners
-            step = np.linalg.lstsq(along.T, gap, rcond=None)[0]
-            place = np.clip(place + step, -3.0, 3.0)
-            if np.abs(step).max() < 1e-12:
-                break
-        weights = _bilinear(place)[0]
-        outside = float(max(np.abs(place).max() - 1.0, 0.0))
-    return weights, float(np.linalg.norm(point - weights @ corners)), outside
+def _projected(nodes: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return the weights of the nodes at the nearest place of a face, the distance, and how far it is outside."""
+    triangle = len(nodes) in (3, 6)
+    functions = _triangle if triangle else _quadrilateral
+    place = np.full(2, 1.0 / 3.0) if triangle else np.zeros(2)
+    for _ in range(ITERATIONS):
+        value, slope = functions(place, len(nodes))
+        gap, along = point - value @ nodes, slope @ nodes
+        step = np.linalg.lstsq(along.T, gap, rcond=None)[0]
+        place = np.clip(place + step, -3.0, 3.0)
+        if np.abs(step).max() < 1e-12:
+            break
+    weights = functions(place, len(nodes))[0]
+    outside = max(-place.min(), place.sum() - 1.0, 0.0) if triangle else max(np.abs(place).max() - 1.0, 0.0)
+    return weights, float(np.linalg.norm(point - weights @ nodes)), float(outside)
 
 
-def _bilinear(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _triangle(place: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return functions (count,) and slopes (2, count) of a triangle of 3 or 6 nodes in area coordinates."""
+    area = np.array([1.0 - place.sum(), *place])
+    slope = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+    if count == 3:
+        return area, slope
+    after = area[[1, 2, 0]]
+    value = np.concatenate([area * (2.0 * area - 1.0), 4.0 * area * after])
+    return value, np.hstack([slope * (4.0 * area - 1.0), 4.0 * (slope * after + area * slope[:, [1, 2, 0]])])
+
+
+def _quadrilateral(place: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return functions (count,) and slopes (2, count) of a quadrilateral of 4 or 8 (serendipity) nodes."""
     x, y = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
     a, b = 1.0 + x * place[0], 1.0 + y * place[1]
-    return 0.25 * a * b, 0.25 * np.stack([x * b, y * a])
+    value, slope = 0.25 * a * b, 0.25 * np.stack([x * b, y * a])
+    if count == 4:
+        return value, slope
+    u, v = place
+    bubble_u, bubble_v = 1.0 - u * u, 1.0 - v * v
+    middle = 0.5 * np.array([bubble_u * (1.0 - v), (1.0 + u) * bubble_v, bubble_u * (1.0 + v), (1.0 - u) * bubble_v])
+    along_u = np.array([-u * (1.0 - v), 0.5 * bubble_v, -u * (1.0 + v), -0.5 * bubble_v])
+    along_v = np.array([-0.5 * bubble_u, -(1.0 + u) * v, 0.5 * bubble_u, -(1.0 - u) * v])
+    middles = np.stack([along_u, along_v])
+    share = 0.5 * (np.eye(4) + np.roll(np.eye(4), 1, axis=1))  # a midside takes half of itself from both its corners
+    return np.concatenate([value - middle @ share, middle]), np.hstack([slope - middles @ share, middles])
