@@ -71,6 +71,24 @@ def test_files(demo):
     assert fmb.load_model(demo / "run" / "model.toml").name == "flap_station"
 
 
+def test_mesh_and_mechanism_follow_one_parameter(demo, capsys):
+    """A lever of 0.7 m: the bores of the mesh are 0.7 m apart, the strut hangs on the longer lever, nothing is open."""
+    station = str(demo / "flap_station.toml")
+    assert main(["check", station, "--set", "lever_length=0.7"]) == 0
+    out = capsys.readouterr().out
+    assert "mobility 18" in out
+    assert "Warning" not in out
+    assert "assembly moved" not in out
+    model = fmb.load_model(station, {"lever_length": 0.7})
+    data = model.body("lever").data
+    root, tip = data.marker_positions
+    assert np.linalg.norm(tip - root) == pytest.approx(0.7, abs=1e-7)
+    assert np.ptp(data.nodes[:, 0]) - np.ptp(fmb.load_model(station).body("lever").data.nodes[:, 0]) == pytest.approx(
+        0.1
+    )
+    assert fmb.kinematics(model, 1.0, samples=21).status.ok
+
+
 def test_the_station_can_be_varied(demo):
     rigid = fmb.load_model(demo / "flap_station.toml", {"lever_is_rigid": True})
     assert fmb.check(rigid).mobility == 0

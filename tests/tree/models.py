@@ -123,17 +123,10 @@ def loops() -> fmb.Model:
     return fmb.Model(gravity=(0, -9.81, 0), bodies=bodies, joints=joints)
 
 
-def flap_station(folder, **parameters) -> fmb.Model:
-    """Return the demonstration, its lever reduced from the mesh into a folder."""
-    from flexmb import fem, reduction
-
+def flap_station(**parameters) -> fmb.Model:
+    """Return the demonstration with few modes of its lever."""
     data = Path(fmb.__file__).parent / "cli" / "demo_data"
-    fe = fem.solid(fem.read_mesh(data / "lever_arm.msh"), fmb.MATERIALS["titanium"])
-    bores = {"root": reduction.Averaging("bore_root"), "tip": reduction.Averaging("bore_tip")}
-    lever = reduction.reduce(fe, interfaces=bores, modes=6, geometric_stiffness=True, compare=0).save(
-        folder / "lever.h5"
-    )
-    return fmb.load_model(data / "flap_station.toml", {"lever": str(lever), **parameters})
+    return fmb.load_model(data / "flap_station.toml", {"lever_modes": 6, **parameters})
 
 
 def random_consistent(model: fmb.Model, rng, spread: float = 0.1, strain: float = 1e-3):

@@ -139,7 +139,7 @@ def test_four_hundred_four_bars_through_the_line():
 
 @pytest.mark.slow
 def test_flap_station(tmp_path):
-    model = flap_station(tmp_path, lever_is_rigid=True, duration=1.0)
+    model = flap_station(lever_is_rigid=True, duration=1.0)
     assert levels(simulated(model, 1.0, 11)).max() < TOLERANCE
 
 
