@@ -28,8 +28,8 @@ _ROOMS = {
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte Explicit GeneralizedAlpha IDA Implicit LoadSteps NullSpace "
-    "UdwadiaPhohomsiri accelerations campbell check first_frequencies inverse_dynamics kinematics linearize resume "
-    "simulate statics",
+    "UdwadiaPhohomsiri accelerations campbell check equations first_frequencies inverse_dynamics kinematics "
+    "linearize resume simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
     "flexmb.trust": "Verification verify",
@@ -37,9 +37,10 @@ _ROOMS = {
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }
 _DOORS = ("fem", "io", "parts", "reduction", "study", "view")
+_MODULES = {"udwadia": "flexmb.math.udwadia"}
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
-__all__ = ["__version__", *sorted({*_HOME, *_DOORS})]
+__all__ = ["__version__", *sorted({*_HOME, *_DOORS, *_MODULES})]
 
 
 def __getattr__(name: str) -> Any:
@@ -47,8 +48,8 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(_HOME[name]), name)
         globals()[name] = value
         return value
-    if name in _DOORS:
-        return import_module(f"flexmb.{name}")
+    if name in _DOORS or name in _MODULES:
+        return import_module(_MODULES.get(name, f"flexmb.{name}"))
     raise AttributeError(f"module 'flexmb' has no attribute '{name}'")
 
 

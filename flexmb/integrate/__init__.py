@@ -3,6 +3,7 @@
 from flexmb.integrate.accelerations import Accelerations, accelerations
 from flexmb.integrate.campbell import Campbell, campbell
 from flexmb.integrate.check import Report, check
+from flexmb.integrate.equations_of_motion import EquationsOfMotion, equations
 from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.first_frequencies import FirstFrequencies, first_frequencies
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
@@ -23,6 +24,7 @@ __all__ = [
     "Augmented",
     "Baumgarte",
     "Campbell",
+    "EquationsOfMotion",
     "Explicit",
     "FirstFrequencies",
     "GeneralizedAlpha",
@@ -37,6 +39,7 @@ __all__ = [
     "accelerations",
     "campbell",
     "check",
+    "equations",
     "first_frequencies",
     "inverse_dynamics",
     "kinematics",
