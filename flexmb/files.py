@@ -30,7 +30,7 @@ def replacing(path: str | Path, part: str = "", doing: str = "write", *, folder:
     doing : str
         What messages say that cannot be done to it.
     folder : bool
-        Shall its folder be made if there is none?
+        Make the folder if it does not exist.
 
     Raises
     ------

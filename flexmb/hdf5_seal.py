@@ -39,7 +39,7 @@ def seal(path: str | Path) -> None:
 
 
 def end_of(path: str | Path) -> int:
-    """Return where a closed HDF5 file ends with its seal, bytes: what follows is none of its business."""
+    """Return where a closed HDF5 file ends with its seal, bytes: what follows is not read."""
     with Path(path).open("rb") as stream:
         end = _end(stream)
         return end + _SEAL.size if _seal_at(stream, end) else end

@@ -1,8 +1,8 @@
 """`Lock`: one process at a time writes a run, a run folder or a study; it ends with the process, however that ends.
 
-The lock is one of the operating system on a small file beside what it is for, which says who holds it. Locks of byte
-ranges (POSIX) are those that network file systems know. Where there are none at all, the process that the file names
-is looked for, if it is one of this machine.
+The lock is one of the operating system on a small file beside what it is for, which says who holds it. Network file
+systems know locks of byte ranges (POSIX). Where no locks exist, the process that the file names is searched, if it runs
+on this machine.
 """
 
 from __future__ import annotations

@@ -156,7 +156,7 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
 
 
 def _check_system(path: Path, keyword: str, options: dict[str, str], data: list[str]) -> None:
-    """Raise MeshError where the coordinates in the file are not those of the model."""
+    """Raise MeshError where the coordinates in the file differ from the model's."""
     moved = keyword == "INSTANCE" and any(float(word) != 0.0 for word in ",".join(data).split(",") if word.strip())
     if keyword in GENERATORS:
         raise MeshError(

@@ -97,7 +97,7 @@ class FEModel:
         Node and direction (0..5) of the freedoms that the file holds; they are not applied unless asked for, by
         ``fem.eigenmodes(fe, "spc_1")``.
     warnings : tuple of str
-        What was told on the way from the file; the report of a reduction repeats it.
+        Warnings on the way from the file; the report of a reduction repeats them.
     source : mapping
         Of a deck: program, file, units and inventory, as JSON can hold them.
     """

@@ -1,4 +1,4 @@
-"""Files of other programs, which may hold anything: what a parser stumbles over is told as an error of that file."""
+"""Files of other programs, which may hold anything: a parser's failure becomes an error that names the file."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """`LaminateBlock`: flat shell elements with a layup: membrane, bending and their coupling, offset from the nodes.
 
 Classical lamination theory (R. M. Jones, Mechanics of Composite Materials, 2nd ed. 1999, eq. (4.22)): forces and
-moments per length N = A e + B k, M = B e + D k about the reference plane; transverse shear by `shell_shear`. The
-interpolation is that of `ShellBlock`.
+moments per length N = A e + B k, M = B e + D k about the reference plane; transverse shear by `shell_shear`. It
+interpolates as `ShellBlock` does.
 """
 
 from __future__ import annotations

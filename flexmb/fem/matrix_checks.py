@@ -1,4 +1,4 @@
-"""What can be told of foreign matrices without their elements."""
+"""Checks of foreign matrices that need no elements."""
 
 from __future__ import annotations
 

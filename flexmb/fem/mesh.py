@@ -77,9 +77,9 @@ class Mesh:
     name : str
         Used in messages and reports.
     warnings : tuple of str
-        What was told when the mesh was read; the FE model keeps it.
+        Warnings when the mesh was read; the FE model keeps them.
     numbering : Numbering or None
-        Numbers of the nodes in the file; None where they are those of the rows.
+        Numbers of the nodes in the file; None where they equal the rows.
     """
 
     points: np.ndarray

@@ -1,4 +1,4 @@
-"""The lines of a Nastran file, with those of its INCLUDE files in their places."""
+"""The lines of a Nastran file, with the lines of its INCLUDE files in their places."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """`read_mesh`: the one door for mesh files.
 
-meshio reads the cells, except those of Nastran, whose angles and offsets it takes for nodes. Groups are read here,
-because meshio drops Nastran sets, Abaqus surfaces and second definitions of an Abaqus set; the pages
-docs/howto/from-gmsh.md, docs/howto/from-nastran.md and docs/howto/from-abaqus.md state which group of which format
-becomes which set.
+meshio reads the cells, except Nastran's, whose angles and offsets it takes for nodes. Groups are read here, because
+meshio drops Nastran sets, Abaqus surfaces and second definitions of an Abaqus set; the pages docs/howto/from-gmsh.md,
+docs/howto/from-nastran.md and docs/howto/from-abaqus.md state which group of which format becomes which set.
 """
 
 from __future__ import annotations

@@ -75,8 +75,8 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
     state : Instant, optional
         Configuration and velocity (``solution.final``, ``solution.state(t)``); by default the assembled start.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive, Baumgarte
-        All give the same accelerations (Baumgarte: where nothing has drifted); multipliers of dependent equations are
-        those of least norm.
+        All give the same accelerations (Baumgarte: where nothing has drifted); multipliers of dependent equations have
+        least norm.
     """
     formulation = formulation or Augmented()
     if isinstance(formulation, type) or not hasattr(formulation, "accelerate"):

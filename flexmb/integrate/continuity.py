@@ -9,7 +9,7 @@ from flexmb.errors import ModelError
 __all__ = ["require_continuity"]
 
 JUMP = 1e-3
-"""Relative to the model's size, or in rad: assembly closes smaller gaps, as it does those of a drawing."""
+"""Relative to the model's size, or in rad: assembly closes smaller gaps, as in a drawing."""
 
 
 def require_continuity(event, system, before: dict, after: np.ndarray) -> None:
@@ -43,7 +43,7 @@ def require_continuity(event, system, before: dict, after: np.ndarray) -> None:
         raise ModelError(
             event.title,
             found=f"what it changes moves {title} by {length:.3g} m and {turn:.3g} rad at once",
-            expected="a mechanism that goes on from where it is",
+            expected="a mechanism that continues from its present position",
             remedy="Let a drive or a length that is changed begin with the value that it has at the event: a ramp "
             "from there, or a table over time",
         )

@@ -131,7 +131,7 @@ class Descent:
         return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) / self.extent)
 
     def share_multipliers(self) -> None:
-        """Make the multipliers of dependent equations those of least norm.
+        """Give the multipliers of dependent equations least norm.
 
         Newton's method leaves the last digit of the forces, divided by a softness of 1e-12, in states of self-stress.
         The solution of (diag M, -L; G, r) (x, y) = (0, r lam) is that part with full digits; it is taken out, and what

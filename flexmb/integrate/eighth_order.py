@@ -1,7 +1,7 @@
 """The compiled steps of the explicit method of order eight, DOP853.
 
 Its unknowns are the coordinates of all bodies, with accelerations from the compiled factorisation; or, for rigid
-bodies, those of the joints, with accelerations from the passes in link axes.
+bodies, the coordinates of the joints, with accelerations from the passes in link axes.
 
 The same method as SciPy's (Hairer, Nørsett & Wanner 1993, II.10): twelve stages, error estimate of orders five and
 three; its coefficients are taken from there. Between two samples no Python runs.
@@ -167,9 +167,9 @@ class CompiledRun:
     ----------
     settings : Explicit
     motion : Motion
-        With the coordinates of all bodies as unknowns, or with those of the joints of rigid links.
+        Its unknowns are the coordinates of all bodies, or of the joints of rigid links.
     other : callable (state) -> run
-        Makes the run that goes on where the compiled accelerations cannot (singular positions).
+        Makes the run that continues where the compiled accelerations cannot (singular positions).
     """
 
     def __init__(self, settings, motion, state, t_end: float, other: Callable[[Any], Any]):
@@ -290,7 +290,7 @@ class CompiledRun:
         return self.other.advance(t, pace)
 
     def _run(self, t: float, pace: Patience) -> int:
-        """Let the compiled steps go on to `t`, or until the patience is used up; return 0 or why they ended before."""
+        """Let the compiled steps continue to `t`, or until the patience is used up; return 0 or why they ended."""
         s = self.steps
         if t > s.times[0] and t != self.goal:
             self.goal, self.begun, s.counts[SHORTS] = t, int(s.counts[0]), 0

@@ -130,7 +130,7 @@ class EnergyWatch:
         ]
 
     def sentences(self, steps: int) -> list[str]:
-        """Return what is to be told of the phase after a number of steps: one sentence, or none."""
+        """Return the warning about the phase after a number of steps: one sentence, or none."""
         left, t = self.worst
         share = self._share(steps)
         if not share > SHARE:

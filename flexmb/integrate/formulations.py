@@ -68,8 +68,8 @@ def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray,
 def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
     """Return accelerations and multipliers of large models in any position, dependent equations made soft.
 
-    The part of b that no motion can satisfy would give multipliers r lam = misfit: what a solution leaves so is taken
-    out, and the rest refined. Multipliers stay without states of self-stress, those of least norm.
+    The part of b that no motion can satisfy would give multipliers r lam = misfit. It is removed, and the rest refined.
+    Multipliers contain no self-stress: they have least norm.
     """
     nu = e.M.shape[0]
     soft = SOFT * np.max(equation_scale(e.M, e.G)) * e.weight
@@ -156,8 +156,8 @@ class Augmented(_Formulation):
 class NullSpace(_Formulation):
     """Kane's equations with an orthogonal complement: ``P^T M N z' = P^T (f - M a0)``.
 
-    N spans the null space of G, P that of L^T (the same without geometric stiffness); a0 is a particular solution of
-    G a0 = b. The multipliers follow by least squares. Source: Wang & Huston 1988.
+    N spans the null space of G, P the null space of L^T (the same without geometric stiffness); a0 is a particular
+    solution of G a0 = b. The multipliers follow by least squares. Source: Wang & Huston 1988.
     """
 
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:

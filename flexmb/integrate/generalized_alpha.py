@@ -32,7 +32,7 @@ of all. In 192 runs of chains of 10 to 100 links 0.005 let three gain energy, 0.
 CUT = "cut at contacts"
 IMPACT, SLIP = 3.0, 0.5
 """Change of the speed of an impact in a step, relative to it and to the cube root of the tolerance: the error of the
-rebound is that of a method of order two. Change of a slip, relative to it: friction that is about to stick, or to break
+rebound is of second order. Change of a slip, relative to it: friction that is about to stick, or to break
 away, has several solutions in a long step."""
 
 
@@ -192,9 +192,9 @@ class GeneralizedAlpha(metaclass=Described):
     def _fit_start(self, system, state, work, v: Variables, h: float) -> None:
         """Give algorithmic acceleration and velocities the values of a motion that has been going on with steps h.
 
-        The algorithmic acceleration is that of t + (alpha_m - alpha_f) h. The constraints hold for positions, which err
-        by C h^3 a' a step, so the velocities that they determine are off by C h^2 a'. Started from the exact values,
-        the multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
+        The algorithmic acceleration belongs to the time t + (alpha_m - alpha_f) h. The constraints hold for positions,
+        which err by C h^3 a' a step, so the velocities that they determine are off by C h^2 a'. Started from the exact
+        values, the multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
         """
         c = self.controls()
         v.times[2] = h

@@ -47,7 +47,7 @@ velocity that is large decide otherwise whether a body sticks."""
 
 
 class _NotFinite(ArithmeticError):
-    """The residual is not a number: IDA itself would go on silently."""
+    """The residual is not a number: IDA itself would continue silently."""
 
 
 class _WithoutErrors:
@@ -295,7 +295,7 @@ class _Run:
 class IDA(metaclass=Described):
     """SUNDIALS' IDA: backward differentiation of order 1 to 5 on the stabilised index-2 equations.
 
-    Accelerations and multipliers of the samples are those of the equations of motion at the sample's positions and
+    Accelerations and multipliers of the samples follow from the equations of motion at the sample's positions and
     velocities; the solver's own multipliers have no controlled accuracy. Where equations depend on each other, the
     constraints yield a little, so that the multipliers have a unique value.
 

@@ -74,7 +74,7 @@ class _Run:
         self.stages.V[0] = self.v
 
     def _first_step(self, state, extent, reach, slow: float) -> float:
-        """Return a step size well below that of the tolerance, from speed and acceleration."""
+        """Return a step size well below the tolerance's, from speed and acceleration."""
         a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
         u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
         return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, slow))
@@ -202,7 +202,7 @@ class Implicit(metaclass=Described):
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
     drift : float
-        Constraint residual, relative to the length of the assembly, at which the state is projected; that of velocities
+        Constraint residual, relative to the length of the assembly, at which the state is projected; for velocities
         relative to the fastest marker.
     formulation : Recursive
         The tree, and by which joints loops are opened.

@@ -1,7 +1,7 @@
 """`linearize`: frequencies, damping, mode shapes and state space about a state, steady rotation included.
 
-Variations dx are those of the frames in body axes. The twist varies as ``du = dx' + ad(u) dx``, so a steady motion
-(constant twists in body axes) has constant coefficients::
+Variations dx of the frames are in body axes. The twist varies as ``du = dx' + ad(u) dx``, so a steady motion (constant
+twists in body axes) has constant coefficients::
 
     M dx'' + (D + M ad(u)) dx' + (K + D ad(u) + M ad(a)) dx - L dlam = 0,   G dx = 0
 
@@ -57,8 +57,8 @@ class Linearization:
     basis : (nu, nz)
         Variation of all coordinates per unit of z, frames in body axes.
     eigenvalues : (k,), 1/s
-        One of each conjugate pair, and all real ones, by increasing frequency. A motion that goes on by itself (a free
-        body, a rotor about its axis) is one zero: that its speed is free too is no mode of its own.
+        One of each conjugate pair, and all real ones, by increasing frequency. A motion that continues by itself (a
+        free body, a rotor about its axis) is one zero: its free speed is not a mode of its own.
     modes : (nu, k)
         Mode shapes in all coordinates.
     projection : (nu, n)

@@ -52,7 +52,7 @@ class LoadPath(Solution):
 
 @dataclass(frozen=True, kw_only=True)
 class ArcLength(metaclass=Described):
-    """Follow the equilibrium by arc length: past a maximum of the load the path goes on with a falling one.
+    """Follow the equilibrium by arc length: past a maximum of the load the path continues with a falling one.
 
     Length is counted in displacements (root mean square, as shares of the largest so far) and load (as a share of
     what is to be reached). A step is shortened where the path turns and where Newton's method is slow.
@@ -164,7 +164,7 @@ class _Walk:
             else Status(
                 "stopped",
                 f"{len(self.points)} points, load factor {reached:.6g} of {self.end:.6g}",
-                "Raise points= of the ArcLength to go on",
+                "Raise points= of the ArcLength to continue",
             )
         )
 

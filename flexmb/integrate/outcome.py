@@ -1,4 +1,4 @@
-"""`Outcome`: the rows that an integrator has added, and why it could not go on, if so."""
+"""`Outcome`: the rows that an integrator has added, and the reason if it could not continue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long an integrator may go on before it comes back, however far the next sample is: the user may want to stop."""
+"""How long an integrator may run before it returns, however far the next sample is: the user may want to stop."""
 
 from __future__ import annotations
 

@@ -253,7 +253,7 @@ class Phases:
         return before["works"][-1]
 
     def _count(self) -> None:
-        """Add the numbers of the integrator's run to those of all."""
+        """Add the numbers of the integrator's run to the totals."""
         for name, count in self.integrator.statistics(self.variables).items():
             self.statistics[name] = self.statistics.get(name, 0) + count
 
@@ -324,7 +324,7 @@ def _missed(system, times: np.ndarray) -> list[str]:
 
 
 def _failed(model: Model, outcome, unknown: str | None) -> Status:
-    """Return how the run ended; what went wrong in the function of a force is the cause, and is told first.
+    """Return how the run ended; an error in the function of a force is the cause and comes first.
 
     A force or drive without a value explains the failure too.
     """

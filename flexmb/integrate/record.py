@@ -30,7 +30,7 @@ class Recorder:
     ----------
     file : path, RunFile that is open already, or None
     before : Solution, optional
-        What a resumed run has computed already; with `merge` its last phase goes on.
+        What a resumed run has computed already; with `merge` its last phase continues.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Recorder:
         self.file = file if file is None or isinstance(file, RunFile) else RunFile(file, floating_data(model))
 
     def begin(self, model: Model, system) -> None:
-        """Begin a phase, or take up the one that goes on."""
+        """Begin a phase, or continue the last one."""
         self.model, self.system, self.rows, self.reached = model, system, [], None
         if self.going_on is not None:
             rows = {name: getattr(self.going_on, name) for name in FIELDS}

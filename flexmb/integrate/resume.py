@@ -43,7 +43,7 @@ def resume(
     A run that was cut off after its last sample is completed.
 
     Configuration, velocity, works and the model after the events so far are taken over; accelerations and reactions
-    follow from them, so the motion is that of an uninterrupted run to the tolerance of the integrator.
+    follow from them, so the motion equals an uninterrupted run to the tolerance of the integrator.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _ended(before: Solution, path: Path | None) -> Solution:
 
 def _where(before: Solution, t_end: float):
     """Return the last instant, the model that continues (None: an event has stopped the run), its state by body name,
-    and whether its phase goes on.
+    and whether its phase continues.
     """
     phase, last = before.phases[-1], before.final
     part = f"Run of model '{getattr(phase.model, 'name', '?')}'"
@@ -127,7 +127,7 @@ def _where(before: Solution, t_end: float):
             part,
             found=f"it has reached t = {last.t:.9g} s already",
             expected=f"a run that ended before t_end = {t_end:g} s",
-            remedy="Give a later t_end to go on",
+            remedy="Give a later t_end to continue",
         )
     if before.status.kind == "stopped":
         raise ModelError(
@@ -141,7 +141,7 @@ def _where(before: Solution, t_end: float):
             part,
             found=f"it has gone beyond t_end = {t_end:g} s, to {last.t:.9g} s",
             expected="the end time of the run, or a later one",
-            remedy="Give a later t_end to go on",
+            remedy="Give a later t_end to continue",
         )
     system = phase.system or compile_model(phase.model)
     model, merge = phase.model, phase.ended in CONTINUES

@@ -141,10 +141,10 @@ def simulate(
     t_start : float, s
     start : Solution, Instant or "equilibrium", optional
         Where the motion begins, instead of the described positions and velocities: the result of `statics` (its last
-        sample), or an instant of another solution. Bodies are found by name. "equilibrium" is that of this model at
-        `t_start`: elastic bodies begin bent by their loads, and do not ring.
+        sample), or an instant of another solution. Bodies are found by name. "equilibrium" starts from the equilibrium
+        of this model at `t_start`: elastic bodies begin bent by their loads, and do not ring.
     output : path, optional
-        Solution file that is written while the run goes on; a run that is cut off leaves what it had.
+        Solution file, written during the run; an interrupted run keeps its samples so far.
     write_model : callable Model -> text, optional
         Makes the text of the model that is stored in the file (`flexmb.io.model_text`).
     progress : callable (t, t_end), optional
@@ -162,7 +162,7 @@ def simulate(
     ModelError, CompileError
         Before computing starts, if the model or the settings are wrong.
     IntegrationError
-        If the integrator cannot go on; ``error.solution`` holds all samples so far.
+        If the integrator cannot continue; ``error.solution`` holds all samples so far.
     """
     integrator = _integrator(integrator, formulation)
     times = sample_times(t_start, t_end, samples)

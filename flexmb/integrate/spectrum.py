@@ -1,4 +1,4 @@
-"""Eigenvalues of linear equations of motion, zeros told apart from rounding."""
+"""Eigenvalues of linear equations of motion, zeros distinguished from rounding."""
 
 from __future__ import annotations
 

@@ -34,8 +34,8 @@ def statics(
 
     Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion. Every body
     turns at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
-    accelerations of that. A mechanism that cannot go on steadily (a crank and its coupler) is refused. The iteration is
-    Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
+    accelerations of this rotation. A mechanism without a steady motion (a crank and its coupler) is refused. The
+    iteration is Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
     continuation, Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable
     equilibrium through large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a
     step that runs far into one of them is taken back, and the inertia fades with the forces alone; if that leads
@@ -66,7 +66,7 @@ def statics(
     Raises
     ------
     ModelError
-        If `t`, `tolerance` or `iterations` are no numbers, or `state` is none of this model.
+        If `t`, `tolerance` or `iterations` are not numbers, or `state` does not belong to this model.
     IntegrationError
         If no equilibrium is found, or no steady motion; ``error.solution`` holds the path. If loads grow with time, the
         message says up to which of them there is an equilibrium.

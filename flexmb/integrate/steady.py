@@ -22,11 +22,11 @@ from flexmb.system.program import constraint_acceleration, evaluate
 __all__ = ["SteadyMotion", "saddle", "steady_motion", "unsteady_equation"]
 
 HINGED, MOVING = 1e-4, 1e-9
-"""Weight of the relative motion in joints, and of the kinetic energy, beside that of the ends of springs."""
+"""Weight of the relative motion in joints, and of the kinetic energy, beside the ends of springs."""
 FITTED = 1e-6
 """Weight of the relative motion of bodies where their velocities are known."""
 STEADY = 1e-6
-"""Acceleration of a constraint, relative to that of a point turning at the size of the model, which is none."""
+"""Acceleration of a constraint that counts as zero, relative to a point turning at the size of the model."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,7 +166,7 @@ def _crossing(r: np.ndarray) -> np.ndarray:
 
 
 def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
-    """Return the steady motion that the drives ask for, or (`known`) that which goes on with the velocities of `state`.
+    """Return the steady motion that the drives require, or (`known`) the one that keeps the velocities of `state`.
 
     Bodies move rigidly, so a reduced one turns with its drive instead of bending at the hub; of all motions that the
     joints permit, the one with least relative motion at the ends of springs, then in the joints, then of least kinetic
@@ -213,8 +213,8 @@ def _driven(system, tangent, motions: _RigidMotions, metric, rate: np.ndarray) -
 def _least_motion(weight, kinetic, G, rate: np.ndarray) -> np.ndarray:
     """Return y with G y + rate = 0 of least weight.
 
-    From sweep to sweep, the kinetic part is that of the change, so it only decides where the rest leaves a choice, and
-    what keeps dependent equations solvable yields to the multipliers.
+    From sweep to sweep, the kinetic part refers to the change. So it only decides where the rest leaves a choice, and
+    the regularisation of dependent equations yields to the multipliers.
     """
     matrix = saddle(weight, G.T, G, 1e-12)
     factor, x = splu(matrix), np.zeros(matrix.shape[0])
@@ -237,7 +237,7 @@ def _fitted(M, motions: _RigidMotions, metric, u: np.ndarray) -> np.ndarray:
 
 
 def unsteady_equation(system, state, work) -> int | None:
-    """Return the equation that a steady motion violates most as it goes on, or None if it satisfies all.
+    """Return the equation that the continued steady motion violates most, or None if it satisfies all.
 
     Its second derivative at the velocities and accelerations of `state`, less that at rest: drives that speed up are
     taken at their speed of the moment.

@@ -32,7 +32,7 @@ PAST, NEAR_END = 2.0, 4.0
 many before the end of a step began at its end."""
 LOOKS, HALVINGS = 16, 40
 SHORTEST, LONGEST = 0.1, 4.0
-"""Least part of a step that is tried again where it changed a speed too much, and largest growth that is told."""
+"""Least part of a step that is tried again where it changed a speed too much, and the largest growth."""
 
 
 def new_switching(system, state, work, *, floor: float, impact: float = np.inf, slip: float = np.inf) -> Switching:

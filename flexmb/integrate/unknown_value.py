@@ -1,4 +1,4 @@
-"""Which force or drive is no finite number any more, when a run cannot go on: sqrt(1 - t) after one second."""
+"""Which force or drive is no longer finite when a run cannot continue: sqrt(1 - t) after one second."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOOKS, HALVINGS = 64, 50
 def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float) -> str | None:
     """Return a sentence about the first force or drive without a finite value after `begin`, or None.
 
-    The configuration is that of the last sample, so what depends on time is found exactly.
+    The configuration comes from the last sample, so values that depend on time only are found exactly.
 
     Parameters
     ----------

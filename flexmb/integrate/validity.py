@@ -43,7 +43,7 @@ class Validity:
     Parameters
     ----------
     before : mapping, optional
-        Statistics of the run that is continued: what was told is not told again.
+        Statistics of the run that is continued: its warnings are not repeated.
     """
 
     def __init__(self, before: dict[str, Any] | None = None):
@@ -76,7 +76,7 @@ class Validity:
         self.shared += [joint for joint in joints if joint not in self.shared]
 
     def tell(self, sentences: list[str]) -> None:
-        """Warn of what has not been told yet."""
+        """Give the warnings that are new."""
         for sentence in sentences:
             if sentence not in self.sentences:
                 self._warn(sentence)

@@ -40,7 +40,7 @@ class Watch:
         self.passed = passed
 
     def recall(self, phase: Phase) -> None:
-        """Take the last values of the watched sensors from a phase that goes on: angles count on from there."""
+        """Take the last values of the watched sensors from a phase that continues: angles are counted from there."""
         seen = Series(phase)
         for event in self.events:
             values = np.asarray(self.sensors[event.sensor].values(seen), float)

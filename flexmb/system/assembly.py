@@ -45,9 +45,9 @@ OPEN_RATE = 1e-5
 FAINT = 1.0
 """Share of the largest motion that counts as a term of every equation: rounding in it is everywhere."""
 STANDING = 1e-7
-"""Lengths, or rad, per second (and per second squared): motion below this is none, and what it leaves open rounding."""
+"""Lengths, or rad, per second (and per second squared): slower motion counts as rest, and its residual as rounding."""
 ROUNDS = 3
-"""Times that assembly looks for dependent equations: those of a drawing may differ from those of the mechanism."""
+"""Times that assembly looks for dependent equations: the drawing and the mechanism may have different ones."""
 
 
 def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-11) -> tuple[System, State]:
@@ -59,7 +59,7 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     t : float, s
         Time of the start.
     state : dict of body name to (q, u), optional
-        Where bodies are and how they move, instead of what is described; ("branch", name) gives that of a branch.
+        Where bodies are and how they move, instead of what is described; ("branch", name) gives the value of a branch.
     tolerance : float, m or rad
         Largest residual of the constraints.
 

@@ -1,4 +1,4 @@
-"""How fast what the branches of a system count goes on: turns of joints, places on curves."""
+"""The rates of the branches of a system: turns of joints, places on curves."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Followed:
         return self.branches + (t - self.clock[0]) * self.pace
 
     def reached(self, t: float, branches: np.ndarray) -> None:
-        """Go on from branches (nb,) at time t."""
+        """Continue from branches (nb,) at time t."""
         if t > self.clock[0]:
             self.pace[:] = (branches - self.branches) / (t - self.clock[0])
         self.clock[0], self.branches[:] = t, branches

@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 ZERO = 1e-12
-"""Relative to the largest: an inertia below this is none, a gradient below this moves nothing."""
+"""Relative to the largest: a smaller inertia counts as zero, a smaller gradient moves nothing."""
 FLAT = 1e-9
 """A gradient of an equation of the user below this, 1 or m, is none."""
 KNOWN = 1e-8

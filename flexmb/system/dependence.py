@@ -1,14 +1,14 @@
 """The search for dependent equations: row by row for the first ones that span all, without dense matrices.
 
-What no state of self-stress can reach is taken away: a joint whose equations are independent on one body that no other
-joint holds, and again, from the leaves of a tree to its root. Among the others, those of loops, A^T is triangularised
-front by front (multifrontal QR: Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 5; with dependent columns
-left out as they appear: Heath, Some extensions of an algorithm for sparse linear least squares problems, 1982). A front
-is one joint: the velocities that enter here for the first time, and what the fronts before have left over. The pivot of
-an equation is its distance from the span of all earlier ones. The factor is not kept. Joints come in the order of the
-model, as "the latest equations" are those to be named: an order with less fill would find as many, but others. Pivots
-tell less than singular values where small ones are spread over several: what they leave is looked at once more, by
-inverse iteration.
+Joints that no state of self-stress can reach are removed: joints whose equations are independent on one body that no
+other joint holds, repeatedly, from the leaves of a tree to its root. For the rest, the joints of loops, A^T is
+triangularised front by front (multifrontal QR: Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 5; with
+dependent columns left out as they appear: Heath, Some extensions of an algorithm for sparse linear least squares
+problems, 1982). A front is one joint: the velocities that enter here for the first time, and what the fronts before
+have left over. The pivot of an equation is its distance from the span of all earlier ones. The factor is not kept.
+Joints come in the order of the model, as "the latest equations" are those to be named: an order with less fill would
+find as many, but others. Pivots tell less than singular values where small ones are spread over several: what they
+leave is looked at once more, by inverse iteration.
 """
 
 from __future__ import annotations

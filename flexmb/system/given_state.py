@@ -1,4 +1,4 @@
-"""States that are given to an analysis: that of another one, checked against the system."""
+"""States that are given to an analysis: results of another one, checked against the system."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """Which lengths count: those over which bodies act on each other, not the coordinates at which they happen to be.
 
 A tolerance is a share of a length. The box around everything says nothing about a spacecraft of two bodies whose ground
-is the centre of the Earth, nor about an elastic body whose only marker coincides with that of its hub. Bodies that
-joints and forces connect are one assembly; its length is the largest distance between markers of its
-bodies and nodes of those that are elastic, which does not depend on the axes of W. Where these have no extent (a point
-mass on a rod or a spring, a rotor), the distances over which joints hold it count; then those of forces; then the
-radius of gyration (a body that flies by itself); then the largest distance between all markers; then 1 m.
+is the centre of the Earth, nor about an elastic body whose only marker coincides with its hub's. Bodies that joints and
+forces connect are one assembly; its length is the largest distance between markers of its bodies and nodes of those
+that are elastic, which does not depend on the axes of W. Where these have no extent (a point mass on a rod or a spring,
+a rotor), the distances over which joints hold it count; then those of forces; then the radius of gyration (a body that
+flies by itself); then the largest distance between all markers; then 1 m.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
 
 
 def _require_places(bodies, points: list[np.ndarray]) -> None:
-    """Raise unless squares of coordinates are finite: distances could not be told from each other."""
+    """Raise unless squares of coordinates are finite: distances could not be distinguished."""
     for body, own in zip(bodies, points, strict=True):
         farthest = float(np.abs(own).max(initial=0.0))
         if not farthest <= FARTHEST:

@@ -2,8 +2,8 @@
 
 Such a motion is determined if the joints determine it: M and G together must have full column rank (Udwadia &
 Phohomsiri 2006). The factorisation takes bodies before their multipliers and needs a regular block; a small inertia is
-added to the matrix for it, eq. (lent-inertia). The residual does not know it, so that the result is that of the
-massless body.
+added to the matrix for it, eq. (lent-inertia). The residual does not contain it, so the result belongs to the massless
+body.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["inertia_floor"]
 SINGULAR = 1e-12
 """Singular values of a body's mass matrix below this, with its diagonal scaled to one, count as zero."""
 FLOOR = 1e-8
-"""Added inertia, relative to that of the body, or of all bodies if it has none."""
+"""Added inertia, relative to the body's own, or to all bodies' if it has none."""
 HELD = 1e-9
 """How far the joints must hold a massless motion, relative to its strongest hold."""
 

@@ -54,7 +54,7 @@ def mass_metric(M: sparse.csr_matrix) -> np.ndarray:
 def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
     """Return the diagonal of G diag(M)^-1 G^T, (ng,): the size of the pivots of the multipliers.
 
-    An equation that nothing can move (the twist of a cable's end) has no size of its own and gets that of the largest.
+    An equation that nothing can move (the twist of a cable's end) has no size of its own and gets the largest.
     """
     inverse = 1.0 / mass_metric(M)
     G = _beyond_rounding(G)

@@ -16,11 +16,11 @@ from flexmb.system.system import System
 __all__ = ["assemble_as_drawn", "openings"]
 
 OPEN = 0.01
-"""Gap of a joint as drawn, relative to the model's size (lengths) or in turns (angles), from which on it is told."""
+"""Gap of a joint as drawn, above which a warning is given: relative to the size (lengths) or in turns (angles)."""
 WRONG = 0.1
 """The same from which on the drawing is hardly what was meant, and nothing is computed with it."""
 CHANGED = 0.01
-"""Change of a described velocity, relative to it, from which on it is told."""
+"""Relative change of a described velocity from which on a warning is given."""
 
 
 def _warn(sentences: list[str]) -> None:
@@ -93,7 +93,7 @@ def _drawn_open(system: System, work, t: float) -> list[tuple[str, float, float]
     work.equations["g"][system.program.equation_level != 0] = 0.0  # velocities are no gaps
     found = []
     for name, (metres, radians) in gaps(system, work).items():
-        # a drive says where its joint begins, and a point beyond the end of its curve is told by assembly
+        # a drive says where its joint begins, and assembly reports a point beyond the end of its curve
         if not system.model.joint(name).prescribes and np.isfinite(metres + radians):
             found.append((name, metres, radians))
     return found

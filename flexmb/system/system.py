@@ -140,8 +140,8 @@ class System:
     def state(self, t=0.0, q=None, u=None, a=None, lam=None) -> State:
         """Return a state with arrays of its own; what is not given is the described start, or zero.
 
-        Branches come last in q, those of sensors after all others: a state of the same model with other sensors will
-        do.
+        Branches come last in q, the branches of sensors after all others. So a state of the same model with other
+        sensors fits.
         """
 
         def array(value, size):

@@ -39,7 +39,7 @@ LEFT_OUT = frozenset(
         "MATRIX INPUT",
     )
 )
-"""Keywords that change the structure and have no counterpart here: told by name."""
+"""Keywords that change the structure and have no counterpart here: a message names them."""
 
 ON_AXIS = 1e-9
 """Distance from the axis of a cylindrical *TRANSFORM, in lengths of the axis, that counts as none."""

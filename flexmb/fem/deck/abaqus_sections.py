@@ -23,7 +23,7 @@ CORNERS = {"tetra": 4, "wedge": 6, "hexahedron": 8, "pyramid": 5}
 
 
 def add_sections(flat: Flat, deck: Deck, materials: Materials) -> None:
-    """Add all elements with a section; elements without one, and kinds that are not known, are told."""
+    """Add all elements with a section; a message names elements without one and unknown kinds."""
     done = np.zeros(len(flat.elements), bool)
     makers = {
         "SOLID SECTION": _solid_section,

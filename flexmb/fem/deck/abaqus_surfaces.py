@@ -65,7 +65,7 @@ def _elements(flat: Flat, word: str, scope: str, name: str) -> list[int]:
 
 
 def face_nodes(element: Element, side: str) -> list[int]:
-    """Return all nodes of a face of an element, corners first; those of the whole element for beams."""
+    """Return all nodes of a face of an element, corners first; for beams, all nodes of the element."""
     family, cell = shape_of(element.kind)
     if family != "solid" or not side.startswith("S") or not is_number(side[1:]):
         return element.nodes

@@ -88,9 +88,9 @@ class LinkRows:
 
 
 def eliminated(part: str, links: Sequence[LinkRows], size: int) -> tuple[np.ndarray, sparse.csr_matrix]:
-    """Return which freedoms (size,) depend on others, and G (size, size): the motion of all from that of the rest.
+    """Return which freedoms (size,) depend on others, and G (size, size): the motion of all from the rest.
 
-    Rows of independent freedoms of G are those of the identity; columns of dependent ones are empty.
+    Rows of independent freedoms of G are rows of the identity; columns of dependent ones are empty.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def rows_of(node: int, directions: Iterable[int], frames: Frames) -> np.ndarray:
 
 
 def arm(points: np.ndarray, node: int, reference: int) -> np.ndarray:
-    """Return (6, 6): the motion of a node from that of a rigid body at the reference."""
+    """Return (6, 6): the motion of a node from the motion of a rigid body at the reference."""
     x, y, z = points[node] - points[reference]
     matrix = np.eye(6)
     matrix[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]

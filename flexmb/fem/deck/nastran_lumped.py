@@ -57,7 +57,7 @@ def _conm2(card: Card, deck: Deck, frames: Frames, systems: Systems) -> None:
 
 
 def add_springs(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
-    """Add springs and dampers; those of bushings act at their own place between the two nodes."""
+    """Add springs and dampers; bushings act at their own place between the two nodes."""
     springs, dampers = _values(bulk, "PELAS", (1, 5), 1), _values(bulk, "PDAMP", (1, 3, 5, 7), 1)
     for card in bulk.of("CELAS1", "CELAS2"):
         _scalar(card, deck, frames, "stiffness", _value(card, springs, "CELAS2"))
