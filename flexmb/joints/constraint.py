@@ -296,6 +296,6 @@ class Constraint(Joint):
                 expected="positions only, or at least one velocity or rate at the level 'velocity'",
                 remedy="Leave level away"
                 if moving
-                else "Write rate(...) of what shall be restricted, or leave level away",
+                else "Write rate(...) of the quantity to restrict, or leave level away",
             )
         return int(moving)

@@ -98,7 +98,7 @@ def open_joint(system: System, work) -> CompileError:
 def flat_equation(system: System, work) -> CompileError | None:
     """Return the error about an equation of the user whose gradient vanishes where it is satisfied, if there is one.
 
-    The square of a length that shall be zero: it has one direction beside the place, and none at it. Newton's method
+    The square of a length that should be zero: it has one direction beside the place, and none at it. Newton's method
     then creeps, and ends where the residual is small but not yet the distance to the place, residual over gradient.
     """
     for k, name in enumerate(system.equation_names):
