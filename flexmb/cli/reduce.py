@@ -40,6 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='units of a deck, which does not state them: "mm, t, s"; "mm, kg, ms"; "in, lbf s2/in, s"; "m, kg, s"',
     )
     parser.add_argument(
+        "--consistent-mass",
+        action="store_true",
+        help="do not lump the masses of a deck's elements at their nodes, as Nastran does without PARAM, COUPMASS",
+    )
+    parser.add_argument(
         "--thickness",
         action="append",
         default=[],
@@ -118,7 +123,9 @@ def execute(arguments: argparse.Namespace) -> int:
     with ProgressBar() as progress:
         progress("reading the mesh", 0.0)
         if material is None:
-            fe = fem.read_deck(arguments.mesh, units=arguments.units)
+            fe = fem.read_deck(
+                arguments.mesh, units=arguments.units, lumped=False if arguments.consistent_mass else None
+            )
         else:
             mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
             fe = fem.shell(mesh, material, thickness) if thickness else fem.solid(mesh, material)
@@ -154,13 +161,13 @@ def _is_deck(arguments: argparse.Namespace) -> bool:
     wrong = ""
     if deck and (arguments.thickness or arguments.scale != 1.0):
         wrong = "--thickness or --scale for a deck"
-    elif not deck and arguments.units:
-        wrong = "--units for a plain mesh"
+    elif not deck and (arguments.units or arguments.consistent_mass):
+        wrong = "--units or --consistent-mass for a plain mesh"
     if wrong:
         raise ModelError(
             "flexmb reduce",
             found=wrong,
-            expected="--material, --thickness and --scale with a plain mesh, --units with a deck",
+            expected="--material, --thickness and --scale with a plain mesh, --units and --consistent-mass with a deck",
             remedy='Add --material steel to read the mesh alone, or write --units "mm, t, s" for the deck',
         )
     return deck

@@ -1,7 +1,7 @@
 """Finite elements: every way to arrive at an `FEModel`."""
 
 from flexmb.fem.connectors import with_mass, with_spring, with_supports
-from flexmb.fem.deck import DECK_READERS, deck_checks, read_deck
+from flexmb.fem.deck import DECK_READERS, DeckChecks, deck_checks, read_deck
 from flexmb.fem.fe_model import ElementBlock, FEModel, ReferencePoint
 from flexmb.fem.frame import frame
 from flexmb.fem.joined import joined
@@ -21,6 +21,7 @@ from flexmb.fem.surface_load import pressure_load, traction_load
 __all__ = [
     "DECK_READERS",
     "HEX8_COMPATIBLE",
+    "DeckChecks",
     "ElementBlock",
     "FEModel",
     "Mesh",

@@ -1,5 +1,6 @@
 """Files: model files, sensor tables, VTK. Every format has its own file here."""
 
+from flexmb.io.deck_page import deck_numbers, write_deck_report
 from flexmb.io.file_parameters import parse_setting
 from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
 from flexmb.io.mode_series import write_modes
@@ -13,6 +14,7 @@ from flexmb.io.vtk_output import write_vtk
 
 __all__ = [
     "Simulation",
+    "deck_numbers",
     "labels",
     "load_model",
     "load_simulation",
@@ -23,6 +25,7 @@ __all__ = [
     "read_sid",
     "report_numbers",
     "save_model",
+    "write_deck_report",
     "write_mbdyn_fem",
     "write_modes",
     "write_report",

@@ -14,7 +14,7 @@ from flexmb.errors import DataFileError
 from flexmb.io.web_page import page, percent, table, vector
 from flexmb.model.mode_table import mode_table
 
-__all__ = ["report_numbers", "write_report"]
+__all__ = ["report_numbers", "source_section", "write_report"]
 
 SCHEMA, VERSION = "flexmb.quality_report", 1
 GOOD, FAIR = 0.01, 0.05  # relative frequency errors that are shown green and yellow
@@ -75,7 +75,7 @@ def _page(data, picture) -> str:
         parts += [_warnings(q), _frequencies(q)]
     parts += [_coordinates(data)]
     if q:
-        parts += [_interfaces(data, q), _mass(data, q), _effective_mass(q), _source(q)]
+        parts += [_interfaces(data, q), _mass(data, q), _effective_mass(q), source_section(q.get("source", {}))]
     if picture is not None:
         encoded = base64.b64encode(Path(picture).read_bytes()).decode("ascii")
         parts.append(f'<h2>Modes</h2><img alt="mode shapes" src="data:image/png;base64,{encoded}">')
@@ -167,9 +167,8 @@ def _interfaces(data, q) -> str:
     return "<h2>Interfaces and stations</h2>" + table(titles, rows)
 
 
-def _source(q) -> str:
-    """The inventory of the deck that the FE model comes from."""
-    found = q.get("source")
+def source_section(found) -> str:
+    """Return the inventory of the deck that an FE model comes from (`FEModel.source`); empty without one."""
     if not found:
         return ""
     titles = [("", True), ("of the deck", True), ("count", False)]

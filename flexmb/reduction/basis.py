@@ -55,7 +55,7 @@ def normal_modes(body: HeldBody, count: int, start: np.ndarray | None = None) ->
             f"FE model '{fe.name}'",
             found=f"{count} fixed-interface modes asked for",
             expected=f"at most {len(w2) or available}, the freedoms with mass behind the interfaces",
-            remedy="Ask for fewer modes, or refine the mesh",
+            remedy="Ask for fewer modes or name fewer interfaces, or refine the mesh",
         )
     return NormalModes(vectors, w2)
 
@@ -152,12 +152,13 @@ def _eigenvectors(
         if np.linalg.eigvalsh(K_a)[0] <= 1e-12:  # no energy rather than no mass (the diagonal of K_a is one)
             raise _hinge(body, admissible * scale, K_a)
         shape = body.constraint_modes @ (admissible @ (scale * y[:, 0]))[: body.nq]
-        node = body.fe.dofs[int(np.abs(shape).argmax()), 0]
+        node, deck = body.fe.dofs[int(np.abs(shape).argmax()), 0], bool(body.fe.source)
         raise ReductionError(
             f"FE model '{body.fe.name}'",
             found=f"an interface motion without mass, largest at {body.fe.node_name(node)}",
             expected="mass behind every interface freedom",
-            remedy="Give this region a density, a lumped mass or inertia (fem.with_mass), or take the interface away",
+            remedy="Give this region a density, a lumped mass or inertia (fem.with_mass), or take the interface away"
+            + ("; lumped masses of a deck have no inertia: fem.read_deck(..., lumped=False), --consistent-mass" * deck),
         )
     order = np.argsort(mu)[::-1]
     return 1.0 / mu[order], admissible @ (scale[:, None] * y[:, order] / np.sqrt(mu[order]))

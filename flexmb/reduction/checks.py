@@ -28,8 +28,13 @@ def mechanism(fe: FEModel, freedom: int, found: str, *, held: bool = True) -> Re
         found=f"a mechanism: {fe.node_name(node)} at ({at}) m moves freely in "
         f"{DIRECTIONS[direction]}{' while the interfaces are held' if held else ''}; {found}",
         expected="a stiffness matrix that is singular for rigid motions only",
-        remedy="Look there for elements that are not joined, a hinge, or a freedom without stiffness",
+        remedy=f"Look there for elements that are not joined, a hinge, or a freedom without stiffness{_held_by(fe)}",
     )
+
+
+def _held_by(fe: FEModel) -> str:
+    """Return words for the supports of the file, which may be all that holds the part together."""
+    return f". The file holds it by '{next(iter(fe.supports))}': name that as an interface" if fe.supports else ""
 
 
 def check_connected(fe: FEModel, couplings: Sequence[Coupling]) -> None:

@@ -125,7 +125,8 @@ def offered(fe: FEModel, interfaces: Mapping[str, Any] | Iterable[str] | str) ->
                 f"FE model '{fe.name}'",
                 found="interfaces='all', but the model offers no reference points",
                 expected="RBE2, RBE3, couplings or ASET nodes of a deck (fem.read_deck)",
-                remedy='Name the interfaces: interfaces={"a": "bore_a"}',
+                remedy='Name the interfaces: interfaces={"a": "bore_a"}'
+                + (f", or by the supports of the file: {', '.join(sorted(fe.supports)[:6])}" if fe.supports else ""),
             )
         return {name: name for name in names}
     names = [interfaces] if isinstance(interfaces, str) else list(interfaces)

@@ -55,7 +55,8 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
     ----------
     fe : FEModel
     where : str, int, list of int, 3-tuple of float, or (k, 3) float
-        Name of a node or facet set, "node 63241" or "element 812" of a deck, node numbers, or coordinates of nodes, m.
+        Name of a node or facet set or of supports, "node 63241" or "element 812" of a deck, node numbers, or
+        coordinates of nodes, m.
     part : str
         The thing that asks, for messages: ``"Interface 'a'"``.
     moving : bool
@@ -97,9 +98,11 @@ def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
     if name in fe.facet_sets:
         facets = np.asarray(fe.facet_sets[name], int).ravel()
         return facets[facets >= 0]  # rows of mixed sets end in -1
+    if name in fe.supports:
+        return np.unique(fe.supports[name][:, 0])
     if (found := fe.numbered(name, part, ReductionError)) is not None:
         return found
-    known = sorted({*fe.node_sets, *fe.facet_sets, *fe.reference_points})
+    known = sorted({*fe.node_sets, *fe.facet_sets, *fe.reference_points, *fe.supports})
     raise ReductionError(
         part,
         found=f"the group '{name}' does not exist in FE model '{fe.name}'",

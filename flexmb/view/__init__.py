@@ -3,9 +3,21 @@
 from flexmb.view.graphics import require_graphics
 from flexmb.view.interactive import KEYS, window
 from flexmb.view.mode_sheet import mode_sheet
+from flexmb.view.model_picture import model_picture
 from flexmb.view.paraview import paraview_script
 from flexmb.view.pictures import overlay, render
 from flexmb.view.plots import plot
 from flexmb.view.report import report
 
-__all__ = ["KEYS", "mode_sheet", "overlay", "paraview_script", "plot", "render", "report", "require_graphics", "window"]
+__all__ = [
+    "KEYS",
+    "mode_sheet",
+    "model_picture",
+    "overlay",
+    "paraview_script",
+    "plot",
+    "render",
+    "report",
+    "require_graphics",
+    "window",
+]

@@ -16,7 +16,7 @@ from flexmb.io.mode_series import mode_amplitude
 from flexmb.view.graphics import require_graphics
 from flexmb.view.stage import VIEW_ANGLE, camera_position
 
-__all__ = ["mode_sheet"]
+__all__ = ["mode_sheet", "oblique", "silent_plotter"]
 
 STILL = (".png", ".jpg")
 LABEL_ROOM = 0.16  # part of the height of each picture that its title takes
@@ -64,8 +64,8 @@ def mode_sheet(data, path: str | Path, *, modes: int = 6, camera=None, up=(0.0, 
     require_graphics()
     columns = int(np.ceil(np.sqrt(count)))
     rows = -(-count // columns)
-    direction = _oblique(data.nodes) if camera is None else camera
-    with _silent_plotter(list(size), (rows, columns)) as plotter:
+    direction = oblique(data.nodes) if camera is None else camera
+    with silent_plotter(list(size), (rows, columns)) as plotter:
         for j in range(count):
             plotter.subplot(j // columns, j % columns)
             _draw(plotter, data, j)
@@ -79,7 +79,7 @@ def mode_sheet(data, path: str | Path, *, modes: int = 6, camera=None, up=(0.0, 
 
 
 @contextmanager
-def _silent_plotter(size, shape) -> Iterator[Any]:
+def silent_plotter(size, shape) -> Iterator[Any]:
     """Give an off-screen plotter, and close it; VTK tries X first and would say so on the terminal."""
     import pyvista
     from vtkmodules.vtkCommonCore import vtkLogger
@@ -95,7 +95,7 @@ def _silent_plotter(size, shape) -> Iterator[Any]:
         vtkLogger.SetStderrVerbosity(verbosity)
 
 
-def _oblique(nodes: np.ndarray) -> np.ndarray:
+def oblique(nodes: np.ndarray) -> np.ndarray:
     """Return a direction in which no mode hides: across the longest side of the body, between the two others."""
     direction = np.empty(3)
     direction[np.argsort(np.ptp(nodes, axis=0))] = (0.8, 0.7, 0.35)

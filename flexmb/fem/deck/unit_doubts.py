@@ -34,6 +34,8 @@ NEAR = 0.7
 """Decades between a material of the table and one that is still like it: alloys, laminates, smeared sections."""
 FAR = 2.5
 """Decades beyond which a system is not named."""
+FURTHER = 1.5
+"""Decades behind the best system up to which others are named."""
 BETTER = 0.5
 """Decades by which another system must fit better before the one that was meant is doubted."""
 SIZE, MASS = (1e-2, 100.0), (1e-4, 1e6)
@@ -147,6 +149,7 @@ def doubt(deck: Deck, mass: float) -> str:
     own = _fit(meant, *_numbers(deck, mass))
     same = factors(meant, "units")
     others = [f for f in ranked(deck, mass) if f.distance < FAR and (f.weights or factors(f.units, "units") != same)]
+    others = [f for f in others if f.distance < others[0].distance + FURTHER]
     better = others and others[0].distance < own.distance - BETTER and own.distance > NEAR
     if not better and own.distance < FAR:
         return ""
