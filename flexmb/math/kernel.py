@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from flexmb.math.kernel_cache import KernelCache
+from flexmb.math.kernel_library import KernelCompiler, register
 
 __all__ = ["inner_kernel", "kernel"]
 
@@ -30,8 +31,13 @@ def inner_kernel(function):
 
 
 def _compiled(function, called_from_python: bool):
-    compiled = njit(error_model="numpy", nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=not called_from_python)(
-        function
-    )
+    compiled = njit(
+        error_model="numpy",
+        nogil=True,
+        no_cfunc_wrapper=True,
+        no_cpython_wrapper=not called_from_python,
+        pipeline_class=KernelCompiler,
+    )(function)
+    register(compiled)
     compiled._cache = KernelCache(function, compiled.targetoptions)
     return compiled

@@ -24,11 +24,11 @@ import llvmlite.binding as llvm
 import numba
 from numba.core import config
 from numba.core.caching import _Cache
-from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.core.typing import Signature
 
 from flexmb.math.kernel_content import UnknownContent, code_digest, type_text
+from flexmb.math.kernel_library import rebuilt, reduced
 
 __all__ = ["KernelCache", "kernel_folder"]
 
@@ -39,7 +39,7 @@ BASELINES = {
 }
 """By architecture: the processor that shipped kernels are compiled for, and the features that it has."""
 
-FORMAT = b"flexmb kernel 1\n"
+FORMAT = b"flexmb kernel 2\n"
 CHECK = 32  # bytes of the checksum that follows
 UNUSED_DAYS = 60  # after which a file of the same kernel is removed
 
@@ -97,7 +97,7 @@ class KernelCache(_Cache):
             content = None if path is None else _read(path)
             if content is not None:
                 try:
-                    return CompileResult._rebuild(target_context, *pickle.loads(content))
+                    return rebuilt(target_context, *pickle.loads(content))
                 except Exception:  # whatever unpickling finds in a file of a release that wrote it otherwise
                     _remove(path)
         if self._function.__module__.startswith("flexmb."):
@@ -112,7 +112,7 @@ class KernelCache(_Cache):
         if path is None:
             return
         try:
-            _write(path, dumps(data._reduce()))
+            _write(path, dumps(reduced(data)))
             _remove_unused(path.parent, f"{_file_stem(self._function)}-*")
         except OSError as error:
             _warn_once(path.parent, error)
@@ -123,7 +123,7 @@ class KernelCache(_Cache):
         settings = config.OPT, config.BOUNDSCHECK, config.USING_SVML
         try:
             name = [
-                f"numba {numba.__version__}, Python {sys.version_info[:2]}, {settings}",
+                f"{FORMAT!r}, numba {numba.__version__}, Python {sys.version_info[:2]}, {settings}",
                 repr(target),
                 code_digest(self._function),
                 repr(self._options),

@@ -21,6 +21,7 @@ from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
 from flexmb.math.kernel_cache import KernelCache
+from flexmb.math.kernel_library import KernelCompiler
 
 __all__ = [
     "BYTES",
@@ -182,7 +183,7 @@ class PointerKernel:
         """The machine code, from the cache on disk if it is there."""
         signature = self.signature.args, self.signature.return_type
         options = {"error_model": "numpy"}
-        code = CFunc(self.function, signature, locals={}, options=options)
+        code = CFunc(self.function, signature, locals={}, options=options, pipeline_class=KernelCompiler)
         code._cache = KernelCache(self.function, {**options, "called_through": "pointer"})
         code.compile()
         return code

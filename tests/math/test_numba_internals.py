@@ -11,9 +11,12 @@ from numba import njit, types
 from numba.core import config, event
 from numba.core.caching import NullCache, _Cache
 from numba.core.ccallback import CFunc
-from numba.core.compiler import CompileResult
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase
+from numba.core.funcdesc import FunctionDescriptor, PythonFunctionDescriptor
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
+from numba.core.typed_passes import BaseNativeLowering
 from numba.core.typing import Signature
 from numba.extending import intrinsic
 
@@ -45,26 +48,37 @@ def test_a_cache_is_asked_and_told():
         assert "self._cache.save_overload(" in text
 
 
-def test_a_compiled_function_becomes_plain_data():
-    """`CompileResult._reduce` and `_rebuild`, what says that it must not be kept, and the data that numba pickles."""
+def test_a_compiled_function_has_these_parts():
+    """`KernelLibrary` and `rebuilt` put a `CompileResult` together from them."""
     half = njit(lambda x: 0.5 * x)
     assert half(3.0) == 1.5
     (result,) = half.overloads.values()
-    parts = result._reduce()
-    assert parameters(CompileResult._rebuild)[1:] == (
-        "libdata",
-        "fndesc",
-        "env",
-        "signature",
-        "objectmode",
-        "lifted",
-        "typeann",
-        "reload_init",
-        "referenced_envs",
-    )
-    assert len(parts) == 9
+    assert set(result._fields) == {
+        *("typing_context", "target_context", "entry_point", "typing_error", "type_annotation", "signature"),
+        *("objectmode", "lifted", "fndesc", "library", "call_helper", "environment", "metadata"),
+        *("reload_init", "referenced_envs"),
+    }
     assert (result.library.has_dynamic_globals, tuple(result.lifted)) == (False, ())
-    assert isinstance(dumps(parts), bytes)
+    assert all(environment.can_cache() for environment in result._find_referenced_environments())
+    assert isinstance(dumps((result.fndesc.uid, result.fndesc.argtypes, result.fndesc.llvm_func_name)), bytes)
+
+
+def test_a_library_of_ours_takes_the_place_of_numbas():
+    """What `KernelLibrary` and `KernelCompiler` override or call."""
+    lowering = inspect.getsource(BaseNativeLowering.run_pass)
+    assert "if state.library is None:" in lowering
+    assert "enable_object_caching()" in lowering
+    assert parameters(JITCodeLibrary.__init__) == ("self", "codegen", "name")
+    assert parameters(JITCodeLibrary.add_linking_library) == ("self", "library")
+    for name in ("_ensure_finalized", "_finalize_final_module", "_get_compiled_object", "_set_compiled_object"):
+        assert callable(getattr(JITCodeLibrary, name))
+    assert "self._shared_module is not None" in inspect.getsource(JITCodeLibrary._get_module_for_linking)
+    assert parameters(CompilerBase.compile_extra) == ("self", "func")
+    assert parameters(CompilerBase._compile_bytecode) == ("self",)
+    assert isinstance(cpu_target.target_context.codegen()._engine._defined_symbols, set)
+    symbol = inspect.getsource(FunctionDescriptor.__init__)
+    assert "abi_tags=abi_tags, uid=uid" in symbol
+    assert "uid=func_ir.func_id.unique_id" in inspect.getsource(PythonFunctionDescriptor)
 
 
 def test_what_the_code_was_made_for_is_known():
