@@ -6,7 +6,7 @@ reduced from 14 000 freedoms to 18. How far does it bend, how large does the for
         B----------coupler, 0.32-------------C
        A (crank 0.08) - - 0.30 - - (rocker 0.16) D
 
-Expected: the greatest force in C is that of a rigid coupler within 2 %; the bow stays below 0.01 mm.
+Expected: the greatest force in C agrees with a rigid coupler within 2 %; the bow stays below 0.01 mm.
 """
 
 from dataclasses import replace
@@ -51,7 +51,7 @@ def linkage(data, rigid=False):
 
 
 def main():
-    """Return the greatest force in C, N, relative to that of a rigid coupler."""
+    """Return the greatest force in C, N, relative to a rigid coupler."""
     fe = fem.solid(fem.read_mesh(MESH), fmb.MATERIALS["steel"])
     data = reduction.reduce(fe, {"a": "bore_a", "b": "bore_b"}, stations={"mid": (0.16, 0, 0)})
     runs = [fmb.simulate(linkage(data, rigid), t_end=0.6, samples=601) for rigid in (False, True)]

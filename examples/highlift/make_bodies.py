@@ -4,7 +4,7 @@ models name.
     shear centre line 0.33 c: beam nodes, one per rib         nose, area centre 0.42 c and trailing edge hang on
        o------o------o------o------o------o   span            rigid arms; track fittings are interfaces
 
-The numbers are those of parameters.toml, which the model files read too: interface points coincide by construction.
+The numbers come from parameters.toml, which the model files read too: interface points coincide by construction.
 
 Run it with: python examples/highlift/make_bodies.py [folder], once, before `flexmb run ... --set rigid=0`
 """
@@ -22,7 +22,7 @@ FOLDER = Path(__file__).parent
 PATH = 1.156  # m, of the carriage of track 2
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
 RIB = 2.0  # kg, each rib of the droop nose is a rigid body of its own; assumed, part of the nose's mass
-NOSE_EA = 1e8  # N; assumed, that of the flap scaled by the bending stiffness
+NOSE_EA = 1e8  # N; assumed, the flap's scaled by the bending stiffness
 SLAT = {
     "EA": 5e7,
     "shear_centre_chord_fraction": 0.40,

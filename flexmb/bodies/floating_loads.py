@@ -15,7 +15,7 @@ def add_loads(shapes, turning, eta, u, first, amounts, energy, residual):
     ----------
     shapes : (nl, 6 + m)
     turning : (0, nl or nl + 1; 6 + m, m)
-        The last one is that of the preload, whose amount is 1 and whose forces are in equilibrium with its stress.
+        The last one belongs to the preload, whose amount is 1 and whose forces are in equilibrium with its stress.
     energy : energy[3] is the rate of work of the loads.
     """
     nl, size = shapes.shape

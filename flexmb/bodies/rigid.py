@@ -282,8 +282,8 @@ class RigidBody(Body):
     def rod(cls, name: str, *, length: float, mass: float, radius: float | None = None, **fields) -> RigidBody:
         """Make a slender (or round) rod along x from the origin to (length, 0, 0), markers ``start`` and ``end``.
 
-        Without a radius the rod is slender: m L^2 / 12 across, exactly, and along its axis the inertia of a round rod
-        of the radius L / 100, because a body without any could not be simulated.
+        Without a radius the rod is slender: m L^2 / 12 across, exactly. About its axis it has the inertia of a round
+        rod of radius L / 100, because a body without inertia there could not be simulated.
         """
         _require_positive(name, length=length, mass=mass, **({} if radius is None else {"radius": radius}))
         axial = 0.5 * mass * (0.01 * length if radius is None else radius) ** 2

@@ -1,8 +1,8 @@
 """Simulate a model file and write a run folder.
 
-The folder holds the resolved model (model.toml, can be run again), the solution (solution.h5, written while the
-simulation runs: an interrupted run keeps what it had; it holds the reduced bodies too), the sensors (sensors.csv) and
-the log (log.txt).
+The folder holds the resolved model (model.toml, can be run again), the solution with the reduced bodies (solution.h5),
+the sensors (sensors.csv) and the log (log.txt). The solution is written while the simulation runs, so an interrupted
+run keeps its samples.
 """
 
 from __future__ import annotations

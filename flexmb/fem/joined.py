@@ -26,9 +26,9 @@ COINCIDENT = 1e-6
 def joined(*models: FEModel, name: str | None = None) -> FEModel:
     """Return one model of several: nodes at the same place become one, stiffness and mass add up.
 
-    A node has every freedom that one of the models gives it. A node of solids has no rotations: a beam or a shell
-    that ends on it is hinged there; hold it by a rigid link over a face instead (`with_rigid_link`), for which the
-    models need no common node.
+    A node has every freedom that one of the models gives it. A node of solids has no rotations: a beam or a shell that
+    ends on it is hinged there. Hold it by a rigid link over a face instead (`with_rigid_link`); then the models need no
+    common node.
 
     Parameters
     ----------

@@ -81,13 +81,13 @@ def reduce(
     cache : path or None
         Folder in which reduced bodies are kept by content: the same model and settings are reduced once.
     backend, progress : Backend, callable (stage, fraction), or None
-        Sparse factorisation, see flexmb.math.factor; what to call as the work goes on.
+        Sparse factorisation, see flexmb.math.factor; a function called with the progress.
 
     Returns
     -------
     ModalNeutralData
-        With nq + modes - r flexible coordinates: nq are the freedoms of the interfaces, 6 of a rigid or averaging one
-        and those of its nodes otherwise; r are the rigid motions of the model, 6, or 3 of one in a plane, as told by
+        It has nq + modes - r flexible coordinates. nq counts the freedoms of the interfaces: 6 of a rigid or averaging
+        one, otherwise the freedoms of its nodes. r counts the rigid motions of the model: 6, or 3 in a plane, see
         ``quality["rigid_modes"]["removed"]``. Residual vectors add one each.
 
     Raises

@@ -50,9 +50,9 @@ def _interface(fe: FEModel, coupling: Coupling) -> MarkerMotion:
 def station_motions(fe: FEModel, stations: Mapping[str, Any]) -> list[MarkerMotion]:
     """Return the motion of every station.
 
-    A set of nodes moves as its least-squares rigid motion; a node with rotations moves as itself; a node without
-    rotations, or a point, takes translation and rotation from a polynomial through the surrounding nodes; a point
-    beside a line element from the element's own (Hermite) interpolation.
+    A set of nodes moves as its least-squares rigid motion. A node with rotations moves as itself. A node without
+    rotations, or a point, takes translation and rotation from a polynomial through the surrounding nodes. A point
+    beside a line element takes them from the element's own (Hermite) interpolation.
     """
     return [_station(fe, name, where) for name, where in stations.items()]
 

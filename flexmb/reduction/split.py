@@ -40,8 +40,8 @@ def split(
     parts : sequence of FEModel
         From `flexmb.fem.split`.
     interfaces, stations : as `reduce`
-        Named sets or coordinates (node numbers are those of a part and cannot be told apart); each goes to the part
-        it lies in.
+        Named sets or coordinates (node numbers belong to a part and would be ambiguous); each goes to the part it lies
+        in.
     modes : as `reduce`
         Fixed-interface modes of each part.
     loads : as `reduce`

@@ -16,8 +16,8 @@ def stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
     """Return the stress xx, yy, zz, xy, yz, zx at the nodes, (n, 6, m), Pa, of a nodal field (n, 6, m); zero without
     elements.
 
-    The mean over all cells at a node that are of one material. Where materials meet the stress jumps, and a mean would
-    be that of neither: the node shows the stiffer one, which carries the larger stress along the joint.
+    The mean over all cells of one material at a node. Where materials meet the stress jumps, and a mean would belong to
+    neither: the node shows the stiffer one, which carries the larger stress along the joint.
     """
     n = len(fe.nodes)
     total, weight, shown = np.zeros(field.shape), np.zeros(n), np.zeros(n)

@@ -27,8 +27,9 @@ class JointCoordinate(Sensor):
 
     Full turns are counted in every step of the integration (by the drive itself, where one prescribes the turn), so any
     samples will do. A sensor that the model did not have when it was simulated counts them from sample to sample, with
-    the relative angular velocity and acceleration at both, ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 -
-    alpha_1)/12``; where that misses by a quarter of a turn or more, the samples are too far apart, which is an error.
+    the relative angular velocity and acceleration at both,
+    ``theta_1 - theta_0 = h (w_0 + w_1)/2 + h^2 (alpha_0 - alpha_1)/12``. If that misses by a quarter of a turn or more,
+    the samples are too far apart, which is an error.
 
     Parameters
     ----------

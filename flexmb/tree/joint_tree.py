@@ -55,11 +55,11 @@ class RelativeState:
 class JointTree:
     """The tree of a model's joints, with its relative coordinates.
 
-    A coordinate is a turn (rad) or slide (m) of a joint as `JointCoordinate` counts it; a spherical joint has the Euler
-    parameters of marker b relative to a, its rates the relative angular velocity in axes of b; a free body has its
-    position and Euler parameters, its rates the velocities in body axes. Modal coordinates follow those of their body.
-    Joints that permit no simple motion (rods, curves, couplings, rolling) and those that close loops are cut.
-    Theory: recursive.
+    A coordinate is a turn (rad) or slide (m) of a joint as `JointCoordinate` counts it. A spherical joint has the Euler
+    parameters of marker b relative to a; its rates are the relative angular velocity in axes of b. A free body has its
+    position and Euler parameters; its rates are the velocities in body axes. Modal coordinates come after the
+    coordinates of their body. Joints that permit no simple motion (rods, curves, couplings, rolling) and joints that
+    close loops are cut. Theory: recursive.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class JointTree:
         Raises
         ------
         ModelError
-            If the state is that of another model.
+            If the state belongs to another model.
         """
         return self.read(given_state(state, self.system, "JointTree", reactions=False), self.work)
 
@@ -237,7 +237,7 @@ class JointTree:
         return joint_jacobian(self.rows, self.tree.tables.parent, self.work, body, number, len(self.rate_names))
 
     def torques(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> np.ndarray:
-        """Return the forces (nv,) on the rates that a motion needs beside those of the model (N m, N, modal forces).
+        """Return the forces (nv,) on the rates that a motion needs in addition to the model's (N m, N, modal forces).
 
         Recursive inverse dynamics (Luh, Walker & Paul 1980), here with flexible bodies: evaluates each body once at its
         acceleration and passes its load on to its parent, eq. (tree-torques). Drives count as what supplies the torque.
@@ -347,7 +347,7 @@ class JointTree:
             Where the search begins; the assembled start unless given. Modes, driven and free coordinates stay there.
         limits : dict of coordinate name to (low, high), rad or m, optional
         orientation : bool
-            Shall its axes agree as well?
+            Let the axes agree as well.
         tolerance : float, m
             Largest distance, with the angle times the largest lever.
 

@@ -23,7 +23,7 @@ class Check:
     Parameters
     ----------
     name : str
-        What was looked at: "equations of motion", "energy", "constraints, position" ...
+        What was checked: "equations of motion", "energy", "constraints, position" ...
     share : float
         What was found, relative to the scale of its kind.
     limit : float
@@ -58,7 +58,7 @@ class Answer:
     peak : mapping of rerun to float
         Difference of the largest magnitudes, relative to `largest`.
     within : float
-        The share that is asked for.
+        The requested tolerance, as a share.
     """
 
     name: str
@@ -107,15 +107,15 @@ class Verification:
     model : str
         Name of the model.
     within : float
-        The share that is asked of the answers.
+        The requested tolerance of the answers, as a share.
     checks : tuple of Check
-        Of the solution itself, by ways that the integrator has not gone.
+        Of the solution itself, by methods that the integrator did not use.
     answers : tuple of Answer
         Every sensor, by unit.
     runs : tuple of str
         What the answers were compared with.
     notes : tuple of str
-        What could not be looked at, and why.
+        What could not be checked, and why.
     """
 
     model: str
