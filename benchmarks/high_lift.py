@@ -2,7 +2,7 @@
 
 Processor time of the second of two runs, after one that compiles kernels; it contains the search for the equilibrium at
 the start. There is no peer: the accuracy is that of the model files, rtol 1e-6 rigid and 1e-5 elastic. Run with
-``python examples/highlift/make_bodies.py`` once, then ``python benchmarks/high_lift.py``.
+``python benchmarks/high_lift.py``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,5 @@
 """The high-lift example: its files, its data, and runs that several tests look at."""
 
-import importlib.util
-import shutil
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -14,26 +12,6 @@ FOLDER = Path(__file__).parents[1] / "examples" / "highlift"
 DATA = tomllib.loads((FOLDER / "parameters.toml").read_text())
 CHECK = DATA["check"]["quasi_static"]
 RANGE = np.radians(DATA["trailing_edge"]["track_2"]["drive"]["lever_range_deg"])
-
-
-@cache
-def bodies():
-    """Return the script that makes the elastic bodies, as a module."""
-    spec = importlib.util.spec_from_file_location("make_bodies", FOLDER / "make_bodies.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def elastic_folder(path: Path, *names: str) -> Path:
-    """Copy the model files to a folder, make reduced bodies beside them (by default all), and return the folder."""
-    for file in FOLDER.glob("*.toml"):
-        shutil.copy(file, path)
-    if not names:
-        bodies().main(path)
-    for name in names:
-        getattr(bodies(), name)(DATA).save(path / f"{name}.h5")
-    return path
 
 
 @cache

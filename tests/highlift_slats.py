@@ -22,9 +22,9 @@ BALL = PATH * np.array([np.sin(np.radians(-5.0)), np.cos(np.radians(-5.0))])  # 
 
 
 @cache
-def held_slat(*settings, folder=FOLDER):
+def held_slat(*settings):
     """Return slat 1 alone, retracted, its pinions held; settings of slat.toml."""
-    model = fmb.load_model(folder / "slat.toml", dict(settings))
+    model = fmb.load_model(FOLDER / "slat.toml", dict(settings))
     holds = [fmb.Drive(f"{track} hold", joint=f"{track}_pinion", angle=0.0) for track in ("t1", "t2")]
     return model.with_parts(joints=holds)
 

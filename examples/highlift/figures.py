@@ -1,6 +1,6 @@
 """Curves of the high-lift system laid out like Figs. 16-21 of Zierath, Woernle & Heyden, rigid beside elastic.
 
-Run it with: python examples/highlift/figures.py [picture]   (after make_bodies.py; a minute for four runs)
+Run it with: python examples/highlift/figures.py [picture]   (a minute for four runs)
 """
 
 import sys

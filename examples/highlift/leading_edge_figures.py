@@ -1,7 +1,7 @@
 """Curves of the leading edge laid out like Figs. 22 and 23 of Zierath, Woernle & Heyden: droop nose, rigid and elastic,
 slat.
 
-Run it with: python examples/highlift/leading_edge_figures.py [picture]   (after make_bodies.py; half a minute for four
+Run it with: python examples/highlift/leading_edge_figures.py [picture]   (half a minute for four
 runs)
 """
 

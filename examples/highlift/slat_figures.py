@@ -1,7 +1,7 @@
 """Curves of the slats: rollers and pinions of slat 1 in operation, and after the loss of a roller, rigid beside
 elastic.
 
-Run it with: python examples/highlift/slat_figures.py [picture]   (after make_bodies.py; a minute for four runs)
+Run it with: python examples/highlift/slat_figures.py [picture]   (a minute for four runs)
 """
 
 import sys

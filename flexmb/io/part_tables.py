@@ -35,7 +35,7 @@ def _kinds() -> dict[str, dict[str, type]]:
     from flexmb.model.orthotropic_material import OrthotropicMaterial
 
     named = (reduction.Rigid, reduction.Averaging, reduction.Nodes, reduction.Pressure, reduction.LineLoad)
-    values = (*named, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Forces)
+    values = (*named, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Forces, parts.Each)
     shapes = (Section, Material, OrthotropicMaterial, parts.Stretch, parts.Bore, parts.Boss)
     return {
         "pieces": parts.PIECES,

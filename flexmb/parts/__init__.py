@@ -8,7 +8,7 @@ from flexmb.parts.body_cache import BodyCache, body_folder, clear_bodies, kept_b
 from flexmb.parts.extrusion import Bore, Boss, Extrusion
 from flexmb.parts.line import Line
 from flexmb.parts.mesh_file import MeshFile, Stretch
-from flexmb.parts.nodal_loads import Forces
+from flexmb.parts.nodal_loads import Each, Forces
 from flexmb.parts.part import Part
 from flexmb.parts.plate import Plate
 from flexmb.parts.ties import Arm, AveragingLink, Mass, RigidLink, Spring
@@ -24,6 +24,7 @@ __all__ = [
     "Bore",
     "Boss",
     "Count",
+    "Each",
     "Extrusion",
     "Forces",
     "Line",

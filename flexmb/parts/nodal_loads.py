@@ -1,4 +1,4 @@
-"""`Forces`: a load shape of nodal forces and moments on a set of nodes."""
+"""`Forces`: a load shape of nodal forces and moments on a set of nodes; `Each`: a station at each of its nodes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,24 @@ from flexmb.model.described import Described
 from flexmb.parts.places import chosen_nodes, components
 from flexmb.reduction.loads import NodalForces
 
-__all__ = ["Forces"]
+__all__ = ["Each", "Forces"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Each(metaclass=Described):
+    """A station at every node of a set: `name` becomes ``name_1``, ``name_2`` ... in ascending order.
+
+    Parameters
+    ----------
+    of : str, node numbers or coordinates, m
+    """
+
+    of: Any
+
+    def stations(self, fe: FEModel, name: str) -> dict[str, list[int]]:
+        """Return the stations by name."""
+        nodes = chosen_nodes(fe, self.of, f"Station '{name}'")
+        return {f"{name}_{k}": [int(node)] for k, node in enumerate(nodes, 1)}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

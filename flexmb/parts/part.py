@@ -21,7 +21,7 @@ from flexmb.model.described import Described
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.limits import check_file
-from flexmb.parts.nodal_loads import Forces
+from flexmb.parts.nodal_loads import Each, Forces
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.cache import fingerprint
 from flexmb.reduction.craig_bampton import reduce
@@ -47,7 +47,7 @@ class Part(metaclass=Described):
         Where joints and forces act; the fields from here on are those of `flexmb.reduction.reduce`.
     modes : int or str
     stations, loads : mapping of name to place, or to load
-        Loads may be `Forces` as well, on named sets.
+        Stations may be `Each`, loads `Forces` as well, on named sets.
     residual_vectors : list of str, or "all"
     geometric_stiffness, stress : bool
     frame : str
@@ -177,12 +177,15 @@ class Part(metaclass=Described):
                 name: load.on_nodes(fe, f"Load '{name}'") if isinstance(load, Forces) else load
                 for name, load in self.loads.items()
             }
+            stations: dict[str, Any] = {}
+            for name, place in self.stations.items():
+                stations.update(place.stations(fe, name) if isinstance(place, Each) else {name: place})
             return reduce(
                 fe,
                 self.interfaces,
                 modes=self.modes,
                 geometric_stiffness=self.geometric_stiffness,
-                stations=self.stations,
+                stations=stations,
                 loads=loads,
                 frame=self.frame,
                 damping=self.damping,

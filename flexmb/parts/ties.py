@@ -29,11 +29,14 @@ class Arm(metaclass=Described):
         From each node to the end of its arm; every component is a number, or a list with one for each node of the set.
     name : str
         Set of the new nodes.
+    extends : bool
+        The set exists already, and the new nodes join it.
     """
 
     of: Any
     offset: Any
     name: str
+    extends: bool = False
 
     @property
     def title(self) -> str:
@@ -45,10 +48,12 @@ class Arm(metaclass=Described):
         nodes = chosen_nodes(fe, self.of, self.title)
         ends = fe.nodes[nodes] + components(self.offset, len(nodes), self.title, "offset")
         before = len(fe.nodes)
-        _check_new(fe, self.name, self.title)
+        if not self.extends:
+            _check_new(fe, self.name, self.title)
+        held = fe.node_sets.get(self.name, np.zeros(0, int)) if self.extends else np.zeros(0, int)
         for end in ends:
             fe = with_node(fe, end)
-        fe = _with_set(fe, self.name, np.arange(before, before + len(nodes)))
+        fe = _with_set(fe, self.name, np.concatenate([held, np.arange(before, before + len(nodes))]))
         for k, node in enumerate(nodes):
             fe = with_rigid_link(fe, int(node), [before + k])
         return fe

@@ -6,13 +6,16 @@ Reference: statics of the full finite elements, Craig & Bampton 1968, and Euler-
 import itertools
 from functools import cache
 
+import highlift_bodies
 import numpy as np
 import pytest
-from highlift_runs import DATA, bodies
+from highlift_runs import DATA, FOLDER
 from scipy.linalg import eigh
 from tolerances import MACHINE
 
+import flexmb as fmb
 from flexmb import fem, reduction
+from flexmb.errors import ModelError
 from flexmb.reduction.basis import normal_modes
 from flexmb.reduction.interfaces import resolve
 from flexmb.reduction.statics import HeldBody
@@ -31,7 +34,7 @@ def flap():
         "tip": wing["track_2"]["y"],
         "rib": wing["interconnection_strut"]["y_inboard"],
     }
-    return bodies().flap_model(FLAP, *FLAP["y_range"], ribs, FLAP["nose_points_y"], "inboard_flap")
+    return highlift_bodies.flap_model(FLAP, *FLAP["y_range"], ribs, FLAP["nose_points_y"], "inboard_flap")
 
 
 def node(fe, name) -> int:
@@ -131,7 +134,7 @@ def test_outcome_5_18():
     np.testing.assert_allclose(K[q:, q:], np.diag(modes.w2), atol=1e-7 * modes.w2.max())
     w2 = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), eigvals_only=True)
     assert np.abs(w2[:6]).max() < 1e-6 * w2[6]
-    data = bodies().inboard_flap(DATA)
+    data = highlift_bodies.inboard_flap(DATA)
     assert np.sqrt(w2[6]) / (2 * np.pi) == pytest.approx(data.frequencies[0], rel=1e-2)
 
 
@@ -157,11 +160,14 @@ def test_outcome_5_20():
 def test_frequencies_by_hand():
     """Free flaps against the uniform beams of the data set, which leave out taper, and the offset of the mass from the
     shear centre: that couples bending and torsion, within 8 %."""
-    for name, made in (("inboard_flap", bodies().inboard_flap(DATA)), ("outboard_flap", bodies().outboard_flap(DATA))):
+    for name, made in (
+        ("inboard_flap", highlift_bodies.inboard_flap(DATA)),
+        ("outboard_flap", highlift_bodies.outboard_flap(DATA)),
+    ):
         expected = DATA["trailing_edge"][name]["expected_frequencies_hz"]
         for key in ("free_bending_1", "free_torsion_1"):
             assert np.min(np.abs(made.frequencies / expected[key] - 1.0)) < 0.08
-        assert made.mass + len(made.marker_names[: made.n_interfaces]) * bodies().FITTING == pytest.approx(
+        assert made.mass + len(made.marker_names[: made.n_interfaces]) * highlift_bodies.FITTING == pytest.approx(
             DATA["trailing_edge"][name]["mass"], rel=1e-2
         )
 
@@ -173,8 +179,8 @@ def test_track_beam_on_the_wing(yielding):
     The beam with an overhang a behind the span b gives way by a^2 (a + b)/3EI, its shear by (a + a^2/b)/GA, its
     attachments by (1 + a/b)^2/k and (a/b)^2/k. The 34 Hz of the data set leave out shear and attachments.
     """
-    arguments = bodies().track_arguments(DATA)["track_2"]
-    fe, beam = bodies().track_model(*arguments), DATA["trailing_edge"]["track_beams"]
+    arguments = highlift_bodies.track_arguments(DATA)["track_2"]
+    fe, beam = highlift_bodies.track_model(*arguments), DATA["trailing_edge"]["track_beams"]
     k = beam["attachment_stiffness"] if yielding else 1e13
     fe = fem.with_mass(fem.with_mass(fe, node(fe, "foot"), 150.0), node(fe, "carriage 0"), 60.0)
     fe = fem.with_spring(fe, node(fe, "front"), (k, k, k, 7e5, 0, 0))
@@ -198,7 +204,7 @@ def test_track_beam_on_the_wing(yielding):
 
 def test_load_shapes_are_the_loads_at_the_nose_points():
     """The load shapes of the reduced flap, and point loads on its nose markers, as the model files apply them."""
-    data = bodies().inboard_flap(DATA)
+    data = highlift_bodies.inboard_flap(DATA)
     sizes = {"normal": (2, STRIP * CHORDS), "chord": (0, STRIP * CHORDS), "moment": (4, STRIP * CHORDS**2)}
     motion = np.concatenate([data.marker_translations, data.marker_rotations], axis=1)
     for name, (direction, amounts) in sizes.items():
@@ -206,3 +212,74 @@ def test_load_shapes_are_the_loads_at_the_nose_points():
         modal = sum(amount * motion[nose, direction] for nose, amount in zip(noses, amounts))
         shape = data.load_shapes[data.load_names.index(name)]
         np.testing.assert_allclose(shape[6:], modal, atol=1e-9 * np.abs(modal).max())
+
+
+@pytest.mark.parametrize(
+    ("file", "body", "by_hand", "tolerance"),
+    [
+        ("inboard_flap_beam", "beam", lambda: highlift_bodies.inboard_flap(DATA), 1e-10),
+        ("outboard_flap_beam", "beam", lambda: highlift_bodies.outboard_flap(DATA), 1e-10),
+        ("trailing_edge", "inboard_t2_track", lambda: track("track_2"), 1e-8),
+        ("trailing_edge", "outboard_t4_track", lambda: track("track_outboard"), 1e-8),
+        ("droop_nose", "s2_arm", lambda: highlift_bodies.hinge_arm(DATA), 1e-10),
+        ("slats", "s1_beam", lambda: highlift_bodies.slat(DATA, 1), 1e-10),
+        ("slats", "s6_beam", lambda: highlift_bodies.slat(DATA, 6), 1e-10),
+        # equal bays between the arms of the nose: pairs of modes of nearly one frequency, either of which may be taken
+        ("droop_nose", "nose_beam", lambda: highlift_bodies.droop_nose(DATA), 1e-2),
+    ],
+)
+def test_the_model_files_describe_the_same_bodies(file, body, by_hand, tolerance):
+    """Mass, frequencies, markers and load shapes of the description are those of the functions called by hand."""
+    given = {"rigid": False} if "beam" not in file else {}
+    data, expected = fmb.load_model(FOLDER / f"{file}.toml", given).body(body).data, by_hand()
+    assert data.mass == pytest.approx(expected.mass, rel=1e-12)
+    assert data.marker_names == expected.marker_names
+    assert data.load_names == expected.load_names
+    np.testing.assert_allclose(data.marker_positions, expected.marker_positions, atol=1e-9)
+    np.testing.assert_allclose(data.load_shapes[:, :6], expected.load_shapes[:, :6], atol=1e-12)
+    np.testing.assert_allclose(data.frequencies, expected.frequencies, rtol=tolerance)
+    np.testing.assert_allclose(data.frequencies[:6], expected.frequencies[:6], rtol=min(tolerance, 1e-4))
+
+
+def track(name):
+    return highlift_bodies.track_beam(*highlift_bodies.track_arguments(DATA)[name])
+
+
+@pytest.mark.parametrize(("name", "low"), [("inboard_flap_GJ", 1.5e5), ("inboard_flap_EI_flapwise", 3.4e5)])
+def test_stiffness_of_the_flap_reaches_the_struts(name, low):
+    """A tenth of the torsional or bending stiffness of the elastic flap: other forces in the drive struts.
+
+    They were equal to the last digit, because bodies came from files that knew nothing of the parameters.
+    """
+    start = {"rigid": False, "load_factor": 2.0}
+    forces = [
+        fmb.statics(fmb.load_model(FOLDER / "operation.toml", {**start, **given}))["inboard_t1_strut force"][-1, 0]
+        for given in ({}, {name: low})
+    ]
+    assert abs(forces[1] / forces[0] - 1.0) > 1e-3
+
+
+def test_a_track_takes_the_interface_of_the_flap_along():
+    """Track 2 at y = 8.0 m instead of 6.85 m: fitting and interface of the elastic flap are there, nothing is open."""
+    model = fmb.load_model(FOLDER / "trailing_edge.toml", {"rigid": False, "track_2_y": 8.0})
+    data = model.body("inboard_flap_beam").data
+    tip = data.marker_positions[data.marker_names.index("tip")]
+    assert tip[1] == pytest.approx(8.0, abs=1e-12)
+    assert fmb.check(model).assembly_error < 1e-4
+
+
+def test_a_flap_of_other_parameters_is_refused(tmp_path):
+    """The flap in a file, as it was: it says what it was made with, and does not fit another place of the track."""
+    for file in FOLDER.glob("*.toml"):
+        (tmp_path / file.name).write_text(file.read_text())
+    path = tmp_path / "inboard_flap_beam.toml"
+    data = fmb.load_model(path).body("beam").data
+    data.save(tmp_path / "inboard_flap.h5")
+    text = path.read_text()
+    table = text[text.index("[body.data]") : text.index('[[body]]\nkind = "RigidBody"\nname = "root"')]
+    path.write_text(text.replace(table, "").replace('name = "beam"\n', 'name = "beam"\ndata = "inboard_flap.h5"\n', 1))
+    case = tmp_path / "operation.toml"
+    assert fmb.load_model(case, {"rigid": False})
+    for name, value in (("track_2_y", 8.0), ("inboard_flap_GJ", 1e3), ("inboard_flap_EI_flapwise", 1e3)):
+        with pytest.raises(ModelError, match=f"'inboard_flap.h5' was made with {name} = "):
+            fmb.load_model(case, {"rigid": False, name: value})

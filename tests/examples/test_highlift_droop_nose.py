@@ -4,9 +4,10 @@ Reference: the check values of examples/highlift/parameters.toml, the balance of
 triangle of hinge arm and struts by hand, and the statements of Zierath, Woernle & Heyden (Figs. 22 and 23).
 """
 
+import highlift_bodies
 import numpy as np
 import pytest
-from highlift_runs import DATA, FOLDER, bodies, elastic_folder, run
+from highlift_runs import DATA, FOLDER, run
 from scipy.interpolate import CubicSpline
 from tolerances import SOLVER
 
@@ -164,8 +165,8 @@ def test_the_other_drive_carries_the_sum():
 def test_bodies_by_hand():
     """The mass of the data set; free bending near that of the uniform beam, 28 Hz, from which the offset of the mass
     departs; a hinge arm like a cantilever of its section."""
-    nose, arm = bodies().droop_nose(DATA), bodies().hinge_arm(DATA)
-    assert nose.mass + 6 * bodies().RIB == pytest.approx(NOSE["mass"], rel=1e-9)
+    nose, arm = highlift_bodies.droop_nose(DATA), highlift_bodies.hinge_arm(DATA)
+    assert nose.mass + 6 * highlift_bodies.RIB == pytest.approx(NOSE["mass"], rel=1e-9)
     uniform = 22.373 / (2 * np.pi * NOSE["span"] ** 2) * np.sqrt(NOSE["EI_flapwise"] * NOSE["span"] / NOSE["mass"])
     assert uniform == pytest.approx(28.0, rel=0.02)
     assert nose.frequencies[0] == pytest.approx(uniform, rel=0.08)
@@ -175,10 +176,9 @@ def test_bodies_by_hand():
     assert arm.mass == pytest.approx(NOSE["hinge_arm"]["mass"], rel=1e-9)
 
 
-def test_one_parameter_makes_the_nose_elastic(tmp_path):
+def test_one_parameter_makes_the_nose_elastic():
     """Same stations and drives; no equation is dependent."""
-    folder = elastic_folder(tmp_path, "droop_nose", "hinge_arm")
-    rigid, model = (fmb.load_model(folder / "droop_operation.toml", {"rigid": value}) for value in (True, False))
+    rigid, model = (fmb.load_model(FOLDER / "droop_operation.toml", {"rigid": value}) for value in (True, False))
     flexible = [body.name for body in model.bodies if body.has_frame and body.n_vector]
     assert sorted(flexible) == sorted(["nose_beam", *(f"s{k}_arm" for k in range(1, 6))])
     assert {joint.name for joint in rigid.joints} - {joint.name for joint in model.joints} == {"nose_twist"}
@@ -190,14 +190,13 @@ def test_one_parameter_makes_the_nose_elastic(tmp_path):
 
 
 @pytest.mark.slow
-def test_elastic_nose_and_arms(tmp_path):
+def test_elastic_nose_and_arms():
     """Forces and angles of the drives as in the rigid model, which stands for the same elasticity;
     so the failure too.
     """
-    folder = elastic_folder(tmp_path, "droop_nose", "hinge_arm")
 
     def elastic(case, **settings):
-        path, given = folder / f"{case}.toml", {"rigid": False}
+        path, given = FOLDER / f"{case}.toml", {"rigid": False}
         simulation = fmb.load_simulation(path, given, **settings)
         return fmb.simulate(fmb.load_model(path, given), **simulation.keywords())
 

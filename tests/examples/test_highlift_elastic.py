@@ -7,7 +7,7 @@ before the failure already. So the ratios to the force before are smaller than t
 
 import numpy as np
 import pytest
-from highlift_runs import DATA, elastic_folder, run
+from highlift_runs import DATA, FOLDER, run
 
 import flexmb as fmb
 
@@ -15,31 +15,25 @@ STOP = DATA["trailing_edge"]["interconnection_strut"]["free_travel"][0]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The model files with the reduced bodies beside them."""
-    return elastic_folder(tmp_path_factory.mktemp("highlift"))
-
-
-@pytest.fixture(scope="module")
-def elastic(folder):
+def elastic():
     """Simulate a case with elastic flaps and tracks."""
     done = {}
 
     def simulate(case):
         if case not in done:
-            path, given = folder / f"{case}.toml", {"rigid": False}
+            path, given = FOLDER / f"{case}.toml", {"rigid": False}
             done[case] = fmb.simulate(fmb.load_model(path, given), **fmb.load_simulation(path, given).keywords())
         return done[case]
 
     return simulate
 
 
-def test_one_parameter_makes_the_model_elastic(folder):
+def test_one_parameter_makes_the_model_elastic():
     """Same stations, joints and drives; no equation is dependent,
     although every flap rests on more than three supports.
     """
-    rigid = fmb.load_model(folder / "operation.toml")
-    model = fmb.load_model(folder / "operation.toml", {"rigid": False})
+    rigid = fmb.load_model(FOLDER / "operation.toml")
+    model = fmb.load_model(FOLDER / "operation.toml", {"rigid": False})
     flexible = {body.name: body.n_vector for body in model.bodies if body.has_frame and body.n_vector}
     assert len(flexible) == 6
     assert {joint.name for joint in rigid.joints if joint.name.startswith("drive")} <= {j.name for j in model.joints}

@@ -6,17 +6,11 @@ the data set.
 
 import numpy as np
 import pytest
-from highlift_runs import DATA, elastic_folder, run
+from highlift_runs import DATA, FOLDER, run
 
 import flexmb as fmb
 
 SLOW = ("duration", 20.0)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The model files with all reduced bodies."""
-    return elastic_folder(tmp_path_factory.mktemp("highlift"))
 
 
 def drives(*settings):
@@ -49,11 +43,11 @@ def test_jam():
 
 
 @pytest.mark.parametrize("side", ["inboard", "outboard"])
-def test_load_shapes_carry_the_airload(folder, side):
+def test_load_shapes_carry_the_airload(side):
     """Resultant and moment about the span of the three load shapes, over the angle of the lever:
     those of the nose points.
     """
-    model = fmb.load_model(folder / f"{side}.toml", {"rigid": False})
+    model = fmb.load_model(FOLDER / f"{side}.toml", {"rigid": False})
     body = model.body("flap_beam")
     assert body.geometric_stiffness is True
     loads = [force for force in model.forces if isinstance(force, fmb.Pressure)]
@@ -79,20 +73,20 @@ def test_load_shapes_carry_the_airload(folder, side):
     assert total[4] == pytest.approx(-q * CN * XCP * np.sum(strips * c), rel=1e-9)
 
 
-def test_geometric_stiffness_is_one_parameter(folder):
+def test_geometric_stiffness_is_one_parameter():
     """It reaches all elastic bodies; the forces in them are far from those that buckle them, so it changes little."""
     angles = []
     for value in (True, False):
         bodies = [
             body
             for case in ("operation", "droop_operation")
-            for body in fmb.load_model(folder / f"{case}.toml", {"rigid": False, "geometric_stiffness": value}).bodies
+            for body in fmb.load_model(FOLDER / f"{case}.toml", {"rigid": False, "geometric_stiffness": value}).bodies
             if body.has_frame and body.n_vector
         ]
         assert len(bodies) == 12
         assert all(bool(body.geometric_stiffness) is value for body in bodies)
         model = fmb.load_model(
-            folder / "droop_nose.toml", {"rigid": False, "geometric_stiffness": value, "load_set": 3}
+            FOLDER / "droop_nose.toml", {"rigid": False, "geometric_stiffness": value, "load_set": 3}
         )
         angles.append(fmb.statics(model)["s2_nose angle"][-1])
     assert 0.0 < abs(angles[1] / angles[0] - 1.0) < 1e-2

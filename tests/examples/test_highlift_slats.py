@@ -3,11 +3,9 @@
 Reference: the statements of the data set (README 5), and equilibrium of a track (tests/highlift_slats.py).
 """
 
-import shutil
-
 import numpy as np
 import pytest
-from highlift_runs import DATA, FOLDER, bodies, run
+from highlift_runs import FOLDER, run
 from highlift_slats import PAIRS, SIDES, SLATS, angle, at_rest, by_hand, held_slat, pair_force
 from tolerances import SOLVER
 
@@ -108,24 +106,14 @@ def euler_bernoulli(number):
     return 22.3733 / (2 * np.pi) * np.sqrt(SLATS["EI_flapwise"] * span / mass / span**4)
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The model files with an elastic slat 1 beside them."""
-    path = tmp_path_factory.mktemp("slats")
-    bodies().slat(DATA, 1).save(path / "slat_1.h5")
-    for file in FOLDER.glob("*.toml"):
-        shutil.copy(file, path)
-    return path
-
-
-def test_an_elastic_slat(folder):
+def test_an_elastic_slat():
     """Its mass, and its first free frequency within 3 % (the area centre lies behind the shear centre); on two tracks,
     which is determinate, it loads rollers and pinions as the rigid one does, but for its bending under them."""
-    data = fmb.ModalNeutralData.load(folder / "slat_1.h5")
+    data = fmb.load_model(FOLDER / "slat.toml", {"rigid": False}).body("beam").data
     assert data.mass == pytest.approx(SLATS["mass"][0], rel=1e-9)
     assert data.frequencies[0] == pytest.approx(euler_bernoulli(1), rel=0.03)
     expected = by_hand(1, 0.0, 0)
-    solution = fmb.statics(held_slat(("rigid", False), folder=folder))
+    solution = fmb.statics(held_slat(("rigid", False)))
     for track, (front, rear, torque) in (("t1", expected.fixed), ("t2", expected.free)):
         scale = abs(front) + abs(rear)
         assert pair_force(solution, track, "front", -1) == pytest.approx(front, abs=0.01 * scale)

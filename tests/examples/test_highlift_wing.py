@@ -6,7 +6,7 @@ Reference: the runs of the parts. They hang on the wing, which stands still, so 
 
 import numpy as np
 import pytest
-from highlift_runs import DATA, FOLDER, elastic_folder, run
+from highlift_runs import DATA, FOLDER, run
 
 import flexmb as fmb
 
@@ -45,10 +45,9 @@ def test_devices_stand_where_the_data_set_has_them():
     np.testing.assert_allclose(start, (DATA["slats"]["start_Y"][5] - DATA["slats"]["start_Y"][0]) * along, atol=1e-9)
 
 
-def test_one_parameter_makes_the_wing_elastic(tmp_path):
+def test_one_parameter_makes_the_wing_elastic():
     """Flaps, tracks, nose, hinge arms and slats: eighteen elastic bodies."""
-    folder = elastic_folder(tmp_path)
-    model = fmb.load_model(folder / "wing.toml", {"rigid": False})
+    model = fmb.load_model(FOLDER / "wing.toml", {"rigid": False})
     elastic = [body.name for body in model.bodies if body.has_frame and body.n_vector]
     assert len(elastic) == 18
     report = fmb.check(model)

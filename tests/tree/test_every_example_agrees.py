@@ -7,7 +7,6 @@ table of the simulation, with the models that their events leave. A new example 
 import ast
 import contextlib
 import runpy
-import shutil
 import sys
 import tomllib
 from dataclasses import replace
@@ -139,20 +138,10 @@ def test_models_of_a_file(path, rng):
         assert_agreement(each, rng)
 
 
-@pytest.fixture(scope="module")
-def with_bodies(tmp_path_factory):
-    """The high-lift model files with the reduced bodies beside them."""
-    folder = tmp_path_factory.mktemp("highlift")
-    for file in HIGHLIFT.glob("*.toml"):
-        shutil.copy(file, folder)
-    runpy.run_path(str(HIGHLIFT / "make_bodies.py"))["main"](folder)
-    return folder
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in FILES if "rigid" in fmb.load_model(path).parameters], ids=name)
-def test_elastic_model_of_a_file(path, with_bodies, rng):
-    assert_agreement(fmb.load_model(with_bodies / path.name, {"rigid": False}), rng)
+def test_elastic_model_of_a_file(path, rng):
+    assert_agreement(fmb.load_model(path, {"rigid": False}), rng)
 
 
 @pytest.mark.slow

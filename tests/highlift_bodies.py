@@ -1,24 +1,16 @@
-"""Elastic bodies of the high-lift example: flaps, tracks, droop nose, hinge arms, slats, reduced to the files that
-models name.
+"""Elastic bodies of the high-lift example by hand, with `fem` and `reduction`: flaps, tracks, droop nose, hinge arms,
+slats.
 
     shear centre line 0.33 c: beam nodes, one per rib         nose, area centre 0.42 c and trailing edge hang on
        o------o------o------o------o------o   span            rigid arms; track fittings are interfaces
 
-The numbers come from parameters.toml, which the model files read too: interface points coincide by construction.
-
-Run it with: python examples/highlift/make_bodies.py [folder], once, before `flexmb run ... --set rigid=0`
-"""
-
-import sys
-import tomllib
-from pathlib import Path
+The model files describe the same bodies; what they are made of is looked at here."""
 
 import numpy as np
 
 import flexmb as fmb
 from flexmb import fem, reduction
 
-FOLDER = Path(__file__).parent
 PATH = 1.156  # m, of the carriage of track 2
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
 RIB = 2.0  # kg, each rib of the droop nose is a rigid body of its own; assumed, part of the nose's mass
@@ -291,20 +283,3 @@ def slat(data: dict, number: int) -> fmb.ModalNeutralData:
             stations[f"{name}_{n}"] = [int(fe.node_sets[f"{name}_{n}"][0])]
     held = {rib: [int(fe.node_sets[rib][0])] for rib in ribs}
     return reduction.reduce(fe, held, modes=6, stations=stations, geometric_stiffness=True)
-
-
-def main(folder: str | Path = FOLDER) -> dict[str, fmb.ModalNeutralData]:
-    """Write the reduced bodies to a folder and return them."""
-    data = tomllib.loads((FOLDER / "parameters.toml").read_text())
-    bodies = {"inboard_flap": inboard_flap(data), "outboard_flap": outboard_flap(data)}
-    bodies |= {name: track_beam(*arguments) for name, arguments in track_arguments(data).items()}
-    bodies |= {f"slat_{number}": slat(data, number) for number in range(1, data["slats"]["count"] + 1)}
-    bodies |= {"droop_nose": droop_nose(data), "hinge_arm": hinge_arm(data)}
-    for name, body in bodies.items():
-        body.save(Path(folder) / f"{name}.h5")
-        print(f"{name}: {body.mass:.1f} kg, {body.n_modes} coordinates, {body.frequencies[:4].round(1)} Hz")
-    return bodies
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
