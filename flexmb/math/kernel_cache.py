@@ -27,6 +27,7 @@ from numba.core.caching import _Cache
 from numba.core.serialize import dumps
 from numba.core.typing import Signature
 
+from flexmb.math.kernel_claims import claim, release
 from flexmb.math.kernel_content import UnknownContent, code_digest, type_text
 from flexmb.math.kernel_library import rebuilt, reduced
 
@@ -93,16 +94,29 @@ class KernelCache(_Cache):
         baseline = _baseline(*native)
         places = [(kernel_folder(), native)] + ([(SHIPPED, baseline)] if baseline else [])
         for folder, target in places:
-            path = self._path(folder, sig, target)
-            content = None if path is None else _read(path)
-            if content is not None:
-                try:
-                    return rebuilt(target_context, *pickle.loads(content))
-                except Exception:  # whatever unpickling finds in a file of a release that wrote it otherwise
-                    _remove(path)
+            found = self._loaded(self._path(folder, sig, target), target_context)
+            if found is not None:
+                return found
+        own = self._path(kernel_folder(), sig, native)
+        if own is not None and claim(own):
+            found = self._loaded(own, target_context)
+            if found is not None:
+                return found
         if self._function.__module__.startswith("flexmb."):
             announce_compiling()
         return None
+
+    @staticmethod
+    def _loaded(path: Path | None, target_context):
+        """Return the machine code of a file, or None; a file that does not fit is removed."""
+        content = None if path is None else _read(path)
+        if path is None or content is None:
+            return None
+        try:
+            return rebuilt(target_context, *pickle.loads(content))
+        except Exception:  # whatever unpickling finds in a file of a release that wrote it otherwise
+            _remove(path)
+            return None
 
     def save_overload(self, sig, data) -> None:
         """Keep what was compiled for these argument types."""
@@ -116,6 +130,8 @@ class KernelCache(_Cache):
             _remove_unused(path.parent, f"{_file_stem(self._function)}-*")
         except OSError as error:
             _warn_once(path.parent, error)
+        finally:
+            release(path)
 
     def _path(self, folder: Path, sig, target: tuple) -> Path | None:
         """Return the file of one version compiled for a target, None if its content cannot be told."""

@@ -12,7 +12,7 @@ MAY_KNOW = {
     "hdf5_probe": (),
     "hdf5_seal": (),
     "hdf5": ("files", "drain", "hdf5_seal"),
-    "math": (),
+    "math": ("lock",),
     "model": ("files", "hdf5", "math"),
     "fem": ("files", "math", "model.described", "model.material", "model.numbering", "model.plausibility"),
     "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),

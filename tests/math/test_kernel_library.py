@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ def outer(x, out):
 """
 USE = """
 import sys
+from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from scratch.top import outer, large
 x, out = np.arange(40.0), np.zeros(40)
@@ -137,3 +139,12 @@ def test_equal_functions_of_one_process_do_not_share_a_symbol():
     assert (first(3.0), second(3.0)) == (1.5, 1.5)
     names = {next(iter(made.overloads.values())).fndesc.llvm_func_name for made in (first, second)}
     assert len(names) == 2
+
+
+def test_two_processes_compile_a_kernel_once(use, tmp_path):
+    """Both begin with an empty cache at the same time: one has compiled `outer`, the other has found it."""
+    with ThreadPoolExecutor(2) as pool:
+        results = [one.result() for one in [pool.submit(use), pool.submit(use)]]
+    assert [total for total, _ in results] == [SUM, SUM]
+    assert sorted(hits[0] for _, hits in results) == [0, 1]
+    assert not list((tmp_path / "cache").rglob("*.lock"))
