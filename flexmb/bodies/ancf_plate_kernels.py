@@ -119,7 +119,7 @@ def _add_marker_tangent(row, data, state, work, ck):
 
 @inner_kernel
 def _spread(row, data, at, H, work):
-    """Add the matrix H (6, 6) of the two directions of a marker, the second first, to that of its nodes."""
+    """Add the matrix H (6, 6) of the two directions of a marker, the second first, to its nodes' matrix."""
     count, vectors = int(data[at + 1]), row.vectors
     stride = 1 + 3 * vectors
     table = at + 11 + stride * count

@@ -39,7 +39,7 @@ def local_vectors(data, at, q, x):
 
 @kernel
 def collect(data, at, out, H, tangent, f, K):
-    """Add local forces (L, 3) and the local matrix (3 L, 3 L) to those of the nodal vectors f (V, 3), K (3 V, 3 V)."""
+    """Add local forces (L, 3) and the local matrix (3 L, 3 L) to f (V, 3) and K (3 V, 3 V) of the nodal vectors."""
     L, V = out.shape[0], f.shape[0]
     for m in range(L):
         for v in range(V):
@@ -197,7 +197,7 @@ def _gradient_change(x, dx, M, dM, normal, area, out):
 
 @inner_kernel
 def _add_curvature_hessian(x, n, normal, area, ck, H):
-    """Add ck sum n_k d2(kappa_k) to H (15, 15): columns of r_1, r_2; those of the second derivatives by symmetry."""
+    """Add ck sum n_k d2(kappa_k) to H (15, 15): columns of r_1, r_2; columns of the second derivatives by symmetry."""
     M = np.empty(3)
     dM = np.zeros(3)
     dx = np.zeros((2, 3))

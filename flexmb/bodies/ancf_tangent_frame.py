@@ -14,7 +14,7 @@ from flexmb.math.vectors import cross, dot
 __all__ = ["add_frame_stiffness", "tangent_axes", "tangent_frame"]
 
 CLOSEST = 1e-12
-"""Smallest 1 - (d . t)^2: nearer to d the frame is that of this value."""
+"""Smallest 1 - (d . t)^2: nearer to d the frame of this value is taken."""
 
 
 def tangent_axes(t: np.ndarray, d: np.ndarray) -> np.ndarray:

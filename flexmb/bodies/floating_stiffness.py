@@ -2,7 +2,7 @@
 
 The modal rows gain ``sum_i s_i G_i eta``; the scales s_i are the acceleration field ``a(x) = A + B x`` of the body
 (gravity included in A), the total wrench on each interface in body axes, the amounts of the load shapes, 1. v' and w'
-in it are those of the mean motion of the mass, not of the frame: a frame that is clamped to an interface follows its
+in it belong to the mean motion of the mass, not to the frame: a frame that is clamped to an interface follows its
 vibration, and inertia loads of its acceleration would be in equilibrium with nothing (eq. (mean-motion)).
 """
 
@@ -18,9 +18,9 @@ __all__ = ["add_stiffening", "add_stiffening_tangent", "load_scales", "mean_acce
 
 @kernel
 def mean_acceleration(mean, A, out):
-    """Write the acceleration (v', w') (6,) of the mean motion of the mass, from that of frame and modes (6 + m,).
+    """Write the acceleration (v', w') (6,) of the mean motion of the mass, from frame and modes (6 + m,).
 
-    `mean` (6, m) is the rigid motion with the momenta of each mode. Velocities stay those of the frame: what the modes
+    `mean` (6, m) is the rigid motion with the momenta of each mode. Velocities stay the frame's: what the modes
     add to them is of third order in the energy, and half of it would not do.
     """
     for i in range(6):
@@ -71,7 +71,7 @@ def add_stiffening(G, s, eta, products, out):
 def add_stiffening_tangent(G, s, g, mean, u, R, fall, weights, B, wrenches, H):
     """Add the derivatives of the stiffening to the body block `B`, and those by marker wrenches to `H`.
 
-    `g` (n, m) are the products G_i eta; `mean` is that of `mean_acceleration`; `weights` are those of mass, damping and
+    `g` (n, m) are the products G_i eta; `mean` as in `mean_acceleration`; `weights` of mass, damping and
     stiffness.
     """
     ck = weights[2]

@@ -100,7 +100,7 @@ def execute(arguments: argparse.Namespace) -> int:
     words = [f"{word}={word}" if deck and "=" not in word else word for word in arguments.interface]
     named = _named(words, "--interface")
     stations, loads = (_named(getattr(arguments, word), f"--{word}") for word in ("station", "load"))
-    if deck:  # numbers are those of the deck, never rows of a table that nobody sees
+    if deck:  # numbers belong to the deck, never to rows of a table that nobody sees
         named, stations = ({name: _of_deck(where) for name, where in own.items()} for own in (named, stations))
     interfaces: dict[str, Any] | str = named if named or not deck else "all"
     thickness = _thickness(arguments.thickness)
@@ -265,7 +265,7 @@ def _place(text: str) -> Any:
 
 
 def _of_deck(where: Any) -> Any:
-    """Return a place with a bare node number as that of the deck."""
+    """Return a place; a bare node number is read as the deck's."""
     inner = getattr(where, "where", where)
     if not (isinstance(inner, list) and len(inner) == 1):
         return where

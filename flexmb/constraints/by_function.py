@@ -1,6 +1,6 @@
 """Equations that a Python function computes, with all derivatives that `Formula` needs.
 
-First derivatives are those of the given Jacobian, or exact by complex steps: f(z + i h) = f + i h f' with h so small
+First derivatives come from the given Jacobian, or are exact by complex steps: f(z + i h) = f + i h f' with h so small
 that nothing else is left (Squire & Trapp 1998). Second derivatives, along the motion and for the tangent, are
 differences of first ones.
 """

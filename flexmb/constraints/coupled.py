@@ -83,7 +83,7 @@ class Coupled(Equation):
         return tuple(dict.fromkeys(markers))
 
     def record(self, compiler, markers):
-        """Return the own fields of the row; `markers` are those of x and of y, or the two of both."""
+        """Return the own fields of the row; `markers` belong to x and to y, or are the two of both."""
         a, b, c, d = markers if len(markers) == 4 else (*markers, *markers)
         offset = self.offset
         if offset is None:

@@ -35,7 +35,7 @@ ROW = np.dtype(
         ("inputs", np.int64),  # where their rows begin in the bulk data
         ("n_legs", np.int64),
         ("pairs", np.int64),  # where the places of the blocks of the legs begin: pair, row, column
-        ("n_programs", np.int64),  # that of the equation, then those of given forces
+        ("n_programs", np.int64),  # of the equation, then of given forces
         ("programs", np.int64),  # first operation of each in ops, and the end
         ("pushed", np.int64),  # input on which each given force acts
         ("ops", np.int64),
@@ -93,7 +93,7 @@ def _second_slopes(row, data, time, seeds, stack, lam, out):
 
 @inner_kernel
 def _spread(z, x, p, out):
-    """Add x p of a scalar's 12 components to those of the equation's legs, `out` (n_legs, 6)."""
+    """Add x p of a scalar's 12 components to the equation's legs, `out` (n_legs, 6)."""
     for i in range(6):
         if z.leg_a >= 0:
             out[z.leg_a, i] += x * p[i]
@@ -312,7 +312,7 @@ class Formula(Equation):
         return tuple(dict.fromkeys(markers))
 
     def record(self, compiler, markers):
-        """Return the own fields of the row; `markers` are those of all inputs."""
+        """Return the own fields of the row; `markers` of all inputs."""
         legs = self.involved(markers)
         writes = DAMPED if self.own_level == 1 or self.given else STIFF
         rows = np.array([z.record(compiler, legs) for z in self.inputs], MEASURED)

@@ -33,7 +33,7 @@ MEASURED = np.dtype(
         ("signal", np.int64),  # number of the signal
         ("a", np.int64),  # -1: axes of W
         ("b", np.int64),
-        ("leg_a", np.int64),  # which of the legs of an equation is that of a, or -1
+        ("leg_a", np.int64),  # which leg of an equation belongs to a, or -1
         ("leg_b", np.int64),
         ("c", COORDINATE),
     ],
@@ -189,7 +189,7 @@ class Measured:
         (a, b) of a coordinate or cosine; (b,) of a place, velocity or spin in the axes of W; (a, b) of a velocity or
         spin along an axis of a.
     axis, other : int
-        Number of the axis (of a, or of W), and of that of b.
+        Number of the axis of a (or of W), and of the axis of b.
     coordinate : Coordinate, optional
         What is measured between a and b.
     signal : Signal, optional

@@ -31,7 +31,7 @@ ROW = np.dtype(
 
 @inner_kernel
 def _make_unit(w):
-    """Make the rows of `w` (3, 3), a vector and its first two derivatives, those of the unit vector."""
+    """Make the rows of `w` (3, 3), a vector and its first two derivatives, into the unit vector's."""
     size = dot(w[0], w[0]) ** 0.5
     for i in range(3):
         w[0, i] /= size
@@ -144,7 +144,7 @@ def evaluate(raw, data, state, work):
 
 @inner_kernel
 def _add_stiffness(K, lam, N, d, R, H):
-    """Add -lam d(gradient): that of a plane with the normal N, and E^T H E; E is the change of the point."""
+    """Add -lam d(gradient): as for a plane with the normal N, and E^T H E; E is the change of the point."""
     add_skew(K, 0, 3, -lam, N)
     add_skew(K, 6, 3, lam, N)
     add_skew(K, 3, 0, lam, N)

@@ -91,7 +91,7 @@ def touching(raw, data, state, work):
 
 @inner_kernel
 def _touching_stiffness(K, lam, radius, disc, n, z, nz, d, c, s):
-    """Add -lam d(gradient): as for a point in a plane, and that of h (n x z), h = r c / s."""
+    """Add -lam d(gradient): as for a point in a plane, and for h (n x z), h = r c / s."""
     add_skew(K, 0, 3, -lam, n)
     add_skew(K, 6, 3, lam, n)
     add_skew(K, 3, 0, lam, n)

@@ -18,7 +18,7 @@ __all__ = ["BlockPattern", "node_pattern"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BlockPattern:
-    """Rows of node neighbours: those of node i are ``indices[start[i]:start[i + 1]]``, ascending, i included."""
+    """Rows of node neighbours: node i has ``indices[start[i]:start[i + 1]]``, ascending, i included."""
 
     start: np.ndarray
     indices: np.ndarray

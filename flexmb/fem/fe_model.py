@@ -90,7 +90,7 @@ class FEModel:
     C : (ndof, ndof) csr, N s/m, or None
         Viscous damping of discrete dampers.
     numbering : Numbering or None
-        Numbers of nodes and cells in the file they come from; its cells are those of `blocks`, block by block.
+        Numbers of nodes and cells in the file they come from; its cells follow `blocks`, block by block.
     reference_points : mapping of name to ReferencePoint
         Interfaces that the file offers: reference nodes of RBE2, RBE3 and couplings, ASET nodes.
     supports : mapping of name to (k, 2)

@@ -79,7 +79,7 @@ def section_mass(section: Section, material: Material, rotary_inertia: bool) -> 
 
 
 def chosen_rows(table: Table, chosen: np.ndarray) -> Table:
-    """Return the table of the chosen beams (mask); a table with one row is that of all beams."""
+    """Return the table of the chosen beams (mask); a table with one row serves all beams."""
 
     def rows(fraction: float) -> np.ndarray:
         values = table(fraction)

@@ -16,7 +16,7 @@ __all__ = ["check_definite", "check_rigid_motions", "check_symmetric", "check_wa
 SYMMETRIC = 1e-6
 """Relative difference of K from its transpose that is still taken as rounding of a text file."""
 RIGID = 1e-6
-"""Energy of a rigid motion, relative to that of the same displacements without the neighbours, that counts
+"""Energy of a rigid motion, relative to the same displacements without the neighbours, that counts
 as free."""
 LANGUAGE = ("x", "y", "z", "about x", "about y", "about z")
 

@@ -16,7 +16,7 @@ __all__ = ["NastranMesh", "read_nastran_mesh"]
 
 HEXA = (*range(12), 16, 17, 18, 19, 12, 13, 14, 15)
 WEDGE = (*range(9), 12, 13, 14, 9, 10, 11)
-"""Nastran numbers the vertical edges before those of the upper face, meshio after."""
+"""Nastran numbers the vertical edges before the edges of the upper face, meshio after."""
 
 KINDS = {
     "CTETRA": {4: "tetra", 10: "tetra10"},

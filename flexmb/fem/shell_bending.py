@@ -18,7 +18,7 @@ __all__ = ["curvature_rows", "edge_bows", "slope_rows"]
 def curvature_rows(corners: np.ndarray, at: Functions, softness: np.ndarray | None = None) -> np.ndarray:
     """Return (w_xx, w_yy, 2 w_xy), 1/m, of the discrete Kirchhoff slopes per nodal displacement: (ne, 3, 6 c).
 
-    With `softness` phi (ne, c) of the edges the slopes are those of the sections of a plate that shears
+    With `softness` phi (ne, c) of the edges the slopes belong to the sections of a plate that shears
     (`shell_shear`).
     """
     along_x = _slopes(corners, at.gradient[:, 0], at.edge_gradient[:, 0], softness)
@@ -35,7 +35,7 @@ def slope_rows(corners: np.ndarray, at: Functions) -> np.ndarray:
 def edge_bows(corners: np.ndarray, softness: np.ndarray | None = None) -> np.ndarray:
     """Return the amplitude of the slope along each edge per nodal displacement: (ne, edge, corner, 6).
 
-    The size that makes the slope at the middle that of the cubic line w(s): ``3 (w_j - w_i) / (2 l) - 3 (w_s,i +
+    The size that gives the middle the slope of the cubic line w(s): ``3 (w_j - w_i) / (2 l) - 3 (w_s,i +
     w_s,j) / 4``, divided by 1 + phi where the plate shears (Katili 1993, eq. 16).
     """
     ne, count = corners.shape[:2]

@@ -29,7 +29,7 @@ NATURAL = (
 def strain_rows(corners: np.ndarray, elasticity: np.ndarray, poisson: float):
     """Return the function (xi, eta) -> (e_xx, e_yy, 2 e_xy) per nodal displacement, (ne, 3, 6 c).
 
-    `elasticity` (3, 3), Pa, is that of plane stress: the internal modes of the quadrilateral depend on it.
+    `elasticity` (3, 3), Pa, is for plane stress: the internal modes of the quadrilateral depend on it.
     """
     if corners.shape[1] == 3:
         return _optimal_triangle(corners, poisson)

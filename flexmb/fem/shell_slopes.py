@@ -33,7 +33,7 @@ class NodalSlopes:
     node : (nl,), int
         Node of every surface; several at a fold or a step of the thickness.
     share : (nl,), -
-        Share of its cells in those of the node.
+        Share of its cells in the node's.
     axes : (nl, 3, 3)
         Rows: x and y along the surface, z normal, in body axes.
     thickness : (nl,), m

@@ -5,7 +5,7 @@ its nodes into meshio's order by their reference positions, so that no table of 
 Reference cells: unit tetrahedron, unit cube, unit wedge (triangle in x, y times 0 <= z <= 1).
 
 The rules integrate the stiffness of undistorted elements exactly (hexahedra: Gauss 2x2x2 and 3x3x3) and
-the mass of undistorted elements exactly. Stresses are sampled at the points where those of a distorted
+the mass of undistorted elements exactly. Stresses are sampled at the points where the stresses of a distorted
 element are best (Barlow 1976) and continued to the nodes by the polynomial through these points.
 """
 

@@ -16,7 +16,7 @@ from flexmb.model.numbering import Numbering
 __all__ = ["split"]
 
 EQUAL = 1e-9
-"""What the matrices of the parts may differ from those of the whole, relative to the largest entry: rounding."""
+"""What the matrices of the parts may differ from the whole, relative to the largest entry: rounding."""
 
 
 class DivisibleBlock(ElementBlock, Protocol):
@@ -176,7 +176,7 @@ def _numbering(fe: FEModel, chosen, nodes: np.ndarray) -> Numbering | None:
 
 
 def _equal(whole, parts, members, symbol: str, fe: FEModel) -> bool:
-    """Is the sum of the parts' matrices that of the whole?"""
+    """Do the parts' matrices add up to the whole?"""
     row = np.full((len(fe.nodes), 6), -1)
     row[fe.dofs[:, 0], fe.dofs[:, 1]] = np.arange(fe.ndof)
     rest = sparse.csr_matrix(whole, copy=True)

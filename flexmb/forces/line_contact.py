@@ -70,7 +70,7 @@ def _velocity(a, b, d, V):
 def _tangent(row, distance, n, V, slip, force, slope, damping, K, C):
     """Write -dF/dd and -dF/dV to `K` and `C` (3, 3); see `apply` for the symbols.
 
-    With q = sqrt(slip^2 + v0^2) and dn = N dd, the force f_n (n - mu slip / q) changes by that of f_n, of n and of
+    With q = sqrt(slip^2 + v0^2) and dn = N dd, the force f_n (n - mu slip / q) changes with f_n, n and
     slip.
     """
     mu = row.friction

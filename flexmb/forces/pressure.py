@@ -37,7 +37,7 @@ ROW = np.dtype(
 
 @row_kernel
 def apply(raw, data, state, work):
-    """Add the amount to that of the load shape; the body turns it into forces, eq. (load-shape)."""
+    """Add the amount to the load shape's; the body turns it into forces, eq. (load-shape)."""
     rows = raw.view(ROW)
     gradient = np.empty(12)
     for n in range(rows.shape[0]):

@@ -136,7 +136,7 @@ def act_at_point(a, b, f):
 def add_point_tangent(pair, a, b, f, stiffness, damping):
     """Add the tangent of `act_at_point`: stiffness = -df/dd and damping = -df/dd', both (3, 3) in the axes of a.
 
-    The rows of the moment on a are d x those of the force on b, its columns come by dd = dr_b - dr_a + d x dtheta_a.
+    The rows of the moment on a are d x the rows of the force on b, its columns come by dd = dr_b - dr_a + d x dtheta_a.
     """
     d = np.empty(3)
     F = np.empty(3)

@@ -106,7 +106,7 @@ class EnergyWatch:
         return self._inertia
 
     def _levers(self, rows: dict[str, np.ndarray]) -> np.ndarray:
-        """Return what makes accelerations an energy (nu,): that of their inertia forces over the length of the model,
+        """Return what makes accelerations an energy (nu,): the work of inertia forces over the length of the model,
         or a radian.
         """
         units = self.system.units

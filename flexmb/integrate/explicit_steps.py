@@ -62,7 +62,7 @@ STEPS = tuple_type(
     *[FLOATS] * 4,
 )
 RATES = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER, COUNT)
-"""(.., t, stage): write the rates of y1 at time t to K[stage]; the first and last are those of ends of steps."""
+"""(.., t, stage): write the rates of y1 at time t to K[stage]; the first and last belong to ends of steps."""
 ACCEPTING = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER)
 """(.., h): make y1 and K[-1], the end of a step of size h, the start y and K[0] of the next, on the constraints."""
 

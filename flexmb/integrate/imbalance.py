@@ -13,7 +13,7 @@ from flexmb.system.program import accelerations
 __all__ = ["imbalance"]
 
 UNBALANCED = 1e-2
-"""Acceleration beyond that of the steady motion, relative to that of free bodies, from which it is told."""
+"""Acceleration beyond the steady motion's, relative to free bodies', from which a warning is given."""
 ROUNDINGS = 100.0
 """Last digits of places that sums of stiff forces may be wrong by."""
 STANDING = 1e-7

@@ -18,7 +18,7 @@ def _gradient(system, work, action) -> np.ndarray:
     length = np.linalg.norm(d)
     n = a["R"][:, "xyz".index(action.along)] if action.along else d / (length if length > 0.0 else 1.0)
     c = np.zeros(system.nu)
-    # the impulse acts at b on both bodies: on that of a with the lever d
+    # the impulse acts at b on both bodies: on the body of a with the lever d
     for marker, twist in ((a, np.concatenate([-n, np.cross(n, d)])), (b, np.concatenate([n, np.zeros(3)]))):
         nu = marker["nu"]
         J = work.J[marker["iJ"] : marker["iJ"] + 6 * nu].reshape(6, nu)

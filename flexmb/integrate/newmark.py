@@ -48,7 +48,7 @@ Controls = namedtuple(
     "Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations sweeps trend"
 )
 """Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
-the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: those of the step;
+the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: the step's own;
 trend: 1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance,
 which would grow by it from step to step."""
 
@@ -178,7 +178,7 @@ def _change_of_velocities(program, work, v, share):
 def _fit_to_step(program, work, v, h):
     """Move what belongs to the step size, algorithmic acceleration and rate of the constraints, to a new one.
 
-    The algorithmic acceleration is that of time t + (alpha_m - alpha_f) h. Positions that satisfy the constraints leave
+    The algorithmic acceleration belongs to time t + (alpha_m - alpha_f) h. Positions that satisfy the constraints leave
     velocities which violate them by C h^2 G a'; kept at that value of the step before, the multipliers would carry an
     error of first order through the next steps (Arnold, Brüls & Cardona 2015).
     """
@@ -353,8 +353,8 @@ def _accept(program, work, v, h, powers):
 def _write_sample(program, work, v, c, u, a, lam):
     """Write velocities, accelerations and multipliers of a sample.
 
-    The velocities are those of a step of size zero, so they satisfy the constraints. Accelerations and multipliers
-    solve M a - G^T lam = f, G a = -drift at its q and u: those of the step have errors C h^2 a'' of their own.
+    The velocities belong to a step of size zero, so they satisfy the constraints. Accelerations and multipliers
+    solve M a - G^T lam = f, G a = -drift at its q and u: the step's own have errors C h^2 a''.
     """
     _change_of_velocities(program, work, v, -1.0)
     for i in range(len(u)):

@@ -115,7 +115,7 @@ def _crossing(w: np.ndarray) -> np.ndarray:
 
 
 def _turn(body, q: np.ndarray) -> np.ndarray:
-    """Return the axes (3, 3) of a body with a frame, else those of W."""
+    """Return the axes (3, 3) of a body with a frame, else the axes of W."""
     R = np.eye(3)
     if body.has_frame:
         euler_to_matrix(q[3:7], R)

@@ -25,7 +25,7 @@ def oversights(model: Model) -> list[str]:
 
 
 def _places(part, model: Model) -> tuple[str, ...]:
-    """Return the markers on which a joint or force acts, "body.marker"; those of its joint where it names one."""
+    """Return the markers on which a joint or force acts, "body.marker"; its joint's where it names one."""
     places = [*(getattr(part, "markers", None) or ()), getattr(part, "marker", None)]
     if part.family == "Joint":
         places += part.resolved_markers(model)

@@ -36,7 +36,7 @@ WEIGHTS = np.array(
         [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
     ]
 )
-"""Of the stages; the last row is that of the step."""
+"""Of the stages; the last row is the step's."""
 THIRD = np.array(
     [4586570599 / 29645900160, 0.0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920]
 )
@@ -50,13 +50,13 @@ STALLED = 0.3
 """Rate of convergence at which, with corrections far below the tolerance, only rounding is left."""
 UNSEEN = 1e-3
 """What the iteration may leave of velocities, relative to their error in a step:
-as that of positions, it is of order h^4.
+like the error of positions, it is of order h^4.
 """
 
 Stages = namedtuple("Stages", "x v a lam x0 v0 y change K V A L W state right extent reach counts error fresh")
 """Storage of the steps.
 
-x, v, a, lam : unknowns of the stage at hand, at the end those of the step; x0, v0: what the stage starts from
+x, v, a, lam : unknowns of the present stage, at the end of the step; x0, v0: what the stage starts from
 y, change : x with unit Euler parameters; change of a
 K, V, A, L, W (6, n) : rates of x, rates v, second rates, multipliers and powers of the stages; the first is the start
 of

@@ -1,6 +1,6 @@
 """Flexible bodies described in model files: the table ``data`` of a body becomes a `flexmb.parts.Part`.
 
-Every field is an expression of the parameters like those of other parts; meshes and decks are files beside the model
+Every field is an expression of the parameters, as in other parts; meshes and decks are files beside the model
 file. The parameters that the table uses are noted in the data.
 """
 
@@ -46,7 +46,7 @@ def _kinds() -> dict[str, dict[str, type]]:
 
 
 def described_part(raw: Mapping[str, Any], where: str, name: str, context: Context) -> Any:
-    """Return the part that a table describes; `name` is that of the body."""
+    """Return the part that a table describes; `name` is the body's."""
     from dataclasses import replace
 
     from flexmb import parts
@@ -119,7 +119,7 @@ def check_parameters(data: ModalNeutralData, file: str, where: str, context: Con
             raise ModelError(
                 where,
                 found=f"the body in '{file}' was made with {name} = {value!r:.60}, the model has "
-                f"{context.parameters[name]!r:.60}: its elements, masses and interfaces are those of the old value",
+                f"{context.parameters[name]!r:.60}: its elements, masses and interfaces belong to the old value",
                 expected="data that were made with the parameters of the model",
                 remedy="Reduce the body again with the new value, or describe it in the model file: data = { pieces = "
                 "[...] }",

@@ -23,9 +23,9 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     """Write the motion of all parts for ParaView and return the file to open.
 
     Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
-    ``von_mises`` (Pa); those of a deck the numbers of their nodes, ``node``, and elements, ``element`` (0 for what is
-    not in it; ``instance`` counts part instances from 0). Cables and beams have their sections and carry the section
-    forces (N, N m); rigid bodies, joints, springs and supports are drawn as simple solids. Numbers are float32.
+    ``von_mises`` (Pa). Bodies of a deck carry the numbers of their nodes, ``node``, and elements, ``element`` (0 for
+    what is not in it; ``instance`` counts part instances from 0). Cables and beams have their sections and carry the
+    section forces (N, N m); rigid bodies, joints, springs and supports are drawn as simple solids. Numbers are float32.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
         alone is opened by ``out/name/<part>.pvd``.
         ``out/name.vtkhdf`` writes ``out/name_<part>.vtkhdf``, cells once and all frames in one file per part, read by
         ParaView 5.12 and later, and ``out/name.xdmf``, which shows the same data in earlier ones by their "XDMF
-        Reader"; their "Xdmf3" readers cannot, and those of 5.11 end ParaView: take the .pvd there.
+        Reader"; their "Xdmf3" readers cannot, and in 5.11 they end ParaView: take the .pvd there.
     every : int
         Write every n-th sample.
     stress : bool

@@ -1,7 +1,8 @@
 """VTKHDF files: one temporal unstructured grid per part.
 
 Version 2.0 of the format, the most widely read. Cells are stored once, points and fields are appended frame by frame;
-the offsets of the cells repeat, those of points and fields advance. Source: VTK documentation, "VTKHDF file format".
+the offsets of the cells repeat, the offsets of points and fields advance. Source: VTK documentation, "VTKHDF file
+format".
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class Constraint(Joint):
         `AxisCosine`. Components are ``p[0]``, ``p[1]``, ``p[2]``.
     equation : str
         Residual, ``"p[0]**2 + p[1]**2 - L**2"``, or both sides with ``=``. ``rate(x)`` is the rate of a position, ``t``
-        the time. Functions and numbers are those of expressions; functions with a kink are refused.
+        the time. Functions and numbers as in expressions; functions with a kink are refused.
     level : "position" or "velocity", optional
         By default velocity if the equation reads a velocity or a rate.
     parameters : mapping of name to number or function of time

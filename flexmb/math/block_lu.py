@@ -363,7 +363,7 @@ def lu_solve_softened(S, p, b):
 
 
 def _runs(starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return starts[0], starts[0] + 1, ..., as many as lengths[0], then those of the next."""
+    """Return starts[0], starts[0] + 1, ..., as many as lengths[0], then the next."""
     before = np.cumsum(lengths) - lengths
     return np.repeat(starts - before, lengths) + np.arange(int(np.sum(lengths)))
 

@@ -6,7 +6,7 @@ differences:
 
     y = f(x):   y' = f1 x',   y'' = f2 x'^2 + f1 x''
 
-At a kink (abs, min, max, step, the ends of a table) the derivatives are those of the branch on the right.
+At a kink (abs, min, max, step, the ends of a table) the derivatives belong to the branch on the right.
 """
 
 from __future__ import annotations

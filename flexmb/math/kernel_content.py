@@ -185,7 +185,7 @@ def _constant_text(value: Any) -> str:
 
 
 def type_text(kind: Any) -> str:
-    """Describe a type of numba with the names of all fields: its own name leaves out those of tuples."""
+    """Describe a type of numba with the names of all fields: its own name omits the fields of tuples."""
     return f"{type(kind).__name__}({', '.join(_type_parts(kind))})"
 
 

@@ -1,7 +1,7 @@
 """The operations of signal programs: numbers, names and how many values each takes from the stack.
 
 A program is a list of (operation, argument) in postfix order. The numbers are compiled into the kernels of
-`flexmb.math.jets`; the names are those of expressions in model files.
+`flexmb.math.jets`; the names are used by expressions in model files.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ G M^-1 G^T, so that no pivot vanishes near singular configurations
 floor_at (nf, 2) : velocity, and place of its diagonal in the iteration matrix; floor (nf,): what is added there, times
 the weight of the mass, for bodies without inertia in some freedom (see `massless`); the residual does not know it
 equation_level (ng,) : 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0
-branches : int, first coordinate that tells branches (see Work); they come after those of all bodies
+branches : int, first coordinate that tells branches (see Work); they come after the coordinates of all bodies
 evaluation : int, address of the machine code of `evaluate`
 """
 

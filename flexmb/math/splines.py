@@ -20,7 +20,7 @@ def pack_spline(points: np.ndarray, closed: bool, across: np.ndarray | None = No
     points : (n, 3), m
         For a closed curve the first point is repeated at the end.
     across : (3,), optional
-        The first normal is across this direction; by default that of a plane curve lies in its plane.
+        The first normal is across this direction; by default the normal of a plane curve lies in its plane.
     """
     from scipy.interpolate import CubicSpline
 
@@ -42,7 +42,7 @@ def pack_spline(points: np.ndarray, closed: bool, across: np.ndarray | None = No
 
 
 def _normals(points, tangents, across) -> np.ndarray:
-    """Return normals (n, 3) at the points; those of a plane curve lie in its plane."""
+    """Return normals (n, 3) at the points; normals of a plane curve lie in its plane."""
     binormal = np.linalg.svd(points - points.mean(axis=0))[2][2] if across is None else across
     first = np.cross(binormal, tangents[0])
     if np.linalg.norm(first) < 1e-8:

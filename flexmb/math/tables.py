@@ -128,7 +128,7 @@ residual : (nu,) M a - forces - G^T lam
 S : values of the iteration matrix in the pattern of its factors
 rows : (nu + couplings,) position in S of the first entry of each velocity's own block in its row; then, for each
 coupling
-    of two blocks of a body, those of the first block's rows in the columns of the second, and the reverse
+    of two blocks of a body: the first block's rows in the columns of the second, and the reverse
 transposed, pair_rows : positions in S (see LEG and PAIR)
 branches (nb,) : which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place
     on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has

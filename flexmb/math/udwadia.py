@@ -6,7 +6,7 @@ column rank. Solved in its stable form: with an orthonormal basis (V1, V2) of th
     a = A^+ b + V2 z,   (V2^T M V2) z = V2^T (Q + C - M A^+ b),
 
 which is the same where M is symmetric without negative eigenvalues: V2^T M V2 is regular exactly under that condition.
-No product of pseudo-inverses is formed, whose condition would be that of M squared.
+No product of pseudo-inverses is formed, whose condition would be the square of M's.
 """
 
 from __future__ import annotations

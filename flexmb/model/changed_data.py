@@ -214,7 +214,7 @@ def _invariants(i: InertiaInvariants, Q: np.ndarray, p: np.ndarray, s: float) ->
 
 
 def _geometric(g: GeometricStiffness, Q: np.ndarray, p: np.ndarray, s: float) -> GeometricStiffness:
-    """Loads of the old axes from those of the new: A = Q^T A' - B p, B = Q^T B' Q, f = Q^T f', moment s Q^T m'."""
+    """Loads of the old axes from the new ones: A = Q^T A' - B p, B = Q^T B' Q, f = Q^T f', moment s Q^T m'."""
     uniform, gradient = g.inertia[:3], g.inertia[3:].reshape(3, 3, *g.inertia.shape[1:])
     gradient = gradient - np.einsum("kab,l->klab", uniform, p)
     inertia = np.concatenate(

@@ -1,6 +1,6 @@
 """Equations between measured quantities, read from text: ``"p[0]**2 + p[1]**2 - L**2"``, ``"rate(phi) = 3*t"``.
 
-What a text may hold is that of expressions (see `flexmb.model.expression`), and
+A text may hold the same as expressions (see `flexmb.model.expression`), and
 
 - the names of what is measured: ``phi`` for one number, ``p[0]`` for a component, counted from 0;
 - ``rate(phi)``, ``rate(p[0])``: the rate of a measured position, or of a signal;

@@ -30,7 +30,7 @@ def nodes_named(data: ModalNeutralData, where: Any, part: str) -> np.ndarray:
             part,
             found=f"node = {where!r}",
             expected=f"node numbers 0 to {n - 1}, the name of a set, or a number of the deck",
-            remedy='Write node="node 63241" for that of the deck, or take the argmin of the distance in data.nodes',
+            remedy='Write node="node 63241" for the deck number, or take the argmin of the distance in data.nodes',
         )
     return nodes
 

@@ -34,7 +34,7 @@ class Numbering:
     instances : tuple of str
         Instances of parts, where the file numbers the nodes of each by themselves.
     instance_of : (n,) int or None
-        Which of the instances a node belongs to, -1 for none; a cell belongs to that of its first node.
+        Which of the instances a node belongs to, -1 for none; a cell belongs to its first node's.
     """
 
     nodes: np.ndarray

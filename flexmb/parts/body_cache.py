@@ -95,7 +95,7 @@ def kept_bodies() -> list[BodyCache]:
 
 
 def clear_bodies(names: tuple[str, ...] = ()) -> list[BodyCache]:
-    """Remove all entries, or those of parts with these names, and return what was removed."""
+    """Remove all entries, or the entries of parts with these names, and return what was removed."""
     removed = []
     for entry in kept_bodies():
         if not names or entry.name in names:

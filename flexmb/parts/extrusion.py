@@ -77,7 +77,7 @@ class Extrusion(metaclass=Described):
     around : int
         Elements around a full circle, at least.
     name : str
-        Goes before the names of the sets: "bottom" (z = 0), "top" (z = depth), "sides", and those of the bores.
+        Goes before the names of the sets: "bottom" (z = 0), "top" (z = depth), "sides", and the bores'.
     """
 
     depth: float

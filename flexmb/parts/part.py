@@ -44,7 +44,7 @@ class Part(metaclass=Described):
         In this order, after the pieces are joined.
     masses : list of Mass, Spring
     interfaces : mapping of name to place, or "all" of a deck
-        Where joints and forces act; the fields from here on are those of `flexmb.reduction.reduce`.
+        Where joints and forces act; the fields from here on as in `flexmb.reduction.reduce`.
     modes : int or str
     stations, loads : mapping of name to place, or to load
         Stations may be `Each`, loads `Forces` as well, on named sets.
@@ -224,7 +224,7 @@ class Part(metaclass=Described):
 
 
 def _prefixed(piece: Any) -> FEModel:
-    """Return the elements of a piece; a named line or mesh puts its name before those of its sets."""
+    """Return the elements of a piece; a named line or mesh puts its name before its sets' names."""
     fe = piece.finite_elements()
     own = set(getattr(piece, "nodes", {}))
     prefix = f"{piece.name}." if piece.name else ""

@@ -36,7 +36,7 @@ class Bands:
 def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = None) -> np.ndarray:
     """Return the fraction of critical damping of each mode, (m,), for angular frequencies squared w2 (m,), 1/s2.
 
-    `damping` is None, a number for all modes, one number per mode, `Rayleigh` or `Bands`. With None it is that of the
+    `damping` is None, a number for all modes, one number per mode, `Rayleigh` or `Bands`. With None it comes from the
     discrete dampers, ``phi^T C phi / (2 w)`` of each mode by itself, `dampers` (m,) being ``phi^T C phi``; else zero.
     """
     w = np.sqrt(w2)

@@ -33,7 +33,7 @@ def points_of(where) -> np.ndarray:
 
 
 def _require_place(fe: FEModel, where, part: str) -> None:
-    """Raise ReductionError where three whole numbers are those of nodes, most likely, and no place near the part."""
+    """Raise ReductionError where three whole numbers are most likely nodes, and no place near the part."""
     whole = isinstance(where, tuple) and all(isinstance(x, int | np.integer) for x in where)
     if not whole or not all(0 <= x < len(fe.nodes) for x in where):
         return
@@ -130,7 +130,7 @@ def _numbered(fe: FEModel, where, part: str) -> np.ndarray:
             found=f"node number {numbers.max() if numbers.min() >= 0 else numbers.min()}",
             expected=f"0 to {len(fe.nodes) - 1}",
             remedy="Node numbers are rows of fe.nodes, from zero"
-            + (f'; write "node {numbers.max()}" for that of the deck' if fe.numbering is not None else ""),
+            + (f'; write "node {numbers.max()}" for the deck number' if fe.numbering is not None else ""),
         )
     return numbers.astype(int)
 

@@ -1,4 +1,4 @@
-"""What a solution file holds, phase by phase: that of its HDF5 part, and what records behind it have added since."""
+"""What a solution file holds, phase by phase: the HDF5 part, and the records added behind it since."""
 
 from __future__ import annotations
 

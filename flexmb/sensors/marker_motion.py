@@ -65,7 +65,7 @@ class _Rate(MarkerSensor):
             model.marker(self.axes, self.title)
 
     def markers_read(self, model) -> tuple[str, ...]:
-        """Return the marker, and that of the axes."""
+        """Return the marker, and the marker of the axes."""
         return (self.marker,) if self.axes is None else (self.marker, self.axes)
 
     def _measured(self, what: str) -> tuple[Measured, ...]:
@@ -87,7 +87,7 @@ class Velocity(_Rate):
     marker : str
         "body.marker".
     axes : str, optional
-        "body.marker" whose axes the components refer to, by default those of W: in its own axes, a blade has no
+        "body.marker" whose axes the components refer to, by default W: in its own axes, a blade has no
         velocity across.
     """
 
@@ -112,7 +112,7 @@ class AngularVelocity(_Rate):
     marker : str
         "body.marker".
     axes : str, optional
-        "body.marker" whose axes the components refer to, by default those of W.
+        "body.marker" whose axes the components refer to, by default W.
     """
 
     titles: ClassVar[tuple[str, ...]] = ("wx [rad/s]", "wy [rad/s]", "wz [rad/s]")

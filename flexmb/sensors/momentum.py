@@ -59,7 +59,7 @@ def _momentum(series, body):
     center = series.marker(f"{body.name}.center")
     P = body.mass * center.v
     L = np.cross(center.r, P)
-    if hasattr(body, "inertia"):  # the axes of the marker "center" are those of the body
+    if hasattr(body, "inertia"):  # the marker "center" has the axes of the body
         spin = np.einsum("tji,tj->ti", center.R, center.w)
         L += np.einsum("tij,tj->ti", center.R, spin @ np.asarray(body.inertia).T)
     return np.hstack([P, L])

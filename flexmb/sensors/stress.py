@@ -109,5 +109,5 @@ class Stress(Sensor):
 
 
 def _stressed(data, nodes: np.ndarray) -> np.ndarray:
-    """Return those of the nodes whose stress is not zero in every mode."""
+    """Return the nodes whose stress is not zero in every mode."""
     return nodes[np.any(data.stress_modes[nodes] != 0.0, axis=(1, 2))] if data.n_modes else nodes

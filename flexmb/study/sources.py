@@ -90,7 +90,7 @@ class ModelFile:
                 fmb.save_model(model, folder / MODEL, simulation)
 
     def _example(self, first: Mapping[str, Any]) -> Model:
-        """Return the model of a variant, or that of the file itself if the variant cannot be made."""
+        """Return the model of a variant, or the file's own if the variant cannot be made."""
         try:
             return self._model(first)
         except FlexmbError:

@@ -219,7 +219,7 @@ def _regularised(system: System, state: State, work) -> System:
         raise without_inertia(system, state, work, loose)
     dependent = dependent_equations(M, G, blocks(system.program.pattern))
     scale = equation_scale(M, G)
-    # one number for all forces and one for all moments gives those of least norm, unless inertias differ by many orders
+    # one number for all forces and one for all moments gives least norm, unless inertias differ by many orders
     forces = equations_of_forces(system, work)
     for family in (forces, ~forces):
         scale[family] = np.minimum(scale[family].max(initial=0.0), 1e4 * scale[family])

@@ -43,7 +43,7 @@ def _beyond(system, place: int) -> CompileError:
 
 def _without_inertia(system, M: sparse.csr_matrix, spans: list[slice]) -> list[tuple[np.ndarray, slice]]:
     """Return the blocks of M that are singular, (n, n) with their velocities:
-    those of all bodies are looked at together.
+    all bodies are examined together.
     """
     found = []
     M = M.tocoo()

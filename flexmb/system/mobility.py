@@ -73,7 +73,7 @@ def _beyond_rounding(G: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> np.ndarray:
-    """Return the numbers of equations whose gradients depend on those of earlier equations.
+    """Return the numbers of equations whose gradients depend on earlier equations.
 
     Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable; `block` (nu + ng,) are the
     bodies and joints to which velocities and equations belong.

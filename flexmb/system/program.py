@@ -51,7 +51,7 @@ def run_kernels(addresses, first, program, state, work):
 def assemble_constraints(program, work):
     """Write G and -G^T into the iteration matrix, with the part of G^T that stiffens reduced bodies.
 
-    The row of a velocity-level equation is that of its residual per displacement, divided by the velocity per
+    The row of a velocity-level equation is its residual per displacement, divided by the velocity per
     displacement gamma / (beta h): A + (beta h / gamma) d(A u)/dq, where c_K / c_D = beta h / gamma.
     """
     delay = work.coefficients[2] / work.coefficients[1] if work.coefficients[1] > 0.0 else 0.0

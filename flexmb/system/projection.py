@@ -30,7 +30,7 @@ def _of_velocities(program):
 @kernel
 def project(program, state, work, right, q, bounds, gaps, units, iterations):
     """Move q with least motion (in the metric of M, without deformation where that is possible) onto g = 0, then u
-    onto G u + dg/dt = 0; q is that of state.
+    onto G u + dg/dt = 0; q belongs to state.
 
     Equations are satisfied to `bounds` (ng,). Where they depend on each other they may contradict each other by up to
     `gaps` (ng,), and the nearest q is taken. `units` (nu,) makes steps comparable: a displacement relative to the

@@ -13,7 +13,7 @@ __all__ = ["sparsity"]
 
 
 class _Nodes:
-    """The nodes of the elimination: the blocks of all bodies, then the joints (a drive shares that of its joint)."""
+    """The nodes of the elimination: the blocks of all bodies, then the joints (a drive shares its joint's)."""
 
     def __init__(self, model, compiler, layout, constraints, markers):
         self.width = [body.block_size for body in model.bodies]

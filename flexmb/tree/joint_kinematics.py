@@ -93,7 +93,7 @@ def joint_acceleration(row, R, rates, seconds, out):
 
 @kernel
 def read_pose(row, d, R, q):
-    """Write the joint's coordinates of a pose; angles in (-pi, pi], that of a screw by its advance."""
+    """Write the joint's coordinates of a pose; angles in (-pi, pi], of a screw by its advance."""
     M = np.empty((3, 3))
     x = np.empty(3)
     for i in range(3):

@@ -25,7 +25,7 @@ def _on_rates(row, work, W, tau):
     a, b = work.markers[one], work.markers[two]
     relative_pose(a, b, d, R)
     joint_axes(row, R, axes)
-    if row.forward == 0:  # what acts on a at its origin acts on b, reversed, at that of b
+    if row.forward == 0:  # what acts on a at its origin acts on b, reversed, at b's origin
         for i in range(3):
             s[i] = a.r[i] - b.r[i]
         add_cross(s, W[0:3], L[3:6])

@@ -150,7 +150,7 @@ def _leave(link, row, block, W, push, give):
 
 @inner_kernel
 def _pass_on(row, W, of_parent):
-    """Add a wrench of a link to that of its parent."""
+    """Add a wrench of a link to its parent's."""
     x, y, z = row[WAY], row[WAY + 1], row[WAY + 2]
     f, g, h = 0.0, 0.0, 0.0
     for i in range(3):

@@ -211,7 +211,7 @@ def evaluation(tree, work, t):
 def evaluate_links(tree, work, t):
     """Write the second rates tree.a at tree.x, tree.v and time t, with forces tree.tau on the rates.
 
-    Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives are those of their signals,
+    Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives follow their signals,
     and the forces on them are written to tree.tau. tree.failed is -1, or the link whose motion has no inertia.
     """
     call_links(tree.calls[0], tree, work, t)
@@ -317,7 +317,7 @@ def close_links(tree, work, t, bounds, gaps, level):
     """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
 
     Equations are closed to `bounds` (ng,); dependent ones may stay open by up to `gaps` (ng,).
-    `level` (ng,): 1 for those of velocity. Returns if that worked.
+    `level` (ng,): 1 for velocity. Returns whether that worked.
     """
     call_closure(tree.calls[1], tree, work, t, bounds, gaps, level)
     return tree.failed[0] < 0

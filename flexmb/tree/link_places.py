@@ -119,7 +119,7 @@ def carry(row, of_parent, at, to):
 
 @kernel
 def reach_axes(link, row, x, y, z):
-    """Return what the rates (or forces) x, y, z of a ball are in link axes: they are those of marker b."""
+    """Return what the rates (or forces) x, y, z of a ball are in link axes: they refer to marker b."""
     if link.sign > 0.0:
         return x, y, z
     R = link.R

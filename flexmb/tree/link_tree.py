@@ -50,7 +50,7 @@ LINK_TREE = tuple_type(
 
 
 def _cut_program(program, equations: np.ndarray):
-    """Return the program with the rows of some equations only: those of the joints in the tree hold by themselves."""
+    """Return the program with the rows of some equations only: joints in the tree hold by themselves."""
     kinds = {
         kind.table.kernels["evaluate"].compiled.address: kind.table.row
         for kind in EQUATIONS

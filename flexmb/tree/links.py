@@ -16,7 +16,7 @@ MARK = np.dtype(
         ("link", np.int64),
         ("marker", np.int64),
         ("s", float, 3),  # m, place in the link's frame
-        ("A", float, (3, 3)),  # axes in those of the link
+        ("A", float, (3, 3)),  # axes, in the link's axes
     ],
     align=True,
 )
@@ -99,7 +99,7 @@ class _Chain:
             self.add(BALL, self.row["ball"])
 
     def hang(self) -> None:
-        """Add all links of a joint, from the marker of the parent to that of the body."""
+        """Add all links of a joint, from the marker of the parent to the marker of the body."""
         row = self.row
         if row["forward"]:
             self.r = self.r + self.R @ row["d"]

@@ -15,7 +15,7 @@ __all__ = ["add_loads", "close", "mobilities", "responses", "without_stress"]
 RANK = 1e-7
 """Singular values of the scaled closing equations below this, relative to the largest, count as dependence.
 
-They are squares of those of G: near a singular position a smaller bound turns rounding into accelerations, which
+They are squares of the values of G: near a singular position a smaller bound turns rounding into accelerations, which
 explicit methods follow with ever smaller steps. Tried on two four-bars that pass a line within 1 s: at 1e-8 144 steps
 and 4e-5 J of energy lost, at 1e-7 91 steps and 1e-8 J, at 1e-6 no better, at 1e-5 2e-7 J.
 """

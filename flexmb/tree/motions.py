@@ -19,7 +19,7 @@ HINGED, FREE, POINTS = 0, 1, 2
 MOTION = np.dtype(
     [
         ("held", np.int64),  # HINGED, FREE or POINTS
-        ("iq", np.int64),  # first relative coordinate; after those of joint or frame come those of the body's modes
+        ("iq", np.int64),  # first relative coordinate; joint or frame first, then the body's modes
         ("iv", np.int64),  # first relative rate
         ("q", np.int64),  # first coordinate of the body
         ("u", np.int64),  # first velocity of the body

@@ -67,7 +67,7 @@ def _eliminate_load(row, m, i_modal, i_eta, store):
 
 @inner_kernel
 def _pass_load(row, weight, of_parent, passed):
-    """Write what the joint passes on of the load, eq. (tree-open), and add it to that of the parent."""
+    """Write what the joint passes on of the load, eq. (tree-open), and add it to the parent's."""
     nf = int(row[FREE])
     for i in range(6):
         passed[i] = row[LOAD + i] - weight * row[DROP + i]

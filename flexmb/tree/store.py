@@ -32,7 +32,7 @@ __all__ = [
 # Places in the row of a body; vectors at its own marker C, in W.
 AXES = 0  # (3, 3) axes of the body
 LEVER = 9  # (3,) C from the body's origin
-STEP = 12  # (3,) C from that of the parent
+STEP = 12  # (3,) C from the parent's
 SPEED = 15  # (6,) velocity terms of the joint, c
 DROP = 21  # (6,) what is transmitted of their inertia
 LOAD = 27  # (6,) load p

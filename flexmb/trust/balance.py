@@ -169,7 +169,7 @@ def _sum(terms: Iterable[Any]) -> Any:
 
 
 def _directions(nu: int, frame: int) -> np.ndarray:
-    """Return the directions along which equations are looked at, (n, nu): those of the frame come first."""
+    """Return the directions along which equations are looked at, (n, nu): the frame's come first."""
     if nu <= MOST:
         return np.eye(nu)
     rng = np.random.default_rng(nu)
@@ -195,7 +195,7 @@ def _frequency(q, u, a, frame: bool) -> float:
 
 
 def _applied(system, work, single: _Single, span: slice, state) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces of force elements, and those of joints, on one body, (nu_b,) each."""
+    """Return the forces of force elements, and of joints, on one body, (nu_b,) each."""
     work.coefficients[:] = 0.0
     evaluate(system.program, state, work)
     everything = work.residual[span].copy()

@@ -201,7 +201,7 @@ def _percent(share: float | None) -> str:
 
 
 def _aligned(rows: Sequence[Sequence[Any]], left: tuple[int, ...]) -> list[str]:
-    """Return rows of cells as lines of columns; those of `left` begin at the left."""
+    """Return rows of cells as lines of columns; the columns `left` are aligned left."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return [
         "  ".join(

@@ -180,7 +180,7 @@ def _of_itself(solution: Solution, within: float) -> tuple[list[Check], list[str
 
 
 def _by_formulation(phase, system, samples, within, notes) -> list[Check]:
-    """Compare accelerations with those of another formulation, relative to the largest of all samples and freedoms."""
+    """Compare accelerations with another formulation, relative to the largest of all samples and freedoms."""
     formulation = NullSpace() if system.nu + system.ng <= DENSE else Recursive()
     largest = float(np.abs(phase.a[samples]).max(initial=0.0))
     apart, body, at = 0.0, "", 0.0

@@ -152,7 +152,7 @@ class Stage:
             line_width=6 if thin else 1,
             **shading,
         )
-        if look.opacity < 1.0:  # a face that lies in that of another state is behind it, not half of it
+        if look.opacity < 1.0:  # a face that coincides with another state's is behind it, not half of it
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.5, 1.0)
         edges = []

@@ -176,7 +176,7 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
 
 
 def _stretch(flat: Flat, deck: Deck, nodes: np.ndarray, total: float, layered: bool, kind: str) -> np.ndarray:
-    """Return the thickness (ne,) of shells over that of their section: the mean of *NODAL THICKNESS at their nodes."""
+    """Return the thickness (ne,) of shells over their section's: the mean of *NODAL THICKNESS at their nodes."""
     given: dict[int, float] = {}
     for block, scope in flat.blocks:
         if block.name == "NODAL THICKNESS":

@@ -119,7 +119,7 @@ def _leave(group: Group, deck: Deck) -> None:
 
 
 def _sets(archive: Archive, deck: Deck) -> None:
-    """Keep components as node sets; those of elements by their nodes; numbers that do not exist are passed over."""
+    """Keep components as node sets (elements by their nodes); numbers that do not exist are ignored."""
     order = np.argsort(archive.head[:, 10], kind="stable")
     numbers = archive.head[order, 10]
     for name, (kind, members) in archive.components.items():

@@ -19,7 +19,7 @@ ALONG_Z = 1e-4
 
 
 def add_rods(group: Group, deck: Deck) -> None:
-    """Add LINK180: its area is that of its section or the first real constant, its added mass the second."""
+    """Add LINK180: its area is the section's or the first real constant, its added mass the second."""
     material = group.need()
     values = group.section.data if group.section is not None and group.section.data else group.real
     area = values[0] if values else 0.0
@@ -169,7 +169,7 @@ def _arbitrary(group: Group, given: AnsysSection) -> Section:
     elif given.place not in ("ORIG", "ORIGIN"):
         raise given.where.wrong(f"SECOFFSET,{given.place} of ASEC", "CENT, SHRC or ORIGIN")
     centre = (cy, cz)
-    # ASEC has no shear areas of its own: those of a compact section
+    # ASEC has no shear areas of its own: a compact section's
     return Section.values(
         area, iyy, izz, j, product_yz=iyz, area_center=centre, shear_center=(sy, sz), mass_center=centre
     )

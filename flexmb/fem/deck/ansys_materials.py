@@ -151,7 +151,7 @@ def sections(archive: Archive) -> dict[int, AnsysSection]:
 
 
 def _layer(command: Command) -> tuple[float, int, float]:
-    """Return thickness, material (0: that of the element) and angle in degrees of a layer."""
+    """Return thickness, material (0: the element's) and angle in degrees of a layer."""
     thickness = command.real(0)
     if not thickness > 0.0:
         raise command.wrong(f"a layer of thickness {thickness:g}", "positive thicknesses")

@@ -94,7 +94,7 @@ def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion, cell_labels)
 
 
 def _grown(block, number_of_nodes: int):
-    """Return a block that knows the number of all nodes, those of offset beam ends included."""
+    """Return a block that knows the number of all nodes, offset beam ends included."""
     if hasattr(block, "number_of_nodes"):
         return block if block.number_of_nodes == number_of_nodes else replace(block, number_of_nodes=number_of_nodes)
     missing = number_of_nodes - len(block.nodes)

@@ -145,7 +145,7 @@ def _line_axes(part: str, points: np.ndarray, nodes: np.ndarray, labels: np.ndar
 
 
 def beam_blocks(deck: Deck, points: np.ndarray, part: str) -> tuple[np.ndarray, list[Labelled], list[LinkRows]]:
-    """Return all nodes, those of offset and released beam ends behind the others, the blocks, and the ends' links."""
+    """Return all nodes, offset and released beam ends behind the others, the blocks, and the ends' links."""
     blocks, links, grown = [], [], [points]
     count = len(points)
     for group in deck.beams:

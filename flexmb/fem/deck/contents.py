@@ -1,7 +1,7 @@
 """`Deck`: what a finite element program's input describes, in words that belong to no program.
 
 Nodes are numbered 0 .. n-1 in the order of `Deck.labels`, which keeps the numbers of the file (ascending in Nastran).
-Lengths, forces and masses are still those of the file. Everything is in the basic (global) axes.
+Lengths, forces and masses are still in units of the file. Everything is in the basic (global) axes.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Shells:
     shear : float
         Transverse shear stiffness per width, inf for thin shells.
     stretch : (ne,)
-        Thickness of the element over that of the layup: scales A, B and D by its first, second and third power.
+        Thickness of the element over the layup's: scales A, B and D by its first, second and third power.
     poisson : float
         Of the in-plane bending modes of triangles.
     """

@@ -1,4 +1,4 @@
-"""The files of a deck: read as bytes, those of results and circles of includes refused; limits of numbers in them."""
+"""The files of a deck: read as bytes, result files and circles of includes refused; limits of numbers in them."""
 
 from __future__ import annotations
 

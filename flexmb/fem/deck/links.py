@@ -60,7 +60,7 @@ class LinkRows:
     def add_equations(self, columns: ArrayLike, matrix: np.ndarray, candidates: ArrayLike, part: str) -> None:
         """Add ``matrix @ u[columns] = 0`` (r, k): r of the candidate freedoms become dependent, the best conditioned.
 
-        Columns of rotations are weighed like those of translations after scaling to unit size.
+        Columns of rotations are weighed like translations after scaling to unit size.
         """
         matrix, columns = np.asarray(matrix, float), np.asarray(columns, np.int64)
         may = np.flatnonzero(np.isin(columns, np.asarray(candidates)))

@@ -18,11 +18,11 @@ from flexmb.fem.deck.supports import held_directions
 __all__ = ["add_links", "add_references", "add_supports", "thru"]
 
 RANGE = 1_000_000
-"""Numbers that a THRU may span where it cannot be compared with those of the deck."""
+"""Numbers that a THRU may span where it cannot be compared with the deck's numbers."""
 
 
 def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
-    """Add all links; the MPC set is that of the case control, or the only one."""
+    """Add all links; the MPC set is the case control's, or the only one."""
     for card in bulk.of("RBE2"):
         _rbe2(card, deck, frames)
     for card in bulk.of("RBE3"):

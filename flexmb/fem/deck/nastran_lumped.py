@@ -235,7 +235,7 @@ def _grounded(matrix: np.ndarray, axes: np.ndarray, arm: np.ndarray) -> np.ndarr
 
 
 def _seen(axes: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return (6, 6): motion in the axes of a spring, at an arm from a node, from that of the node."""
+    """Return (6, 6): motion in the axes of a spring, at an arm from a node, from the node's motion."""
     x, y, z = arm
     out = np.zeros((6, 6))
     out[:3, :3] = out[3:, 3:] = axes

@@ -95,7 +95,7 @@ def _isotropic(card: Card, name: str) -> MaterialCard:
         nu = e / (2.0 * g) - 1.0 if g > 0.0 else 0.0
     if e < 0.0 or g < 0.0 or card.real(5, 0.0) < 0.0:
         raise card.refused(f"E = {e:g}, G = {g:g}, rho = {card.real(5, 0.0):g}", "E, G, rho >= 0")
-    if not -1.0 < nu <= 0.5:  # E and G of a bar that are not those of one material: no plate or solid has them
+    if not -1.0 < nu <= 0.5:  # E and G of a bar that fit no single material: no plate or solid has them
         return MaterialCard(name, card.real(5, 0.0), None, None, e, g, nu, (g, g))
     nu = min(nu, 0.4999)
     plane = e / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.0]])

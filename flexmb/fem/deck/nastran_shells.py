@@ -26,7 +26,7 @@ ORDER = {
     "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
     "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
 }
-"""Nastran numbers the vertical edges before those of the upper face, meshio after."""
+"""Nastran numbers the vertical edges before the edges of the upper face, meshio after."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Layup:
 
 
 def add_shells(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -> None:
-    """Add triangles and quadrilaterals; those of second order become first order on all their nodes."""
+    """Add triangles and quadrilaterals; second order becomes first order on all nodes."""
     properties = {card.integer(1): card for card in bulk.of("PSHELL", "PCOMP", "PCOMPG", "PSHEAR", "PLPLANE")}
     made: dict[int, Layup] = {}
     for name, count in NODES.items():
@@ -112,7 +112,7 @@ def _add_group(table: FieldTable, count: int, layup: Layup, deck: Deck, systems:
 
 
 def _stretch(table: FieldTable, corners: np.ndarray, layup: Layup, deck: Deck) -> np.ndarray:
-    """Return the thickness of each element over that of its property, from thicknesses at the corners."""
+    """Return the thickness of each element over its property's, from thicknesses at the corners."""
     own = corners.any(axis=1)
     if not own.any():
         return np.ones(len(corners))
