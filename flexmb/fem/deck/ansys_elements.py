@@ -266,7 +266,7 @@ def add_shells(group: Group, deck: Deck) -> None:
 
 
 def _first_axis(group: Group, nodes: np.ndarray, deck: Deck, isotropic: bool) -> np.ndarray:
-    """Return the first axis (ne, 3): the x of the element system, or from the middle of side 41 to the middle of side 23."""
+    """Return the first axis (ne, 3): the x of the element system, or from the middle of side 41 to side 23."""
     corners = deck.points[nodes[:, : 3 if nodes.shape[1] in (3, 6) else 4]]
     if corners.shape[1] == 3:
         own = corners[:, 1] - corners[:, 0]
