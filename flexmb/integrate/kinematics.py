@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.integrate.interruption import Interruption
+from flexmb.integrate.patience import Patience
 from flexmb.integrate.simulate import sample_times
 from flexmb.integrate.unknown_value import REMEDY, unknown_value
 from flexmb.math.kernel import inner_kernel, kernel
@@ -48,20 +50,21 @@ def _walk(program, state, work, h, here):
 
 
 @kernel
-def _follow(program, work, times, q0, u0, signals, right, bounds, gaps, units, sweeps, q, u, a, lam, works):
-    """Project, time by time, from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows done."""
-    here, speed = q0.copy(), u0.copy()
-    acceleration, multipliers = np.zeros(len(u0)), np.zeros(lam.shape[1])
-    power = np.zeros(3)
-    for k in range(len(times)):
+def _follow(program, work, times, first, last, state, power, right, bounds, gaps, units, sweeps, q, u, a, lam, works):
+    """Project, for times[first:last], from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows
+    that are done. Rows before `first` and the `power` (3,) of the last of them are those of an earlier call."""
+    here, speed, acceleration, multipliers = state.q.copy(), state.u.copy(), state.a.copy(), state.lam.copy()
+    for k in range(first, last):
         if k > 0:
             h = times[k] - times[k - 1]
-            _walk(program, State(times[k - 1], q[k - 1], speed, acceleration, multipliers, signals), work, h, here)
+            _walk(
+                program, State(times[k - 1], q[k - 1], speed, acceleration, multipliers, state.signals), work, h, here
+            )
             speed += h * acceleration
-        state = State(times[k], here, speed, acceleration, multipliers, signals)
-        if project(program, state, work, right, here, bounds, gaps, units, 60) < 0:
+        now = State(times[k], here, speed, acceleration, multipliers, state.signals)
+        if project(program, now, work, right, here, bounds, gaps, units, 60) < 0:
             return k
-        if accelerations(program, state, work, right, sweeps) >= 0:
+        if accelerations(program, now, work, right, sweeps) >= 0:
             return k
         keep_branches(program, work, here)
         q[k], u[k], a[k], lam[k] = here, speed, acceleration, multipliers
@@ -70,7 +73,31 @@ def _follow(program, work, times, q0, u0, signals, right, bounds, gaps, units, s
                 works[k, i] = works[k - 1, i] + 0.5 * (times[k] - times[k - 1]) * (power[i] + work.energy[3 + i])
         for i in range(3):
             power[i] = work.energy[3 + i]
-    return len(times)
+    return last
+
+
+def _followed(system, start: State, times: np.ndarray, rows: dict[str, np.ndarray]) -> tuple[int, bool, Any]:
+    """Fill the rows, in calls so short that Ctrl-C is heard soon; return those done, whether they end by Ctrl-C, and
+    the workspace."""
+    work, right, power = system.workspace(), np.zeros(system.nu + system.ng), np.zeros(3)
+    state = start._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
+    settings = right, system.bounds(CLOSED), system.gaps, system.units, 12 if system.redundant else 2
+    reached, pace = 0, Patience(0.0)
+    try:
+        with Interruption() as interruption:
+            while reached < len(times):
+                first, last = reached, min(reached + pace.steps(), len(times))
+                reached = _follow(system.program, work, times, first, last, state, power, *settings, *rows.values())
+                if reached < last:
+                    break
+                k = reached - 1
+                state = state._replace(q=rows["q"][k], u=rows["u"][k], a=rows["a"][k], lam=rows["lam"][k])
+                interruption.look()
+    except KeyboardInterrupt:
+        if not reached:
+            raise
+        return reached, reached < len(times), work
+    return reached, False, work
 
 
 def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float = 0.0) -> Solution:
@@ -92,6 +119,8 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         If freedoms are left that no drive determines.
     IntegrationError
         If the mechanism cannot follow its drives (lock-up); ``error.solution`` holds all samples before.
+
+    Ctrl-C ends it with status "interrupted" and all samples until then.
     """
     times = sample_times(t_start, t_end, samples)
     system, start = assemble_as_drawn(model, t=t_start)
@@ -114,21 +143,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         "lam": np.zeros((nt, ng)),
         "works": np.zeros((nt, 3)),
     }
-    work = system.workspace()
-    reached = _follow(
-        system.program,
-        work,
-        times,
-        start.q,
-        start.u,
-        start.signals,
-        np.zeros(nu + ng),
-        system.bounds(CLOSED),
-        system.gaps,
-        system.units,
-        12 if system.redundant else 2,
-        *rows.values(),
-    )
+    reached, interrupted, work = _followed(system, start, times, rows)
     rows = {name: x[:reached] for name, x in rows.items()}
     if reached == 0:
         raise CompileError(
@@ -139,19 +154,21 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         )
     found = f"the mechanism cannot follow its drives at t = {times[min(reached, nt - 1)]:.6g} s"
     unknown = None
-    if reached < nt:
+    if reached < nt and not interrupted:
         ends = float(times[reached - 1]), float(times[reached])
         unknown = unknown_value(system, rows["q"][-1], rows["u"][-1], *ends)
     status = (
         Status.finished(t_end)
         if reached == nt
+        else Status.interrupted(float(times[reached - 1]))
+        if interrupted
         else Status.failed(unknown or found, REMEDY if unknown else "Look for a dead centre at that time")
     )
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
     shared = shared_reactions(system, start)
     known = {SHARED: shared} if shared else {}
     solution = Solution(phases=(phase,), status=status, statistics={"samples": reached, **known})
-    if reached < nt:
+    if status.kind == "failed":
         worst = worst_equations(system, work)
         raise IntegrationError(
             f"Model '{model.name}'",

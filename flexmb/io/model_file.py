@@ -102,7 +102,7 @@ def _integrator(raw: Any, context: Context, integrators: Mapping[str, type], whe
     """Return the integrator that is named, or described by a table with ``kind``."""
     given = dict(raw) if isinstance(raw, dict) else {"kind": raw}
     if not isinstance(given.get("kind"), str):
-        word = next(iter(given)) if "kind" not in given else ""
+        word = next(iter(given), "") if "kind" not in given else ""
         raise ModelError(
             where,
             found="the field 'kind' is missing" if "kind" not in given else repr(raw),

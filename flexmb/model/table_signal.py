@@ -120,12 +120,12 @@ class Table(Signal):
             if self.kind == "cubic" and np.isfinite(slopes).all():
                 found = _spline(x, y)
         if not np.isfinite(found).all():
-            k = int(np.argmax(np.abs(np.nan_to_num(slopes, nan=np.inf))))
             raise ModelError(
                 "Signal table",
-                found=f"points ({x[k]:g}, {y[k]:g}) and ({x[k + 1]:g}, {y[k + 1]:g}), too steep for numbers of 64 bits",
+                found=f"x from {x[0]:g} to {x[-1]:g} with gaps from {np.diff(x).min():g}, "
+                f"y from {y.min():g} to {y.max():g}, whose slopes no number of 64 bits can hold",
                 expected="slopes and curvatures below 1e308",
-                remedy="Give the points in SI units, and check their exponents",
+                remedy="Check the exponents of the points",
             )
         return found
 

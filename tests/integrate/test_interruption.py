@@ -11,6 +11,7 @@ import pytest
 import flexmb as fmb
 from flexmb.integrate import phases
 from flexmb.integrate.interruption import Interruption
+from flexmb.integrate.patience import Patience
 
 
 @pytest.fixture
@@ -213,3 +214,32 @@ def test_where_events_are_waited_for_the_state_is_that_of_the_last_look(tmp_path
     found = fmb.resume(part, 1.0, samples=2)
     assert found.status.kind == "stopped"
     assert found.t[-1] == pytest.approx(whole.t[-1], abs=1e-4)
+
+
+def test_kinematics_keeps_its_samples(monkeypatch):
+    """Ctrl-C between two calls of the compiled loop: the samples until then, those of an undivided run bit by bit."""
+    model = PENDULUM.with_parts(
+        joints=[fmb.Drive("motor", joint="pin", angle=fmb.ramp(rate=30.0, rise=0.2))],
+        sensors=[fmb.JointCoordinate("turn", joint="pin"), fmb.Energy("work", kind="total")],
+    )
+    with monkeypatch.context() as undivided:
+        undivided.setattr(Patience, "steps", lambda pace: 2000)
+        whole = fmb.kinematics(model, 2.0, samples=2000)
+    look, looks = Interruption.look, []
+
+    def pressed(interruption):
+        looks.append(True)
+        if len(looks) == 5:
+            os.kill(os.getpid(), signal.SIGINT)
+        look(interruption)
+
+    monkeypatch.setattr(Patience, "steps", lambda pace: 100)
+    monkeypatch.setattr(Interruption, "look", pressed)
+    part = fmb.kinematics(model, 2.0, samples=2000)
+    assert part.status.kind == "interrupted"
+    assert len(part.t) == 500
+    for name in ("turn", "work"):
+        np.testing.assert_array_equal(part[name], whole[name][:500])
+    for name in ("q", "u", "a", "lam", "works"):
+        np.testing.assert_array_equal(getattr(part.phases[0], name), getattr(whole.phases[0], name)[:500])
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

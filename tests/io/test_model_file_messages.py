@@ -289,6 +289,10 @@ def test_wrong_settings(tmp_path, settings, messages):
             "[simulation]\nt_end = 1.0\nintegrator = { IDA = { rtol = 1e-6 } }",
             ("integrator: the field 'kind' is missing", 'Write integrator = { kind = "IDA", ... }'),
         ),
+        (
+            "[simulation]\nt_end = 1.0\nintegrator = {}",
+            ("integrator: the field 'kind' is missing", 'Write integrator = { kind = "GeneralizedAlpha", ... }'),
+        ),
         ('[simulation]\nt_end = 1.0\nstart = "rest"', ("start = 'rest'", '"equilibrium"', "Leave it out")),
         ("[simulation]\nt_end = 1.0\nintegrator = 3", ("integrator: 3", "as a text or in a table")),
     ],
