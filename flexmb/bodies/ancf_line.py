@@ -22,6 +22,9 @@ from flexmb.model.pose import rotation3
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
+MOST = 100_000
+"""Elements of one line: those of a cable take half a minute to check, and 2 GB."""
+
 COLLAPSED = 0.01
 """Share of its length or volume below which an element counts as collapsed."""
 
@@ -96,11 +99,11 @@ class AncfLine(Body):
 
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1
-        if not isinstance(self.elements, int | np.integer) or self.elements < least:
+        if not isinstance(self.elements, int | np.integer) or not least <= self.elements <= MOST:
             raise ModelError(
                 self.title,
                 found=f"elements = {self.elements!r}",
-                expected=f"a whole number >= {least}" + (" for a closed line" if self.closed else ""),
+                expected=f"a whole number from {least} to {MOST}" + (" for a closed line" if self.closed else ""),
                 remedy="Write elements=16",
             )
 

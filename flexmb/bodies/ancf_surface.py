@@ -12,6 +12,9 @@ from flexmb.model.described import finite_array
 
 __all__ = ["EDGES", "Surface", "checked_elements", "checked_points", "checked_thickness", "surface_through"]
 
+MOST = 40_000
+"""Elements of one plate: 200 x 200 take minutes to check, and 10 GB."""
+
 EDGES = ((0, 1), (3, 2), (0, 3), (1, 2))
 """Edges of an element by its nodes: two along s, two along t."""
 WARPED = 0.5
@@ -70,11 +73,12 @@ def checked_elements(given: Any, points: np.ndarray, title: str) -> tuple[int, i
         not isinstance(pair, tuple | list)
         or len(pair) != 2
         or not all(isinstance(n, int | np.integer) and n >= 1 for n in pair)
+        or int(pair[0]) * int(pair[1]) > MOST
     ):
         raise ModelError(
             title,
             found=f"elements = {given!r}",
-            expected="two whole numbers >= 1, along s and t",
+            expected=f"two whole numbers >= 1, along s and t, and at most {MOST} elements",
             remedy="Write elements=(16, 4)",
         )
     return int(pair[0]), int(pair[1])

@@ -17,6 +17,9 @@ from flexmb.model.described import is_number
 
 __all__ = ["Section"]
 
+DIMENSIONS = {"values": 1, "rectangle": 4, "solid_circle": 3, "tube": 4, "box": 6, "i": 6}
+"""Entries of `Section.shape`: the constructor, its dimensions, the Poisson number."""
+
 Point = tuple[float, float]
 
 
@@ -79,6 +82,7 @@ class Section:
         )
 
     def __post_init__(self):
+        _check_shape(self.shape)
         part = f"Section '{self.shape[0]}'"
         units = {
             "area": "m2",
@@ -301,6 +305,18 @@ class Section:
 def _corners(width: float, height: float) -> tuple[Point, ...]:
     y, z = width / 2.0, height / 2.0
     return ((y, z), (-y, z), (-y, -z), (y, -z))
+
+
+def _check_shape(shape: Any) -> None:
+    name = shape[0] if isinstance(shape, tuple | list) and shape else None
+    count = DIMENSIONS.get(name) if isinstance(name, str) else None
+    if count is None or len(shape) != count or not all(is_number(x) for x in shape[1:]):
+        raise MeshError(
+            "Section",
+            found=f"shape = {shape!r}"[:200],
+            expected="the name of a constructor and its arguments",
+            remedy=f"Use fem.Section.{', .'.join(list(DIMENSIONS)[1:])}, or leave shape out",
+        )
 
 
 def _check_lengths(shape: str, *lengths: float) -> None:

@@ -8,7 +8,7 @@ from typing import ClassVar
 from flexmb.constraints import Coupled, joint_coordinate
 from flexmb.errors import ModelError
 from flexmb.model.described import is_number
-from flexmb.model.kinds import Joint, Part
+from flexmb.model.kinds import Joint
 
 __all__ = ["Coupler"]
 
@@ -44,7 +44,7 @@ class Coupler(Joint):
     couples: ClassVar[bool] = True
 
     def __post_init__(self):
-        Part.__post_init__(self)
+        super().__post_init__()
         for field in ("joints", "freedoms"):
             value = getattr(self, field)
             if value is None and field == "freedoms":

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from flexmb.constraints import Angle, InPlane, joint_coordinate
 from flexmb.errors import ModelError
-from flexmb.model.kinds import Joint, Part
+from flexmb.model.kinds import Joint
 from flexmb.model.signal import as_signal
 
 __all__ = ["Drive"]
@@ -45,7 +45,7 @@ class Drive(Joint):
     prescribes: ClassVar[bool] = True
 
     def __post_init__(self):
-        Part.__post_init__(self)
+        super().__post_init__()
         if (self.angle is None) == (self.displacement is None):
             raise ModelError(
                 self.title,

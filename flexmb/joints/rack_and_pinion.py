@@ -8,7 +8,7 @@ from typing import ClassVar
 from flexmb.constraints import Coupled, joint_coordinate
 from flexmb.errors import ModelError
 from flexmb.model.described import is_number
-from flexmb.model.kinds import Joint, Part
+from flexmb.model.kinds import Joint
 
 __all__ = ["RackAndPinion"]
 
@@ -36,7 +36,7 @@ class RackAndPinion(Joint):
     couples: ClassVar[bool] = True
 
     def __post_init__(self):
-        Part.__post_init__(self)
+        super().__post_init__()
         if isinstance(self.joints, str) or len(self.joints) != 2:
             raise ModelError(
                 self.title,

@@ -219,7 +219,7 @@ class ModalNeutralData:
     def selected(self, modes) -> ModalNeutralData:
         """Return the body with a subset of its modes: a count (the first so many) or int indices."""
         try:
-            j = np.arange(modes) if np.ndim(modes) == 0 else np.asarray(modes, int)
+            j = np.arange(min(modes, self.n_modes + 1)) if np.ndim(modes) == 0 else np.asarray(modes, int)
         except (TypeError, ValueError):
             j = np.array([self.n_modes])
         if len(j) and (j.min() < 0 or j.max() >= self.n_modes):

@@ -22,6 +22,9 @@ from flexmb.system.system import System
 
 __all__ = ["compile"]
 
+MOST = 2_000_000
+"""Velocities of a model: its matrices take some 10 kB for each."""
+
 
 class _Compiler:
     """Collects rows, markers, signals, pairs and bulk data while the parts write themselves."""
@@ -315,6 +318,13 @@ def compile(model: Model) -> System:
             found="no body that can move",
             expected="at least one",
             remedy="Add a RigidBody, PointMass or FloatingBody",
+        )
+    if layout.iu[-1] > MOST:
+        raise CompileError(
+            f"Model '{model.name}'",
+            found=f"{layout.iu[-1]} velocities",
+            expected=f"at most {MOST}",
+            remedy="Use fewer elements, or fewer copies of a part",
         )
     body_tables, body_rows = _body_rows(model, compiler, layout)
     others = len(compiler.signals)

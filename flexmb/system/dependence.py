@@ -17,6 +17,8 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg.lapack import dgeqrf, dormqr
 
+from flexmb.errors import CompileError
+
 __all__ = ["combinations", "dependent_rows"]
 
 ITERATIONS = 4
@@ -109,7 +111,15 @@ def combinations(A: sparse.csr_matrix):
     from scipy.sparse.linalg import splu
 
     m = A.shape[1]
-    factor = splu(sparse.block_array([[sparse.identity(m), A.T], [A, None]], format="csc"))
+    try:
+        factor = splu(sparse.block_array([[sparse.identity(m), A.T], [A, None]], format="csc"))
+    except (RuntimeError, ValueError):  # rows that masses near 1e300 have made zero, infinite or no numbers
+        raise CompileError(
+            "Constraints",
+            found="equations that vanish or overflow when they are divided by the roots of the masses",
+            expected="masses and moments of inertia whose powers are finite",
+            remedy="Check the exponents of masses, moments of inertia and places of markers",
+        ) from None
 
     def solve(b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         both = factor.solve(np.concatenate([np.zeros((m, *b.shape[1:])), -b]))

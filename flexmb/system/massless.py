@@ -106,6 +106,8 @@ def _loose(motions) -> int:
     if not motions:
         return -1
     changes = np.array([change for _, change in motions])
+    if not np.isfinite(changes).all():
+        return -1  # equations without value: assembling names them
     largest = np.abs(changes).max(axis=1, keepdims=True)
     _, R, order = qr((changes / np.where(largest > 0.0, largest, 1.0)).T, mode="economic", pivoting=True)
     held = np.zeros(len(motions))
