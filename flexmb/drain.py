@@ -60,11 +60,9 @@ class Drain:
             self._before[number](number, frame)
 
     def complain(self) -> None:
-        """Raise the error of the first write that failed, if one did; else see to it that the disk has the content,
-        which must be there before the name is."""
+        """Raise the error of the first write that failed, if one did."""
         if self._error is not None:
             raise self._error
-        os.fsync(self._file.fileno())
 
     def write(self, data) -> int:
         """Write all of `data` at the present place, or make a note that it is not there."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flexmb.errors import DataFileError
 
-__all__ = ["check_folder", "complaints", "remove_parts", "replacing", "write_text"]
+__all__ = ["check_folder", "complaints", "on_disk", "remove_parts", "replacing", "write_text"]
 
 _PREFIX, _SUFFIX = ".flexmb.", ".part"
 
@@ -65,6 +65,12 @@ def write_text(path: str | Path, text: str, *, encoding: str = "utf-8", errors: 
     ):
         stream.write(text)
     return Path(path)
+
+
+def on_disk(path: str | Path) -> None:
+    """Come back when the disk has the content of a file."""
+    with Path(path).open("r+b") as stream:
+        os.fsync(stream.fileno())
 
 
 def remove_parts(folder: str | Path) -> None:

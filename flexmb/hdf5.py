@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from flexmb.drain import Drain
 from flexmb.errors import DataFileError, FlexmbError
-from flexmb.files import complaints, replacing
+from flexmb.files import complaints, on_disk, replacing
 from flexmb.hdf5_seal import BROKEN, WHOLE, end_of, probe, seal, state_of
 
 if TYPE_CHECKING:
@@ -93,6 +93,7 @@ def writing(
                 drain.complain()
         if schema is not None:
             seal(temporary)
+        on_disk(temporary)  # content and seal, before the name: a power cut leaves the old file or the new one
 
 
 def _stamp(file: h5py.File, schema: str | None, version: int | None) -> None:

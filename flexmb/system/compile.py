@@ -301,17 +301,8 @@ def _table_bytes(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return raw, bounds.astype(np.int64)
 
 
-def compile(model: Model) -> System:
-    """Return the compiled system of a model.
-
-    Raises
-    ------
-    CompileError
-        If the parts do not fit together.
-    """
-    check_kind(model, Model, "Model", "Give a flexmb.Model(bodies=[...]), or flexmb.load_model('file.toml')")
-    compiler = _Compiler(model)
-    layout = _Layout(model, compiler)
+def _check_size(model: Model, layout: _Layout) -> None:
+    """Raise CompileError if nothing moves, or more than any computer can bear."""
     if layout.iu[-1] == 0:
         raise CompileError(
             f"Model '{model.name}'",
@@ -326,6 +317,20 @@ def compile(model: Model) -> System:
             expected=f"at most {MOST}",
             remedy="Use fewer elements, or fewer copies of a part",
         )
+
+
+def compile(model: Model) -> System:
+    """Return the compiled system of a model.
+
+    Raises
+    ------
+    CompileError
+        If the parts do not fit together.
+    """
+    check_kind(model, Model, "Model", "Give a flexmb.Model(bodies=[...]), or flexmb.load_model('file.toml')")
+    compiler = _Compiler(model)
+    layout = _Layout(model, compiler)
+    _check_size(model, layout)
     body_tables, body_rows = _body_rows(model, compiler, layout)
     others = len(compiler.signals)
     constraints = _Constraints(model, compiler)

@@ -306,7 +306,7 @@ def _all_verbs(bench: Bench, counts: Counts, draw, limit, folder: Path | None = 
     run = target / "run"
     if not run.is_dir():
         shutil.copytree(bench.folder / "reference", run)
-    body = str(bench.folder / "block.h5")
+    body, mesh = str(bench.folder / "block.h5"), str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
     block_data().save(body)
     verbs = [
         ["run", str(bench.model), "--out", str(target / "new")],
@@ -320,6 +320,10 @@ def _all_verbs(bench: Bench, counts: Counts, draw, limit, folder: Path | None = 
         ["show", body, "--modes", "0", "--html"],
         ["check", str(bench.model)],
         ["sweep", str(bench.model), "--over", "none=1,2", "--out", str(target / "sweep")],
+        ["reduce", mesh, *("--interface", "a=foot", "--interface", "b=load"), "-o", str(target / "part.h5")],
+        ["render", str(run)],
+        ["verify", str(run)],
+        ["demo", "--out", str(target / "demo")],
     ]
     for verb in verbs:
         number = draw()

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from results.spinning import block_data, spinning_phase
 
-from flexmb import hdf5
+from flexmb import hdf5, hdf5_seal
 from flexmb.errors import DataFileError, FlexmbError
-from flexmb.results import RunFile, Solution, Status
+from flexmb.results import RunFile, Solution, Status, journal
 from flexmb.results.run_file import SCHEMA, VERSION
 from flexmb.sensors import Position
 
@@ -331,3 +331,41 @@ def test_a_whole_record_that_makes_no_sense(tmp_path, kind, says):
         Solution.load(path)
     run._journal.close()
     run._lock.release()
+
+
+def test_the_disk_has_content_and_seal_before_the_name(tmp_path, monkeypatch):
+    """A power cut at any moment leaves the old file or the whole new one: what is asked for last is the whole file."""
+    sealed, moved = [], []
+    sync, replace = os.fsync, os.replace
+
+    def synced(handle):
+        sync(handle)
+        (part,) = tmp_path.glob(".flexmb.*")
+        sealed.append(hdf5_seal.state_of(part))
+
+    def named(old, new):
+        moved.append(len(sealed))
+        replace(old, new)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(os, "replace", named)
+    with RunFile(tmp_path / "run.h5") as run:
+        run.begin("text")
+    assert sealed == [hdf5_seal.WHOLE] * 2  # when it is made, and when it ends
+    assert moved == [1, 2]
+
+
+def test_the_disk_is_asked_now_and_then_while_samples_come(tmp_path, monkeypatch):
+    asked, clock = [], [0.0]
+    with RunFile(tmp_path / "run.h5", rows=1) as run:
+        run.begin("text")
+        sync = os.fsync
+        monkeypatch.setattr(os, "fsync", lambda handle: asked.append(clock[0]) or sync(handle))
+        monkeypatch.setattr(journal.time, "monotonic", lambda: clock[0])
+        run._journal._synced = 0.0
+        for k in range(1, 31):
+            clock[0] = float(k)
+            run.append(clock[0], np.ones(9), np.ones(8), np.ones(8), np.ones(5), np.ones(3))
+        monkeypatch.undo()
+    assert asked == [11.0, 22.0]
+    assert len(Solution.load(tmp_path / "run.h5").t) == 30
