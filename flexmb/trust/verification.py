@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -180,17 +180,36 @@ class Verification:
             raw = json.loads(Path(path).read_text(encoding="utf-8"))
             if raw.pop("version") != VERSION:
                 raise ValueError("another version")
-            checks = tuple(Check(**entry) for entry in raw.pop("checks"))
-            answers = tuple(Answer(**entry) for entry in raw.pop("answers"))
-            runs, notes = tuple(raw.pop("runs")), tuple(raw.pop("notes"))
-            return Verification(checks=checks, answers=answers, runs=runs, notes=notes, **raw)
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            checks = tuple(_read(Check, entry) for entry in raw.pop("checks"))
+            answers = tuple(_read(Answer, entry) for entry in raw.pop("answers"))
+            if any(answer.peak.keys() != answer.course.keys() for answer in answers):
+                raise ValueError("other runs in 'peak' than in 'course'")
+            texts = {name: tuple(_of_kind("str", text, name) for text in raw.pop(name)) for name in ("runs", "notes")}
+            return replace(_read(Verification, raw), checks=checks, answers=answers, **texts)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
             raise DataFileError(
                 f"Verification '{path}'",
                 found=f"it cannot be read ({error})",
                 expected=f"a file of version {VERSION} written by `flexmb verify`",
                 remedy="Verify the run again",
             ) from error
+
+
+def _read(kind: type, entry: Mapping[str, Any]) -> Any:
+    """Return a description from what JSON says of its fields; ValueError or TypeError if one is of another kind."""
+    known = {field.name: str(field.type) for field in fields(kind)}
+    return kind(**{name: _of_kind(known.get(name, ""), value, name) for name, value in entry.items()})
+
+
+def _of_kind(kind: str, value: Any, name: str) -> Any:
+    """Return a text, a number, or a mapping of numbers, whichever the type of a field asks for."""
+    if kind == "str" and isinstance(value, str):
+        return value
+    if kind == "float" and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if kind == "Mapping[str, float]" and isinstance(value, dict):
+        return {key: _of_kind("float", x, name) for key, x in value.items()}
+    raise ValueError(f"{name} = {str(value)[:60]}")
 
 
 def _percent(share: float | None) -> str:

@@ -90,20 +90,51 @@ def test_with_trust_it_computes(pushed):
     assert imported(pushed)
 
 
-def test_command_line(pushed, capsys):
-    """check, run and sweep ask for trust; so do the verbs that read the run folder of another one."""
-    for verb in (["check"], ["run", "--out", "run"], ["sweep", "--over", "none=1,2", "--out", "sweep"]):
-        assert main([verb[0], str(pushed), *verb[1:]]) == 2
-    assert not imported(pushed)
-    assert main(["run", str(pushed), "--out", "run", "--trust", "--overwrite"]) == 0
+@pytest.fixture
+def foreign(pushed, capsys):
+    """A run folder that somebody else has made, whose code has not been imported here."""
+    assert main(["run", str(pushed), "--out", "run", "--trust"]) == 0
     (pushed.parent / "imported.txt").unlink()
     sys.modules.pop(next(name for name in sys.modules if name.startswith("pushing_")))
     capsys.readouterr()
-    for verb in ("report", "resume"):
-        code = main([verb, "run", *(["--no-pictures"] if verb == "report" else ["--t-end", "0.2"])])
-        told = capsys.readouterr()
-        assert "names Python code" in told.err + told.out
-        assert code in (0, 2)  # a report leaves out what it cannot compute
+    return pushed
+
+
+OF_MODELS = (["check"], ["run", "--out", "new"], ["sweep", "--over", "none=1,2", "--out", "sweep"])
+OF_RUNS = (
+    ["resume", "--t-end", "0.2"],
+    ["report", "--no-pictures"],
+    ["export", "--vtk"],
+    ["export", "--vtkhdf"],
+    ["export", "--csv", "--to", "tables"],
+    ["plot"],
+    ["verify"],
+    pytest.param(["render"], marks=pytest.mark.render),
+)
+
+
+@pytest.mark.parametrize("verb", OF_MODELS, ids=lambda verb: verb[0])
+def test_verbs_that_read_a_model_ask_for_trust(pushed, verb):
+    assert main([verb[0], str(pushed), *verb[1:]]) == 2
     assert not imported(pushed)
-    assert main(["resume", "run", "--t-end", "0.2", "--trust"]) == 0
-    assert imported(pushed)
+
+
+@pytest.mark.parametrize("verb", OF_RUNS, ids=" ".join)
+def test_verbs_that_read_a_run_ask_for_trust(foreign, verb, capsys):
+    """What can be shown without computing is shown; what cannot says why. The code is imported with --trust only."""
+    code = main([verb[0], "run", *verb[1:]])
+    told = capsys.readouterr()
+    assert "Traceback" not in told.err
+    assert code == 0 or "names Python code" in told.err + told.out
+    assert code in (0, 2)
+    assert not imported(foreign)
+    assert main([verb[0], "run", *verb[1:], "--trust"]) in ((0, 1) if verb[0] == "verify" else (0,))
+
+
+@pytest.mark.parametrize("verb", [["resume", "--t-end", "0.2"], ["verify"]], ids=lambda verb: verb[0])
+def test_verbs_that_compute_again_are_refused(foreign, verb, capsys):
+    assert main([verb[0], "run", *verb[1:]]) == 2
+    assert "names Python code" in capsys.readouterr().err
+    assert not imported(foreign)
+    main([verb[0], "run", *verb[1:], "--trust"])
+    assert imported(foreign)
