@@ -8,8 +8,10 @@ from flexmb.bodies.ground import Ground
 from flexmb.bodies.point_mass import PointMass
 from flexmb.bodies.rigid import RigidBody
 from flexmb.bodies.shape import VALUES, Box, Extrusion, Tube
+from flexmb.model.kinds import Body
+from flexmb.model.registered import registered
 
-KINDS = {kind.__name__: kind for kind in (Ground, RigidBody, PointMass, FloatingBody, AncfCable, AncfBeam, AncfPlate)}
+KINDS = registered(globals(), Body)
 """All bodies by name: read by the model files, the contract tests and the reference pages."""
 
-__all__ = ["KINDS", "VALUES", *KINDS, "Box", "Extrusion", "Tube"]
+__all__ = ["KINDS", *KINDS, "VALUES", "Box", "Extrusion", "Tube"]

@@ -15,8 +15,8 @@ from flexmb.bodies.ancf_line import AncfLine, between_middles
 from flexmb.bodies.director_frame import section_frame
 from flexmb.errors import ModelError
 from flexmb.model.described import finite_array
-from flexmb.model.kinds import Table
 from flexmb.model.pose import Pose
+from flexmb.model.table import Table
 
 __all__ = ["AncfBeam"]
 
@@ -266,13 +266,12 @@ class AncfBeam(AncfLine):
             N = _quadratic(x)[0, :, 0] if len(nodes) == 3 else np.array([1.0, 0.0, 0.0])
             fixed = self.section_axes(q, fraction)[1][0].T @ pose.matrix
             geometry.append(np.concatenate([[nodes[0], len(nodes)], N, fixed.ravel()]))
-        return (
-            self.elements,
-            place.bulk(self.element_data()),
-            place.bulk(np.array(geometry)),
-            compiler.couplings(self.name),
-            compiler.gravity,
-        )
+        return {
+            "data": place.bulk(self.element_data()),
+            "geometry": place.bulk(np.array(geometry)),
+            "couplings": compiler.couplings(self.name),
+            "gravity": compiler.gravity,
+        }
 
     def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return N, Q_y, Q_z (N), M_x, M_y, M_z (N m), in the axes of the section, at fractions (n,), (n, 6).

@@ -144,8 +144,8 @@ def inertia(raw, data, state, work):
     rows = raw.view(ROW)
     f = np.empty(27)
     K = np.empty((27, 27))
-    weights = work.coefficients
-    tangent = weights[3] > 0.0
+    weights = work.weights[0]
+    tangent = weights.wanted == 1
     for n in range(rows.shape[0]):
         row = rows[n]
         for e in range(row.elements):
@@ -153,12 +153,12 @@ def inertia(raw, data, state, work):
             first = 18 * e
             q = state.q[row.iq + first : row.iq + first + 27]
             u = state.u[row.iu + first : row.iu + first + 27]
-            ck, cd = (weights[2], weights[1]) if tangent else (0.0, 0.0)
+            ck, cd = (weights.stiffness, weights.damping) if tangent else (0.0, 0.0)
             _, power = beam_element(data, start, q, u, ck, cd, f, K)
-            work.energy[5] += power
+            work.energy[0].dissipation += power
             for i in range(27):
                 work.residual[row.iu + first + i] += f[i]
-            _add_inertia(row, data, start, e, state, work, weights[0] if tangent else 0.0)
+            _add_inertia(row, data, start, e, state, work, weights.mass if tangent else 0.0)
             if ck != 0.0 or cd != 0.0:
                 for m in range(3):
                     for k in range(3):
@@ -169,8 +169,8 @@ def inertia(raw, data, state, work):
         for k in range(row.n_markers):
             marker = work.markers[row.marker + k]
             add_to_residual(work, marker.iu, marker)
-        if tangent and weights[2] != 0.0:
-            _add_marker_tangent(row, data, state, work, weights[2])
+        if tangent and weights.stiffness != 0.0:
+            _add_marker_tangent(row, data, state, work, weights.stiffness)
 
 
 @row_kernel
@@ -188,13 +188,13 @@ def energy(raw, data, state, work):
             q = state.q[row.iq + first : row.iq + first + 27]
             u = state.u[row.iu + first : row.iu + first + 27]
             strain, _ = beam_element(data, start, q, rest, 0.0, 0.0, f, K)
-            work.energy[1] += strain
+            work.energy[0].strain += strain
             for m in range(3):
                 for i in range(3):
-                    work.energy[2] -= data[start + 28 + m] * row.gravity[i] * q[9 * m + i]
+                    work.energy[0].potential -= data[start + 28 + m] * row.gravity[i] * q[9 * m + i]
                 for k in range(3):
                     for v in range(3):
                         for i in range(3):
-                            work.energy[0] += (
+                            work.energy[0].kinetic += (
                                 0.5 * data[start + 1 + 9 * v + 3 * m + k] * u[9 * m + 3 * v + i] * u[9 * k + 3 * v + i]
                             )

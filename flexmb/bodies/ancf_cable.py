@@ -14,8 +14,8 @@ from flexmb.bodies.ancf_curve import minimal_rotation
 from flexmb.bodies.ancf_line import AncfLine, between_middles
 from flexmb.bodies.ancf_tangent_frame import tangent_axes
 from flexmb.errors import ModelError
-from flexmb.model.kinds import Table
 from flexmb.model.pose import Pose
+from flexmb.model.table import Table
 
 __all__ = ["AncfCable", "hermite"]
 
@@ -240,14 +240,13 @@ class AncfCable(AncfLine):
             t /= np.linalg.norm(t)
             d = self._reference(t, pose.matrix, rotation, compiler.gravity)
             geometry.append(np.concatenate([[a, b], N.ravel(), d, (tangent_axes(t, d).T @ pose.matrix).ravel()]))
-        return (
-            self.elements,
-            len(self.curve.r),
-            place.bulk(self.element_data()),
-            place.bulk(np.array(geometry)),
-            compiler.couplings(self.name),
-            compiler.gravity,
-        )
+        return {
+            "nodes": len(self.curve.r),
+            "data": place.bulk(self.element_data()),
+            "geometry": place.bulk(np.array(geometry)),
+            "couplings": compiler.couplings(self.name),
+            "gravity": compiler.gravity,
+        }
 
     def section_forces(self, q: np.ndarray, fractions) -> np.ndarray:
         """Return axial force N, shear force Q (N) and bending moment M (N m) at fractions (n,), (n, 3); without

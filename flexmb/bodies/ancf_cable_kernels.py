@@ -181,9 +181,9 @@ def inertia(raw, data, state, work):
     f = np.empty(9)
     K = np.empty((9, 9))
     scratch = np.empty((29, 9))
-    weights = work.coefficients
-    tangent = weights[3] > 0.0
-    ck, cd = (weights[2], weights[1]) if tangent else (0.0, 0.0)
+    weights = work.weights[0]
+    tangent = weights.wanted == 1
+    ck, cd = (weights.stiffness, weights.damping) if tangent else (0.0, 0.0)
     for n in range(rows.shape[0]):
         row = rows[n]
         for e in range(row.elements):
@@ -194,15 +194,15 @@ def inertia(raw, data, state, work):
             if tangent and ck == 0.0:
                 K[:] = 0.0
             _, power = cable_element(element, z, rate, ck, cd, f, K, scratch)
-            work.energy[5] += power
+            work.energy[0].dissipation += power
             _add_element_forces(row, state, work, element, a, b, f)
             if tangent:
-                _add_element_matrix(row, work, element, e, K, weights[0])
+                _add_element_matrix(row, work, element, e, K, weights.mass)
         for k in range(row.n_markers):
             marker = work.markers[row.marker + k]
             add_to_residual(work, marker.iu, marker)
-        if tangent and weights[2] != 0.0:
-            _add_marker_tangent(row, data, state, work, weights[2])
+        if tangent and weights.stiffness != 0.0:
+            _add_marker_tangent(row, data, state, work, weights.stiffness)
 
 
 @row_kernel
@@ -221,14 +221,14 @@ def energy(raw, data, state, work):
             a, b = 6 * e, 6 * ((e + 1) % row.nodes)
             _gather(state.q, row.iq, a, b, data[start], z)
             strain, _ = cable_element(data[start : start + ELEMENT], z, rest, 0.0, 0.0, f, K, scratch)
-            work.energy[1] += strain
+            work.energy[0].strain += strain
             for s in range(4):
                 target = (a if s < 2 else b) + 3 * (s % 2)
                 for i in range(3):
-                    work.energy[2] -= data[start + 17 + s] * row.gravity[i] * state.q[row.iq + target + i]
+                    work.energy[0].potential -= data[start + 17 + s] * row.gravity[i] * state.q[row.iq + target + i]
                     for t in range(4):
                         source = (a if t < 2 else b) + 3 * (t % 2)
-                        work.energy[0] += (
+                        work.energy[0].kinetic += (
                             0.5
                             * data[start + 1 + 4 * s + t]
                             * state.u[row.iu + target + i]

@@ -51,6 +51,7 @@ class AncfLine(Body):
     markers: Mapping[str, Any] = field(default_factory=dict)
 
     has_frame: ClassVar[bool] = False
+    drawn: ClassVar[str] = "line"
     node_size: ClassVar[int]
     intervals: ClassVar[int] = 1
     """Distances between nodes in an element."""

@@ -32,10 +32,11 @@ from flexmb.bodies.ancf_surface import (
 from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.bodies.quad_grid import grid_of_mesh
 from flexmb.errors import ModelError, ValidityWarning
-from flexmb.model.kinds import Body, Table
+from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import Pose
+from flexmb.model.table import Table
 
 __all__ = ["AncfPlate"]
 
@@ -122,6 +123,7 @@ class AncfPlate(Body):
         "AncfPlate", kernels.ROW, {"place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy}
     )
     has_frame: ClassVar[bool] = False
+    drawn: ClassVar[str] = "sheet"
     load_names: ClassVar[tuple[str, ...]] = LOADS
 
     def __post_init__(self):
@@ -347,18 +349,16 @@ class AncfPlate(Body):
             )
         begins = len(parts) + np.concatenate([[0], np.cumsum([len(p) for p in parts])])[:-1]
         first_load, *_ = (compiler.load(self.name, load) for load in LOADS)
-        return (
-            self.vectors,
-            len(elements),
-            elements.shape[1],
-            place.bulk(elements),
-            place.bulk(np.concatenate([begins, *parts])),
-            compiler.couplings(self.name),
-            first_load,
-            self.material.poisson,
-            self.damping,
-            compiler.gravity,
-        )
+        return {
+            "elements": len(elements),
+            "size": elements.shape[1],
+            "data": place.bulk(elements),
+            "geometry": place.bulk(np.concatenate([begins, *parts])),
+            "couplings": compiler.couplings(self.name),
+            "first_load": first_load,
+            "poisson": self.material.poisson,
+            "gravity": compiler.gravity,
+        }
 
     def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
         """Return the first sample (nt, nq) at which an element has collapsed or turned inside out,

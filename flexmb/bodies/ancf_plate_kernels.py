@@ -183,7 +183,7 @@ def _add_loads(row, data, start, q, u, work, ck, f, K):
                 f[s, i] -= amount * data[start + HEAD + V * V + V + s]
     for s in range(V):
         for i in range(3):
-            work.energy[3] += (before[s, i] - f[s, i]) * u[s, i]
+            work.energy[0].load_power += (before[s, i] - f[s, i]) * u[s, i]
 
 
 @inner_kernel
@@ -207,9 +207,9 @@ def _scatter(row, data, start, f, K, tangent, work):
 def inertia(raw, data, state, work):
     """M (a - g) + elastic and damping forces - loads; constant mass, no quadratic velocity terms."""
     rows = raw.view(ROW)
-    weights = work.coefficients
-    tangent = weights[3] > 0.0
-    cm, cd, ck = (weights[0], weights[1], weights[2]) if tangent else (0.0, 0.0, 0.0)
+    weights = work.weights[0]
+    tangent = weights.wanted == 1
+    cm, cd, ck = (weights.mass, weights.damping, weights.stiffness) if tangent else (0.0, 0.0, 0.0)
     for n in range(rows.shape[0]):
         row = rows[n]
         V = 4 * row.vectors
@@ -225,7 +225,7 @@ def inertia(raw, data, state, work):
             _gather(row, data, start, row.iu, state.a, a)
             K[:] = 0.0
             _, power = plate_element(data, start, row.poisson, row.damping, q, u, ck, cd, f, K)
-            work.energy[5] += power
+            work.energy[0].dissipation += power
             _add_loads(row, data, start, q, u, work, ck, f, K)
             _add_inertia(row, data, start, a, cm, f, K)
             _scatter(row, data, start, f, K, tangent, work)
@@ -253,9 +253,9 @@ def energy(raw, data, state, work):
             _gather(row, data, start, row.iq, state.q, q)
             _gather(row, data, start, row.iu, state.u, u)
             strain, _ = plate_element(data, start, row.poisson, row.damping, q, rest, 0.0, 0.0, f, K)
-            work.energy[1] += strain
+            work.energy[0].strain += strain
             for s in range(V):
                 for i in range(3):
-                    work.energy[2] -= data[start + HEAD + V * V + s] * row.gravity[i] * q[s, i]
+                    work.energy[0].potential -= data[start + HEAD + V * V + s] * row.gravity[i] * q[s, i]
                     for t in range(V):
-                        work.energy[0] += 0.5 * data[start + HEAD + V * s + t] * u[s, i] * u[t, i]
+                        work.energy[0].kinetic += 0.5 * data[start + HEAD + V * s + t] * u[s, i] * u[t, i]

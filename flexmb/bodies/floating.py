@@ -11,12 +11,14 @@ import numpy as np
 from flexmb.bodies.floating_kernels import energy, inertia, place
 from flexmb.bodies.floating_row import ROW, pack
 from flexmb.bodies.floating_validity import FloatingWatch
+from flexmb.bodies.frame_momentum import floating_momentum
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.data_source import DataSource
-from flexmb.model.kinds import Body, Table
+from flexmb.model.kinds import Body
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
+from flexmb.model.table import Table
 
 __all__ = ["FloatingBody"]
 
@@ -64,6 +66,7 @@ class FloatingBody(Body):
     rigid: bool = False
     markers: Any = None
 
+    drawn: ClassVar[str] = "cells"
     watch: ClassVar[Any] = FloatingWatch
     table: ClassVar[Table] = Table("FloatingBody", ROW, {"place": place, "inertia": inertia, "energy": energy})
 
@@ -182,6 +185,10 @@ class FloatingBody(Body):
         """The data with the modes in use."""
         return self._reduced  # type: ignore[attr-defined]
 
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return linear and angular momentum about the origin of W, (nt, 6)."""
+        return floating_momentum(self.reduced.invariants, q, u)
+
     @property
     def stiffening_groups(self) -> tuple[str, ...]:
         """Names of the groups of geometric stiffness that act."""
@@ -237,18 +244,18 @@ class FloatingBody(Body):
         for k, name in enumerate(data.load_names):
             index = compiler.load(self.name, name)
             first_load = index if k == 0 else first_load
-        return (
-            data.n_modes,
-            data.n_interfaces,
-            len(data.load_names),
-            first_load,
-            turning,
-            stiffening,
-            place.bulk(mass),
-            place.bulk(markers),
-            place.bulk(elastic),
-            compiler.gravity,
-        )
+        return {
+            "modes": data.n_modes,
+            "interfaces": data.n_interfaces,
+            "loads": len(data.load_names),
+            "first_load": first_load,
+            "turning": turning,
+            "stiffening": stiffening,
+            "mass": place.bulk(mass),
+            "geometry": place.bulk(markers),
+            "elastic": place.bulk(elastic),
+            "gravity": compiler.gravity,
+        }
 
     def stiffen(self, compiler, markers):
         """Reserve room for the derivatives of the stiffening by the interfaces' wrenches."""

@@ -48,7 +48,7 @@ def _elastic(K, D, eta, rate, work, residual):
         for j in range(m):
             damping += D[i, j] * rate[j]
         residual[6 + i] += damping
-        work.energy[5] += damping * rate[i]
+        work.energy[0].dissipation += damping * rate[i]
 
 
 @inner_kernel
@@ -57,8 +57,8 @@ def _add_step_term(M, u, weights, B):
 
     Where steps translate in world axes, cd takes the place of h/2 in what translations have of it, see `RigidBody`.
     """
-    cd, half = weights[1], abs(weights[4])
-    turning, shifted = (-cd, cd) if weights[4] < 0.0 else (half, half)
+    cd, half = weights.damping, weights.half_step
+    turning, shifted = (-cd, cd) if weights.world_axes == 1 else (half, half)
     v = u[0:3]
     w = u[3:6]
     e = np.zeros(3)
@@ -79,7 +79,7 @@ def _add_step_term(M, u, weights, B):
 def inertia(raw, data, state, work):
     """Inertia, velocity terms, gravity, elasticity, geometric stiffness and marker loads, with the tangent."""
     rows = raw.view(ROW)
-    weights = work.coefficients
+    weights = work.weights[0]
     R = np.empty((3, 3))
     fall = np.empty(3)
     vwd, wwd = np.empty((3, 3)), np.empty(6)
@@ -116,27 +116,27 @@ def inertia(raw, data, state, work):
             add_stiffening(G, s, eta, g, residual[6:])
         for k in range(row.n_markers):
             add_to_residual(work, iu, work.markers[row.marker + k])
-        if weights[3] == 0.0:
+        if weights.wanted == 0:
             continue
         B = np.zeros((size, size))
         for i in range(size):
             for j in range(size):
-                B[i, j] = weights[0] * M[i, j]
-        if weights[1] != 0.0:
-            add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, swing, P, weights[1], B)
+                B[i, j] = weights.mass * M[i, j]
+        if weights.damping != 0.0:
+            add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, swing, P, weights.damping, B)
             _add_step_term(M, u, weights, B)
-        if weights[2] != 0.0:
-            add_inertia_stiffness(terms, W, u, A, swing, weights[2], B)
+        if weights.stiffness != 0.0:
+            add_inertia_stiffness(terms, W, u, A, swing, weights.stiffness, B)
             for i in range(size):
                 # gravity: -M[:, :3] fall~
                 for j in range(3):
                     a, b = (j + 1) % 3, (j + 2) % 3
-                    B[i, 3 + j] -= weights[2] * (M[i, a] * fall[b] - M[i, b] * fall[a])
+                    B[i, 3 + j] -= weights.stiffness * (M[i, a] * fall[b] - M[i, b] * fall[a])
             for k in range(row.n_markers):
                 r, _, translation, rotation = geometry(data, row.geometry, k, m)
                 add_marker_stiffness(
                     B,
-                    weights[2],
+                    weights.stiffness,
                     R,
                     state.q[row.iq : row.iq + 7 + m],
                     m,
@@ -147,8 +147,8 @@ def inertia(raw, data, state, work):
                 )
         for i in range(m):
             for j in range(m):
-                B[6 + i, 6 + j] += weights[2] * K[i, j] + weights[1] * D[i, j]
-        add_loads_tangent(turning, row.loads, row.first_load, work.loads, weights[2], B)
+                B[6 + i, 6 + j] += weights.stiffness * K[i, j] + weights.damping * D[i, j]
+        add_loads_tangent(turning, row.loads, row.first_load, work.loads, weights.stiffness, B)
         if row.stiffening > 0:
             wrenches = work.markers[row.marker : row.marker + row.interfaces]
             add_stiffening_tangent(G, s, g, mean, u, R, fall, weights, B, wrenches, work.H)
@@ -172,11 +172,11 @@ def energy(raw, data, state, work):
         mass_matrix(terms, eta, M, W)
         for i in range(6 + m):
             for j in range(6 + m):
-                work.energy[0] += 0.5 * u[i] * M[i, j] * u[j]
+                work.energy[0].kinetic += 0.5 * u[i] * M[i, j] * u[j]
         K, _, _, _, _ = stiffness_matrices(data, row.elastic, m, row.loads, row.turning, row.stiffening)
         for i in range(m):
             for j in range(m):
-                work.energy[1] += 0.5 * eta[i] * K[i, j] * eta[j]
+                work.energy[0].strain += 0.5 * eta[i] * K[i, j] * eta[j]
         euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
         matvec_t(R, row.gravity, fall)
         # first moment of mass, m c = (M_vw)_zy and cyclic, plus the modes'
@@ -185,5 +185,5 @@ def energy(raw, data, state, work):
             moment = vw0[a, b]
             for j in range(m):
                 moment += vn[i, j] * eta[j]
-            work.energy[2] -= fall[i] * moment
-            work.energy[2] -= vv[i, i] * row.gravity[i] * state.q[row.iq + i]
+            work.energy[0].potential -= fall[i] * moment
+            work.energy[0].potential -= vv[i, i] * row.gravity[i] * state.q[row.iq + i]

@@ -16,7 +16,8 @@ def add_loads(shapes, turning, eta, u, first, amounts, energy, residual):
     shapes : (nl, 6 + m)
     turning : (0, nl or nl + 1; 6 + m, m)
         The last one belongs to the preload, whose amount is 1 and whose forces are in equilibrium with its stress.
-    energy : energy[3] is the rate of work of the loads.
+    energy : Energy
+        Receives the power of the loads.
     """
     nl, size = shapes.shape
     for n in range(max(nl, len(turning))):
@@ -30,7 +31,7 @@ def add_loads(shapes, turning, eta, u, first, amounts, energy, residual):
                     force += turning[n, i, j] * eta[j]
             residual[i] -= amount * force
             if n < nl:
-                energy[3] += amount * force * u[i]
+                energy[0].load_power += amount * force * u[i]
 
 
 @kernel

@@ -74,7 +74,7 @@ def add_stiffening_tangent(G, s, g, mean, u, R, fall, weights, B, wrenches, H):
     `g` (n, m) are the products G_i eta; `mean` as in `mean_acceleration`; `weights` of mass, damping and
     stiffness.
     """
-    ck = weights[2]
+    ck = weights.stiffness
     m = g.shape[1]
     if ck != 0.0:
         scaled = ck * s
@@ -107,7 +107,7 @@ def add_stiffening_tangent(G, s, g, mean, u, R, fall, weights, B, wrenches, H):
 @inner_kernel
 def _add_motion_tangent(g, mean, u, fall, weights, B):
     """Add the derivatives by the motion: acceleration, spin B = w w^T - |w|^2 I + w'~, and gravity in body axes."""
-    cm, cd, ck = weights[0], weights[1], weights[2]
+    cm, cd, ck = weights.mass, weights.damping, weights.stiffness
     m = g.shape[1]
     v = u[0:3]
     w = u[3:6]

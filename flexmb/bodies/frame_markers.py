@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.bodies.rows import add_product_skew, add_skew
+from flexmb.bodies.rows import add_product_skew
 from flexmb.math.kernel import kernel
-from flexmb.math.vectors import cross, matvec, matvec_t, rotate_columns
+from flexmb.math.vectors import add_skew, cross, matvec, matvec_t, rotate_columns
 
 __all__ = ["MARKER_SIZE", "add_load_stiffness", "pack_markers", "place_marker"]
 

@@ -32,6 +32,8 @@ class Ground(Body):
     markers: Mapping[str, Any] = field(default_factory=dict)
     shape: Any = ()
 
+    drawn: ClassVar[str] = "supports"
+    takes_markers: ClassVar[bool] = True
     has_frame: ClassVar[bool] = False
 
     def __post_init__(self):

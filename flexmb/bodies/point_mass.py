@@ -9,8 +9,9 @@ import numpy as np
 
 from flexmb.bodies.rows import HEADER
 from flexmb.math.tables import row_kernel
-from flexmb.model.kinds import Body, Table
+from flexmb.model.kinds import Body
 from flexmb.model.pose import Pose, vector3
+from flexmb.model.table import Table
 
 __all__ = ["PointMass"]
 
@@ -41,8 +42,8 @@ def inertia(raw, data, state, work):
         marker = work.markers[row.marker]
         for i in range(3):
             work.residual[row.iu + i] += row.mass * (state.a[row.iu + i] - row.gravity[i]) - marker.wrench[i]
-            if work.coefficients[3] > 0.0:
-                work.S[work.rows[row.iu + i] + i] += work.coefficients[0] * row.mass
+            if work.weights[0].wanted == 1:
+                work.S[work.rows[row.iu + i] + i] += work.weights[0].mass * row.mass
 
 
 @row_kernel
@@ -52,8 +53,8 @@ def energy(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         for i in range(3):
-            work.energy[0] += 0.5 * row.mass * state.u[row.iu + i] ** 2
-            work.energy[2] -= row.mass * row.gravity[i] * state.q[row.iq + i]
+            work.energy[0].kinetic += 0.5 * row.mass * state.u[row.iu + i] ** 2
+            work.energy[0].potential -= row.mass * row.gravity[i] * state.q[row.iq + i]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +98,10 @@ class PointMass(Body):
         """Return position and velocity, in W."""
         return np.array(self.at), np.array(self.velocity)
 
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return linear and angular momentum about the origin of W, (nt, 6)."""
+        return np.hstack([self.mass * u, np.cross(q, self.mass * u)])
+
     def record(self, compiler, place):
-        """Return mass and gravity."""
-        return (self.mass, compiler.gravity)
+        """Return the row but for the mass."""
+        return {"gravity": compiler.gravity}

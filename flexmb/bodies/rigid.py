@@ -9,17 +9,19 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.bodies.frame_markers import MARKER_SIZE, add_load_stiffness, pack_markers, place_marker
+from flexmb.bodies.frame_momentum import rigid_momentum
 from flexmb.bodies.frame_state import check_frame, frame_state
-from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_skew, add_to_residual
+from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_to_residual
 from flexmb.bodies.shape import checked_shapes
 from flexmb.errors import ModelError
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
-from flexmb.math.vectors import add_cross, cross, dot, matvec, matvec_t
+from flexmb.math.vectors import add_cross, add_skew, cross, dot, matvec, matvec_t
 from flexmb.model.described import has_flag, is_number, named_arguments
-from flexmb.model.kinds import Body, Table
+from flexmb.model.kinds import Body
 from flexmb.model.pose import Pose, as_pose, vector3
+from flexmb.model.table import Table
 
 __all__ = ["RigidBody"]
 
@@ -62,8 +64,8 @@ def _add_tangent(row, v, w, weights, B):
     translate in world axes, cd takes the place of h/2 in what translations have of it: acceleration R^T v_W' - w x v.
     """
     m, c, J = row.mass, row.c, row.inertia
-    cm, cd, half = weights[0], weights[1], abs(weights[4])
-    turning, shifted = (-cd, cd) if weights[4] < 0.0 else (half, half)
+    cm, cd, half = weights.mass, weights.damping, weights.half_step
+    turning, shifted = (-cd, cd) if weights.world_axes == 1 else (half, half)
     Jw = np.empty(3)
     t = np.empty(3)
     for i in range(3):
@@ -114,7 +116,7 @@ def inertia(raw, data, state, work):
     F = np.empty(3)
     N = np.empty(3)
     B = np.empty((6, 6))
-    weights = work.coefficients
+    weights = work.weights[0]
     for n in range(rows.shape[0]):
         row = rows[n]
         iu, m, c, J = row.iu, row.mass, row.c, row.inertia
@@ -148,11 +150,11 @@ def inertia(raw, data, state, work):
             moment[i] += t[i]
         for k in range(row.n_markers):
             add_to_residual(work, iu, work.markers[row.marker + k])
-        if weights[3] == 0.0:
+        if weights.wanted == 0:
             continue
         B[:] = 0.0
         _add_tangent(row, v, w, weights, B)
-        ck = weights[2]
+        ck = weights.stiffness
         if ck != 0.0:
             for i in range(3):
                 t[i] = m * fall[i]
@@ -178,11 +180,11 @@ def energy(raw, data, state, work):
         cross(w, row.c, t)
         kinetic = 0.5 * row.mass * dot(v, v) + row.mass * dot(v, t)
         matvec(row.inertia, w, t)
-        work.energy[0] += kinetic + 0.5 * dot(w, t)
+        work.energy[0].kinetic += kinetic + 0.5 * dot(w, t)
         euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
         matvec(R, row.c, t)
         for i in range(3):
-            work.energy[2] -= row.mass * row.gravity[i] * (state.q[row.iq + i] + t[i])
+            work.energy[0].potential -= row.mass * row.gravity[i] * (state.q[row.iq + i] + t[i])
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,6 +227,7 @@ class RigidBody(Body):
     markers: Mapping[str, Any] = field(default_factory=dict)
     shape: Any = ()
 
+    takes_markers: ClassVar[bool] = True
     table: ClassVar[Table] = Table("RigidBody", ROW, {"place": place, "inertia": inertia, "energy": energy})
 
     def __post_init__(self):
@@ -270,12 +273,16 @@ class RigidBody(Body):
         """Return (r, p) and the twist in body axes."""
         return frame_state(self)
 
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return linear and angular momentum about the origin of W, (nt, 6)."""
+        return rigid_momentum(self.mass, self.center_of_mass, self.inertia, q, u)
+
     def record(self, compiler, place):
         """Return the row: inertia about the body's origin (Steiner), marker offsets."""
         c = np.array(self.center_of_mass)
         origin = self.inertia + self.mass * (c @ c * np.eye(3) - np.outer(c, c))
         bulk = place.bulk(pack_markers(self.marker_poses()))
-        return (bulk, self.mass, c, origin, compiler.gravity)
+        return {"data": bulk, "c": c, "inertia": origin, "gravity": compiler.gravity}
 
     @classmethod
     @named_arguments

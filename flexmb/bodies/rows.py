@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["HEADER", "add_own_block", "add_product_skew", "add_skew", "add_to_residual", "skew_to"]
+__all__ = ["HEADER", "add_own_block", "add_product_skew", "add_to_residual", "skew_to"]
 
 HEADER = [
     ("iq", np.int64),  # first coordinate
@@ -50,17 +50,6 @@ def skew_to(a, out):
     out[1, 2] = -a[0]
     out[2, 0] = -a[1]
     out[2, 1] = a[0]
-
-
-@kernel
-def add_skew(B, row, column, scale, a):
-    """Add scale * a~ to the block of `B` at `row`, `column`."""
-    B[row, column + 1] -= scale * a[2]
-    B[row, column + 2] += scale * a[1]
-    B[row + 1, column] += scale * a[2]
-    B[row + 1, column + 2] -= scale * a[0]
-    B[row + 2, column] -= scale * a[1]
-    B[row + 2, column + 1] += scale * a[0]
 
 
 @kernel

@@ -2,7 +2,8 @@
 
 from flexmb.constraints.angle import Angle
 from flexmb.constraints.coincident import Coincident
-from flexmb.constraints.coordinates import Coordinate, joint_coordinate
+from flexmb.constraints.coordinate import Coordinate
+from flexmb.constraints.coordinate_kernels import joint_coordinate
 from flexmb.constraints.coupled import Coupled
 from flexmb.constraints.distance import Distance
 from flexmb.constraints.formula import Formula

@@ -7,10 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, Coordinate, act, add_curvature, measure, second_rate
+from flexmb.constraints.coordinate import COORDINATE, Coordinate
+from flexmb.constraints.coordinate_kernels import act, add_curvature, measure, second_rate
 from flexmb.constraints.rows import HEADER
 from flexmb.math.tables import STIFF, row_kernel
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["Angle"]
 
@@ -36,7 +38,7 @@ def evaluate(raw, data, state, work):
         lam = state.lam[row.equation]
         equation.force = lam
         act(row.x, work, gradient, lam)
-        if work.coefficients[3] > 0.0:
+        if work.weights[0].wanted == 1:
             add_curvature(row.x, work, -lam, work.pairs[row.x.pair].K)
 
 
@@ -65,4 +67,5 @@ class Angle(Equation):
         return (markers[1], markers[0]) if self.coordinate.swapped else (markers[0], markers[1])
 
     def record(self, compiler, markers):
-        return (self.coordinate.record(compiler, *markers, counts=False, writes=STIFF), compiler.signal(self.angle))
+        x = self.coordinate.record(compiler, *markers, counts=False, writes=STIFF)
+        return {"x": x, "signal": compiler.signal(self.angle)}

@@ -7,10 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, Coordinate, act, add_curvature, measure, second_rate
+from flexmb.constraints.coordinate import COORDINATE, Coordinate
+from flexmb.constraints.coordinate_kernels import act, add_curvature, measure, second_rate
 from flexmb.constraints.rows import HEADER
 from flexmb.math.tables import STIFF, row_kernel
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["Coupled"]
 
@@ -53,7 +55,7 @@ def evaluate(raw, data, state, work):
         equation.force = lam
         act(row.x, work, gx, lam)
         act(row.y, work, gy, -row.ratio * lam)
-        if work.coefficients[3] > 0.0:
+        if work.weights[0].wanted == 1:
             add_curvature(row.x, work, -lam, work.pairs[row.x.pair].K)
             add_curvature(row.y, work, row.ratio * lam, work.pairs[row.y.pair].K)
 
@@ -90,5 +92,10 @@ class Coupled(Equation):
             offset = self.x.value(compiler, a, b) - self.ratio * self.y.value(compiler, c, d)
         legs = self.involved(markers)
         ordered = [*((b, a) if self.x.swapped else (a, b)), *((d, c) if self.y.swapped else (c, d))]
-        rows = self.x.record(compiler, a, b, writes=STIFF), self.y.record(compiler, c, d, writes=STIFF)
-        return (*rows, [legs.index(m) for m in ordered], len(legs), self.ratio, offset)
+        return {
+            "x": self.x.record(compiler, a, b, writes=STIFF),
+            "y": self.y.record(compiler, c, d, writes=STIFF),
+            "legs": [legs.index(m) for m in ordered],
+            "n_legs": len(legs),
+            "offset": offset,
+        }

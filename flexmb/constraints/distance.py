@@ -10,7 +10,8 @@ import numpy as np
 from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, set_gradient
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["Distance"]
 
@@ -44,7 +45,7 @@ def evaluate(raw, data, state, work):
         equation.drift = dot(rate, rate) / row.length
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-        if work.coefficients[2] != 0.0:
+        if work.weights[0].stiffness != 0.0:
             K = work.pairs[row.pair].K
             k = lam / row.length
             add_block(K, 0, 0, -k, zero, zero, 1.0)
@@ -66,6 +67,3 @@ class Distance(Equation):
 
     table: ClassVar[Table] = Table("Distance", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True
-
-    def record(self, compiler, markers):
-        return (self.length,)

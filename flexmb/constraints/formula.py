@@ -22,8 +22,9 @@ from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import DAMPED, STIFF, row_kernel
-from flexmb.model.expression import Program
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.expression import SignalProgram
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table, in_order
 
 __all__ = ["Formula"]
 
@@ -230,7 +231,8 @@ def evaluate(raw, data, state, work):
         for k in range(n):
             sorts[k] = measure_scalar(inputs[k], state, work, jets[k], push[k], slope[k])
             seeds[k, 0] = jets[k, 0]
-        tangent = work.coefficients[3] > 0.0 and (work.coefficients[1] != 0.0 or work.coefficients[2] != 0.0)
+        weights = work.weights[0]
+        tangent = weights.wanted == 1 and (weights.damping != 0.0 or weights.stiffness != 0.0)
         answer = np.zeros(4 + n + n * n)
         if row.address != 0:
             _ask(row, state.t, tangent, jets, by_input, answer)
@@ -247,7 +249,7 @@ def evaluate(raw, data, state, work):
             k = int(data[row.pushed + p - 1])
             _run(row, data, p, time, seeds, stack)
             forces[k] += stack[0, 0]
-            work.energy[3] += stack[0, 0] * (jets[k, 1] if sorts[k] == POSITION else jets[k, 0])
+            work.energy[0].load_power += stack[0, 0] * (jets[k, 1] if sorts[k] == POSITION else jets[k, 0])
         for k in range(n):
             z = inputs[k]
             for i in range(6):
@@ -279,11 +281,11 @@ class Formula(Equation):
     ----------
     inputs : tuple of Measured
         The scalars z that the programs read.
-    program : Program
+    program : SignalProgram
         f.
     own_level : int
         0 for an equation between positions, 1 for one between velocities.
-    given : tuple of (int, Program)
+    given : tuple of (int, SignalProgram)
         Number of the scalar on which a force acts, and the force.
     function, jacobian : callable, optional
         f in the place of the program, see `FunctionOfScalars`; positions stand first among the inputs then.
@@ -292,9 +294,9 @@ class Formula(Equation):
     """
 
     inputs: tuple[Measured, ...]
-    program: Program
+    program: SignalProgram
     own_level: int = 0
-    given: tuple[tuple[int, Program], ...] = ()
+    given: tuple[tuple[int, SignalProgram], ...] = ()
     function: Any = None
     jacobian: Any = None
     keep: Any = None
@@ -312,10 +314,10 @@ class Formula(Equation):
         return tuple(dict.fromkeys(markers))
 
     def record(self, compiler, markers):
-        """Return the own fields of the row; `markers` of all inputs."""
+        """Return the row by field name; `markers` of all inputs."""
         legs = self.involved(markers)
         writes = DAMPED if self.own_level == 1 or self.given else STIFF
-        rows = np.array([z.record(compiler, legs) for z in self.inputs], MEASURED)
+        rows = np.array([in_order(MEASURED, z.record(compiler, legs)) for z in self.inputs], MEASURED)
         programs = [self.program, *(force for _, force in self.given)]
         ops = np.concatenate([p.ops for p in programs]).astype(np.int64)
         address = 0
@@ -325,19 +327,18 @@ class Formula(Equation):
                 FunctionOfScalars(self.function, self.jacobian, positions, len(self.inputs), self.own_level)
             )
             address = self.keep[-1].address
-        return (
-            self.own_level,
-            len(self.inputs),
-            compiler.bulk(rows.view(float)),
-            len(legs),
-            compiler.bulk(np.array(_blocks(compiler, legs, writes), float)),
-            len(programs),
-            compiler.bulk(np.cumsum([0] + [len(p.ops) for p in programs])),
-            compiler.bulk(np.array([k for k, _ in self.given], float)),
-            compiler.bulk(ops.view(float)),
-            compiler.bulk(np.concatenate([p.args for p in programs])),
-            address,
-        )
+        return {
+            "n": len(self.inputs),
+            "inputs": compiler.bulk(rows.view(float)),
+            "n_legs": len(legs),
+            "pairs": compiler.bulk(np.array(_blocks(compiler, legs, writes), float)),
+            "n_programs": len(programs),
+            "programs": compiler.bulk(np.cumsum([0] + [len(p.ops) for p in programs])),
+            "pushed": compiler.bulk(np.array([k for k, _ in self.given], float)),
+            "ops": compiler.bulk(ops.view(float)),
+            "args": compiler.bulk(np.concatenate([p.args for p in programs])),
+            "address": address,
+        }
 
 
 def _blocks(compiler, legs: tuple[int, ...], writes: int) -> list[tuple[int, int, int]]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from flexmb.constraints.coordinate import Coordinate
 from flexmb.model.kinds import Freedom
 
 __all__ = ["Ball", "Bend", "Helix", "RollAbout", "Slide", "Turn", "TurnOfSecond"]
@@ -16,6 +18,18 @@ class Slide(Freedom):
     """Translation along the named axis of marker a."""
 
     axis: str
+
+    role: ClassVar[str] = "slide"
+
+    @property
+    def word(self) -> str:
+        """Return "slide", "slide_x" or "slide_y"."""
+        return "slide" if self.axis == "z" else f"slide_{self.axis}"
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """Return the slide along the axis of a."""
+        return Coordinate("slide", self.axis)
 
     def __str__(self) -> str:
         return f"a slide along {self.axis}"
@@ -32,6 +46,18 @@ class Turn(Freedom):
     axis: str
     to: str = "x"
 
+    @property
+    def word(self) -> str:
+        """Return "turn", or nothing for an axis that is not followed."""
+        return "turn" if self.axis == "z" else ""
+
+    role = word
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """Return the turn of the followed axis of b about z of a."""
+        return Coordinate("turn", self.to)
+
     def __str__(self) -> str:
         return f"a turn about {self.axis}"
 
@@ -47,6 +73,18 @@ class TurnOfSecond(Freedom):
 
     axis: str
 
+    @property
+    def word(self) -> str:
+        """Return "turn_b", or nothing for an axis that is not followed."""
+        return "turn_b" if self.axis == "z" else ""
+
+    role = word
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """Return the turn about z of b."""
+        return Coordinate("turn", "z", swapped=True)
+
     def __str__(self) -> str:
         return f"a turn about {self.axis} of the second marker"
 
@@ -58,6 +96,10 @@ class TurnOfSecond(Freedom):
 @dataclass(frozen=True)
 class Ball(Freedom):
     """All three rotations about the origin of marker b."""
+
+    role: ClassVar[str] = "ball"
+    labels: ClassVar[tuple[str, ...]] = ("ball_0", "ball_1", "ball_2", "ball_3")
+    rate_labels: ClassVar[tuple[str, ...]] = ("ball_0", "ball_1", "ball_2")
 
     def __str__(self) -> str:
         return "all turns"
@@ -72,6 +114,14 @@ class Helix(Freedom):
     """Rotation about the z-axis of marker a with a translation of `pitch` (m) per turn along it."""
 
     pitch: float
+
+    word: ClassVar[str] = "turn"
+    role: ClassVar[str] = "screw"
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """Return the turn about z of a."""
+        return Coordinate("turn", "x")
 
     def __str__(self) -> str:
         return f"a turn about z that slides {self.pitch:g} m per turn"

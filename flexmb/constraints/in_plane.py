@@ -7,10 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.constraints.rows import HEADER, add_block, add_skew, apply_multiplier, centripetal, set_gradient
+from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, centripetal, set_gradient
 from flexmb.math.tables import row_kernel
-from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation, Table
+from flexmb.math.vectors import add_skew, cross, dot
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["InPlane"]
 
@@ -55,7 +56,7 @@ def evaluate(raw, data, state, work):
             equation.drift -= state.signals[row.signal, 2]
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-        if work.coefficients[2] != 0.0:
+        if work.weights[0].stiffness != 0.0:
             K = work.pairs[row.pair].K
             add_skew(K, 0, 3, -lam, normal)
             add_skew(K, 6, 3, lam, normal)
@@ -84,4 +85,4 @@ class InPlane(Equation):
 
     def record(self, compiler, markers):
         signal = -1 if self.displacement is None else compiler.signal(self.displacement)
-        return ("xyz".index(self.axis), signal)
+        return {"axis": "xyz".index(self.axis), "signal": signal}

@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, Coordinate, add_curvature, measure, second_rate
-from flexmb.constraints.rows import add_block, add_skew, rotating_product
+from flexmb.constraints.coordinate import COORDINATE, NO_COORDINATE, Coordinate
+from flexmb.constraints.coordinate_kernels import add_curvature, measure, second_rate
+from flexmb.constraints.rows import add_block, rotating_product
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.vectors import cross, dot
+from flexmb.math.vectors import add_skew, cross, dot
 
 __all__ = ["MEASURED", "POSITION", "SIGNAL", "VELOCITY", "Measured", "add_measured_curvature", "measure_scalar"]
 
@@ -216,14 +217,25 @@ class Measured:
         """Return the rate of a position or of a signal."""
         return replace(self, rate=True)
 
-    def record(self, compiler, legs: tuple[int, ...]) -> tuple:
-        """Return the row of the scalar; `legs` are the markers of the equation's legs."""
-        c: tuple = (0, 0, 1.0, 0, 0, -1, -1)
+    def record(self, compiler, legs: tuple[int, ...]) -> dict[str, Any]:
+        """Return the row of the scalar by field name; `legs` are the markers of the equation's legs."""
+        c: dict[str, Any] = NO_COORDINATE
         signal = -1 if self.signal is None else compiler.signal(self.signal)
         numbers = [compiler.marker(name) for name in self.markers]
         a, b = numbers if len(numbers) == 2 else (-1, *numbers) if numbers else (-1, -1)
         if self.coordinate is not None:
             c = self.coordinate.record(compiler, a, b, writes=0)
-            a, b = c[3], c[4]  # exchanged where the coordinate is measured backwards
+            a, b = c["a"], c["b"]  # exchanged where the coordinate is measured backwards
         at = [legs.index(m) if m >= 0 else -1 for m in (a, b)]
-        return (WHATS.index(self.what), int(self.rate), self.axis, self.other, signal, a, b, *at, c)
+        return {
+            "what": WHATS.index(self.what),
+            "rate": int(self.rate),
+            "axis": self.axis,
+            "other": self.other,
+            "signal": signal,
+            "a": a,
+            "b": b,
+            "leg_a": at[0],
+            "leg_b": at[1],
+            "c": c,
+        }

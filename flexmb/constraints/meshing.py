@@ -11,7 +11,8 @@ from flexmb.constraints.rows import HEADER, apply_multiplier, centripetal
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["Meshing"]
 
@@ -125,7 +126,7 @@ def evaluate(raw, data, state, work):
         equation.drift = row.radius_a * _second_rate(a, d, rate) + row.radius_b * _second_rate(b, back, back_rate)
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-        if work.coefficients[3] > 0.0:
+        if work.weights[0].wanted == 1:
             K = work.pairs[row.pair].K
             _add_curvature(a, d, p, 0, 6, -lam * row.radius_a, K)
             _add_curvature(b, back, o, 6, 0, -lam * row.radius_b, K)
@@ -156,4 +157,5 @@ class Meshing(Equation):
             x, y, _ = R.T @ (target - r)
             bearings.append(float(np.arctan2(y, x)))
             branches.append(compiler.branch(f"bearing: {names[own]}, {names[other]}", bearings[-1]))
-        return (self.radius_a, self.radius_b, self.radius_a * bearings[0] + self.radius_b * bearings[1], *branches)
+        offset = self.radius_a * bearings[0] + self.radius_b * bearings[1]
+        return {"offset": offset, "branch_a": branches[0], "branch_b": branches[1]}

@@ -10,7 +10,8 @@ import numpy as np
 from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, rotating_product, set_gradient
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["NoTwist"]
 
@@ -41,7 +42,7 @@ def evaluate(raw, data, state, work):
                 normal[i] += share * t[i]
             equation.g += share * dot(p, q)
             equation.drift += share * rotating_product(p, a.w, q, b.w, scratch)[1]
-            if work.coefficients[3] > 0.0:
+            if work.weights[0].wanted == 1:
                 K = work.pairs[row.pair].K
                 force = share * lam
                 add_block(K, 3, 3, -force, p, q, -dot(p, q))

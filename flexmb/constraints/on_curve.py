@@ -7,12 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.rows import HEADER, add_block, add_skew, apply_multiplier, set_gradient
+from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, set_gradient
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.splines import evaluate_spline, nearest_parameter
 from flexmb.math.tables import row_kernel
-from flexmb.math.vectors import cross, dot, matvec, matvec_t
-from flexmb.model.kinds import Equation, Table
+from flexmb.math.vectors import add_skew, cross, dot, matvec, matvec_t
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["OnCurve", "OnTrace"]
 
@@ -138,7 +139,7 @@ def evaluate(raw, data, state, work):
                 equation.drift += speed[i] * dot(H[i], speed)
             lam = state.lam[row.equation + side]
             apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-            if work.coefficients[3] > 0.0:
+            if work.weights[0].wanted == 1:
                 _add_stiffness(work.pairs[row.pair].K, lam, N, d, a.R, H)
 
 
@@ -194,7 +195,7 @@ class OnCurve(Equation):
         (r_a, R_a), (r_b, _) = (compiler.pose(m) for m in markers)
         branch = compiler.branch(f"place on the curve of {self.name}", self.nearest(R_a.T @ (r_b - r_a)))
         strict = int(self.strict and not self.closed)
-        return (compiler.bulk(self.curve), int(self.closed), strict, self.axis, branch)
+        return {"curve": compiler.bulk(self.curve), "closed": int(self.closed), "ends": strict, "branch": branch}
 
     def nearest(self, point: np.ndarray) -> float:
         """Return the parameter nearest to a point (3,) in the axes of a: the best of many, then Newton's method."""

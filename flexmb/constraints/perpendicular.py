@@ -10,7 +10,8 @@ import numpy as np
 from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, rotating_product, set_gradient
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation, Table
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["Perpendicular"]
 
@@ -44,7 +45,7 @@ def evaluate(raw, data, state, work):
         _, equation.drift = rotating_product(a, marker_a.w, b, marker_b.w, scratch)
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, marker_a, marker_b, lam)
-        if work.coefficients[2] != 0.0:
+        if work.weights[0].stiffness != 0.0:
             K = work.pairs[row.pair].K
             add_block(K, 3, 3, -lam, a, b, -dot(a, b))
             add_block(K, 9, 3, lam, a, b, -dot(a, b))
@@ -67,5 +68,14 @@ class Perpendicular(Equation):
     table: ClassVar[Table] = Table("Perpendicular", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True
 
+    def idle(self, a: str, b: str) -> tuple[str, str, str]:
+        """Say that the axes are parallel: no direction is better than another."""
+        return (
+            f"the {self.axis_a}-axis of '{a}' and the {self.axis_b}-axis of '{b}' are parallel",
+            "axes that are perpendicular, or nearly so",
+            f"Turn one of the two markers, for example '{b}': Pose.axes(at=..., z=...), in a model file "
+            "{ at = [...], z = [...] }",
+        )
+
     def record(self, compiler, markers):
-        return ("xyz".index(self.axis_a), "xyz".index(self.axis_b))
+        return {"axis_a": "xyz".index(self.axis_a), "axis_b": "xyz".index(self.axis_b)}

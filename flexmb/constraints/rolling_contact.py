@@ -7,11 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.rows import HEADER, add_skew, apply_multiplier, set_gradient
+from flexmb.constraints.rows import HEADER, apply_multiplier, set_gradient
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
-from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation, Table
+from flexmb.math.vectors import add_skew, cross, dot
+from flexmb.model.kinds import Equation
+from flexmb.model.table import Table
 
 __all__ = ["NoSlip", "Touching"]
 
@@ -85,7 +86,7 @@ def touching(raw, data, state, work):
             equation.drift += h * ddc + row.radius / s**3 * dc * dc
         lam = state.lam[row.equation]
         apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-        if work.coefficients[3] > 0.0:
+        if work.weights[0].wanted == 1:
             _touching_stiffness(work.pairs[row.pair].K, lam, row.radius, row.disc, n, z, nz, d, c, s)
 
 
@@ -168,7 +169,7 @@ def no_slip(raw, data, state, work):
             equation.drift = dot(de, u) + dot(e, m) - dot(e, t)
             lam = state.lam[row.equation + side]
             apply_multiplier(equation, leg_a, leg_b, a, b, lam)
-            if work.coefficients[3] > 0.0:
+            if work.weights[0].wanted == 1:
                 _slopes(row, a, b, c, e, rho, lever, u, lam, leg_a, leg_b, work.pairs[row.pair].K, side)
 
 
@@ -256,7 +257,7 @@ class Touching(Equation):
     stiffens: ClassVar[bool] = True
 
     def record(self, compiler, markers):
-        return (self.radius, int(self.disc))
+        return {"disc": int(self.disc)}
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.math.kernel import kernel
 from flexmb.math.vectors import cross, dot
 
-__all__ = ["HEADER", "add_block", "add_skew", "apply_multiplier", "centripetal", "set_gradient"]
+__all__ = ["HEADER", "add_block", "apply_multiplier", "centripetal", "set_gradient"]
 
 HEADER = [
     ("equation", np.int64),  # first equation
@@ -47,17 +47,6 @@ def centripetal(w, a, out):
     ww = dot(w, w)
     for i in range(3):
         out[i] = w[i] * wa - a[i] * ww
-
-
-@kernel
-def add_skew(K, row, column, scale, a):
-    """Add scale * a~ to the block of `K` (12, 12) at `row`, `column`."""
-    K[row, column + 1] -= scale * a[2]
-    K[row, column + 2] += scale * a[1]
-    K[row + 1, column] += scale * a[2]
-    K[row + 1, column + 2] -= scale * a[0]
-    K[row + 2, column] -= scale * a[1]
-    K[row + 2, column + 1] += scale * a[0]
 
 
 @kernel

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexmb.constraints import Helix, Slide, Turn, TurnOfSecond
 from flexmb.errors import ModelError
 from flexmb.events.event import Action
 from flexmb.events.release import without_dependents
@@ -16,21 +15,11 @@ from flexmb.sensors import JointCoordinate
 
 __all__ = ["Lock", "Unlock"]
 
-WORDS = {
-    Turn("z"): "turn",
-    Turn("z", to="z"): "turn",
-    TurnOfSecond("z"): "turn_b",
-    Slide("z"): "slide",
-    Slide("x"): "slide_x",
-    Slide("y"): "slide_y",
-}
-"""Freedoms that a drive holds, as drives name them."""
-
 
 def _drivable(joint) -> tuple[str, ...]:
     """Return the freedoms that drives hold the joint in, or nothing if it has others: then it is replaced."""
-    words = ["turn" if isinstance(freedom, Helix) else WORDS.get(freedom) for freedom in joint.permits]
-    return tuple(word for word in words if word) if all(words) else ()
+    words = tuple(freedom.word for freedom in joint.permits)
+    return words if all(words) else ()
 
 
 def _drive_name(joint, word: str) -> str:
@@ -93,9 +82,7 @@ class Lock(Action):
     @staticmethod
     def _side(model, joint) -> int | None:
         for side, name in enumerate(joint.resolved_markers(model)):
-            if hasattr(model.body(name.partition(".")[0]), "markers") and isinstance(
-                model.body(name.partition(".")[0]).markers, dict
-            ):
+            if model.body(name.partition(".")[0]).takes_markers:
                 return side
         return None
 

@@ -14,26 +14,10 @@ from flexmb.forces.pressure import Pressure
 from flexmb.forces.spring_damper import SpringDamper
 from flexmb.forces.torsion_spring import TorsionSpring
 from flexmb.forces.user_force import UserForce
+from flexmb.model.kinds import Force
+from flexmb.model.registered import registered
 
-KINDS = {
-    kind.__name__: kind
-    for kind in (
-        SpringDamper,
-        TorsionSpring,
-        Bushing,
-        PointLoad,
-        LineLoad,
-        Pressure,
-        BiStop,
-        OneSidedSpring,
-        JointFriction,
-        Actuator,
-        Motor,
-        Contact,
-        LineContact,
-        UserForce,
-    )
-}
+KINDS = registered(globals(), Force)
 """All forces by name: read by the model files, the contract tests and the reference pages."""
 
 __all__ = ["KINDS", *KINDS]

@@ -7,13 +7,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, checked_limits, signal_and_table
 from flexmb.math.jets import interpolate
 from flexmb.math.tables import row_kernel
-from flexmb.model.kinds import Table
 from flexmb.model.signal import as_signal
+from flexmb.model.table import Table
 
 __all__ = ["Actuator"]
 
@@ -46,8 +47,8 @@ def apply(raw, data, state, work):
         if force != effort:
             slope = 0.0
         act(row.x, work, gradient, force)
-        work.energy[3] += force * rate
-        if work.coefficients[3] > 0.0:
+        work.energy[0].load_power += force * rate
+        if work.weights[0].wanted == 1:
             add_tangent(row.x, work, gradient, force, -slope, 0.0)
 
 
@@ -100,9 +101,6 @@ class Actuator(OnCoordinate):
         """Return the row."""
         signal, over = signal_and_table(self.effort)
         table = -1 if over is None else compiler.bulk(over.numbers())
-        return (
-            self.coordinate_row(compiler, counts=over is not None),
-            compiler.signal(signal),
-            table,
-            *(self.limits or (-np.inf, np.inf)),
-        )
+        lower, upper = self.limits or (-np.inf, np.inf)
+        x = self.coordinate_row(compiler, counts=over is not None)
+        return {"x": x, "signal": compiler.signal(signal), "table": table, "lower": lower, "upper": upper}

@@ -7,13 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
 from flexmb.math.switches import GAP, switch_kernel
 from flexmb.math.tables import row_kernel
-from flexmb.model.kinds import Table
+from flexmb.model.table import Table
 
 __all__ = ["BiStop"]
 
@@ -47,9 +48,9 @@ def apply(raw, data, state, work):
         speed = -sense * rate
         force, slope, damping, energy = one_sided(p, speed, row.stiffness, row.exponent, row.damping, row.depth)
         act(row.x, work, gradient, sense * force)
-        work.energy[2] += energy
-        work.energy[5] += (force - row.stiffness * p**row.exponent) * speed
-        if work.coefficients[3] > 0.0:
+        work.energy[0].potential += energy
+        work.energy[0].dissipation += (force - row.stiffness * p**row.exponent) * speed
+        if work.weights[0].wanted == 1:
             add_tangent(row.x, work, gradient, sense * force, slope, damping)
 
 
@@ -136,12 +137,5 @@ class BiStop(OnCoordinate):
         """Return the row with the places of the stops."""
         line = self.joint is None and self.along == "line"
         zero = self.length if self.length is not None else self.described(compiler) if line else 0.0
-        return (
-            self.coordinate_row(compiler),
-            zero + self.travel[0],
-            zero + self.travel[1],
-            self.stiffness,
-            self.exponent,
-            self.damping,
-            self.depth,
-        )
+        lower, upper = (zero + end for end in self.travel)
+        return {"x": self.coordinate_row(compiler), "lower": lower, "upper": upper}

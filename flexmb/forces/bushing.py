@@ -14,7 +14,8 @@ from flexmb.math.rotations import log_euler, matrix_to_euler
 from flexmb.math.switches import IDLE, TURN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
 
 __all__ = ["Bushing"]
 
@@ -91,14 +92,14 @@ def apply(raw, data, state, work):
             for j in range(6):
                 h[i] += row.stiffness[i, j] * y[j]
                 f[i] -= row.damping[i, j] * motion[3 + j]
-            work.energy[2] += 0.5 * y[i] * h[i]
-            work.energy[5] -= f[i] * motion[3 + i]
+            work.energy[0].potential += 0.5 * y[i] * h[i]
+            work.energy[0].dissipation -= f[i] * motion[3 + i]
         _inverse_tangent(y[3:6], A, B, h[3:6])
         for i in range(3):
             f[i] -= h[i]
             f[3 + i] -= A[i, 0] * h[3] + A[i, 1] * h[4] + A[i, 2] * h[5]
         act_relative(a, b, f)
-        if work.coefficients[3] > 0.0:
+        if work.weights[0].wanted == 1:
             # df = -P K P^T d(d, psi) - B T^-1 dpsi with P = diag(I, T^-T)
             for i in range(6):
                 for j in range(6):
@@ -190,4 +191,4 @@ class Bushing(Force):
         """Return the row."""
         a, b = (compiler.marker(name) for name in self.markers)
         K, C = (np.array(x) if np.ndim(x) == 2 else np.diag(x) for x in (self.stiffness, self.damping))
-        return (a, b, compiler.pair(a, b), K, C)
+        return {"a": a, "b": b, "pair": compiler.pair(a, b), "stiffness": K, "damping": C}

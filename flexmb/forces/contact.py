@@ -16,7 +16,8 @@ from flexmb.math.switches import DISTANCE, GAP, IDLE, SLIP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.described import is_number
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
 
 __all__ = ["Contact"]
 
@@ -146,7 +147,7 @@ def apply(raw, data, state, work):
         V, w = motion[3:6], motion[6:9]
         rate = -dot(n, V)
         force, slope, damping, elastic = hunt_crossley(p, rate, row.stiffness, row.exponent, row.damping)
-        work.energy[2] += elastic * p / (row.exponent + 1.0)
+        work.energy[0].potential += elastic * p / (row.exponent + 1.0)
         cross(w, n, t)
         for i in range(3):
             slip[i] = V[i] + rate * n[i] - row.radius * t[i]
@@ -157,9 +158,9 @@ def apply(raw, data, state, work):
         cross(n, f_t, t)
         for i in range(3):
             f[3 + i] = -row.radius * t[i]
-        work.energy[5] += (force - elastic) * rate - dot(f_t, slip)
+        work.energy[0].dissipation += (force - elastic) * rate - dot(f_t, slip)
         act_relative(a, b, f)
-        if work.coefficients[3] > 0.0:
+        if work.weights[0].wanted == 1:
             _tangent(row, V, w, n, N, slip, force, slope, damping, f_t, K, C)
             add_relative_tangent(work.pairs[row.pair], a, b, f, K, C)
 
@@ -312,16 +313,10 @@ class Contact(Force):
     def record(self, compiler):
         """Return the row."""
         a, b = (compiler.marker(name) for name in self.markers)
-        return (
-            a,
-            b,
-            compiler.pair(a, b),
-            AGAINST.index(self.against),
-            self.radius,
-            self.other_radius or 0.0,
-            self.stiffness,
-            self.exponent,
-            self.damping,
-            self.friction,
-            self.transition,
-        )
+        return {
+            "a": a,
+            "b": b,
+            "pair": compiler.pair(a, b),
+            "against": AGAINST.index(self.against),
+            "other": self.other_radius or 0.0,
+        }

@@ -7,15 +7,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.constraints.coordinate import COORDINATE, TURN
+from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.switches import SLIP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
-from flexmb.model.kinds import Table
 from flexmb.model.signal import as_signal
+from flexmb.model.table import Table
 
 __all__ = ["JointFriction"]
 
@@ -80,7 +81,7 @@ def apply(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         _, v = measure(row.x, state, work, gradient)
-        axis = 2 if row.x.kind == 0 else row.x.axis
+        axis = 2 if row.x.kind == TURN else row.x.axis
         reaction = _normal_force(row, work, normal, work.markers[row.x.a].R[:, axis])
         load = (abs(state.signals[row.preload, 0]) + reaction) * row.radius
         s = v / row.stribeck
@@ -88,8 +89,8 @@ def apply(raw, data, state, work):
         t = np.tanh(v / row.transition)
         mu = row.moving + bell
         act(row.x, work, gradient, -mu * load * t)
-        work.energy[5] += mu * load * t * v
-        if work.coefficients[3] > 0.0:
+        work.energy[0].dissipation += mu * load * t * v
+        if work.weights[0].wanted == 1:
             slope = mu * (1.0 - t * t) / row.transition - 2.0 * bell * s / row.stribeck * t
             add_tangent(row.x, work, gradient, -mu * load * t, 0.0, load * slope)
             if reaction > 0.0:
@@ -190,19 +191,16 @@ class JointFriction(OnCoordinate):
     def record(self, compiler):
         """Return the row."""
         coordinate, markers = self.place(compiler.model)
-        row = coordinate.record(compiler, *(compiler.marker(m) for m in markers), counts=False)
+        x = coordinate.record(compiler, *(compiler.marker(m) for m in markers), counts=False)
         span = compiler.equations[self.joint] if self.from_reaction else slice(0, 0)
         radius = self.radius if coordinate.kind == "turn" else 1.0
         standing = self.moving if self.standing is None else self.standing
-        return (
-            row,
-            self.moving,
-            standing,
-            self.stribeck,
-            self.transition,
-            radius,
-            compiler.signal(self.preload),
-            span.start,
-            span.stop - span.start,
-            compiler.marker(markers[1]),
-        )
+        return {
+            "x": x,
+            "standing": standing,
+            "radius": radius,
+            "preload": compiler.signal(self.preload),
+            "equation": span.start,
+            "equations": span.stop - span.start,
+            "second": compiler.marker(markers[1]),
+        }

@@ -16,7 +16,8 @@ from flexmb.math.kernel import inner_kernel
 from flexmb.math.switches import DISTANCE, GAP, switch_kernel
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
 
 __all__ = ["LineContact"]
 
@@ -118,7 +119,7 @@ def apply(raw, data, state, work):
     f = np.empty(3)
     K = np.empty((3, 3))
     C = np.empty((3, 3))
-    tangent = work.coefficients[3] > 0.0
+    tangent = work.weights[0].wanted == 1
     for m in range(rows.shape[0]):
         row = rows[m]
         a = work.markers[row.a]
@@ -135,13 +136,13 @@ def apply(raw, data, state, work):
                 continue
             rate = -dot(n, V)
             force, slope, damping, elastic = hunt_crossley(p, rate, weight * row.stiffness, row.exponent, row.damping)
-            work.energy[2] += elastic * p / (row.exponent + 1.0)
+            work.energy[0].potential += elastic * p / (row.exponent + 1.0)
             for i in range(3):
                 slip[i] = V[i] + rate * n[i]
             share = row.friction * force / (dot(slip, slip) + row.transition**2) ** 0.5
             for i in range(3):
                 f[i] = force * n[i] - share * slip[i]
-            work.energy[5] += (force - elastic) * rate + share * dot(slip, slip)
+            work.energy[0].dissipation += (force - elastic) * rate + share * dot(slip, slip)
             act_at_point(a, b, f)
             if tangent:
                 _tangent(row, distance, n, V, slip, force, slope, damping, K, C)
@@ -259,15 +260,11 @@ class LineContact(Force):
     def record(self, compiler):
         """Return the row."""
         a = compiler.marker(self.marker)
-        points = stretch_points(self, compiler, lambda b: compiler.pair(a, b))
-        return (
-            a,
-            *points,
-            AGAINST.index(self.against),
-            (self.radius or 0.0) + self.offset,
-            self.stiffness,
-            self.exponent,
-            self.damping,
-            self.friction,
-            self.transition,
-        )
+        points, count = stretch_points(self, compiler, lambda b: compiler.pair(a, b))
+        return {
+            "a": a,
+            "points": points,
+            "count": count,
+            "against": AGAINST.index(self.against),
+            "distance": (self.radius or 0.0) + self.offset,
+        }

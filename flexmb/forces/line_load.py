@@ -11,7 +11,8 @@ from flexmb.forces.on_stretch import check_stretch, require_stretch_name, stretc
 from flexmb.forces.rows import add_follower_stiffness, store_three_signals
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
 
 __all__ = ["LineLoad"]
 
@@ -45,8 +46,8 @@ def apply(raw, data, state, work):
                         for j in range(3):
                             load[i] += weight * marker.R[i, j] * state.signals[row.signals[3 * half + j], 0]
                     marker.wrench[3 * half + i] += load[i]
-                work.energy[3] += dot(load, marker.v) if half == 0 else dot(load, marker.w)
-                if row.section == 1 and work.coefficients[3] > 0.0:
+                work.energy[0].load_power += dot(load, marker.v) if half == 0 else dot(load, marker.w)
+                if row.section == 1 and work.weights[0].wanted == 1:
                     add_follower_stiffness(work.pairs[int(data[at + 1])].K, 3 * half, load)
 
 
@@ -88,9 +89,10 @@ class LineLoad(Force):
 
     def record(self, compiler):
         """Return the row."""
-        points = stretch_points(self, compiler, lambda b: compiler.pair(b, b) if self.section_axes else -1)
-        return (
-            *points,
-            int(self.section_axes),
-            tuple(compiler.signal(signal) for signal in (*self.force, *self.moment)),
-        )
+        points, count = stretch_points(self, compiler, lambda b: compiler.pair(b, b) if self.section_axes else -1)
+        return {
+            "points": points,
+            "count": count,
+            "section": int(self.section_axes),
+            "signals": tuple(compiler.signal(signal) for signal in (*self.force, *self.moment)),
+        }

@@ -7,11 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.forces.on_coordinate import OnCoordinate, checked_limits
 from flexmb.math.tables import row_kernel
-from flexmb.model.kinds import Table
 from flexmb.model.signal import as_signal
+from flexmb.model.table import Table
 
 __all__ = ["Motor"]
 
@@ -41,8 +42,8 @@ def apply(raw, data, state, work):
         )
         force = min(max(wanted, row.lower), row.upper)
         act(row.x, work, gradient, force)
-        work.energy[3] += force * rate
-        if work.coefficients[3] > 0.0:
+        work.energy[0].load_power += force * rate
+        if work.weights[0].wanted == 1:
             free = 1.0 if force == wanted else 0.0
             add_tangent(row.x, work, gradient, force, free * row.stiffness, free * row.damping)
 
@@ -92,10 +93,6 @@ class Motor(OnCoordinate):
 
     def record(self, compiler):
         """Return the row."""
-        return (
-            self.coordinate_row(compiler),
-            compiler.signal(self.target),
-            self.stiffness,
-            self.damping,
-            *(self.limits or (-np.inf, np.inf)),
-        )
+        lower, upper = self.limits or (-np.inf, np.inf)
+        target = compiler.signal(self.target)
+        return {"x": self.coordinate_row(compiler), "target": target, "lower": lower, "upper": upper}

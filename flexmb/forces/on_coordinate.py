@@ -62,7 +62,7 @@ class OnCoordinate(Force):
         """Return the second marker."""
         return self.place(model)[1][1]
 
-    def coordinate_row(self, compiler, counts: bool = True) -> tuple:
+    def coordinate_row(self, compiler, counts: bool = True) -> dict[str, Any]:
         """Return the row of the coordinate."""
         coordinate, markers = self.place(compiler.model)
         a, b = (compiler.marker(m) for m in markers)

@@ -7,14 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
 from flexmb.math.switches import GAP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.described import is_number
-from flexmb.model.kinds import Table
+from flexmb.model.table import Table
 
 __all__ = ["OneSidedSpring"]
 
@@ -45,9 +46,9 @@ def apply(raw, data, state, work):
             continue
         force, slope, damping, energy = one_sided(p, speed, row.stiffness, row.exponent, row.damping, row.depth)
         act(row.x, work, gradient, row.sense * force)
-        work.energy[2] += energy
-        work.energy[5] += (force - row.stiffness * p**row.exponent) * speed
-        if work.coefficients[3] > 0.0:
+        work.energy[0].potential += energy
+        work.energy[0].dissipation += (force - row.stiffness * p**row.exponent) * speed
+        if work.weights[0].wanted == 1:
             add_tangent(row.x, work, gradient, row.sense * force, slope, damping)
 
 
@@ -131,12 +132,4 @@ class OneSidedSpring(OnCoordinate):
         """Return the row with the place where the force begins."""
         begins = self.described(compiler) if self.length is None else self.length
         sense = -1.0 if self.pulls else 1.0
-        return (
-            self.coordinate_row(compiler),
-            begins - sense * self.backlash,
-            sense,
-            self.stiffness,
-            self.exponent,
-            self.damping,
-            self.depth,
-        )
+        return {"x": self.coordinate_row(compiler), "contact": begins - sense * self.backlash, "sense": sense}

@@ -8,14 +8,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.constraints import joint_coordinate
-from flexmb.constraints.coordinates import COORDINATE, measure
+from flexmb.constraints.coordinate import COORDINATE, NO_COORDINATE
+from flexmb.constraints.coordinate_kernels import measure
 from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
 from flexmb.forces.rows import add_follower_stiffness, store_three_signals
 from flexmb.math.jets import interpolate
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
 
 __all__ = ["PointLoad"]
 
@@ -75,8 +77,8 @@ def apply(raw, data, state, work):
                     slope[j] += share * change
             for i in range(3):
                 marker.wrench[3 * half + i] += load[i]
-            work.energy[3] += dot(load, marker.v) if half == 0 else dot(load, marker.w)
-            if work.coefficients[3] == 0.0:
+            work.energy[0].load_power += dot(load, marker.v) if half == 0 else dot(load, marker.w)
+            if work.weights[0].wanted == 0:
                 continue
             if over:
                 _add_slope(row, work, gradient, 3 * half, slope)
@@ -138,8 +140,9 @@ class PointLoad(Force):
         factors = [signal_and_table(component) for component in (*self.force, *self.moment)]
         signals = tuple(compiler.signal(signal) for signal, _ in factors)
         tables = tuple(-1 if table is None else compiler.bulk(table.numbers()) for _, table in factors)
+        row = {"marker": marker, "axes": axes, "pair": pair, "signals": signals, "tables": tables}
         if self._joint is None:
-            return (marker, axes, pair, signals, tables, (0, 0, 1.0, 0, 0, 0, -1), (-1, -1))
+            return {**row, "x": NO_COORDINATE, "pairs": (-1, -1)}
         joint = compiler.joint(self._joint)
         x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
-        return (marker, axes, pair, signals, tables, x, (compiler.pair(marker, x[3]), compiler.pair(marker, x[4])))
+        return {**row, "x": x, "pairs": (compiler.pair(marker, x["a"]), compiler.pair(marker, x["b"]))}

@@ -8,13 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.constraints import joint_coordinate
-from flexmb.constraints.coordinates import COORDINATE, measure
+from flexmb.constraints.coordinate import COORDINATE, NO_COORDINATE
+from flexmb.constraints.coordinate_kernels import measure
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
 from flexmb.math.jets import interpolate
 from flexmb.math.tables import STIFF, row_kernel
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
 from flexmb.model.signal import as_signal
+from flexmb.model.table import Table
 
 __all__ = ["Pressure"]
 
@@ -46,7 +48,7 @@ def apply(raw, data, state, work):
         if row.table >= 0:
             x, _ = measure(row.x, state, work, gradient)
             f, f1, _ = interpolate(x, data[row.table :])
-            if work.coefficients[3] > 0.0:
+            if work.weights[0].wanted == 1:
                 own = work.markers[row.own]
                 for j in range(own.nu):
                     force = data[row.shape + j]
@@ -129,23 +131,24 @@ class Pressure(Force):
         """Return the row."""
         body, _, load = self.load.partition(".")
         signal, table = signal_and_table(self.amount)
-        row = compiler.load(body, load), compiler.signal(signal)
+        row = {"load": compiler.load(body, load), "signal": compiler.signal(signal)}
         if table is None:
-            return (*row, -1, -1, 0, -1, -1, -1, (0, 0, 1.0, 0, 0, 0, -1), (-1, -1))
+            none = dict.fromkeys(("table", "shape", "eta", "turning", "own"), -1)
+            return {**row, **none, "modes": 0, "x": NO_COORDINATE, "pairs": (-1, -1)}
         joint = compiler.joint(self._joint)
         x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
         data = compiler.model.body(body).reduced
         number = data.load_names.index(load)
         turning = np.zeros((0, 0)) if data.load_turning is None else data.load_turning[number]
         own = compiler.load_marker(body, load)
-        return (
-            *row,
-            compiler.bulk(table.numbers()),
-            compiler.bulk(data.load_shapes[number]),
-            turning.shape[1],
-            compiler.coordinate(body) + 7,
-            compiler.bulk(turning),
-            own,
-            x,
-            (compiler.pair(own, x[3], STIFF), compiler.pair(own, x[4], STIFF)),
-        )
+        return {
+            **row,
+            "table": compiler.bulk(table.numbers()),
+            "shape": compiler.bulk(data.load_shapes[number]),
+            "modes": turning.shape[1],
+            "eta": compiler.coordinate(body) + 7,
+            "turning": compiler.bulk(turning),
+            "own": own,
+            "x": x,
+            "pairs": (compiler.pair(own, x["a"], STIFF), compiler.pair(own, x["b"], STIFF)),
+        }

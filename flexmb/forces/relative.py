@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.constraints.rows import add_block, add_skew
+from flexmb.constraints.rows import add_block
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.vectors import cross, dot, matvec, matvec_t
+from flexmb.math.vectors import add_skew, cross, dot, matvec, matvec_t
 
 __all__ = ["act_at_point", "act_relative", "add_point_tangent", "add_relative_tangent", "relative_motion"]
 

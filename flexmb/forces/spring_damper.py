@@ -11,8 +11,9 @@ from flexmb.errors import ModelError
 from flexmb.forces.rows import add_central_block, apply_central_force
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot, norm
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
 from flexmb.model.signal import as_signal
+from flexmb.model.table import Table
 
 __all__ = ["SpringDamper"]
 
@@ -50,10 +51,10 @@ def apply(raw, data, state, work):
         preload = state.signals[row.preload, 0]
         force = row.stiffness * (length - row.length) + row.damping * speed + preload
         apply_central_force(a, b, d, force)
-        work.energy[2] += 0.5 * row.stiffness * (length - row.length) ** 2
-        work.energy[3] -= preload * speed
-        work.energy[5] += row.damping * speed**2
-        if work.coefficients[3] > 0.0:
+        work.energy[0].potential += 0.5 * row.stiffness * (length - row.length) ** 2
+        work.energy[0].load_power -= preload * speed
+        work.energy[0].dissipation += row.damping * speed**2
+        if work.weights[0].wanted == 1:
             pair = work.pairs[row.pair]
             add_central_block(pair.K, row.stiffness, force / length, d)
             add_central_block(pair.D, row.damping, 0.0, d)
@@ -111,4 +112,5 @@ class SpringDamper(Force):
                 expected="a line to act along",
                 remedy="Use Bushing for a force without a direction",
             )
-        return (a, b, compiler.pair(a, b), self.stiffness, self.damping, length, compiler.signal(self.preload))
+        preload = compiler.signal(self.preload)
+        return {"a": a, "b": b, "pair": compiler.pair(a, b), "length": length, "preload": preload}

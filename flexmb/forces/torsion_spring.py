@@ -7,12 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinates import COORDINATE, act, add_tangent, measure
+from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate
 from flexmb.math.tables import row_kernel
 from flexmb.model.described import is_number
-from flexmb.model.kinds import Table
+from flexmb.model.table import Table
 
 __all__ = ["TorsionSpring"]
 
@@ -29,9 +30,9 @@ def apply(raw, data, state, work):
         x, rate = measure(row.x, state, work, gradient)
         moment = -row.stiffness * (x - row.free) - row.damping * rate
         act(row.x, work, gradient, moment)
-        work.energy[2] += 0.5 * row.stiffness * (x - row.free) ** 2
-        work.energy[5] += row.damping * rate**2
-        if work.coefficients[3] > 0.0:
+        work.energy[0].potential += 0.5 * row.stiffness * (x - row.free) ** 2
+        work.energy[0].dissipation += row.damping * rate**2
+        if work.weights[0].wanted == 1:
             add_tangent(row.x, work, gradient, moment, row.stiffness, row.damping)
 
 
@@ -80,4 +81,4 @@ class TorsionSpring(OnCoordinate):
 
     def record(self, compiler):
         """Return the row."""
-        return (self.coordinate_row(compiler), self.stiffness, self.damping, self.free_angle)
+        return {"x": self.coordinate_row(compiler), "free": self.free_angle}

@@ -15,7 +15,8 @@ from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
 from flexmb.math.tables import row_kernel
 from flexmb.model.foreign import imported
-from flexmb.model.kinds import Force, Table
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
 
 __all__ = ["UserForce"]
 
@@ -57,8 +58,8 @@ def apply(raw, data, state, work):
         _ask(row.address, state.t, motion, Q, inputs, f)
         act_relative(a, b, f)
         for i in range(6):
-            work.energy[3] += f[i] * motion[3 + i]
-        if work.coefficients[3] == 0.0:
+            work.energy[0].load_power += f[i] * motion[3 + i]
+        if work.weights[0].wanted == 0:
             continue
         matrix_to_euler(Q, p)
         far = max(row.length, (motion[0] ** 2 + motion[1] ** 2 + motion[2] ** 2) ** 0.5)
@@ -165,4 +166,5 @@ class UserForce(Force):
         self._callbacks.append(_Callback(function))
         a, b = (compiler.marker(name) for name in self.markers)
         length = float(np.linalg.norm(compiler.position(b) - compiler.position(a)))
-        return (a, b, compiler.pair(a, b), self._callbacks[-1].address, length or 1.0)
+        address = self._callbacks[-1].address
+        return {"a": a, "b": b, "pair": compiler.pair(a, b), "address": address, "length": length or 1.0}

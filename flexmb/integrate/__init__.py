@@ -16,19 +16,22 @@ from flexmb.integrate.load_path import ArcLength, LimitPoint, LoadPath, LoadStep
 from flexmb.integrate.resume import resume
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.statics import statics
+from flexmb.model.methods import Integrator
+from flexmb.model.registered import registered
+
+KINDS = registered(globals(), Integrator)
+"""All integrators by name: read by the model files."""
 
 __all__ = [
-    "IDA",
+    "KINDS",
+    *KINDS,
     "Accelerations",
     "ArcLength",
     "Augmented",
     "Baumgarte",
     "Campbell",
     "EquationsOfMotion",
-    "Explicit",
     "FirstFrequencies",
-    "GeneralizedAlpha",
-    "Implicit",
     "LimitPoint",
     "Linearization",
     "LoadPath",

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.model.methods import is_formulation
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn, observe
 from flexmb.system.given_state import given_state
@@ -79,7 +80,7 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
         least norm.
     """
     formulation = formulation or Augmented()
-    if isinstance(formulation, type) or not hasattr(formulation, "accelerate"):
+    if not is_formulation(formulation):
         raise ModelError(
             "accelerations",
             found=f"formulation = {formulation!r}",

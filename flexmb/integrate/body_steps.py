@@ -4,19 +4,18 @@ and the way back onto constraints.
 
 from __future__ import annotations
 
+from flexmb.integrate.drift import drifted
 from flexmb.integrate.explicit_steps import (
     ACCEPTING,
-    NUMBERS,
-    PROJECTIONS,
     RATES,
-    SETTLED,
     STAGES,
     call_rates,
 )
 from flexmb.integrate.stabilised import kinematics
+from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import State, pointer_kernel
-from flexmb.system.program import accelerations, constraint_velocity, keep_branches, unit_frames
+from flexmb.system.program import accelerations, keep_branches, unit_frames
 from flexmb.system.projection import project
 
 __all__ = ["accepting", "rates"]
@@ -35,18 +34,17 @@ def rates(program, work, tree, s, t, stage):
     unit_frames(program, s.q)
     s.u[:] = y[nq : nq + nu]
     state = State(t, s.q, s.u, s.a, s.lam, s.signals)
-    failed = accelerations(program, state, work, s.right, s.sweeps[1 if last else 0])
+    failed = accelerations(program, state, work, s.right, s.run[0].last_sweeps if last else s.run[0].sweeps)
     kinematics(program, 0.0, y, s.u, out)
     for k in range(len(s.pace)):
         out[program.branches + k] = s.pace[k]
     out[nq : nq + nu] = s.a
-    for i in range(3):
-        out[nq + nu + i] = work.energy[3 + i]
+    out[nq + nu : nq + nu + 3] = powers(work.energy)
     out[nq + nu + 1] = 0.0  # of the drives: with the multipliers found last
     for i in range(len(s.lam)):
         out[nq + nu + 1] -= s.lam[i] * work.equations[i].rate
-    s.counts[NUMBERS] = 1 if failed < 0 else 0
-    s.counts[SETTLED] = 1 if not last or _settled(s) else 0
+    s.run[0].finite = 1 if failed < 0 else 0
+    s.run[0].settled = 1 if not last or _settled(s) else 0
 
 
 @inner_kernel
@@ -61,20 +59,6 @@ def _settled(s):
     return change <= SMALL * largest and correction <= SMALL * force
 
 
-@inner_kernel
-def _drifted(work, s):
-    """Has the state evaluated last left the constraints, at the level of position or of velocity?"""
-    constraint_velocity(work, s.u, s.rate)
-    fastest, open_by, speed = 0.0, 0.0, 0.0
-    for m in range(len(work.markers)):
-        for i in range(3):
-            fastest = max(fastest, abs(work.markers[m].v[i]) / s.limits[2], abs(work.markers[m].w[i]))
-    for n in range(len(s.lam)):
-        open_by = max(open_by, abs(work.equations[n].g) / s.bounds[n])
-        speed = max(speed, abs(s.rate[n]) / s.bounds[n])
-    return open_by > 1.0 or speed > fastest
-
-
 @pointer_kernel(ACCEPTING)
 def accepting(program, work, tree, s, h):
     """Put the end of a step back on the constraints, if it has drifted off, and keep its branches."""
@@ -86,13 +70,13 @@ def accepting(program, work, tree, s, h):
     for k in range(len(s.pace)):  # the same through all stages: branches have no error
         s.K[0, program.branches + k] = s.pace[k]
     keep_branches(program, work, s.y)
-    if len(s.lam) == 0 or not _drifted(work, s):
+    if len(s.lam) == 0 or not drifted(work, s.u, s.bounds, s.run[0].length):
         return
-    s.counts[PROJECTIONS] += 1
+    s.run[0].projections += 1
     keep_branches(program, work, s.q)
-    state = State(s.times[0], s.q, s.u, s.a, s.lam, s.signals)
+    state = State(s.run[0].t, s.q, s.u, s.a, s.lam, s.signals)
     project(program, state, work, s.right, s.q, 0.01 * s.bounds, s.gaps, s.units, 10)
     s.y[:nq] = s.q
     s.y[nq : nq + len(s.u)] = s.u
     s.y1[:] = s.y
-    call_rates(s.calls[0], program, work, tree, s, s.times[0], 0)
+    call_rates(s.run[0].rates, program, work, tree, s, s.run[0].t, 0)

@@ -95,11 +95,7 @@ def _sampled(system, t: float) -> np.ndarray:
     program, out = system.program, np.zeros((system.n_signals, 3))
     sample_signals(
         t,
-        program.signal_starts,
-        program.signal_ops,
-        program.signal_args,
-        program.signal_tables,
-        program.signal_table_starts,
+        program.signals,
         out,
     )
     return out

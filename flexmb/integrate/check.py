@@ -106,7 +106,6 @@ class Report:
 def described_error(system: System) -> float:
     """Return the largest residual of the constraints at the described configuration."""
     work = system.workspace()
-    work.coefficients[0] = 1.0
     evaluate(system.program, system.state(), work)
     return float(np.abs(work.equations["g"]).max(initial=0.0))
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexmb.math.weights import no_matrix
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate
 
@@ -42,13 +43,13 @@ def first_contradiction(system, rows: dict[str, np.ndarray]) -> Contradiction | 
     if not _is_open(system, work, rows, last):
         return None
     first = next(k for k in range(last + 1) if _is_open(system, work, rows, k))
-    name = system.equation_names[int(np.argmax(np.abs(work.equations["g"])))].partition(":")[0]
+    name = system.joints[system.equation_owners[int(np.argmax(np.abs(work.equations["g"])))][0]].name
     return Contradiction(first, f"Joint '{name}'", f"dependent equations stay open: {worst_equations(system, work)}")
 
 
 def _is_open(system, work: Any, rows: dict[str, np.ndarray], k: int) -> bool:
     state = system.state(*(rows[name][k] for name in ("t", "q", "u", "a", "lam")))
-    work.coefficients[:] = 0.0
+    no_matrix(work.weights)
     evaluate(system.program, state, work)
     held = system.program.equation_level == 0
     return bool(np.any(np.abs(work.equations["g"])[held] > OPEN * system.gaps[held]))

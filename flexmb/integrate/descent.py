@@ -109,7 +109,7 @@ class Descent:
         if 0.1 * before <= self.unbalanced:
             return True
         made, digits = np.zeros(self.system.nu), np.random.default_rng(0)
-        self.work.coefficients[3] = 0.0
+        self.work.weights[0].wanted = 0
         for _ in range(3):
             near = self.q * (1.0 + np.finfo(float).eps * digits.choice((-1.0, 1.0), len(self.q)))
             evaluate(self.system.program, self.now._replace(q=near), self.work)

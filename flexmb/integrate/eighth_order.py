@@ -16,12 +16,14 @@ import numpy as np
 
 from flexmb.errors import CompileError
 from flexmb.integrate import body_steps, joint_steps
-from flexmb.integrate.explicit_steps import NUMBERS, SETTLED, SHORTS, STAGES, Steps, call_accepting, call_rates
+from flexmb.integrate.drift import PATIENCE, VANISHING
+from flexmb.integrate.explicit_steps import STAGES, ExplicitRun, Steps, call_accepting, call_rates
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.patience import PAUSED, Patience
 from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.structures import counted
 from flexmb.math.tables import State
 from flexmb.system.branches import branch_rates
 from flexmb.system.program import evaluate
@@ -34,9 +36,6 @@ AUGMENTED = Augmented()
 GROWTH, DECAY, SAFETY = 10.0, 0.2, 0.9
 ATOL = 1e-10
 """Usual absolute tolerance: m, rad and per second."""
-VANISHING, PATIENCE = 1e-9, 30
-"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration.
-"""
 CUT = 1e-11
 """Steps shorter than this part of the run are not cut at contacts."""
 PASSED, PASSES = 0.8, 6
@@ -47,15 +46,15 @@ SHORT, MANY, UNSETTLED = 1, 2, 3
 @inner_kernel
 def _rates(program, work, tree, s, t, stage):
     """Write the rates of s.y1 to s.K[stage]; return if they are numbers."""
-    s.counts[1] += 1
-    call_rates(s.calls[0], program, work, tree, s, t, stage)
-    return s.counts[NUMBERS] == 1 and np.all(np.isfinite(s.K[stage]))
+    s.run[0].evaluations += 1
+    call_rates(s.run[0].rates, program, work, tree, s, t, stage)
+    return s.run[0].finite == 1 and np.all(np.isfinite(s.K[stage]))
 
 
 @kernel
 def ask(program, work, tree, s, t, stage):
     """Write the rates of s.y1 to s.K[stage]; return if they are numbers, and settled."""
-    return _rates(program, work, tree, s, t, stage) and s.counts[SETTLED] == 1
+    return _rates(program, work, tree, s, t, stage) and s.run[0].settled == 1
 
 
 @inner_kernel
@@ -64,7 +63,7 @@ def _error(s, h):
     n = len(s.y)
     fifth, third = 0.0, 0.0
     for i in range(n):
-        scale = s.limits[1] + s.limits[0] * max(abs(s.y[i]), abs(s.y1[i]))
+        scale = s.run[0].atol + s.run[0].rtol * max(abs(s.y[i]), abs(s.y1[i]))
         x, y = 0.0, 0.0
         for k in range(STAGES + 1):
             x += s.E5[k] * s.K[k, i]
@@ -78,7 +77,7 @@ def _error(s, h):
 @inner_kernel
 def _try(program, work, tree, s, h):
     """Write the end of a step to y1, the rates there to the last of K; return its error, infinite if there is none."""
-    t, n = s.times[0], len(s.y)
+    t, n = s.run[0].t, len(s.y)
     for stage in range(1, STAGES + 1):
         weights = s.A[stage] if stage < STAGES else s.B
         s.y1[:] = s.y
@@ -96,18 +95,18 @@ def _try(program, work, tree, s, h):
 @inner_kernel
 def _accept(program, work, tree, s, h):
     """Make the end of a step the start of the next, on the constraints; return if its rates are numbers and settled."""
-    s.times[0] += h
-    call_accepting(s.calls[1], program, work, tree, s, h)
-    return s.counts[NUMBERS] == 1 and s.counts[SETTLED] == 1 and np.all(np.isfinite(s.K[0]))
+    s.run[0].t += h
+    call_accepting(s.run[0].accepting, program, work, tree, s, h)
+    return s.run[0].finite == 1 and s.run[0].settled == 1 and np.all(np.isfinite(s.K[0]))
 
 
 @inner_kernel
 def _part(program, work, tree, s, sw, h):
     """Return the part of a step that ends where a contact begins or ends, 1.0 if none does inside."""
-    if len(sw.now) == 0 or h < CUT * s.times[3]:
+    if len(sw.now) == 0 or h < CUT * s.run[0].span:
         return 1.0
     read_switches(
-        program, sw, State(s.times[0] + h, tree.q if len(tree.links) > 0 else s.q, s.u, s.a, s.lam, s.signals), work
+        program, sw, State(s.run[0].t + h, tree.q if len(tree.links) > 0 else s.q, s.u, s.a, s.lam, s.signals), work
     )
     return allowed(sw, h, True)
 
@@ -120,43 +119,43 @@ def _run(program, work, tree, s, sw, goal, most, pause):
     again.
     """
     rejected, done, singular, tried = False, 0, 0, 0
-    while goal > s.times[0]:
+    while goal > s.run[0].t:
         if tried >= pause and not rejected and singular == 0:
             return PAUSED
         tried += 1
-        left = goal - s.times[0]
-        h = left / max(1.0, np.ceil(left / min(s.times[1], s.times[2]) * (1.0 - 1e-9)))
-        s.counts[SHORTS] = s.counts[SHORTS] + 1 if h < VANISHING * s.times[3] and h < left else 0
-        if s.counts[SHORTS] > PATIENCE or not s.times[0] + h > s.times[0]:
+        left = goal - s.run[0].t
+        h = left / max(1.0, np.ceil(left / min(s.run[0].next_step, s.run[0].longest_step) * (1.0 - 1e-9)))
+        s.run[0].short_steps = s.run[0].short_steps + 1 if h < VANISHING * s.run[0].span and h < left else 0
+        if s.run[0].short_steps > PATIENCE or not s.run[0].t + h > s.run[0].t:
             return SHORT
         if done >= most:
             return MANY
         error = _try(program, work, tree, s, h)
         if not error <= 1.0:
-            s.times[1] = h * (max(DECAY, SAFETY * error**-0.125) if np.isfinite(error) else DECAY)
+            s.run[0].next_step = h * (max(DECAY, SAFETY * error**-0.125) if np.isfinite(error) else DECAY)
             rejected = True
             continue
-        if s.counts[SETTLED] == 0 and singular < PASSES:
+        if s.run[0].settled == 0 and singular < PASSES:
             # singular positions are single points: a step that ends elsewhere passes them
-            s.times[1] = PASSED * h
+            s.run[0].next_step = PASSED * h
             singular += 1
             continue
         part = _part(program, work, tree, s, sw, h)
         if part < 1.0:
-            s.times[1] = part * h
+            s.run[0].next_step = part * h
             continue
         keep_switches(sw, h)
         done, singular = done + 1, 0
-        s.counts[0] += 1
+        s.run[0].steps += 1
         growth = min(GROWTH, SAFETY * max(error, 1e-30) ** -0.125)
         growth = min(growth, 1.0) if rejected else growth
         # a step that only was short to end at a sample says little about longer ones
-        s.times[1] = max(s.times[1], h * growth) if growth >= GROWTH else h * growth
+        s.run[0].next_step = max(s.run[0].next_step, h * growth) if growth >= GROWTH else h * growth
         rejected = False
         if not _accept(program, work, tree, s, h):
             return UNSETTLED
-        if goal - s.times[0] <= 1e-12 * max(abs(goal), h):
-            s.times[0] = goal
+        if goal - s.run[0].t <= 1e-12 * max(abs(goal), h):
+            s.run[0].t = goal
     return 0
 
 
@@ -176,10 +175,9 @@ class CompiledRun:
         from scipy.integrate import DOP853
 
         self.motion, system, work = motion, motion.system, motion.work
-        links = getattr(motion.unknowns, "links", None)
+        links = motion.unknowns.links
         self.tree = no_links(system, state) if links is None else links
         own = body_steps if links is None else joint_steps
-        calls = [own.rates.compiled.address, own.accepting.compiled.address]
         self.settings, self.system, self.work, self.make_other = settings, system, work, other
         self.other: Any = None
         self.goal, self.begun = -np.inf, 0
@@ -189,7 +187,6 @@ class CompiledRun:
         x, v, _ = motion.unknowns.of(state)
         self.nx, self.end = len(x), len(x) + len(v)
         y = np.concatenate([x, v, np.zeros(3)])
-        limits = (settings.rtol, absolute_tolerance(settings.atol, ATOL, system), system.lengths.whole)
         tables = {name: np.ascontiguousarray(getattr(DOP853, name), float) for name in ("A", "B", "C", "E3", "E5")}
         self.steps = s = Steps(
             y=y,
@@ -206,18 +203,26 @@ class CompiledRun:
             gaps=system.gaps,
             bounds=system.bounds(settings.drift),
             units=system.units,
-            counts=np.zeros(6, np.int64),
-            times=np.array([state.t, span, settings.largest or span, span]),
-            limits=np.array(limits),
-            sweeps=np.array(sweeps, np.int64),
-            calls=np.array(calls),
+            run=ExplicitRun.table(
+                t=state.t,
+                next_step=span,
+                longest_step=settings.largest or span,
+                span=span,
+                rtol=settings.rtol,
+                atol=absolute_tolerance(settings.atol, ATOL, system),
+                length=system.lengths.whole,
+                sweeps=sweeps[0],
+                last_sweeps=sweeps[1],
+                rates=own.rates.compiled.address,
+                accepting=own.accepting.compiled.address,
+            ),
             **tables,
         )
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
         self.trusted = self._found(state.t, 0)
-        s.times[1] = min(self._first_step(), s.times[2])
+        s.run[0].next_step = min(self._first_step(), s.run[0].longest_step)
 
     def _found(self, t: float, stage: int) -> bool:
         """Write the rates of steps.y1 to steps.K[stage]; return if they are numbers, and settled."""
@@ -226,7 +231,7 @@ class CompiledRun:
     def _first_step(self) -> float:
         """Return the first step size, by the rates at the start and a little later (Hairer, Nørsett & Wanner, II.4)."""
         s = self.steps
-        scale = s.limits[1] + s.limits[0] * np.abs(s.y)
+        scale = s.run[0].atol + s.run[0].rtol * np.abs(s.y)
 
         def size(x):
             return float(np.sqrt(np.mean((x / scale) ** 2)))
@@ -236,7 +241,7 @@ class CompiledRun:
         if not (h > 0.0 and np.isfinite(h)):  # rates or positions at the end of the range of numbers
             return 1e-6
         s.y1[:] = s.y + h * s.K[0]
-        if not self._found(s.times[0] + h, 1):
+        if not self._found(s.run[0].t + h, 1):
             return h
         d2 = size(s.K[1] - s.K[0]) / h
         most = max(1e-6, 1e-3 * h) if max(d1, d2) <= 1e-15 else (0.01 / max(d1, d2)) ** 0.125
@@ -245,15 +250,15 @@ class CompiledRun:
     @property
     def counts(self) -> dict[str, int]:
         """Numbers of steps, evaluations and projections."""
-        own = dict(zip(("steps", "evaluations", "projections"), map(int, self.steps.counts[:3]), strict=True))
+        own = counted(self.steps.run, ("steps", "evaluations", "projections"))
         return own if self.other is None else {name: n + self.other.counts[name] for name, n in own.items()}
 
     def _reached(self) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the present time and unknowns."""
         s = self.steps
         if not len(self.tree.links):
-            self.motion.unknowns.followed.reached(s.times[0], s.y[self.system.program.branches : self.nx])
-        return float(s.times[0]), s.y[: self.nx], s.y[self.nx : self.end]
+            self.motion.unknowns.followed.reached(s.run[0].t, s.y[self.system.program.branches : self.nx])
+        return float(s.run[0].t), s.y[: self.nx], s.y[self.nx : self.end]
 
     def _state(self):
         """Return the present state, without accelerations."""
@@ -263,7 +268,7 @@ class CompiledRun:
     @property
     def reached(self) -> float:
         """Time of the present state."""
-        return float(self.steps.times[0]) if self.other is None else self.other.reached
+        return float(self.steps.run[0].t) if self.other is None else self.other.reached
 
     def advance(self, t: float, pace: Patience) -> str:
         """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
@@ -274,7 +279,7 @@ class CompiledRun:
             return ""
         if reason == MANY:
             return (
-                f"{self.settings.most_steps} steps between two samples reached only t = {s.times[0]:.9g} s: the "
+                f"{self.settings.most_steps} steps between two samples reached only t = {s.run[0].t:.9g} s: the "
                 "motion is stiff or very fast"
             )
         if reason != 0:
@@ -283,7 +288,7 @@ class CompiledRun:
                 self.other = self.make_other(self._state())
             except (CompileError, ValueError, np.linalg.LinAlgError) as error:
                 why = str(error) if isinstance(error, CompileError) else "the state is not finite"
-                return f"{why} at t = {s.times[0]:.9g} s"
+                return f"{why} at t = {s.run[0].t:.9g} s"
             self.other.solver.y[-3:] = s.y[-3:]
         if self.other is None:
             return ""
@@ -292,11 +297,11 @@ class CompiledRun:
     def _run(self, t: float, pace: Patience) -> int:
         """Let the compiled steps continue to `t`, or until the patience is used up; return 0 or why they ended."""
         s = self.steps
-        if t > s.times[0] and t != self.goal:
-            self.goal, self.begun, s.counts[SHORTS] = t, int(s.counts[0]), 0
+        if t > s.run[0].t and t != self.goal:
+            self.goal, self.begun, s.run[0].short_steps = t, int(s.run[0].steps), 0
         reason = PAUSED
         while reason == PAUSED:
-            most = self.settings.most_steps - (int(s.counts[0]) - self.begun)
+            most = self.settings.most_steps - (int(s.run[0].steps) - self.begun)
             reason = _run(self.system.program, self.work, self.tree, s, self.switching, t, most, pace.steps())
             if pace.used_up:
                 break

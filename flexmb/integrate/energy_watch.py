@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.math.energies import stored_energies
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
+from flexmb.math.weights import no_matrix, weigh
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import energies, evaluate
 
@@ -28,11 +30,10 @@ REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Ex
 @kernel
 def _sampled(program, work, t, q, u, a, lam, signals, energy):
     """Write kinetic, elastic and potential energy of every sample to `energy` (nt, 3)."""
-    work.coefficients[:] = 0.0
+    no_matrix(work.weights)
     for k in range(len(t)):
         energies(program, State(t[k], q[k], u[k], a[k], lam[k], signals), work)
-        for i in range(3):
-            energy[k, i] = work.energy[i]
+        energy[k] = stored_energies(work.energy)
 
 
 class EnergyWatch:
@@ -100,7 +101,7 @@ class EnergyWatch:
     def _inertias(self, rows: dict[str, np.ndarray]) -> np.ndarray:
         """Return the diagonal of the mass matrix (nu,) at the first sample."""
         if self._inertia is None:
-            self.work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+            weigh(self.work.weights, 1.0)
             evaluate(self.system.program, self.system.state(rows["t"][0], rows["q"][0], rows["u"][0]), self.work)
             self._inertia = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
         return self._inertia

@@ -94,7 +94,7 @@ class EquationsOfMotion:
         system, work = self.system, self.system.workspace()
         if marker not in system.marker_index:
             system.model.marker(marker, "equations")
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, self.state, work)
         row = work.markers[system.marker_index[marker]]
         J = np.zeros((6, system.nu))

@@ -17,6 +17,7 @@ from scipy.sparse.linalg import splu
 
 from flexmb.integrate.extent import extents
 from flexmb.integrate.matrices import stiffness_at
+from flexmb.math.weights import no_matrix
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate, increment, keep_branches
 
@@ -180,7 +181,7 @@ class EquilibriumPath:
         return new, lam + x[nu : nu + ng], t + self.span * x[-1]
 
     def _residual(self, q, lam, t) -> np.ndarray:
-        self.work.coefficients[:] = 0.0
+        no_matrix(self.work.weights)
         evaluate(self.system.program, self.system.state(t, q, u=np.zeros(self.system.nu), lam=lam), self.work)
         return np.concatenate([self.work.residual, self.work.equations["g"]])
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
+from flexmb.integrate.drift import PATIENCE, VANISHING
 from flexmb.integrate.eighth_order import ATOL, AUGMENTED, CompiledRun
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
@@ -15,14 +16,12 @@ from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.model.described import Described, is_number
+from flexmb.model.methods import is_formulation
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate
 
 __all__ = ["Explicit"]
 
-VANISHING, PATIENCE = 1e-9, 30
-"""So many steps in a row that are shorter than this part of the run: the method has come to a singular configuration.
-"""
 METHODS = ("DOP853", "RK45", "Radau")
 FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
 
@@ -43,7 +42,7 @@ class _Run:
         self.t_end = max(t_end, state.t + 1e-12)
         self.span = self.t_end - state.t
         self.nx, self.end = len(x), len(x) + len(v)
-        self.work.coefficients[3] = 0.0
+        self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         floor = settings.rtol * self.system.lengths.whole
         self.switching = new_switching(self.system, state, self.work, floor=floor)
@@ -71,7 +70,7 @@ class _Run:
             return False
         x, v = self.solver.y[: self.nx].copy(), self.solver.y[self.nx : self.end].copy()
         state = self.motion.unknowns.state(self.solver.t, x, v)
-        self.work.coefficients[3] = 0.0
+        self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         read_switches(self.system.program, sw, state, self.work)
         part = allowed(sw, h, True)
@@ -199,7 +198,7 @@ class Explicit(metaclass=Described):
                 expected=f"one of {', '.join(METHODS)}",
                 remedy="DOP853 for smooth motions, Radau for stiff ones",
             )
-        if isinstance(self.formulation, type) or not hasattr(self.formulation, "accelerate"):
+        if not is_formulation(self.formulation):
             raise ModelError(
                 "Explicit",
                 found=f"formulation = {self.formulation!r}",
@@ -219,7 +218,7 @@ class Explicit(metaclass=Described):
     def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
         """Return the solver at the start: compiled where method and formulation are."""
         motion = Motion(self, system, state, work)
-        compiled = type(self.formulation) is type(AUGMENTED) or getattr(motion.unknowns, "links", None) is not None
+        compiled = self.formulation.compiled or motion.unknowns.links is not None
         if self.method != "DOP853" or not compiled:
             return _Run(self, motion, state, t_end)
         return CompiledRun(

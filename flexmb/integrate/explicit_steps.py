@@ -4,20 +4,20 @@ through addresses, compiled once for each.
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import Annotated, NamedTuple
+
+import numpy as np
 
 from flexmb.math.program import PROGRAM
-from flexmb.math.tables import COUNT, FLOATS, INTEGERS, NUMBER, WORK, caller, tuple_type, void
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record, numba_type
+from flexmb.math.tables import COUNT, NUMBER, WORK, caller, void
 from flexmb.tree.link_tree import LINK_TREE
 
 __all__ = [
     "ACCEPTING",
-    "NUMBERS",
-    "PROJECTIONS",
     "RATES",
-    "SETTLED",
-    "SHORTS",
     "STAGES",
+    "ExplicitRun",
     "Steps",
     "call_accepting",
     "call_rates",
@@ -25,42 +25,78 @@ __all__ = [
 
 STAGES = 12
 
-Steps = namedtuple(
-    "Steps", "y y1 K q u a lam right rate signals pace gaps bounds units counts times limits sweeps calls A B C E3 E5"
-)
-"""Storage of the steps.
 
-y, y1 (n,) : coordinates (of bodies with branches), velocities and works, at the start of a step and where rates are
-asked for; K (13, n): rates of stages
-q, u, a, lam, right, rate, signals : the state of a stage; scratch
-pace (nb,) : rate of the branches over the last step; gaps (ng,), units (nu,): see `project`;
-bounds (ng,): residuals, or per radian of motion their rates, at which the state is projected
-counts (6,) : steps, evaluations, projections; are the latest rates numbers; have the accelerations settled; very short
-steps in a row
-times (4,): t, next step, longest step, length of the run
-limits (3,) : rtol, atol, length of the model (m)
-sweeps (2,) : of the accelerations in a stage, and at the end of a step, where their convergence is looked at
-calls (2,) : addresses of what writes rates and of what accepts steps
-"""
+class ExplicitRun(Record):
+    """How far a run is, and how it goes on."""
 
-PROJECTIONS, NUMBERS, SETTLED, SHORTS = 2, 3, 4, 5
+    t: float
+    """s"""
+    next_step: float
+    """s"""
+    longest_step: float
+    """s"""
+    span: float
+    """s, length of the run"""
+    rtol: float
+    atol: float
+    length: float
+    """m, of the model"""
+    sweeps: int
+    """of the accelerations in a stage"""
+    last_sweeps: int
+    """the same at the end of a step, where their convergence is looked at"""
+    rates: int
+    """address of what writes rates"""
+    accepting: int
+    """address of what accepts steps"""
+    steps: int
+    evaluations: int
+    projections: int
+    finite: int
+    """1: the latest rates are numbers"""
+    settled: int
+    """1: the accelerations have settled"""
+    short_steps: int
+    """very short ones in a row"""
 
-STEPS = tuple_type(
-    Steps,
-    FLOATS,
-    FLOATS,
-    (FLOATS, 2),
-    *[FLOATS] * 6,
-    (FLOATS, 2),
-    *[FLOATS] * 4,
-    INTEGERS,
-    FLOATS,
-    FLOATS,
-    INTEGERS,
-    INTEGERS,
-    (FLOATS, 2),
-    *[FLOATS] * 4,
-)
+
+class Steps(NamedTuple):
+    """Storage of the steps."""
+
+    y: Floats
+    """(n,) coordinates (of bodies with branches), velocities and works at the start of a step"""
+    y1: Floats
+    """(n,) the same where rates are asked for"""
+    K: FloatRows
+    """(13, n) rates of stages"""
+    q: Floats
+    """the state of a stage, as the next three"""
+    u: Floats
+    a: Floats
+    lam: Floats
+    right: Floats
+    """scratch, as the next"""
+    rate: Floats
+    signals: FloatRows
+    pace: Floats
+    """(nb,) rate of the branches over the last step"""
+    gaps: Floats
+    """(ng,) see `project`"""
+    bounds: Floats
+    """(ng,) residuals, or per radian of motion their rates, at which the state is projected"""
+    units: Floats
+    """(nu,) see `project`"""
+    run: Annotated[np.ndarray, ArrayOf(ExplicitRun.dtype)]
+    """one row: how far it is, and how it goes on"""
+    A: FloatRows
+    """coefficients of the method, as the next four"""
+    B: Floats
+    C: Floats
+    E3: Floats
+    E5: Floats
+
+
+STEPS = numba_type(Steps)
 RATES = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER, COUNT)
 """(.., t, stage): write the rates of y1 at time t to K[stage]; the first and last belong to ends of steps."""
 ACCEPTING = void(PROGRAM, WORK, LINK_TREE, STEPS, NUMBER)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.math.weights import weigh
 from flexmb.system.lengths import ROUNDED, displacements
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import evaluate
@@ -33,7 +34,7 @@ def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndar
         mean square displacement of the body's material per unit. The reach is the length of the assembly (see
         `flexmb.system.lengths`).
     """
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     evaluate(system.program, state, work)
     diagonal = np.abs(constraint_matrix(system, work)[0].diagonal())
     extent, reach = np.ones(system.nu), np.full(system.nu, system.lengths.whole)

@@ -8,6 +8,7 @@ formulations below allow for that. Theory: formulations.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy import sparse
@@ -98,6 +99,9 @@ def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
 class _Formulation(metaclass=Described):
     """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
 
+    compiled: ClassVar[bool] = False
+    unknowns: ClassVar[None] = None
+
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) of linear equations."""
         raise TypeError(f"{type(self).__name__} solves no equations")
@@ -122,6 +126,8 @@ class Augmented(_Formulation):
     position did not show), the solution of least norm: of small models by a dense singular value decomposition, of
     others by a factorisation in which dependent equations are soft.
     """
+
+    compiled: ClassVar[bool] = True
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""

@@ -9,12 +9,16 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, reaches
-from flexmb.integrate.newmark import SINGULAR, STALLED, Controls, Variables, run_steps
+from flexmb.integrate.newmark import SINGULAR, STALLED, run_steps
+from flexmb.integrate.newmark_variables import COUNTED, AlphaRun, Controls, Variables
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import PAUSED, Patience
 from flexmb.integrate.switches import new_switching
 from flexmb.integrate.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.energies import powers
+from flexmb.math.structures import counted
+from flexmb.math.weights import weigh
 from flexmb.model.described import Described, is_number
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import worst_equations
@@ -100,7 +104,20 @@ class GeneralizedAlpha(metaclass=Described):
         newton = 0.02 if self.step is None else 1e-4
         # the error of accelerations and multipliers is of the order h^2, that is rtol^(2/3)
         settled = 0.1 * self.rtol ** (2.0 / 3.0) if self.step is None else 1e-8
-        return Controls(alpha_m, alpha_f, beta, gamma, self.rtol, newton, settled, self.step is None, 1e-14, 12, 0, 1.0)
+        return Controls(
+            alpha_m=alpha_m,
+            alpha_f=alpha_f,
+            beta=beta,
+            gamma=gamma,
+            tolerance=self.rtol,
+            newton=newton,
+            settled=settled,
+            adaptive=self.step is None,
+            smallest=1e-14,
+            iterations=12,
+            sweeps=0,
+            trend=1.0,
+        )
 
     def start(self, system, state, work, t_end: float) -> Variables:
         """Return the integration variables at the start: consistent accelerations, first step size."""
@@ -123,11 +140,11 @@ class GeneralizedAlpha(metaclass=Described):
         first = self.step or min(largest, self._first_step(system, state, work, extent, reach, world, SLOW / span))
         u, a = state.u.copy(), state.a.copy()
         to_world_axes(world, state.q, u, a)
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         share = IMPACT * self.rtol ** (1.0 / 3.0)
         switching = new_switching(system, state, work, floor=self.rtol * system.lengths.whole, impact=share, slip=SLIP)
-        powers = work.energy[3:6].copy()
+        at_start = powers(work.energy)
         variables = Variables(
             q=state.q.copy(),
             u=u,
@@ -149,19 +166,15 @@ class GeneralizedAlpha(metaclass=Described):
             extent=extent,
             reach=reach,
             works=np.zeros(3),
-            powers=powers,
+            powers=at_start,
             powers_last=np.zeros(3),
             signals=state.signals.copy(),
-            counts=np.zeros(6, np.int64),
-            times=np.array(
-                [
-                    state.t,
-                    first,
-                    0.0,
-                    self.step or largest,
-                    0.05,
-                    max(1e-13 * system.lengths.whole, system.lengths.rounding),
-                ]
+            run=AlphaRun.table(
+                t=state.t,
+                next_step=first,
+                longest_step=self.step or largest,
+                convergence=0.05,
+                rounding=max(1e-13 * system.lengths.whole, system.lengths.rounding),
             ),
             pace=branch_rates(system, state, work),
             world=world,
@@ -197,7 +210,7 @@ class GeneralizedAlpha(metaclass=Described):
         values, the multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
         """
         c = self.controls()
-        v.times[2] = h
+        v.run[0].last_step = h
         rate, later = (self._acceleration_rate(system, state, work, probe, v.world) for probe in (1e-3 * h, h))
         difference = np.max(np.abs(later - rate) * v.extent, initial=0.0)
         # rates that differ over a step belong to frequencies which the step cannot resolve: those are better damped
@@ -216,7 +229,7 @@ class GeneralizedAlpha(metaclass=Described):
     def _constrained_part(system, state, work, velocity: np.ndarray) -> np.ndarray:
         """Return the part of a velocity that the constraints determine: M x = G^T lam, G x = G velocity."""
         right = np.zeros(system.nu + system.ng)
-        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+        weigh(work.weights, 1.0)
         evaluate(system.program, state, work)
         constraint_velocity(work, velocity, right[system.nu :])
         held = system.program.equation_level == 0
@@ -269,7 +282,7 @@ class GeneralizedAlpha(metaclass=Described):
                 break
         rows = {name: array[: reached - first] for name, array in rows.items()}
         failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables, reason)
-        return Outcome(rows=rows, failure=failure, reached=float(variables.times[0]))
+        return Outcome(rows=rows, failure=failure, reached=float(variables.run[0].t))
 
     @staticmethod
     def _sweeps(system) -> int:
@@ -280,7 +293,7 @@ class GeneralizedAlpha(metaclass=Described):
 
     @staticmethod
     def _reason(system, work, v: Variables, reason: int) -> str:
-        t = v.times[0]
+        t = v.run[0].t
         if reason == SINGULAR:
             if not np.all(np.isfinite(work.residual)):
                 return f"the equations of motion are not finite at t = {t:.9g} s"
@@ -290,17 +303,9 @@ class GeneralizedAlpha(metaclass=Described):
             equations = f"; worst equations: {worst_equations(system, work)}" if system.ng else ""
             return f"the iteration does not converge at t = {t:.9g} s near {system.owner(worst)}{equations}"
         worst = int(np.argmax(np.abs(v.a1 - v.a) * v.extent / v.reach))
-        return f"the step size fell below {v.times[1]:.3g} s at t = {t:.9g} s because of {system.owner(worst)}"
+        return f"the step size fell below {v.run[0].next_step:.3g} s at t = {t:.9g} s because of {system.owner(worst)}"
 
     @staticmethod
     def statistics(variables: Variables) -> dict[str, Any]:
         """Return the numbers of the run."""
-        names = (
-            "steps",
-            "iterations",
-            "factorisations",
-            "rejected by error",
-            "rejected by iteration",
-            "cut at contacts",
-        )
-        return {name: int(count) for name, count in zip(names, variables.counts, strict=True)}
+        return counted(variables.run, COUNTED)

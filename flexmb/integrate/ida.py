@@ -20,6 +20,7 @@ from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.stabilised_layout import layout
 from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.math.energies import powers
 from flexmb.math.switches import DISTANCE, GAP
 from flexmb.model.described import Described, is_number
 from flexmb.system.complaints import worst_equations
@@ -86,7 +87,7 @@ class _Run:
         self.counts = {"steps": 0, "rejected": 0, "residuals": 0, "factorisations": 0}
         self.tried = state.t
         self.span = max(t_end - state.t, 1e-300)
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
         self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE))))
@@ -117,9 +118,9 @@ class _Run:
         y[:nq], y[nq : nq + nu], y[nq + nu : nq + nu + ng] = state.q, state.u, state.lam
         kinematics(system.program, 0.0, y, state.u, yp)
         yp[nq : nq + nu] = state.a
-        self.work.coefficients[3] = 0.0
+        self.work.weights[0].wanted = 0
         evaluate(system.program, state, self.work)
-        yp[-3:] = self.work.energy[3:6]
+        yp[-3:] = powers(self.work.energy)
         if system.misfits:
             y[nq + nu + ng : nq + nu + 2 * ng] = -self.work.equations["g"] / self.form.yielding[1]
         return y, yp
@@ -245,7 +246,7 @@ class _Run:
         sw, (t, y, yp) = self.switching, before
         h = self.t - t
         state = self.system.state(self.t, self.y[: self.system.nq], self.y[self.system.nq :][: self.system.nu])
-        self.work.coefficients[3] = 0.0
+        self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         read_switches(self.system.program, sw, state, self.work)
         part = allowed(sw, h, True) if self.meeting and h > 1e-11 * self.span else 1.0

@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.weights import weigh
 from flexmb.system.program import evaluate
 
 __all__ = ["velocities_after"]
@@ -38,7 +39,7 @@ def velocities_after(system, event, t: float, q: np.ndarray, u: np.ndarray) -> n
     if not actions:
         return u
     state, work = system.state(t, q, u), system.workspace()
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     evaluate(system.program, state, work)
     lu_factor(work.S, system.program.pattern)
     u = np.array(u)

@@ -12,9 +12,12 @@ from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
-from flexmb.integrate.stages import STAGES, THIRD, WEIGHTS, new_stages, run_step
+from flexmb.integrate.stages import COUNTED, STAGES, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.math.energies import powers
+from flexmb.math.structures import counted
 from flexmb.model.described import Described, is_number
+from flexmb.model.methods import is_formulation
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate
 from flexmb.tree import Recursive
@@ -56,9 +59,9 @@ class _Run:
         self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
         r.L[0], r.A[0] = state.lam, a
         self.motion.sample(self.t, self.x, self.v)
-        r.W[0] = work.energy[3:6]
+        r.W[0] = powers(work.energy)
         self._begin()
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         share = IMPACT * settings.rtol**0.25
         floor = settings.rtol * system.lengths.whole
@@ -98,18 +101,18 @@ class _Run:
             np.inf if adaptive else SETTLED,
         )
         if not solved:
-            r.counts[4] += 1
+            r.run[0].rejected_by_iteration += 1
             self.next = 0.25 * h
             return
-        error = max(float(r.error[0]), self._error_of_work(h))
+        error = max(float(r.run[0].error), self._error_of_work(h))
         if adaptive and not error <= 1.0:
-            r.counts[3] += 1
+            r.run[0].rejected_by_error += 1
             self.next = h * max(0.2, 0.85 * error**-0.25)
             return
         part = 2.0
         if len(self.switching.now) and h > 1e3 * SMALLEST:
             state = self.motion.unknowns.state(self.t + h, r.y.copy(), r.v.copy())
-            self.work.coefficients[3] = 0.0
+            self.work.weights[0].wanted = 0
             evaluate(self.system.program, state, self.work)
             read_switches(self.system.program, self.switching, state, self.work)
             part = allowed(self.switching, h, adaptive)
@@ -125,7 +128,7 @@ class _Run:
         self.projections += projected
         r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
         self._begin()
-        r.counts[0] += 1
+        r.run[0].steps += 1
         for iq, iu, size, _ in self.system.program.vectors:
             # tolerances of flexible coordinates are relative to the largest displacement they have reached
             largest = np.max(np.abs(r.state.q[iq : iq + size]) * r.extent[iu : iu + size], initial=0.0)
@@ -218,7 +221,7 @@ class Implicit(metaclass=Described):
     formulation: Any = RECURSIVE
 
     def __post_init__(self):
-        if isinstance(self.formulation, type) or not hasattr(self.formulation, "unknowns"):
+        if not is_formulation(self.formulation) or self.formulation.unknowns is None:
             raise ModelError(
                 "Implicit",
                 found=f"formulation = {self.formulation!r}",
@@ -249,6 +252,8 @@ class Implicit(metaclass=Described):
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:
         """Return the numbers of the run."""
-        names = ("steps", "iterations", "factorisations", "rejected by error", "rejected by iteration")
-        counts = {name: int(count) for name, count in zip(names, variables.stages.counts, strict=True)}
-        return {**counts, "cut at contacts": variables.cut, "projections": variables.projections}
+        return {
+            **counted(variables.stages.run, COUNTED),
+            "cut at contacts": variables.cut,
+            "projections": variables.projections,
+        }

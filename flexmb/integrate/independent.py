@@ -81,7 +81,7 @@ def velocity_slopes(system, state, work) -> np.ndarray:
     legs = work.legs[np.isin(work.legs["equation"], rows)]
     touched = np.unique(work.markers["body"][legs["marker"]]).tolist()
     scale = PROBE / system.units
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     q, rate, unit = np.zeros(system.nq), np.zeros(system.ng), np.zeros(system.nu)
     for body in (system.model.bodies[k] for k in touched):
         span = system.body_slices[body.name][1]

@@ -6,10 +6,7 @@ from __future__ import annotations
 
 from flexmb.integrate.explicit_steps import (
     ACCEPTING,
-    NUMBERS,
-    PROJECTIONS,
     RATES,
-    SETTLED,
     STAGES,
     call_rates,
 )
@@ -29,8 +26,8 @@ def rates(program, work, tree, s, t, stage):
     coordinate_rates(tree.chart.rows, tree.x, tree.v, out)
     out[nx : nx + nv] = tree.a
     out[nx + nv :] = tree.powers
-    s.counts[NUMBERS] = 1 if failed < 0 else 0
-    s.counts[SETTLED] = 1
+    s.run[0].finite = 1 if failed < 0 else 0
+    s.run[0].settled = 1
 
 
 @pointer_kernel(ACCEPTING)
@@ -42,14 +39,14 @@ def accepting(program, work, tree, s, h):
     for k in range(len(chart.branches)):
         chart.pace[k] = (work.branches[k] - chart.branches[k]) / h
         chart.branches[k] = work.branches[k]
-    chart.clock[0] = s.times[0]
-    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.bounds, s.limits[2]):
+    chart.clock[0] = s.run[0].t
+    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.bounds, s.run[0].length):
         return
-    s.counts[PROJECTIONS] += 1
-    if not close_links(tree, work, s.times[0], 0.01 * s.bounds, s.gaps, program.equation_level):
-        s.counts[NUMBERS] = 0
+    s.run[0].projections += 1
+    if not close_links(tree, work, s.run[0].t, 0.01 * s.bounds, s.gaps, program.equation_level):
+        s.run[0].finite = 0
         return
     s.y[:nx], s.y[nx : nx + len(tree.v)] = tree.x, tree.v
     unit_length(chart.rows, s.y)
     s.y1[:] = s.y
-    call_rates(s.calls[0], program, work, tree, s, s.times[0], 0)
+    call_rates(s.run[0].rates, program, work, tree, s, s.run[0].t, 0)

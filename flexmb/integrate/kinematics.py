@@ -12,6 +12,7 @@ from flexmb.integrate.interruption import Interruption
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.simulate import sample_times
 from flexmb.integrate.unknown_value import REMEDY, unknown_value
+from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
@@ -38,7 +39,7 @@ def _walk(program, state, work, h, here):
             fastest = max(fastest, abs(state.u[k]) + abs(h * state.a[k]))
     pieces = min(int(np.ceil(2.0 * fastest * h)), 10_000) if len(work.branches) > 0 else 0
     start = state.q.copy()
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     for n in range(1, pieces):
         part = h * n / pieces
         start[program.branches :] = here[program.branches :]
@@ -69,10 +70,8 @@ def _follow(program, work, times, first, last, state, power, right, bounds, gaps
         keep_branches(program, work, here)
         q[k], u[k], a[k], lam[k] = here, speed, acceleration, multipliers
         if k > 0:
-            for i in range(3):
-                works[k, i] = works[k - 1, i] + 0.5 * (times[k] - times[k - 1]) * (power[i] + work.energy[3 + i])
-        for i in range(3):
-            power[i] = work.energy[3 + i]
+            works[k] = works[k - 1] + 0.5 * (times[k] - times[k - 1]) * (power + powers(work.energy))
+        power[:] = powers(work.energy)
     return last
 
 

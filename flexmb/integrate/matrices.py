@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.math.block_lu import stored
+from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 __all__ = ["Equations", "Tangent", "adjoint", "equations_at", "stiffness_at", "tangent_at"]
@@ -59,7 +60,7 @@ class Tangent:
 
 
 def _matrix(system, state, work, mass=0.0, damping=0.0, stiffness=0.0):
-    work.coefficients[:] = (mass, damping, stiffness, 1.0, 0.0)
+    weigh(work.weights, mass, damping, stiffness)
     program = system.program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(system.program.floor)))
     evaluate(program, state, work)
     return stored(work.S, program.pattern).tocsr()

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.integrate.drift import drifted
 from flexmb.integrate.outcome import Outcome
 from flexmb.integrate.patience import Patience
 from flexmb.integrate.stabilised import kinematics
+from flexmb.math.energies import powers
 from flexmb.system.branches import Followed
-from flexmb.system.program import constraint_velocity, evaluate, keep_branches
+from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.projection import project
 
 __all__ = ["Motion", "run_samples"]
@@ -19,6 +21,7 @@ class AbsoluteUnknowns:
     """The coordinates and velocities of all bodies as unknowns; all joints have to be closed by projection."""
 
     closes = True
+    links = None
 
     def __init__(self, system, state, work):
         self.system, self.work = system, work
@@ -49,7 +52,7 @@ class AbsoluteUnknowns:
         solve(state)
         change = np.zeros(len(x))
         kinematics(self.system.program, 0.0, np.ascontiguousarray(x), state.u, change)
-        return change, state.a, self.work.energy[3:6]
+        return change, state.a, powers(self.work.energy)
 
 
 class Motion:
@@ -64,19 +67,19 @@ class Motion:
         self.bounds = system.bounds(self.drift)
         self.friction = any(force.reads_reactions for force in system.model.forces)
         self.right = np.zeros(system.nu + system.ng)
-        offered = getattr(self.formulation, "unknowns", None)
-        self.unknowns = AbsoluteUnknowns(system, state, work) if offered is None else offered(system, state, work)
+        offered = self.formulation.unknowns or AbsoluteUnknowns
+        self.unknowns = offered(system, state, work)
 
     def solve(self, state) -> None:
         """Fill in accelerations and multipliers by the formulation, and the powers of work.energy."""
         work = self.work
         state.a[:], state.lam[:] = self.formulation.accelerate(self.system, state, work)
         if self.friction:
-            work.coefficients[3] = 0.0
+            work.weights[0].wanted = 0
             evaluate(self.system.program, state, work)
         else:  # the evaluation of the formulation holds, but for the power of the drives at its own multipliers
             with np.errstate(over="ignore", invalid="ignore"):  # whoever asked looks for numbers that are not finite
-                work.energy[4] -= (state.lam - work.equations["force"]) @ work.equations["rate"]
+                work.energy[0].drive_power -= (state.lam - work.equations["force"]) @ work.equations["rate"]
 
     def sample(self, t: float, x: np.ndarray, v: np.ndarray):
         """Return the state of the unknowns with accelerations and multipliers."""
@@ -90,27 +93,16 @@ class Motion:
             return x, v, False
         system, x, v = self.system, x.copy(), v.copy()
         state = self.unknowns.state(t, x, v)
-        self.work.coefficients[3] = 0.0
+        self.work.weights[0].wanted = 0
         evaluate(system.program, state, self.work)
-        drifted = bool(system.ng) and self._drifted(state)
-        if drifted:
+        off = bool(system.ng) and drifted(self.work, state.u, self.bounds, system.lengths.whole)
+        if off:
             bounds, gaps = 0.01 * self.bounds, system.gaps
             project(system.program, state, self.work, self.right, state.q, bounds, gaps, system.units, 10)
-            self.work.coefficients[3] = 0.0
+            self.work.weights[0].wanted = 0
             evaluate(system.program, state, self.work)
-        x, v = self.unknowns.reached(state, x, v, drifted)
-        return x, v, drifted
-
-    def _drifted(self, state) -> bool:
-        """Has the state left the constraints, at the level of position or of velocity?"""
-        rate = np.zeros(self.system.ng)
-        constraint_velocity(self.work, state.u, rate)
-        length, markers = self.system.lengths.whole, self.work.markers
-        fastest = max(np.max(np.abs(markers["v"])) / length, np.max(np.abs(markers["w"])))
-        return bool(
-            np.any(np.abs(self.work.equations["g"]) > self.bounds)
-            or np.any(np.abs(rate) > self.bounds * float(fastest))
-        )
+        x, v = self.unknowns.reached(state, x, v, off)
+        return x, v, off
 
 
 def run_samples(run, system, samples: np.ndarray, first: int, last: int, patience: float = np.inf) -> Outcome:

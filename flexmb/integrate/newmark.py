@@ -8,49 +8,19 @@ not grow as h goes to zero (Bottasso, Bauchau & Cardona 2007).
 
 from __future__ import annotations
 
-from collections import namedtuple
-
 import numpy as np
 
 from flexmb.integrate.patience import PAUSED
 from flexmb.integrate.switches import keep_switches, part_of_step
 from flexmb.integrate.world_translation import move, to_body_axes, to_increment, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
+from flexmb.math.weights import weigh
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate, keep_branches
 
-__all__ = ["Controls", "Variables", "run_steps"]
-
-Variables = namedtuple(
-    "Variables",
-    "q u a lam alg q1 u1 a1 lam1 alg1 dx d right a_last lam_last hidden change extent reach works powers "
-    "powers_last signals counts times pace world body_u body_a switching",
-)
-"""State and scratch of the integration.
-
-q, u, a, lam, alg : configuration, velocity, acceleration, multipliers, algorithmic acceleration at the step's start
-q1, u1, a1, lam1, alg1 : the same at its end; dx: increment over the step; d, right: scratch
-a_last, lam_last : at the start of the previous step, for the prediction
-hidden (ng,) : rate of the constraints at the step's start; change (nu,): of the velocities, with the step size
-extent (nu,) : length, m, that makes an increment a displacement (radius of gyration for rotations)
-reach (nu,) : displacement, m, to which tolerances are relative
-works (3,), powers (3,) : work of loads, of drives, dissipated energy, and their rates; powers_last: a step before
-counts (6,) : steps, iterations, factorisations, rejected by error, rejected by iteration, cut at contacts
-pace (nb,) : rate of the branches (turns, places on curves) over the last step, by which they are followed through the
-next world (n, 2) : frames whose u, a, alg, dx have translations in world axes; body_u, body_a (nu,): u1, a1 with all in
-body axes; switching : Switching
-times (6,) : t, size of the next step, size of the last step, largest step; rate of convergence with a fresh
-matrix; rounding of positions, m
-"""
-
-Controls = namedtuple(
-    "Controls", "alpha_m alpha_f beta gamma tolerance newton settled adaptive smallest iterations sweeps trend"
-)
-"""Parameters of the method; tolerance: of the error of a step; newton: of the iteration, relative to it; settled: of
-the accelerations, relative to the largest one; sweeps: to solve for the accelerations of samples, 0: the step's own;
-trend: 1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance,
-which would grow by it from step to step."""
+__all__ = ["run_steps"]
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
 
@@ -68,7 +38,7 @@ def _move(program, v, h):
 @inner_kernel
 def _predict(program, v, c, h):
     """Extrapolate acceleration and multipliers; write the end-of-step variables that follow from them."""
-    ratio = h / v.times[2] if v.times[2] > 0.0 else 0.0
+    ratio = h / v.run[0].last_step if v.run[0].last_step > 0.0 else 0.0
     ratio = min(ratio, 2.0)
     for i in range(len(v.u)):
         v.a1[i] = v.a[i] + ratio * (v.a[i] - v.a_last[i])
@@ -153,7 +123,7 @@ def _accelerations_settled(v, c, scale, left):
     for i in range(len(v.u)):
         largest = max(largest, abs(v.a1[i]) * v.extent[i])
         correction = max(correction, abs(v.d[i]) * v.extent[i])
-    return left * correction <= max(c.settled * largest * scale, v.times[5])
+    return left * correction <= max(c.settled * largest * scale, v.run[0].rounding)
 
 
 @inner_kernel
@@ -182,7 +152,7 @@ def _fit_to_step(program, work, v, h):
     velocities which violate them by C h^2 G a'; kept at that value of the step before, the multipliers would carry an
     error of first order through the next steps (Arnold, Brüls & Cardona 2015).
     """
-    ratio = h / v.times[2]
+    ratio = h / v.run[0].last_step
     _change_of_velocities(program, work, v, ratio * ratio - 1.0)
     for i in range(len(v.u)):
         v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * ratio
@@ -193,7 +163,7 @@ def _fit_to_step(program, work, v, h):
 def _back_to_step(v, h):
     """Undo `_fit_to_step` after a step that failed."""
     for i in range(len(v.u)):
-        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * v.times[2] / h
+        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * v.run[0].last_step / h
         v.u[i] -= v.change[i]
 
 
@@ -202,19 +172,16 @@ def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
     nu, ng = len(v.u), len(v.lam)
     scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
-    work.coefficients[0] = 1.0
-    work.coefficients[1] = scale * c.gamma / (c.beta * h)
-    work.coefficients[2] = scale
-    work.coefficients[4] = -0.5 * h if len(v.world) > 0 else 0.5 * h
-    size, rate, share = 0.0, v.times[4], 1.0
+    weigh(work.weights, 1.0, scale * c.gamma / (c.beta * h), scale, 0.5 * h, world_axes=1 if len(v.world) > 0 else 0)
+    size, rate, share = 0.0, v.run[0].convergence, 1.0
     fresh = True
     for iteration in range(c.iterations):
         renewed = fresh
-        work.coefficients[3] = 1.0 if fresh else 0.0
-        evaluate(program, State(v.times[0] + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals), work)
-        v.counts[1] += 1
+        work.weights[0].wanted = 1 if fresh else 0
+        evaluate(program, State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals), work)
+        v.run[0].iterations += 1
         if fresh:
-            v.counts[2] += 1
+            v.run[0].factorisations += 1
             if lu_factor(work.S, program.pattern) >= 0:
                 return SINGULAR
         for i in range(nu):
@@ -237,7 +204,7 @@ def _iterate(program, work, v, c, h):
                 return STALLED
             rate = min(max(rate, 1e-6), 0.99)
             if iteration == 1:
-                v.times[4] = max(rate, 1e-4)
+                v.run[0].convergence = max(rate, 1e-4)
         # what is left after this correction is about rate / (1 - rate) of it
         left = rate / (1.0 - rate)
         # in a singular position rounding shows in the accelerations: a fresh matrix gains nothing there
@@ -246,14 +213,13 @@ def _iterate(program, work, v, c, h):
             size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
         )
         if (rounding or settled) and share == 1.0:
-            for i in range(3):
-                v.powers[i] = work.energy[3 + i]
+            v.powers[:] = powers(work.energy)
             v.powers[1] = 0.0  # of the drives: with the corrected multipliers
             for i in range(ng):
                 v.powers[1] -= v.lam1[i] * work.equations[i].rate
             if iteration == 0:
                 # trusted once more, but less and less until it is measured again
-                v.times[4] = min(1.5 * v.times[4], 0.05)
+                v.run[0].convergence = min(1.5 * v.run[0].convergence, 0.05)
             return 0
         fresh = rate > 0.2
     return STALLED
@@ -310,10 +276,10 @@ def _begin_anew(v):
 @inner_kernel
 def _add_works(v, h, powers):
     """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before."""
-    before = v.times[2]
+    before = v.run[0].last_step
     for i in range(3):
         v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
-        if v.counts[0] > 0:
+        if v.run[0].steps > 0:
             curvature = ((v.powers[i] - powers[i]) / h - (powers[i] - v.powers_last[i]) / before) / (h + before)
             v.works[i] -= curvature * h * h * h / 6.0
         v.powers_last[i] = powers[i]
@@ -345,8 +311,8 @@ def _accept(program, work, v, h, powers):
             largest = max(largest, abs(v.q[iq + i]) * v.extent[iu + i])
         for i in range(size):
             v.reach[iu + i] = max(v.reach[iu + i], largest)
-    v.times[2] = h
-    v.counts[0] += 1
+    v.run[0].last_step = h
+    v.run[0].steps += 1
 
 
 @inner_kernel
@@ -362,7 +328,7 @@ def _write_sample(program, work, v, c, u, a, lam):
     to_body_axes(v.world, v.q, v.d, v.a, u, a)
     lam[:] = v.lam
     if c.sweeps > 0:
-        state = State(v.times[0], v.q, u, a, lam, v.signals)
+        state = State(v.run[0].t, v.q, u, a, lam, v.signals)
         singular = accelerations(program, state, work, v.right, c.sweeps) >= 0
         if singular or not np.all(np.isfinite(a)) or not np.all(np.isfinite(lam)):
             to_body_axes(v.world, v.q, v.d, v.a, u, a)
@@ -379,13 +345,13 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
     """
     powers, tried = np.empty(3), 0
     for k in range(first, last):
-        span = samples[k] - samples[k - 1] if k > 0 else samples[k] - v.times[0]
-        while samples[k] - v.times[0] > 1e-12 * max(abs(samples[k]), span):
+        span = samples[k] - samples[k - 1] if k > 0 else samples[k] - v.run[0].t
+        while samples[k] - v.run[0].t > 1e-12 * max(abs(samples[k]), span):
             if tried >= trials:
                 return k, PAUSED
             tried += 1
-            left = samples[k] - v.times[0]
-            h = left / max(1.0, np.ceil(left / min(v.times[1], v.times[3]) * (1.0 - 1e-9)))
+            left = samples[k] - v.run[0].t
+            h = left / max(1.0, np.ceil(left / min(v.run[0].next_step, v.run[0].longest_step) * (1.0 - 1e-9)))
             _fit_to_step(program, work, v, h)
             for i in range(3):
                 powers[i] = v.powers[i]
@@ -396,38 +362,38 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
             if failure == 0:
                 error = _step_error(v, c, h) if c.adaptive else 0.0
                 if not error > 1.0 and len(v.switching.now) > 0 and h > 1e3 * c.smallest:
-                    state = State(v.times[0] + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
+                    state = State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
                     part = part_of_step(program, v.switching, state, work, h, c.adaptive)
             if failure != 0 or error > 1.0 or part < 1.0:
                 _back_to_step(v, h)
                 for i in range(3):
                     v.powers[i] = powers[i]
                 if failure != 0:
-                    v.counts[4] += 1
-                    v.times[1] = 0.25 * h
+                    v.run[0].rejected_by_iteration += 1
+                    v.run[0].next_step = 0.25 * h
                 elif part < 1.0:
-                    v.counts[5] += 1
-                    v.times[1] = part * h
+                    v.run[0].cut_at_contacts += 1
+                    v.run[0].next_step = part * h
                 else:
-                    v.counts[3] += 1
-                    v.times[1] = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
-                if v.times[1] < c.smallest:
+                    v.run[0].rejected_by_error += 1
+                    v.run[0].next_step = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
+                if v.run[0].next_step < c.smallest:
                     return k, failure if failure != 0 else TOO_SMALL
                 continue
-            now = samples[k] if left - h <= 1e-12 * left else v.times[0] + h
+            now = samples[k] if left - h <= 1e-12 * left else v.run[0].t + h
             most = min(part, _largest_growth(v, c, error))
             _accept(program, work, v, h, powers)
             if keep_switches(v.switching, h):
                 _begin_anew(v)
-            v.times[0] = now
+            v.run[0].t = now
             if c.adaptive:
                 growth = min(most, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
                 if growth < 1.0 or growth > 1.15 or growth == most:
-                    v.times[1] = h * growth if growth < 1.0 else max(v.times[1], h * growth)
-                v.times[1] = min(v.times[1], max(part, 1.0) * h) if part < 2.0 else v.times[1]
+                    v.run[0].next_step = h * growth if growth < 1.0 else max(v.run[0].next_step, h * growth)
+                v.run[0].next_step = min(v.run[0].next_step, max(part, 1.0) * h) if part < 2.0 else v.run[0].next_step
             else:
-                v.times[1] = v.times[3]
-        t[k - first] = v.times[0]
+                v.run[0].next_step = v.run[0].longest_step
+        t[k - first] = v.run[0].t
         q[k - first] = v.q
         _write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
         works[k - first] = v.works

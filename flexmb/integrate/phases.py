@@ -290,10 +290,10 @@ class Phases:
     def _require_half_turns(self, rows) -> None:
         """Raise IntegrationError if a bushing has turned by half a turn, where its moment jumps to the other side."""
         switching = getattr(self.variables, "switching", None)
-        if switching is not None and switching.limits[3] > 0.0:
+        if switching is not None and switching.limits[0].turned:
             self.t = float(rows["t"][-1]) if len(rows["t"]) else self.t
             raise IntegrationError(
-                self.recorder.system.switch_owners[int(switching.limits[3]) - 1],
+                self.recorder.system.switch_owners[switching.limits[0].turned - 1],
                 found="its markers have turned against each other by half a turn",
                 expected="less than half a turn, where its moment would jump to the opposite sign",
                 remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",

@@ -17,6 +17,7 @@ from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
 from flexmb.integrate.statics import statics
 from flexmb.model.described import is_number
+from flexmb.model.methods import is_integrator
 from flexmb.model.model import Model
 from flexmb.results import Solution
 from flexmb.results.phase import MOST_SAMPLES
@@ -90,7 +91,7 @@ def _integrator(integrator, formulation):
     """Return the integrator that is meant by the arguments of `simulate`."""
     if formulation is None:
         integrator = GeneralizedAlpha() if integrator is None else integrator
-        if isinstance(integrator, type | str) or not hasattr(integrator, "start"):
+        if not is_integrator(integrator):
             name = integrator.__name__ if isinstance(integrator, type) else str(integrator)
             near = did_you_mean(name, INTEGRATORS)
             proposed = near.split("'")[1] if near else INTEGRATORS[0]

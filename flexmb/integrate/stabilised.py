@@ -7,13 +7,16 @@ structure only; called once at the start it gives their rows and columns, so pat
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import NamedTuple
 
 import numpy as np
 
+from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.structures import FloatRows, Floats, IntegerRows, Integers
 from flexmb.math.tables import State
+from flexmb.math.weights import weigh
 from flexmb.system.program import advance, constraint_velocity, evaluate, run_kernels, unit_frames
 
 __all__ = ["FAR", "Stabilised", "jacobian", "kinematics", "residual"]
@@ -21,27 +24,59 @@ __all__ = ["FAR", "Stabilised", "jacobian", "kinematics", "residual"]
 FAR = 1e8
 """Absolute tolerance that takes a variable out of the error test."""
 
-Stabilised = namedtuple(
-    "Stabilised",
-    "q u a lam mu signals held yielding usual metric kin speed length_rate frame_of offset coordinate own transposed "
-    "gradient K colour colours near turning",
-)
-"""State and constant tables of the stabilised form.
 
-q, u, a, lam, mu, signals : the state; Euler parameters normalised
-held (ng,) : 0 for an equation at velocity level, which has no position to be held
-yielding (2, ng) : epsilon of G u + dg/dt + epsilon (lam - usual) = 0 and g + epsilon mu = 0, s; zero unless equations
-    depend on each other, and then so small that only the multipliers notice, which would not be determined otherwise
-usual (ng,) : multipliers at the start; ones that follow would let self-stress grow. Between light and heavy bodies
-    epsilon lam alone is a velocity that shows
-metric (nu,) : W of q' = T (u + W G^T mu), the inverse squares of the extents: increments are compared as displacements
-kin (nu,) : u + W G^T mu; speed (ng,): G u + dg/dt; length_rate (1,): kappa of the attraction of |p| to 1, 1/s
-frame_of, offset, coordinate (nu,) : number of the frame (or -1) and place in it, or the coordinate of a plain vector
-own, transposed, gradient (n, 3) : position in S, row and column of the entries of the blocks (u, u), (u, lam), (lam, u)
-K : values of the iteration matrix with unit stiffness weight
-colour (nu,), colours : number of the group of bodies that share no equation, -1 for deformation; number of groups
-near (nq,), turning (n,) : scratch; d(G u)/dq of every entry of the block (lam, u)
-"""
+class Stabilised(NamedTuple):
+    """State and constant tables of the stabilised form."""
+
+    q: Floats
+    """(nq,) Euler parameters normalised"""
+    u: Floats
+    """(nu,)"""
+    a: Floats
+    """(nu,)"""
+    lam: Floats
+    """(ng,)"""
+    mu: Floats
+    """(ng,) multipliers of the positions"""
+    signals: FloatRows
+    held: Integers
+    """(ng,) 0 for an equation at velocity level, which has no position to be held"""
+    yielding: FloatRows
+    """(2, ng) epsilon of G u + dg/dt + epsilon (lam - usual) = 0 and g + epsilon mu = 0, s; zero unless equations
+    depend on each other, and then so small that only the multipliers notice, which would not be determined otherwise"""
+    usual: Floats
+    """(ng,) multipliers at the start; ones that follow would let self-stress grow. Between light and heavy bodies
+    epsilon lam alone is a velocity that shows"""
+    metric: Floats
+    """(nu,) W of q' = T (u + W G^T mu), the inverse squares of the extents: increments compared as displacements"""
+    kin: Floats
+    """(nu,) u + W G^T mu"""
+    speed: Floats
+    """(ng,) G u + dg/dt"""
+    length_rate: Floats
+    """(1,) kappa of the attraction of |p| to 1, 1/s"""
+    frame_of: Integers
+    """(nu,) number of the frame, or -1"""
+    offset: Integers
+    """(nu,) place in it"""
+    coordinate: Integers
+    """(nu,) the coordinate of a plain vector"""
+    own: IntegerRows
+    """(n, 3) position in S, row and column of the entries of the block (u, u)"""
+    transposed: IntegerRows
+    """(n, 3) of the block (u, lam)"""
+    gradient: IntegerRows
+    """(n, 3) of the block (lam, u)"""
+    K: Floats
+    """values of the iteration matrix with unit stiffness weight"""
+    colour: Integers
+    """(nu,) number of the group of bodies that share no equation, -1 for deformation"""
+    colours: int
+    """number of groups"""
+    near: Floats
+    """(nq,) scratch"""
+    turning: Floats
+    """(n,) d(G u)/dq of every entry of the block (lam, u)"""
 
 
 @kernel
@@ -96,7 +131,7 @@ def residual(program, work, s, t, y, yp, out):
     """Write the residual: kinematics, motion, velocity constraints (row of lam), constraints (row of mu), works."""
     _unpack(program, s, y, yp)
     nq, nu, ng = len(s.q), len(s.u), len(s.lam)
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(program, State(t, s.q, s.u, s.a, s.lam, s.signals), work)
     s.kin[:] = s.u
     for n in range(len(work.legs)):
@@ -119,8 +154,7 @@ def residual(program, work, s, t, y, yp, out):
         out[nq + nu + k] = s.speed[k] + s.yielding[0, k] * (s.lam[k] - s.usual[k])
         out[nq + nu + ng + k] = work.equations[k].g + s.yielding[1, k] * s.mu[k] if s.held[k] == 1 else s.mu[k]
     end = nq + nu + 2 * ng
-    for i in range(3):
-        out[end + i] = yp[end + i] - work.energy[3 + i]
+    out[end : end + 3] = yp[end : end + 3] - powers(work.energy)
 
 
 @inner_kernel
@@ -205,7 +239,7 @@ def _turn_gradient(program, work, s, t):
     n_bodies = len(program.place)
     d = np.zeros(len(s.u))
     rest = np.empty(len(s.lam))
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     run_kernels(program.place, 0, program, State(t, s.q, s.u, s.a, s.lam, s.signals), work)
     run_kernels(program.equations, n_bodies, program, State(t, s.q, s.u, s.a, s.lam, s.signals), work)
     constraint_velocity(work, s.u, rest)
@@ -240,14 +274,10 @@ def jacobian(program, work, s, t, cj, y, yp, rows, columns, values):
         half_product(s.q[iq + 3 : iq + 7], L[f])
     _turn_gradient(program, work, s, t)
     state = State(t, s.q, s.u, s.a, s.lam, s.signals)
-    work.coefficients[:] = 0.0
-    work.coefficients[2] = 1.0
-    work.coefficients[3] = 1.0
+    weigh(work.weights, 0.0, stiffness=1.0)
     evaluate(program, state, work)
     s.K[:] = work.S
-    work.coefficients[0] = cj
-    work.coefficients[1] = 1.0
-    work.coefficients[2] = 0.0
+    weigh(work.weights, cj, damping=1.0)
     evaluate(program, state, work)
     s.kin[:] = s.u
     n = _put_kinematics(program, s, cj, y, R, L, rows, columns, values, 0)

@@ -11,19 +11,22 @@ the roots, and the change of a is read from du'.
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.energies import powers
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record
 from flexmb.math.tables import State
+from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.relative_passes import move_bodies
 from flexmb.tree.settle import coordinate_rates, count_turns, prescribe, read_change, settle, unit_length
 
-__all__ = ["STAGES", "THIRD", "WEIGHTS", "Stages", "new_stages", "run_step"]
+__all__ = ["COUNTED", "STAGES", "THIRD", "WEIGHTS", "Stages", "new_stages", "run_step"]
 
 GAMMA = 0.25
 WEIGHTS = np.array(
@@ -53,20 +56,63 @@ UNSEEN = 1e-3
 like the error of positions, it is of order h^4.
 """
 
-Stages = namedtuple("Stages", "x v a lam x0 v0 y change K V A L W state right extent reach counts error fresh")
-"""Storage of the steps.
 
-x, v, a, lam : unknowns of the present stage, at the end of the step; x0, v0: what the stage starts from
-y, change : x with unit Euler parameters; change of a
-K, V, A, L, W (6, n) : rates of x, rates v, second rates, multipliers and powers of the stages; the first is the start
-of
-    the step
-state : State of all bodies
-right (nu + ng,) : right-hand side of the iteration
-extent, reach (nu,) : see `flexmb.integrate.extent`
-counts (5,) : steps, iterations, factorisations, rejected by error, rejected by iteration
-error (1,) : of the step, relative to its tolerance; fresh (1,): shall the matrix be made anew?
-"""
+class StageRun(Record):
+    """How the steps go on."""
+
+    error: float
+    """of the step, relative to its tolerance"""
+    fresh: int
+    """1: the matrix is to be made anew"""
+    steps: int
+    iterations: int
+    factorisations: int
+    rejected_by_error: int
+    rejected_by_iteration: int
+
+
+COUNTED = ("steps", "iterations", "factorisations", "rejected_by_error", "rejected_by_iteration")
+"""What the statistics of a run tell."""
+
+
+class Stages(NamedTuple):
+    """Storage of the steps."""
+
+    x: Floats
+    """(nx,) unknowns of the stage at hand, at the end those of the step"""
+    v: Floats
+    """(nv,) rates, likewise"""
+    a: Floats
+    """(nv,) second rates, likewise"""
+    lam: Floats
+    """(ng,) multipliers, likewise"""
+    x0: Floats
+    """(nx,) what the stage starts from"""
+    v0: Floats
+    """(nv,) likewise"""
+    y: Floats
+    """(nx,) x with unit Euler parameters"""
+    change: Floats
+    """(nv,) of a"""
+    K: FloatRows
+    """(6, nx) rates of x of the stages, of which the first is the start of the step, as in the next four"""
+    V: FloatRows
+    """(6, nv) rates v"""
+    A: FloatRows
+    """(6, nv) second rates"""
+    L: FloatRows
+    """(6, ng) multipliers"""
+    W: FloatRows
+    """(6, 3) powers"""
+    state: State
+    """of all bodies"""
+    right: Floats
+    """(nu + ng,) right-hand side of the iteration"""
+    extent: Floats
+    """(nu,) see `flexmb.integrate.extent`, as the next"""
+    reach: Floats
+    run: Annotated[np.ndarray, ArrayOf(StageRun.dtype)]
+    """one row: how the steps go on"""
 
 
 def new_stages(unknowns, state, extent, reach) -> Stages:
@@ -91,9 +137,7 @@ def new_stages(unknowns, state, extent, reach) -> Stages:
         right=np.zeros(nu + ng),
         extent=extent,
         reach=reach,
-        counts=np.zeros(5, np.int64),
-        error=np.zeros(1),
-        fresh=np.ones(1),
+        run=StageRun.table(fresh=1),
     )
 
 
@@ -162,18 +206,15 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
     nu, ng = len(r.extent), len(r.lam)
     size, rate = 0.0, 0.5
     if len(chart.driven) > 0:
-        sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
+        sample_signals(t, chart.signals, chart.sampled)
     for iteration in range(MOST):
         state = _follow(chart, program, work, r, t, shift, r.K[s])
-        work.coefficients[0] = 1.0
-        work.coefficients[1] = shift
-        work.coefficients[2] = shift * shift
-        work.coefficients[3] = r.fresh[0]
-        work.coefficients[4] = 0.0
+        weigh(work.weights, 1.0, shift, shift * shift)
+        work.weights[0].wanted = r.run[0].fresh
         evaluate(program, state, work)
-        r.counts[1] += 1
-        if r.fresh[0] > 0.0:
-            r.counts[2] += 1
+        r.run[0].iterations += 1
+        if r.run[0].fresh == 1:
+            r.run[0].factorisations += 1
             if lu_factor(work.S, program.pattern) >= 0:
                 return False
         for i in range(nu):
@@ -200,7 +241,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
         goal = min(newton, settled * _norm(r, state.a, shift * shift, tolerance)) if np.isfinite(settled) else newton
         exhausted = iteration > 1 and (rate > STALLED or iteration == MOST - 1) and size <= newton
         if exhausted or (size * rate / (1.0 - rate) <= goal and (iteration > 0 or size <= 1e-2 * goal)):
-            r.W[s] = work.energy[3:6]
+            r.W[s] = powers(work.energy)
             r.W[s, 1] = 0.0  # of the drives: with the corrected multipliers
             for i in range(ng):
                 r.W[s, 1] -= r.lam[i] * work.equations[i].rate
@@ -209,7 +250,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
             prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
             r.V[s], r.A[s], r.L[s] = r.v, r.a, r.lam
             return True
-        r.fresh[0] = 1.0 if iteration > 0 and rate > SLOW else 0.0
+        r.run[0].fresh = 1 if iteration > 0 and rate > SLOW else 0
     return False
 
 
@@ -222,8 +263,8 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
     """
     shift = GAMMA * h
     r.x[:], r.v[:] = x, v  # also after a step that failed
-    r.fresh[0] = 1.0
-    settled = max(settled, UNSEEN * tolerance * r.error[0])
+    r.run[0].fresh = 1
+    settled = max(settled, UNSEEN * tolerance * r.run[0].error)
     c = np.sum(weights, axis=1)
     for s in range(1, STAGES):
         r.x0[:], r.v0[:] = x, v
@@ -238,5 +279,5 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
     r.change[:] = 0.0
     for j in range(STAGES):
         r.change[:] += h * (weights[STAGES - 1, j] - third[j]) * r.V[j]
-    r.error[0] = _displacement(chart, work, r, 1.0, tolerance)
+    r.run[0].error = _displacement(chart, work, r, 1.0, tolerance)
     return True

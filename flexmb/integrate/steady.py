@@ -172,7 +172,7 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     joints permit, the one with least relative motion at the ends of springs, then in the joints, then of least kinetic
     energy: what hangs on a rotor turns with it. Only where a mechanism cannot move without deforming, it deforms.
     """
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(system.program, state, work)
     rate = work.equations["rate"].copy()
     motions = _RigidMotions(system, state.q)
@@ -247,7 +247,7 @@ def unsteady_equation(system, state, work) -> int | None:
     found: list[np.ndarray] = []
     for factor in (0.0, 1.0):
         now = state._replace(u=factor * state.u, a=factor * state.a)
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, now, work)
         found.append(np.zeros(system.ng))
         constraint_acceleration(work, now.a, found[-1])

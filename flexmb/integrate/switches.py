@@ -7,25 +7,45 @@ shortens the step to just past the first such time. Theory: integrators.
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record
 from flexmb.math.switches import COLUMNS, DISTANCE, SLIP, TURN, call_switches
 from flexmb.system.program import run_kernels
 
 __all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
 
-Switching = namedtuple("Switching", "kinds now then limits touched")
-"""The switches of a run.
 
-kinds (nk, 4) : address, first and last byte, number: see `System`
-now, then (n, 10) : at the start of a step, and at its end
-limits (4,) : displacement that does not matter, m; share of the speed of an impact by which a step may change it; share
-of a slip by which a step may change it (infinite: any); number of the turn, from 1, that has passed half a turn
-touched (n,) : sum of the changes of speed, m/s, in steps during which a contact was closed
-"""
+class SwitchLimits(Record):
+    """What a step may pass over."""
+
+    floor: float
+    """m, displacement that does not matter"""
+    impact: float
+    """share of the speed of an impact by which a step may change it; infinite: any"""
+    slip: float
+    """share of a slip by which a step may change it; infinite: any"""
+    turned: int
+    """number of the turn, from 1, that has passed half a turn; 0: none"""
+
+
+class Switching(NamedTuple):
+    """The switches of a run."""
+
+    kinds: IntegerRows
+    """(nk, 4) address, first and last byte, number: see `System`"""
+    now: FloatRows
+    """(n, 10) at the start of a step"""
+    then: FloatRows
+    """(n, 10) at its end"""
+    limits: Annotated[np.ndarray, ArrayOf(SwitchLimits.dtype)]
+    """one row"""
+    touched: Floats
+    """(n,) m/s, sum of the changes of speed in steps during which a contact was closed"""
+
 
 PAST, NEAR_END = 2.0, 4.0
 """Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
@@ -36,10 +56,15 @@ SHORTEST, LONGEST = 0.1, 4.0
 
 
 def new_switching(system, state, work, *, floor: float, impact: float = np.inf, slip: float = np.inf) -> Switching:
-    """Return the switches of a state, which has just been evaluated; see `Switching` for the limits."""
+    """Return the switches of a state, which has just been evaluated; see `SwitchLimits`."""
     n = len(system.switch_owners)
-    limits = np.array([floor, impact, slip, 0.0])
-    sw = Switching(system.switch_kinds, np.zeros((n, COLUMNS)), np.zeros((n, COLUMNS)), limits, np.zeros(n))
+    sw = Switching(
+        kinds=system.switch_kinds,
+        now=np.zeros((n, COLUMNS)),
+        then=np.zeros((n, COLUMNS)),
+        limits=SwitchLimits.table(floor=floor, impact=impact, slip=slip),
+        touched=np.zeros(n),
+    )
     read_switches(system.program, sw, state, work)
     sw.now[:] = sw.then
     return sw
@@ -155,14 +180,14 @@ def allowed(sw, h, adaptive):
 
     A step of fixed size is shortened only where a contact would begin and end in it unseen.
     """
-    least, floor = LONGEST, sw.limits[0]
+    least, floor = LONGEST, sw.limits[0].floor
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] < 0.0 or b[0] < 0.0 or a[0] == TURN:
             continue
         if a[0] == SLIP:
-            if adaptive and np.isfinite(sw.limits[2]):
-                least = min(least, _slipped(a, b, sw.limits[2]))
+            if adaptive and np.isfinite(sw.limits[0].slip):
+                least = min(least, _slipped(a, b, sw.limits[0].slip))
             continue
         speed = 0.0
         for i in range(4, 7):
@@ -180,8 +205,8 @@ def allowed(sw, h, adaptive):
             if part < 1.0 - NEAR_END * near:
                 least = min(least, part + PAST * near)
                 continue
-        if adaptive and b[9] > 0.0 and np.isfinite(sw.limits[1]) and (g0 < 0.0 or g1 < 0.0):
-            least = min(least, _struck(a, b, h, g0, g1, sw.limits[1]))
+        if adaptive and b[9] > 0.0 and np.isfinite(sw.limits[0].impact) and (g0 < 0.0 or g1 < 0.0):
+            least = min(least, _struck(a, b, h, g0, g1, sw.limits[0].impact))
     return least
 
 
@@ -216,7 +241,7 @@ def keep_switches(sw, h):
         if a[0] >= 0.0 and b[0] >= 0.0:
             if a[0] == TURN:
                 if _turned_over(a, b):
-                    sw.limits[3] = n + 1.0
+                    sw.limits[0].turned = n + 1
             elif a[0] == SLIP:
                 sw.touched[n] += abs(b[4] - a[4]) + abs(b[5] - a[5]) + abs(b[6] - a[6])
             else:

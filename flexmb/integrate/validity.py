@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import ValidityWarning
 from flexmb.math.tables import State
+from flexmb.math.weights import no_matrix
 from flexmb.results import SHARED
 from flexmb.system.program import evaluate
 
@@ -108,7 +109,7 @@ class Validity:
             *(np.ascontiguousarray(rows[name][k]) for name in ("q", "u", "a", "lam")),
             np.zeros((max(1, self._system.n_signals), 3)),
         )
-        self._work.coefficients[:] = 0.0
+        no_matrix(self._work.weights)
         evaluate(self._system.program, state, self._work)
         return state, self._work
 

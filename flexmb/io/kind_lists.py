@@ -37,8 +37,7 @@ def values() -> dict[str, type]:
 
 @cache
 def integrators() -> dict[str, type]:
-    """Return the integrators by name: the classes of the room that can run."""
+    """Return the integrators by name."""
     from flexmb import integrate
 
-    public = {name: getattr(integrate, name) for name in integrate.__all__}
-    return {name: kind for name, kind in public.items() if isinstance(kind, type) and hasattr(kind, "run")}
+    return dict(integrate.KINDS)

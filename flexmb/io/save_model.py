@@ -52,7 +52,7 @@ def model_text(model: Model) -> str:
 
 def _first_bodies(model: Model) -> dict[int, str]:
     """Return the name of the first body that has them, by the identity of the data."""
-    return {id(body.data): body.name for body in reversed(model.bodies) if hasattr(body, "data")}
+    return {id(body.data): body.name for body in reversed(model.bodies) if body.reduced is not None}
 
 
 def _text(model: Model, simulation: Simulation | None, data_name: Callable[[ModalNeutralData], str]) -> str:

@@ -235,22 +235,22 @@ def _parts(model, e, skin_only=False):
     supports = []
     for body in model.bodies:
         poses = body.marker_poses()
-        if hasattr(body, "reduced"):
+        if body.drawn == "cells":
             data = recover.modal_data(body)
             nodes, cells = skin_cells(data.cells) if skin_only else (None, data.cells)
             points = data.nodes if nodes is None else data.nodes[nodes]
             carriers = (("body", body.name, None),)
             yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes)
-        elif not body.n_velocities:
+        elif body.drawn == "supports":
             used = {m for part in (*model.joints, *model.forces) if _joins(part) for m in _markers(part, model)}
             supports += [f"{body.name}.{m}" for m in poses if f"{body.name}.{m}" in used]
             if body.shape:
                 yield _fixed(body.name, "supports", _shapes(body, next(iter(poses))))
-        elif hasattr(body, "section_axes"):
+        elif body.drawn == "line":
             line = SweptLine(body)
             points = line.points(body.initial_state()[0])
             yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), line.cells, line=line)
-        elif hasattr(body, "surface_points"):
+        elif body.drawn == "sheet":
             sheet = PlateSurface(body)
             points = sheet.points(body.initial_state()[0])
             yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), sheet.cells, line=sheet)

@@ -7,6 +7,7 @@ from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
+from flexmb.model.methods import is_integrator
 from flexmb.results.phase import MOST_SAMPLES
 
 __all__ = ["Simulation"]
@@ -50,7 +51,7 @@ class Simulation(metaclass=Described):
                 expected=f"a whole number of at least 2 and at most {MOST_SAMPLES}",
                 remedy="Write samples = 1001",
             )
-        if self.integrator is not None and not hasattr(self.integrator, "start"):
+        if self.integrator is not None and not is_integrator(self.integrator):
             raise ModelError(
                 "Simulation",
                 found=f"integrator = {self.integrator!r}",

@@ -19,31 +19,10 @@ from flexmb.joints.rolling import Rolling
 from flexmb.joints.screw import Screw
 from flexmb.joints.spherical import Spherical
 from flexmb.joints.universal import Universal
+from flexmb.model.kinds import Joint
+from flexmb.model.registered import registered
 
-KINDS = {
-    kind.__name__: kind
-    for kind in (
-        Fixed,
-        Revolute,
-        Prismatic,
-        Cylindrical,
-        Spherical,
-        Universal,
-        ConstantVelocity,
-        Planar,
-        PointOnPlane,
-        InLine,
-        Screw,
-        Rod,
-        PointOnCurve,
-        Rolling,
-        Drive,
-        Coupler,
-        RackAndPinion,
-        GearPair,
-        Constraint,
-    )
-}
+KINDS = registered(globals(), Joint)
 """All joints by name: read by the model files, the contract tests and the reference pages."""
 
 __all__ = ["KINDS", *KINDS]

@@ -12,7 +12,7 @@ from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.model.described import check_mapping, is_number
 from flexmb.model.equation_text import Input, read_equation
-from flexmb.model.expression import Program
+from flexmb.model.expression import SignalProgram
 from flexmb.model.foreign import imported
 from flexmb.model.kinds import Joint, Part, Sensor
 from flexmb.model.signal import Signal
@@ -232,14 +232,14 @@ class Constraint(Joint):
         function, jacobian = (None if f is None else imported(f, self.title) for f in (self.function, self.jacobian))
         return Formula(
             tuple(positions + moving if level else positions),
-            Program.of(),
+            SignalProgram.of(),
             level,
             function=function,
             jacobian=jacobian,
             keep=self._callbacks,  # type: ignore[attr-defined]
         )
 
-    def _given(self, sizes: Mapping[str, int], read: list[Input]) -> tuple[tuple[int, Program], ...]:
+    def _given(self, sizes: Mapping[str, int], read: list[Input]) -> tuple[tuple[int, SignalProgram], ...]:
         """Return the given forces: on which of the inputs, and their programs."""
         given = []
         for quantity, text in self.forces.items():
@@ -267,7 +267,7 @@ class Constraint(Joint):
             )
         return scalar.of_rate() if one.rate else scalar
 
-    def _require_smooth(self, program: Program) -> None:
+    def _require_smooth(self, program: SignalProgram) -> None:
         """Raise ModelError for functions of measured quantities that have no second derivative everywhere."""
         kinks = [KINKS[int(code)] for code in program.ops if int(code) in KINKS]
         if kinks:

@@ -9,27 +9,59 @@ is reported with its row. Source of the row-wise form: Davis, Direct Methods for
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import NamedTuple
 
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.structures import Floats, Integers
 
 __all__ = ["BlockPattern", "blocks", "lu_factor", "lu_solve", "lu_solve_softened", "stored"]
 
-BlockPattern = namedtuple(
-    "BlockPattern",
-    "order row_start row_block segment_start column length block_start own own_segment step_start source at "
-    "run_start run_to run_from run_length inverse scratch softness",
-    defaults=[np.zeros(0)],
-)
-"""order (n,): unknown at each place; row_start (n + 1,): first value of each row; row_block (n,);
-segment_start (blocks + 1,); column, length (segments,): first place and number of columns of each segment;
-block_start (blocks + 1,): first row of each block; own, own_segment (blocks,): where its diagonal block is;
-step_start (blocks + 1,): the earlier blocks to eliminate; source and at (steps,): which, and where;
-run_start (steps + 1,); run_to, run_from, run_length: columns that a step changes, in the rows of both blocks;
-inverse (n,): reciprocal pivots, written by `lu_factor`; scratch (2 n,);
-softness (n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order."""
+NONE = np.zeros(0)
+
+
+class BlockPattern(NamedTuple):
+    """The pattern of the factors, with the storage that belongs to them."""
+
+    order: Integers
+    """(n,) unknown at each place"""
+    row_start: Integers
+    """(n + 1,) first value of each row"""
+    row_block: Integers
+    """(n,)"""
+    segment_start: Integers
+    """(blocks + 1,)"""
+    column: Integers
+    """(segments,) first place of the columns of each segment"""
+    length: Integers
+    """(segments,) number of its columns"""
+    block_start: Integers
+    """(blocks + 1,) first row of each block"""
+    own: Integers
+    """(blocks,) where its diagonal block is in a row"""
+    own_segment: Integers
+    """(blocks,) and which segment that is"""
+    step_start: Integers
+    """(blocks + 1,) the earlier blocks to eliminate"""
+    source: Integers
+    """(steps,) which they are"""
+    at: Integers
+    """(steps,) and where in the row"""
+    run_start: Integers
+    """(steps + 1,) columns that a step changes, in runs"""
+    run_to: Integers
+    """(runs,) first column in the rows that change"""
+    run_from: Integers
+    """(runs,) first column in the rows of the source"""
+    run_length: Integers
+    """(runs,)"""
+    inverse: Floats
+    """(n,) reciprocal pivots, written by `lu_factor`"""
+    scratch: Floats
+    """(2 n,)"""
+    softness: Floats = NONE
+    """(n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order"""
 
 
 VANISHING = 1e-14

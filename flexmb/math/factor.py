@@ -13,24 +13,12 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import ReductionError
+from flexmb.math.definiteness import NotPositiveDefinite
 
 __all__ = ["Backend", "Factor", "NotPositiveDefinite", "SuperLU", "factor"]
 
 _RESIDUAL = 1e-8  # a relative residual above this means a wrong factor, not rounding
 _SMALL = 2000  # freedoms; below, SuperLU needs a few milliseconds and no compiled kernel
-
-
-class NotPositiveDefinite(ReductionError):
-    """The matrix is singular or indefinite; `freedom` is the row at which the factorisation broke down."""
-
-    def __init__(self, freedom: int, found: str):
-        super().__init__(
-            "Sparse factorisation",
-            found=found,
-            expected="a symmetric positive definite matrix",
-            remedy="Look for a mechanism or a missing support at this freedom",
-        )
-        self.freedom = freedom
 
 
 class Factor(Protocol):

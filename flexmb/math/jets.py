@@ -12,13 +12,30 @@ At a kink (abs, min, max, step, the ends of a table) the derivatives belong to t
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from flexmb.math import operations as op
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.structures import Floats, Integers
 
-__all__ = ["interpolate", "run_program", "sample_signals"]
+__all__ = ["SignalCode", "interpolate", "run_program", "sample_signals"]
+
+
+class SignalCode(NamedTuple):
+    """Signals as programs in postfix order, one after another (see `flexmb.math.operations`)."""
+
+    starts: Integers
+    """(ns + 1,) first operation of each signal, and the end"""
+    ops: Integers
+    args: Floats
+    """(n,) arguments of the operations"""
+    tables: Floats
+    """knots and coefficients of all tables"""
+    table_starts: Integers
+    """(nt + 1,) first number of each table, and the end"""
+
 
 # Global integers are constants to the compiler.
 _CONSTANT, _TIME, _INPUT, _TABLE, _WHERE, _STACK = op.CONSTANT, op.TIME, op.INPUT, op.TABLE, op.WHERE, op.STACK
@@ -262,19 +279,17 @@ def run_program(ops, args, first, last, time, inputs, tables, table_starts, stac
 
 
 @kernel
-def sample_signals(t, starts, ops, args, tables, table_starts, out):
+def sample_signals(t, signals, out):
     """Write value, first and second time derivative of every signal at time t.
 
     Parameters
     ----------
     t : float, s
-    starts : (ns + 1,) int64
-        First operation of each signal, and the end.
-    ops, args, tables, table_starts
-        See `run_program`.
+    signals : SignalCode
     out : (ns, 3) float
         Receives value, rate and second rate.
     """
+    starts, ops, args, tables, table_starts = signals
     stack, time, none = np.empty((_STACK, 3)), np.array([t, 1.0, 0.0]), np.empty((0, 3))
     for s in range(len(starts) - 1):
         run_program(ops, args, starts[s], starts[s + 1], time, none, tables, table_starts, stack)

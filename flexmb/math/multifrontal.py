@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.linalg.blas import dgemm, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from flexmb.math.factor import NotPositiveDefinite
+from flexmb.math.definiteness import NotPositiveDefinite
 from flexmb.math.kernel import kernel
 from flexmb.math.nested_dissection import dissect, front_tree, node_graph, pseudo_coordinates
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.tables import BYTES, FLOATS, STATE, WORK, array_type, caller, pointer_kernel, void
+from flexmb.math.structures import array_type
+from flexmb.math.tables import BYTES, FLOATS, STATE, WORK, caller, pointer_kernel, void
 
 __all__ = ["COLUMNS", "DISTANCE", "GAP", "IDLE", "SLIP", "TURN", "call_switches", "switch_kernel"]
 

@@ -11,17 +11,20 @@ kinds calls it through a pointer and a new kind needs no change elsewhere:
 
 from __future__ import annotations
 
-from collections import namedtuple
 from functools import cached_property
 from inspect import Parameter, Signature
+from typing import Annotated, NamedTuple
 
 import numpy as np
-from numba import from_dtype, types
+from numba import types
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
+from flexmb.math.energies import Energy
 from flexmb.math.kernel_cache import KernelCache
 from flexmb.math.kernel_library import KernelCompiler
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, array_type, numba_type
+from flexmb.math.weights import Weights
 
 __all__ = [
     "BYTES",
@@ -41,12 +44,10 @@ __all__ = [
     "PointerKernel",
     "State",
     "Work",
-    "array_type",
     "call_row_kernel",
     "caller",
     "pointer_kernel",
     "row_kernel",
-    "tuple_type",
     "void",
 ]
 
@@ -113,32 +114,56 @@ PAIR = np.dtype(
 STIFF, DAMPED = 1, 2
 """What kernels write of a pair: stiffness only (constraints), or stiffness and damping (forces)."""
 
-State = namedtuple("State", "t q u a lam signals")
-"""Time (s), configuration (nq,), velocity (nu,), acceleration (nu,), multipliers (ng,), signals (ns, 3)."""
 
-Work = namedtuple(
-    "Work",
-    "markers J H equations legs pairs residual S rows transposed pair_rows branches coefficients energy loads",
-)
-"""What an evaluation writes.
+class State(NamedTuple):
+    """What an evaluation reads: time, coordinates and sampled signals."""
 
-markers, equations, legs, pairs : record tables
-J, H : flat Jacobians of the markers
-residual : (nu,) M a - forces - G^T lam
-S : values of the iteration matrix in the pattern of its factors
-rows : (nu + couplings,) position in S of the first entry of each velocity's own block in its row; then, for each
-coupling
-    of two blocks of a body: the first block's rows in the columns of the second, and the reverse
-transposed, pair_rows : positions in S (see LEG and PAIR)
-branches (nb,) : which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place
-    on a curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has
-    no history; whoever accepts a state writes them there (`keep_branches`)
-coefficients : (5,) weights of mass, damping and stiffness in S; 1.0 if S is wanted, 2.0 if only without the
-constraints;
-    half the step size (s), negative if the step translates frames in world axes
-energy : (6,) J and W: kinetic, strain, potential; power of loads, of drives, of dissipation
-loads : (nl,) amount of each load shape
-"""
+    t: float
+    """s"""
+    q: Floats
+    """(nq,) configuration"""
+    u: Floats
+    """(nu,) velocity"""
+    a: Floats
+    """(nu,) acceleration"""
+    lam: Floats
+    """(ng,) multipliers"""
+    signals: FloatRows
+    """(ns, 3) value, rate and second rate of every signal"""
+
+
+class Work(NamedTuple):
+    """What an evaluation writes."""
+
+    markers: Annotated[np.ndarray, ArrayOf(MARKER)]
+    J: Floats
+    """Jacobians of the markers, flat"""
+    H: Floats
+    """d(modal force)/d(wrench) of the markers that have it, flat"""
+    equations: Annotated[np.ndarray, ArrayOf(EQUATION)]
+    legs: Annotated[np.ndarray, ArrayOf(LEG)]
+    pairs: Annotated[np.ndarray, ArrayOf(PAIR)]
+    residual: Floats
+    """(nu,) M a - forces - G^T lam"""
+    S: Floats
+    """values of the iteration matrix in the pattern of its factors"""
+    rows: Integers
+    """(nu + couplings,) position in S of the first entry of each velocity's own block in its row; then, for each
+    coupling of two blocks of a body, those of the first block's rows in the columns of the second, and the reverse"""
+    transposed: Integers
+    """positions in S, see LEG"""
+    pair_rows: Integers
+    """positions in S, see PAIR"""
+    branches: Floats
+    """(nb,) which of several solutions a kernel has taken: the angle of a joint with all its full turns, the place on a
+    curve. A kernel takes the one nearest to the last coordinates of the state, q[nq - nb:], so an evaluation has no
+    history; whoever accepts a state writes them there (`keep_branches`)"""
+    weights: Annotated[np.ndarray, ArrayOf(Weights.dtype)]
+    """one row: what is to be made of S"""
+    energy: Annotated[np.ndarray, ArrayOf(Energy.dtype)]
+    """one row: sums over all parts"""
+    loads: Floats
+    """(nl,) amount of each load shape"""
 
 
 FLOATS, INTEGERS, BYTES = np.dtype(float), np.dtype(np.int64), np.dtype(np.uint8)
@@ -146,24 +171,7 @@ NUMBER, COUNT = types.float64, types.int64
 void = types.void
 
 
-def array_type(dtype: np.dtype, ndim: int = 1):
-    """Return the type of arrays of numbers or records."""
-    return types.Array(from_dtype(dtype), ndim, "C")
-
-
-def tuple_type(kind, *fields):
-    """Return the type of a named tuple: of arrays, by dtype or (dtype, number of axes),
-    and of what has a type itself.
-    """
-    made = [
-        array_type(*field) if isinstance(field, tuple) else array_type(field) if isinstance(field, np.dtype) else field
-        for field in fields
-    ]
-    return types.NamedTuple(tuple(made), kind)
-
-
-STATE = tuple_type(State, NUMBER, *[FLOATS] * 4, (FLOATS, 2))
-WORK = tuple_type(Work, MARKER, FLOATS, FLOATS, EQUATION, LEG, PAIR, FLOATS, FLOATS, *[INTEGERS] * 3, *[FLOATS] * 4)
+STATE, WORK = numba_type(State), numba_type(Work)
 ROW_KERNEL = void(array_type(BYTES), array_type(FLOATS), STATE, WORK)
 """The signature of every row kernel."""
 

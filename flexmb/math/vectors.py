@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["add_combination", "add_cross", "cross", "dot", "matvec", "matvec_t", "norm", "rotate_columns"]
+__all__ = ["add_combination", "add_cross", "add_skew", "cross", "dot", "matvec", "matvec_t", "norm", "rotate_columns"]
 
 
 @kernel
@@ -68,3 +68,14 @@ def rotate_columns(A, B, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
+
+
+@kernel
+def add_skew(B, row, column, scale, a):
+    """Add scale * a~ to the block of `B` at `row`, `column`."""
+    B[row, column + 1] -= scale * a[2]
+    B[row, column + 2] += scale * a[1]
+    B[row + 1, column] += scale * a[2]
+    B[row + 1, column + 2] -= scale * a[0]
+    B[row + 2, column] -= scale * a[1]
+    B[row + 2, column + 1] += scale * a[0]

@@ -14,7 +14,7 @@ import numpy as np
 
 from flexmb.math import operations as op
 from flexmb.math.interval_jets import bounds
-from flexmb.model.expression import Program
+from flexmb.model.expression import SignalProgram
 
 __all__ = ["Breaks", "breakpoints"]
 
@@ -53,7 +53,7 @@ class Breaks:
 class _Search:
     """The switches of one program, found from the inner ones outwards."""
 
-    def __init__(self, program: Program, begin: float, end: float):
+    def __init__(self, program: SignalProgram, begin: float, end: float):
         self.program, self.begin, self.end = program, begin, end
         self.found: list[np.ndarray] = []
         self.records: list[np.ndarray] = []
@@ -139,7 +139,7 @@ def _passed(ops, args, tables, a, b, at, level) -> np.ndarray:
     return np.where(exact, start, 0.5 * (a + b))
 
 
-def breakpoints(program: Program, begin: float, end: float) -> Breaks:
+def breakpoints(program: SignalProgram, begin: float, end: float) -> Breaks:
     """Return the times between `begin` and `end`, s, at which a signal jumps or kinks, or passes a point of a table.
 
     Times that follow from an argument ``a t + b`` may lie outside.

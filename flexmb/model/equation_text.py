@@ -17,7 +17,7 @@ from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.math import operations as op
-from flexmb.model.expression import Program, Reader, parse
+from flexmb.model.expression import Reader, SignalProgram, parse
 from flexmb.model.signal import Expression, Signal
 
 __all__ = ["Input", "read_equation"]
@@ -107,7 +107,7 @@ class _EquationReader(Reader):
 
 def read_equation(
     text: str, sizes: Mapping[str, int], parameters: Mapping[str, Any], inputs: list[Input], part: str
-) -> Program:
+) -> SignalProgram:
     """Return the program of an equation's residual; what it reads is appended to `inputs`.
 
     Parameters
@@ -140,7 +140,7 @@ def read_equation(
             parse(side)
         text = f"({left.strip()}) - ({right.strip()})"
     try:
-        return Program.of(*_EquationReader(text, sizes, parameters, inputs).read())
+        return SignalProgram.of(*_EquationReader(text, sizes, parameters, inputs).read())
     except ModelError as error:
         raise ModelError(
             part, found=f"in '{text}': {error.found}", expected=error.expected, remedy=error.remedy

@@ -24,7 +24,16 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 
-__all__ = ["Program", "Reader", "compile_expression", "evaluate", "evaluate_values", "joined_arrays", "names", "parse"]
+__all__ = [
+    "Reader",
+    "SignalProgram",
+    "compile_expression",
+    "evaluate",
+    "evaluate_values",
+    "joined_arrays",
+    "names",
+    "parse",
+]
 
 _BINARY = {
     ast.Add: op.ADD,
@@ -39,7 +48,7 @@ _ALLOWED = "numbers, parameters, t, + - * / **, and functions such as sin, sqrt,
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class SignalProgram:
     """A signal as operations on a stack, in postfix order (`flexmb.math.operations`).
 
     Parameters
@@ -70,17 +79,17 @@ class Program:
             )
 
     @staticmethod
-    def of(*operations: tuple[int, float], tables: tuple[np.ndarray, ...] = ()) -> Program:
+    def of(*operations: tuple[int, float], tables: tuple[np.ndarray, ...] = ()) -> SignalProgram:
         """Make a program of (operation, argument) pairs."""
         ops = np.array([code for code, _ in operations], np.int64)
-        return Program(ops, np.array([argument for _, argument in operations], float), tables)
+        return SignalProgram(ops, np.array([argument for _, argument in operations], float), tables)
 
-    def then(self, *others: Program) -> Program:
+    def then(self, *others: SignalProgram) -> SignalProgram:
         """Return the programs one after another; tables are renumbered."""
-        return Program(*joined_arrays((self, *others)))
+        return SignalProgram(*joined_arrays((self, *others)))
 
 
-def joined_arrays(programs: Sequence[Program]) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
+def joined_arrays(programs: Sequence[SignalProgram]) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
     """Return ops, args and tables of programs one after another; they need not run as one."""
     shifts = np.cumsum([0] + [len(p.tables) for p in programs])
     args = [np.where(p.ops == op.TABLE, p.args + shift, p.args) for p, shift in zip(programs, shifts)]
@@ -139,9 +148,9 @@ def evaluate_values(text: str, parameters: Mapping[str, Any]) -> float | tuple[f
     return tuple(found)
 
 
-def compile_expression(text: str, parameters: Mapping[str, float] | None = None) -> Program:
+def compile_expression(text: str, parameters: Mapping[str, float] | None = None) -> SignalProgram:
     """Return the program of an expression that may contain ``t``; what is constant is computed here, once."""
-    return Program.of(*Reader(text, parameters or {}, time=True).read())
+    return SignalProgram.of(*Reader(text, parameters or {}, time=True).read())
 
 
 def names(text: str) -> set[str]:

@@ -12,41 +12,9 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described, check_mapping, is_number
 from flexmb.model.pose import Pose
+from flexmb.model.table import Compiler, Table
 
-__all__ = ["Body", "Compiler", "Equation", "Force", "Freedom", "Joint", "Part", "Sensor", "Table"]
-
-
-@dataclass(frozen=True)
-class Table:
-    """How the rows of a kind are stored and which kernels run over them.
-
-    Parameters
-    ----------
-    name : str
-        Unique name of the kind.
-    row : numpy dtype
-        Record type of a row.
-    kernels : mapping of stage name to PointerKernel
-        Bodies: "place", "inertia", "energy". Equations: "evaluate". Forces: "apply", and "switch" where they have a
-        kink (see `flexmb.math.switches`).
-    switches : int or str
-        How many places with a kink a row has, or the field of the row that counts them.
-    """
-
-    name: str
-    row: np.dtype
-    kernels: Mapping[str, Any]
-    switches: int | str = 0
-
-
-class Compiler:
-    """What a part may ask while it writes its row (implemented by the system room).
-
-    ``marker(name) -> int``, ``pose(marker) -> (r, R)``, ``signal(value) -> int``, ``pair(a, b) -> int``,
-    ``couplings(body) -> int``,
-    ``load(body, name) -> int``, ``joint(name) -> Joint``, ``marker_name(number) -> str``,
-    ``branch(name, value) -> int``, ``bulk(array) -> int``.
-    """
+__all__ = ["Body", "Equation", "Force", "Freedom", "Joint", "Part", "Sensor"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +95,11 @@ class Body(Part):
     family: ClassVar[str] = "Body"
     table: ClassVar[Table | None] = None
     has_frame: ClassVar[bool] = True
+    drawn: ClassVar[str] = "shape"
+    """What pictures show of it: "supports" (it stands still), "shape", "cells" (of its modal neutral data), "line"
+    (with `section_axes`, `section_forces`, `section_strains`) or "sheet" (with `surface_points`, `resultants`)."""
+    takes_markers: ClassVar[bool] = False
+    """Can its field `markers` hold further poses?"""
     watch: ClassVar[Any] = None
     """Class (bodies of the kind, system) that measures how far they are from what they hold for; None: nothing."""
 
@@ -138,6 +111,26 @@ class Body(Part):
     def n_vector(self) -> int:
         """Number of coordinates beyond the frame."""
         return 0
+
+    @property
+    def reduced(self) -> Any:
+        """The modal neutral data of a reduced body, with the modes in use; None for all others."""
+        return None
+
+    def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return linear and angular momentum about the origin of W, (nt, 6), for coordinates and velocities (nt, ..).
+
+        Raises
+        ------
+        ModelError
+            If the kind does not tell it.
+        """
+        raise ModelError(
+            self.title,
+            found=f"a {type(self).__name__} does not provide its momentum",
+            expected="rigid bodies, point masses and floating bodies",
+            remedy="Leave the Momentum sensor out of models with this kind of body",
+        )
 
     @property
     def n_velocities(self) -> int:
@@ -181,8 +174,8 @@ class Body(Part):
         """Return configuration and velocity at the start."""
         raise TypeError(f"{type(self).__name__} does not say where it starts")
 
-    def record(self, compiler, place) -> tuple:
-        """Return the body's own fields of its row (after the header); `place.bulk(array)` stores bulk data."""
+    def record(self, compiler: Compiler, place: Compiler) -> dict[str, Any]:
+        """Return fields of the body's row by name (see `Table.filled`); `place.bulk(array)` stores bulk data."""
         raise TypeError(f"{type(self).__name__} does not write a row")
 
     def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
@@ -209,14 +202,44 @@ class Equation:
         """Return the joint's markers on which the equation acts: one leg each, in this order."""
         return markers[:2]
 
-    def record(self, compiler, markers: tuple[int, ...]) -> tuple:
-        """Return the primitive's own fields of the row (after equation, leg, a, b, pair)."""
-        return ()
+    def idle(self, a: str, b: str) -> tuple[str, str, str] | None:
+        """Return what is found, expected and to be done where no small motion of markers a and b changes the equation;
+        None: other causes are likelier."""
+        return None
+
+    def record(self, compiler: Compiler, markers: tuple[int, ...]) -> dict[str, Any]:
+        """Return fields of the row by name, where they are not those of the primitive (see `Table.filled`)."""
+        return {}
 
 
 @dataclass(frozen=True)
 class Freedom:
-    """A primitive freedom that a joint permits."""
+    """A primitive freedom that a joint permits: what it is called, what measures it, what it does in a tree."""
+
+    @property
+    def word(self) -> str:
+        """How drives, forces and sensors call it; empty if it has no single coordinate."""
+        return ""
+
+    @property
+    def role(self) -> str:
+        """What it is in the chain of a tree joint, "slide", "turn", "screw", "turn_b" or "ball"; empty: nothing."""
+        return ""
+
+    @property
+    def coordinate(self):
+        """The coordinate (`flexmb.constraints.Coordinate`) that measures it."""
+        raise TypeError(f"{type(self).__name__} has no coordinate")
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of its coordinates in a tree."""
+        return (self.word,)
+
+    @property
+    def rate_labels(self) -> tuple[str, ...]:
+        """Names of its rates in a tree."""
+        return self.labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,15 +258,7 @@ class Joint(Part):
 
     def __post_init__(self):
         super().__post_init__()
-        markers = self.markers
-        if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
-            raise ModelError(
-                self.title,
-                found=f"markers = {markers!r}",
-                expected="two names 'body.marker'",
-                remedy="Write markers=('ground.A', 'crank.A')",
-            )
-        object.__setattr__(self, "markers", tuple(markers))
+        object.__setattr__(self, "markers", _marker_pair(self.markers, self.title))
 
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist or both are on one body."""
@@ -291,15 +306,7 @@ class Force(Part):
 
     def require_marker_pair(self) -> None:
         """Raise ModelError if the field `markers` is not a pair of names; store it as a tuple."""
-        markers = self.markers  # type: ignore[attr-defined]
-        if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
-            raise ModelError(
-                self.title,
-                found=f"markers = {markers!r}",
-                expected="two names 'body.marker'",
-                remedy="Write markers=('ground.A', 'crank.A')",
-            )
-        object.__setattr__(self, "markers", tuple(markers))
+        object.__setattr__(self, "markers", _marker_pair(self.markers, self.title))  # type: ignore[attr-defined]
 
     def measure(self, model) -> str | None:
         """Return the marker at which `ForceOf` reports the wrench (the second one)."""
@@ -310,8 +317,8 @@ class Force(Part):
         """Return what went wrong while this force was evaluated (forces that call foreign functions)."""
         return ""
 
-    def record(self, compiler) -> tuple:
-        """Return the row of this force."""
+    def record(self, compiler: Compiler) -> dict[str, Any]:
+        """Return fields of the row by name, where they are not those of the force (see `Table.filled`)."""
         raise TypeError(f"{type(self).__name__} does not write a row")
 
 
@@ -337,10 +344,8 @@ class Sensor(Part):
         """Return the names of the markers whose motion this sensor needs."""
         return ()
 
-    def followed(self, compiler) -> list[tuple[Table, tuple]]:
-        """Return the rows of what must be followed from step to step (turns of a joint),
-        with the tables they are of.
-        """
+    def followed(self, compiler: Compiler) -> list[tuple[Table, dict[str, Any]]]:
+        """Return the tables and rows, by field name, of what must be followed from step to step (turns of a joint)."""
         return []
 
     def measured(self, model) -> tuple[Any, ...]:
@@ -357,6 +362,18 @@ class Sensor(Part):
     def values(self, series) -> np.ndarray:
         """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""
         raise TypeError(f"{type(self).__name__} has no values")
+
+
+def _marker_pair(markers: Any, title: str) -> tuple[str, str]:
+    """Return two names of markers; ModelError unless it is two."""
+    if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
+        raise ModelError(
+            title,
+            found=f"markers = {markers!r}",
+            expected="two names 'body.marker'",
+            remedy="Write markers=('ground.A', 'crank.A')",
+        )
+    return markers[0], markers[1]
 
 
 def check_names(parts, family: str) -> None:

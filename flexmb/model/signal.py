@@ -20,7 +20,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.model.described import Described, is_number
-from flexmb.model.expression import Program, compile_expression, joined_arrays
+from flexmb.model.expression import SignalProgram, compile_expression, joined_arrays
 
 __all__ = [
     "Constant",
@@ -56,7 +56,7 @@ class Signal(metaclass=Described):
     word: ClassVar[str] = ""
     """Name of the constructor, in Python and in model files."""
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         """Return the operations that compute the signal."""
         raise TypeError(f"{type(self).__name__} has no program")
 
@@ -78,11 +78,11 @@ class Signal(metaclass=Described):
 
     def sample(self, t) -> np.ndarray:
         """Return value, rate and second rate at the times `t` (nt,): (nt, 3); one time gives (3,)."""
-        from flexmb.math.jets import sample_signals
+        from flexmb.math.jets import SignalCode, sample_signals
 
-        packed, out = pack([self.program()]), np.empty((np.size(t), 1, 3))
+        code, out = SignalCode(*pack([self.program()])), np.empty((np.size(t), 1, 3))
         for time, row in zip(np.ravel(np.asarray(t, float)), out):
-            sample_signals(float(time), *packed, row)
+            sample_signals(float(time), code, row)
         return out[:, 0].reshape((*np.shape(t), 3))
 
     def fields(self) -> dict[str, Any]:
@@ -157,8 +157,8 @@ class Constant(Signal):
     def __post_init__(self):
         self._numbers("value")
 
-    def program(self) -> Program:
-        return Program.of((op.CONSTANT, self.value))
+    def program(self) -> SignalProgram:
+        return SignalProgram.of((op.CONSTANT, self.value))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -184,10 +184,10 @@ class Ramp(Signal):
         self._numbers("rate", "rise", "start")
         self._require("rise", self.rise >= 0.0, "a duration >= 0 s")
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         if self.rise == 0.0:
-            return Program.of(*_since(self.start), (op.CONSTANT, self.rate), (op.MULTIPLY, 0.0))
-        return Program.of(
+            return SignalProgram.of(*_since(self.start), (op.CONSTANT, self.rate), (op.MULTIPLY, 0.0))
+        return SignalProgram.of(
             *_fraction(self.start, self.rise),
             (op.SOFT_RAMP, 0.0),
             (op.CONSTANT, self.rate * self.rise),
@@ -221,9 +221,9 @@ class Step(Signal):
         self._numbers("value", "initial", "at", "rise")
         self._require("rise", self.rise >= 0.0, "a duration >= 0 s")
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         shape = (*_fraction(self.at, self.rise or 1.0), (op.SMOOTH if self.rise else op.STEP, 0.0))
-        return Program.of(
+        return SignalProgram.of(
             *shape,
             (op.CONSTANT, self.value - self.initial),
             (op.MULTIPLY, 0.0),
@@ -256,8 +256,8 @@ class Harmonic(Signal):
     def __post_init__(self):
         self._numbers("amplitude", "frequency", "phase", "offset", "start")
 
-    def program(self) -> Program:
-        return Program.of(
+    def program(self) -> SignalProgram:
+        return SignalProgram.of(
             *_since(self.start),
             (op.CONSTANT, 2.0 * np.pi * self.frequency),
             (op.MULTIPLY, 0.0),
@@ -299,7 +299,7 @@ class Expression(Signal):
         object.__setattr__(self, "parameters", dict(self.parameters))
         self.program()
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         return compile_expression(self.text, self.parameters)
 
 
@@ -318,7 +318,7 @@ class Sum(Signal):
     def extent(self) -> tuple[int, int]:
         return _extent(self.terms)
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         return _fold(self.terms, op.ADD)
 
 
@@ -337,7 +337,7 @@ class Product(Signal):
     def extent(self) -> tuple[int, int]:
         return _extent(self.terms)
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         return _fold(self.terms, op.MULTIPLY)
 
 
@@ -356,10 +356,10 @@ def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:
     return tuple(as_signal(term, f"Signal {word}", "terms") for term in terms)
 
 
-def _fold(terms: tuple[Signal, ...], code: int) -> Program:
+def _fold(terms: tuple[Signal, ...], code: int) -> SignalProgram:
     first, *others = (term.program() for term in terms)
     for other in others:
-        first = first.then(other, Program.of((code, 0.0)))
+        first = first.then(other, SignalProgram.of((code, 0.0)))
     return first
 
 
@@ -420,8 +420,8 @@ def as_signal(value: Any, part: str, field: str) -> Signal:
 Packed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def pack(programs: Sequence[Program]) -> Packed:
-    """Return (starts, ops, args, tables, table_starts) of `flexmb.math.jets.sample_signals` for all programs."""
+def pack(programs: Sequence[SignalProgram]) -> Packed:
+    """Return the fields of `flexmb.math.jets.SignalCode` for all programs."""
     starts = np.cumsum([0] + [len(p.ops) for p in programs]).astype(np.int64)
     ops, args, tables = joined_arrays(programs)
     table_starts = np.cumsum([0] + [len(table) for table in tables]).astype(np.int64)

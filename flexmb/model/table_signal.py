@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.math import operations as op
-from flexmb.model.expression import Program
+from flexmb.model.expression import SignalProgram
 from flexmb.model.signal import Constant, Expression, Harmonic, Product, Ramp, Signal, Step, Sum, as_signal
 
 __all__ = ["SIGNALS", "Table", "table"]
@@ -100,7 +100,7 @@ class Table(Signal):
         """Return number of knots, knots, and coefficients, as `flexmb.math.jets.interpolate` reads them."""
         return np.concatenate([[len(self.x)], self.x, self._coefficients().ravel()])
 
-    def program(self) -> Program:
+    def program(self) -> SignalProgram:
         if self.joint is not None:
             raise ModelError(
                 "Signal table",
@@ -108,8 +108,8 @@ class Table(Signal):
                 expected="a function of time",
                 remedy="PointLoad, Pressure and Actuator may depend on a joint, by a table alone or times a signal",
             )
-        argument = Program.of((op.TIME, 0.0)) if self.of is None else self.of.program()
-        return argument.then(Program.of((op.TABLE, 0.0), tables=(self.numbers(),)))
+        argument = SignalProgram.of((op.TIME, 0.0)) if self.of is None else self.of.program()
+        return argument.then(SignalProgram.of((op.TABLE, 0.0), tables=(self.numbers(),)))
 
     def _coefficients(self) -> np.ndarray:
         """Coefficients of x^3 ... x^0 of each piece, (n - 1, 4)."""

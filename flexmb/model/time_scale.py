@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.math import operations as op
 from flexmb.math.interval_jets import bounds
-from flexmb.model.expression import Program
+from flexmb.model.expression import SignalProgram
 
 __all__ = ["entries", "resolution"]
 
@@ -23,7 +23,7 @@ ENTRY, FINER = 40, 4.0
 """So many cells are marked where a signal becomes so many times finer; after them the integrator has seen it."""
 
 
-def resolution(program: Program, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
+def resolution(program: SignalProgram, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
     """Return the times (n,) that divide a signal into cells which a parabola resolves, and if all cells are.
 
     Parameters
@@ -55,12 +55,12 @@ def resolution(program: Program, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
     return entries(_merged(program, edges, size)), True
 
 
-def _values(program: Program, t: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _values(program: SignalProgram, t: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return the values at times t of the pieces that hold at `at`."""
     return bounds(program.ops, program.args, program.tables, t, t, at).value[0]
 
 
-def _merged(program: Program, edges: np.ndarray, size: float) -> np.ndarray:
+def _merged(program: SignalProgram, edges: np.ndarray, size: float) -> np.ndarray:
     """Return the edges of cells of which two neighbours are one where the signal is straight over both."""
     values = _values(program, edges, edges)
     for _ in range(60):

@@ -263,7 +263,7 @@ def line_strains(body, q, fractions) -> np.ndarray:
 
 
 def _along(body, quantity: str, q, fractions) -> np.ndarray:
-    if not hasattr(body, quantity):
+    if body.drawn != "line":
         raise ModelError(
             body.title,
             found=f"a {type(body).__name__} is not a line",

@@ -61,7 +61,7 @@ PIECE = 8192
 
 def floating_data(model) -> dict[str, Any]:
     """Return the modal neutral data of a model's floating bodies by body name."""
-    return {body.name: body.data for body in model.bodies if hasattr(body, "reduced")}
+    return {body.name: body.data for body in model.bodies if body.reduced is not None}
 
 
 def read_written(file, stream) -> Written:

@@ -1,5 +1,7 @@
 """Quantities read from the state: the same sensors feed events, tables, plots and tests."""
 
+from flexmb.model.kinds import Sensor
+from flexmb.model.registered import registered
 from flexmb.sensors.axis_cosine import AxisCosine
 from flexmb.sensors.constraint_error import ConstraintError
 from flexmb.sensors.deflection import Deflection
@@ -14,54 +16,10 @@ from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.stress import Stress
 from flexmb.sensors.stress_resultants import StressResultants
 
-__all__ = [
-    "KINDS",
-    "Acceleration",
-    "AngularVelocity",
-    "AxisCosine",
-    "ConstraintError",
-    "Deflection",
-    "Distance",
-    "Energy",
-    "ForceOf",
-    "JointCoordinate",
-    "Momentum",
-    "Multiplier",
-    "Orientation",
-    "Position",
-    "Reaction",
-    "SectionForces",
-    "SectionStrains",
-    "Stress",
-    "StressResultants",
-    "Velocity",
-]
-
-KINDS = {
-    kind.__name__: kind
-    for kind in (
-        Position,
-        Velocity,
-        AngularVelocity,
-        Acceleration,
-        Orientation,
-        Distance,
-        AxisCosine,
-        JointCoordinate,
-        Reaction,
-        Multiplier,
-        ForceOf,
-        Deflection,
-        SectionForces,
-        SectionStrains,
-        Stress,
-        StressResultants,
-        Energy,
-        Momentum,
-        ConstraintError,
-    )
-}
-"""All kinds of sensors by name."""
+KINDS = registered(globals(), Sensor)
+"""All kinds of sensors by name: read by the model files, the contract tests and the reference pages."""
 
 VALUES = KINDS
 """What may stand in a field: the quantities of a constraint."""
+
+__all__ = ["KINDS", *KINDS]

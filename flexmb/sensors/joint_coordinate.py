@@ -6,8 +6,9 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from flexmb.constraints import Measured, Slide, Turn
-from flexmb.constraints.coordinates import FOLLOWED, Coordinate, joint_coordinate
+from flexmb.constraints import Measured
+from flexmb.constraints.coordinate import Coordinate
+from flexmb.constraints.coordinate_kernels import FOLLOWED, joint_coordinate
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.model.kinds import Sensor
 
@@ -177,6 +178,6 @@ class JointCoordinate(Sensor):
                 remedy="Name another joint, or say kind='turn' or kind='slide'",
             )
         kind = self.kind or ("turn" if np.any(np.vstack(twists)[:, 3:]) else "slide")
-        first = [f for f in target.coordinates if isinstance(f, Turn if kind == "turn" else Slide)]
+        first = [f for f in target.coordinates if f.word.startswith(kind)]
         # a joint may also be watched where it is stiff: about and along z of its first marker
-        return Coordinate.of(first[0]) if first else Coordinate(kind, "x" if kind == "turn" else "z")
+        return first[0].coordinate if first else Coordinate(kind, "x" if kind == "turn" else "z")

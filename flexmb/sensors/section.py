@@ -47,7 +47,7 @@ class _AtSection(Sensor):
     def check(self, model) -> None:
         """Raise ModelError if the body is not a line."""
         body = model.body(self.body, self.title)
-        if not hasattr(body, "section_forces"):
+        if body.drawn != "line":
             raise ModelError(
                 self.title,
                 found=f"body '{self.body}' is a {type(body).__name__}",

@@ -59,7 +59,7 @@ class StressResultants(Sensor):
     def check(self, model) -> None:
         """Raise ModelError if the body is not a plate."""
         body = model.body(self.body, self.title)
-        if not hasattr(body, "resultants"):
+        if body.drawn != "sheet":
             raise ModelError(
                 self.title,
                 found=f"body '{self.body}' is a {type(body).__name__}",

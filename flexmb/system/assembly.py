@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.math.block_lu import blocks, lu_factor
 from flexmb.math.tables import State
+from flexmb.math.weights import weigh
 from flexmb.model.model import Model
 from flexmb.system.compile import compile
 from flexmb.system.complaints import (
@@ -103,7 +104,7 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
         drawn = state.q.copy()
         done = project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60)
         if done == -2:
-            work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+            weigh(work.weights, 1.0)
             evaluate(system.program, state, work)
             if not np.all(np.isfinite(work.equations["g"])):
                 raise _runaway(system, state, work)
@@ -148,7 +149,7 @@ def consistent_start(system: System, state: State, work) -> State:
     residual, drift = np.zeros((2, system.ng))
     constraint_acceleration(work, state.a, residual)
     constraint_acceleration(work, np.zeros(system.nu), drift)
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     evaluate(system.program, state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng)), work)
     # what the loads would do to free bodies: where all is held, accelerations are rounding
     free = np.abs(work.residual) / mass_metric(constraint_matrix(system, work)[0])
@@ -162,7 +163,7 @@ def _require_motion(system: System, state, work, residual, given: np.ndarray, mo
     It is compared with the terms that it is the sum of: what is `given` (ng,) by drives and velocities, and what the
     bodies do, and with the largest motion.
     """
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     evaluate(system.program, state, work)
     G = constraint_matrix(system, work)[1]
     terms, left = given + abs(G) @ np.abs(motion), np.abs(residual)
@@ -196,7 +197,7 @@ def _require_motion(system: System, state, work, residual, given: np.ndarray, mo
 
 def _with_lengths(system: System, state: State, work) -> System:
     """Return the system with the lengths that count in it; warn where coordinates are so large that digits are lost."""
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     bare = system.program._replace(floor=np.zeros(len(system.program.floor)))
     evaluate(bare, state, work)
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
@@ -210,7 +211,7 @@ def _regularised(system: System, state: State, work) -> System:
     inertia for the factorisation where bodies have none."""
     if system.ng == 0:
         return system
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     bare = system.program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(system.program.floor)))
     evaluate(bare, state, work)
     M, G = constraint_matrix(system, work)

@@ -21,7 +21,7 @@ def branch_rates(system, state, work) -> np.ndarray:
     for way in (-0.5, 0.5):
         q = np.zeros(system.nq)
         advance(system.program, state.q, state.u, way * step, q)
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, state._replace(q=q), work)
         found.append(work.branches.copy())
     rates = (found[1] - found[0]) / step

@@ -8,12 +8,14 @@ import numpy as np
 
 from flexmb.constraints import EQUATIONS
 from flexmb.errors import CompileError
+from flexmb.math.jets import SignalCode
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import DAMPED, MARKER, STIFF
 from flexmb.model.described import check_kind
-from flexmb.model.kinds import Table
+from flexmb.model.kinds import Equation
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
+from flexmb.model.table import Table
 from flexmb.system.lengths import unit_lengths
 from flexmb.system.program import Program, evaluation, kernel_table
 from flexmb.system.signal_times import SignalTimes
@@ -232,9 +234,10 @@ def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
         if body.table is None:
             continue
         first = layout.first_marker[k]
-        header = (layout.iq[k], layout.iu[k], first, layout.first_marker[k + 1] - first)
+        count = layout.first_marker[k + 1] - first
+        header = {"iq": layout.iq[k], "iu": layout.iu[k], "marker": first, "n_markers": count}
         compiler.writing = body.title
-        items.append((body.table, header + tuple(body.record(compiler, compiler))))
+        items.append((body.table, body.table.filled(body, {**header, **body.record(compiler, compiler)})))
     return _grouped(items)
 
 
@@ -242,8 +245,9 @@ class _Constraints:
     """The equations of all joints: rows, legs, and which joint each belongs to."""
 
     def __init__(self, model: Model, compiler: _Compiler):
-        self.joints, self.names, self.joint_of = [], [], []
+        self.joints, self.names = [], []
         self.levels: list[int] = []
+        self.owners: list[tuple[int, Equation]] = []
         self.slices: dict[str, slice] = {}
         items, legs = [], []
         for number, description in enumerate(model.joints):
@@ -256,13 +260,14 @@ class _Constraints:
                 involved = primitive.involved(markers)
                 a, b = (*involved, *involved)[:2]
                 pair = compiler.pair(a, b, STIFF if primitive.stiffens else 0)
-                row = (len(self.names), len(legs), a, b, pair, *primitive.record(compiler, markers))
+                header = {"equation": len(self.names), "leg": len(legs), "a": a, "b": b, "pair": pair}
+                row = primitive.table.filled(primitive, {**header, **primitive.record(compiler, markers)})
                 items.append((primitive.table, row))
                 for k in range(primitive.count):
                     legs += [(marker, len(self.names)) for marker in involved]
                     self.levels.append(primitive.level)
                     self.names.append(f"{joint.name}: {_describe(primitive, k)}")
-                    self.joint_of.append(number)
+                    self.owners.append((number, primitive))
             self.slices[joint.name] = slice(start, len(self.names))
         order = {kind.table.name: k for k, kind in enumerate(EQUATIONS)}
         items.sort(key=lambda item: order[item[0].name])
@@ -339,9 +344,10 @@ def compile(model: Model) -> System:
     force_items = []
     for force in model.forces:
         compiler.writing = force.title
-        force_items.append((force.table, tuple(force.record(compiler))))
+        force_items.append((force.table, force.table.filled(force, force.record(compiler))))
     # last, so that the coordinates of a model begin alike whatever is watched
-    force_items += [item for sensor in model.sensors for item in sensor.followed(compiler)]
+    for sensor in model.sensors:
+        force_items += [(table, table.filled(sensor, row)) for table, row in sensor.followed(compiler)]
     force_tables, force_rows = _grouped(force_items)
     markers, size_J = _markers(compiler, layout)
     for body in model.bodies:
@@ -352,24 +358,24 @@ def compile(model: Model) -> System:
     first_force = len(body_tables) + len(constraints.tables)
     switch_kinds, switch_owners = _switching(model, force_tables, force_rows, starts[first_force:])
     program = Program(
-        kernel_table([t.kernels["place"] for t in body_tables]),
-        kernel_table([t.kernels["inertia"] for t in body_tables]),
-        kernel_table([t.kernels["energy"] for t in body_tables]),
-        kernel_table([t.kernels["evaluate"] for t in constraints.tables]),
-        kernel_table([t.kernels["apply"] for t in force_tables]),
-        raw,
-        starts,
-        compiler.bulk_data(),
-        *pack(signals),
-        layout.frames,
-        layout.vectors,
-        pattern,
-        np.zeros(len(constraints.names)),
-        np.zeros((0, 2), np.int64),
-        np.zeros(0),
-        np.array(constraints.levels, np.int64),
-        len(layout.q),
-        evaluation.compiled.address,
+        place=kernel_table([t.kernels["place"] for t in body_tables]),
+        inertia=kernel_table([t.kernels["inertia"] for t in body_tables]),
+        energy=kernel_table([t.kernels["energy"] for t in body_tables]),
+        equations=kernel_table([t.kernels["evaluate"] for t in constraints.tables]),
+        forces=kernel_table([t.kernels["apply"] for t in force_tables]),
+        raw=raw,
+        starts=starts,
+        bulk=compiler.bulk_data(),
+        signals=SignalCode(*pack(signals)),
+        frames=layout.frames,
+        vectors=layout.vectors,
+        pattern=pattern,
+        regularisation=np.zeros(len(constraints.names)),
+        floor_at=np.zeros((0, 2), np.int64),
+        floor=np.zeros(0),
+        equation_level=np.array(constraints.levels, np.int64),
+        branches=len(layout.q),
+        evaluation=evaluation.compiled.address,
     )
     return System(
         model=model,
@@ -385,6 +391,7 @@ def compile(model: Model) -> System:
         joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)},
         equation_names=tuple(constraints.names),
+        equation_owners=tuple(constraints.owners),
         force_rows=_force_rows(model, force_tables, starts[first_force:]),
         joint_equations=constraints.slices,
         joints=tuple(constraints.joints),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.math.weights import weigh
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.observe import observe
 from flexmb.system.program import evaluate
@@ -124,22 +125,17 @@ def idle_equation(system: System, state, work) -> CompileError | None:
 
     Two axes should be perpendicular and are drawn parallel: no direction is better than another.
     """
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(system.program, state, work)
     for k in np.flatnonzero(np.abs(work.equations["g"]) >= 0.5):
         gradients = work.legs["gradient"][work.legs["equation"] == k]
-        name, _, described = system.equation_names[k].partition(": ")
-        kind, *axes = described.split()
-        if kind != "Perpendicular" or len(axes) != 2 or np.max(np.abs(gradients), initial=0.0) > 1e-6:
+        if np.max(np.abs(gradients), initial=0.0) > 1e-6:
             continue
-        first, second = system.model.joint(name).resolved_markers(system.model)[:2]
-        return CompileError(
-            f"Joint '{name}'",
-            found=f"the {axes[0]}-axis of '{first}' and the {axes[1]}-axis of '{second}' are parallel",
-            expected="axes that are perpendicular, or nearly so",
-            remedy=f"Turn one of the two markers, for example '{second}': Pose.axes(at=..., z=...), in a model file "
-            "{ at = [...], z = [...] }",
-        )
+        joint = system.model.joints[system.equation_owners[k][0]]
+        told = system.equation_owners[k][1].idle(*joint.resolved_markers(system.model)[:2])
+        if told is not None:
+            found, expected, remedy = told
+            return CompileError(joint.title, found=found, expected=expected, remedy=remedy)
     return None
 
 
@@ -178,7 +174,7 @@ def _without_number(system: System, state) -> CompileError | None:
 
 def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     """Return the error that names the body that has no inertia in one of its velocities, which no joint holds."""
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     evaluate(system.program, state, work)
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
     spans = {body: system.body_slices[body.name][1] for body in system.model.bodies}

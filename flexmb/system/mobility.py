@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.math.block_lu import stored
+from flexmb.math.weights import weigh
 from flexmb.system.dependence import combinations, dependent_rows
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
@@ -159,7 +160,7 @@ def mobility(system: System, state, work) -> Mobility:
     names = system.equation_names
     redundant, shared = tuple(names[k] for k in system.redundant), ()
     if system.redundant:
-        work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+        weigh(work.weights, 1.0)
         program = system.program
         bare = program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(program.floor)))
         evaluate(bare, state, work)

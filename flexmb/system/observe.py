@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexmb.math.energies import stored_energies
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State, call_row_kernel
 from flexmb.system.program import constraint_acceleration, constraint_velocity, energies
@@ -106,8 +107,7 @@ def _observe(
         state = State(t[k], q[k], u[k], a[k], lam[k], signals)
         energies(program, state, work)
         _observe_markers(work, a[k], k, r, R, motion)
-        for i in range(3):
-            energy[k, i] = work.energy[i]
+        energy[k] = stored_energies(work.energy)
         _observe_errors(work, u[k], a[k], left, error[k])
         for n in range(len(work.legs)):
             leg = work.legs[n]

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flexmb.errors import CompileError, ValidityWarning
+from flexmb.math.weights import no_matrix
 from flexmb.system.assembly import assemble
 from flexmb.system.complaints import gaps
 from flexmb.system.program import constraint_velocity, evaluate
@@ -88,7 +89,7 @@ def openings(system: System, state) -> list[str]:
 
 def _drawn_open(system: System, work, t: float) -> list[tuple[str, float, float]]:
     """Return joint, m and rad of every joint as drawn, drives excepted."""
-    work.coefficients[:] = 0.0
+    no_matrix(work.weights)
     evaluate(system.program, system.state(t), work)
     work.equations["g"][system.program.equation_level != 0] = 0.0  # velocities are no gaps
     found = []

@@ -8,14 +8,15 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened
+from flexmb.math.energies import clear_energy
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import DAMPED, STIFF, call_row_kernel, pointer_kernel
+from flexmb.math.weights import weigh
 
 __all__ = [
-    "BODIES",
     "Program",
     "accelerations",
     "advance",
@@ -29,9 +30,6 @@ __all__ = [
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
-BODIES = 2.0
-"""Weight in work.coefficients[3] with which the iteration matrix holds the blocks of the bodies, without constraints.
-"""
 
 
 def kernel_table(kernels) -> np.ndarray:
@@ -54,7 +52,8 @@ def assemble_constraints(program, work):
     The row of a velocity-level equation is its residual per displacement, divided by the velocity per
     displacement gamma / (beta h): A + (beta h / gamma) d(A u)/dq, where c_K / c_D = beta h / gamma.
     """
-    delay = work.coefficients[2] / work.coefficients[1] if work.coefficients[1] > 0.0 else 0.0
+    weights = work.weights[0]
+    delay = weights.stiffness / weights.damping if weights.damping > 0.0 else 0.0
     for n in range(len(work.legs)):
         leg = work.legs[n]
         marker = work.markers[leg.marker]
@@ -84,7 +83,7 @@ def assemble_constraints(program, work):
 def lend_inertia(program, work):
     """Add the inertia that makes the blocks of bodies without inertia regular, eq. (lent-inertia)."""
     for n in range(len(program.floor_at)):
-        work.S[program.floor_at[n, 1]] += work.coefficients[0] * program.floor[n]
+        work.S[program.floor_at[n, 1]] += work.weights[0].mass * program.floor[n]
 
 
 @inner_kernel
@@ -120,7 +119,7 @@ def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
 @kernel
 def assemble_pairs(work):
     """Write the stiffness and damping between pairs of markers into the iteration matrix."""
-    cd, ck = work.coefficients[1], work.coefficients[2]
+    cd, ck = work.weights[0].damping, work.weights[0].stiffness
     if cd == 0.0 and ck == 0.0:
         return
     for n in range(len(work.pairs)):
@@ -139,10 +138,10 @@ def assemble_pairs(work):
 
 @pointer_kernel(EVALUATION)
 def evaluation(program, state, work):
-    """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix: see `evaluate`."""
-    tangent = work.coefficients[3] > 0.0
+    """Evaluate residual, constraints and (if asked for by the weights) the iteration matrix: see `evaluate`."""
+    tangent = work.weights[0].wanted == 1
     work.residual[:] = 0.0
-    work.energy[:] = 0.0
+    clear_energy(work.energy)
     work.loads[:] = 0.0
     for n in range(len(work.markers)):
         wrench = work.markers[n].wrench
@@ -160,11 +159,7 @@ def evaluation(program, state, work):
                 pair.D[:] = 0.0
     sample_signals(
         state.t,
-        program.signal_starts,
-        program.signal_ops,
-        program.signal_args,
-        program.signal_tables,
-        program.signal_table_starts,
+        program.signals,
         state.signals,
     )
     n_bodies, n_equations = len(program.inertia), len(program.equations)
@@ -174,17 +169,17 @@ def evaluation(program, state, work):
     run_kernels(program.inertia, 0, program, state, work)
     for n in range(len(work.equations)):
         equation = work.equations[n]
-        work.energy[4] -= equation.force * equation.rate
+        work.energy[0].drive_power -= equation.force * equation.rate
     if tangent:
         lend_inertia(program, work)
-        if work.coefficients[3] < BODIES:
+        if work.weights[0].constrained == 1:
             assemble_constraints(program, work)
         assemble_pairs(work)
 
 
 @kernel
 def evaluate(program, state, work):
-    """Evaluate residual, constraints and (if asked by the coefficients) the iteration matrix.
+    """Evaluate residual, constraints and (if asked for by the weights) the iteration matrix.
 
     ``residual = M(q) a + h(q, u) - f(q, u, t) - G^T lam``; ``equations.g``; ``S = [cm M + cd D + ck K, -G^T; G, 0]``.
     """
@@ -284,14 +279,11 @@ def accelerations(program, state, work, right, sweeps):
     looked = (
         2 if len(program.pattern.softness) > 0 else 1
     )  # dependent equations still change a little in the second sweep
-    work.coefficients[0] = 1.0
-    work.coefficients[1] = 0.0
-    work.coefficients[2] = 0.0
-    work.coefficients[4] = 0.0
+    weigh(work.weights, 1.0)
     state.a[:] = 0.0
     state.lam[:] = 0.0
     for sweep in range(40):
-        work.coefficients[3] = 1.0 if sweep == 0 or nonlinear else 0.0
+        work.weights[0].wanted = 1 if sweep == 0 or nonlinear else 0
         evaluate(program, state, work)
         if sweep == 0 or nonlinear:
             failed = lu_factor(work.S, program.pattern)
@@ -346,7 +338,7 @@ def _without_stress(program, state, work, right):
     lu_solve_softened(work.S, program.pattern, right)
     for i in range(ng):
         state.lam[i] -= right[nu + i]
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     for _ in range(6):
         evaluate(program, state, work)
         _unsolved(work, state, right)

@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.weights import weigh
 from flexmb.system.program import EXACT, advance, constraint_velocity, evaluate, keep_branches
 
 __all__ = ["project"]
@@ -38,11 +39,7 @@ def project(program, state, work, right, q, bounds, gaps, units, iterations):
     is singular.
     """
     nu, ng = len(state.u), len(state.lam)
-    work.coefficients[0] = 1.0
-    work.coefficients[1] = 0.0
-    work.coefficients[2] = 0.0
-    work.coefficients[3] = 1.0
-    work.coefficients[4] = 0.0
+    weigh(work.weights, 1.0)
     state.lam[:] = 0.0
     state.a[:] = 0.0
     done = -1

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexmb.model.breakpoints import breakpoints
-from flexmb.model.expression import Program
+from flexmb.model.expression import SignalProgram
 from flexmb.model.time_scale import resolution
 
 __all__ = ["SignalTimes", "Times"]
@@ -42,13 +42,13 @@ class SignalTimes:
 
     Parameters
     ----------
-    programs : sequence of Program
+    programs : sequence of SignalProgram
         Of all signals, by number.
     titles : tuple of str
         Which part has each signal, for messages.
     """
 
-    programs: Sequence[Program]
+    programs: Sequence[SignalProgram]
     titles: tuple[str, ...]
     _known: list[Times] = field(default_factory=list, repr=False)
 

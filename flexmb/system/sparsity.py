@@ -34,7 +34,7 @@ class _Nodes:
         for number, joint in enumerate(constraints.joints):
             groups.setdefault(leader[joint.name], []).append(number)
         of_joint = {number: self.n_blocks + k for k, group in enumerate(groups.values()) for number in group}
-        self.of_equation = [of_joint[joint] for joint in constraints.joint_of]
+        self.of_equation = [of_joint[joint] for joint, _ in constraints.owners]
         self.unknowns += [[] for _ in groups]
         for equation, node in enumerate(self.of_equation):
             self.unknowns[node].append(layout.iu[-1] + equation)

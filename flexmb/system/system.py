@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.math.energies import Energy
 from flexmb.math.tables import State, Work
+from flexmb.math.weights import Weights
+from flexmb.model.kinds import Equation
 from flexmb.model.model import Model
 from flexmb.system.lengths import Lengths
 from flexmb.system.program import Program
@@ -35,6 +38,8 @@ class System:
         Kind, first and last byte of the row of every force.
     equation_names : tuple of str
         "joint: primitive" of every equation.
+    equation_owners : tuple of (int, Equation)
+        Number of the joint, and the primitive, of every equation.
     joint_equations : dict of joint name to slice
     body_slices : dict of body name to (slice of q, slice of u)
     branch_names : tuple of str
@@ -73,6 +78,7 @@ class System:
     force_index: dict[str, int]
     force_rows: np.ndarray
     equation_names: tuple[str, ...]
+    equation_owners: tuple[tuple[int, Equation], ...]
     joint_equations: dict[str, slice]
     joints: tuple[Any, ...]
     gaps: np.ndarray
@@ -132,8 +138,8 @@ class System:
             transposed=tables["transposed"],
             pair_rows=tables["pair_rows"],
             branches=np.zeros(len(self.branch_names)),
-            coefficients=np.zeros(5),
-            energy=np.zeros(6),
+            weights=Weights.table(),
+            energy=Energy.table(),
             loads=np.zeros(max(1, self.n_loads)),
         )
 
@@ -151,12 +157,12 @@ class System:
         if len(full) != self.nq and len(full) >= self.program.branches:
             full = np.concatenate([full[: self.nq], self.q0[len(full) :]])
         return State(
-            float(t),
-            full,
-            np.array(self.u0 if u is None else u, float),
-            array(a, self.nu),
-            array(lam, self.ng),
-            np.zeros((max(1, self.n_signals), 3)),
+            t=float(t),
+            q=full,
+            u=np.array(self.u0 if u is None else u, float),
+            a=array(a, self.nu),
+            lam=array(lam, self.ng),
+            signals=np.zeros((max(1, self.n_signals), 3)),
         )
 
     def own_copy(self) -> System:

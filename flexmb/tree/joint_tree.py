@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.constraints import Coordinate
 from flexmb.errors import CompileError, ModelError, did_you_mean
-from flexmb.math.jets import sample_signals
+from flexmb.math.jets import SignalCode, sample_signals
 from flexmb.math.tables import State, Work
+from flexmb.math.weights import weigh
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import pack
 from flexmb.system import assemble
 from flexmb.system.branches import Followed
 from flexmb.system.given_state import given_state
-from flexmb.system.program import BODIES, evaluate, keep_branches
+from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.joint_jacobian import joint_jacobian
 from flexmb.tree.joint_torques import gather_torques
@@ -139,11 +141,11 @@ class JointTree:
 
     @cached_property
     def _driven_turns(self):
-        """Places of the turns that drives prescribe, and their signals in the form of `sample_signals`."""
+        """Places of the turns that drives prescribe, and their signals as `sample_signals` reads them."""
         turns = {name: drive.angle for name, drive in self.drives.items() if drive.angle is not None}
         return (
             [self.names.index(name) for name in turns],
-            *pack([s.program() for s in turns.values()]),
+            SignalCode(*pack([s.program() for s in turns.values()])),
             np.zeros((len(turns), 3)),
         )
 
@@ -183,8 +185,8 @@ class JointTree:
         read_state(self.rows, own, work, q, v, a)
         near = {at: own.q[self.system.program.branches + branch] for at, branch in self.counted}
         if self.drives:
-            places, *signals, values = self._driven_turns
-            sample_signals(own.t, *signals, values)
+            places, signals, values = self._driven_turns
+            sample_signals(own.t, signals, values)
             near.update(zip(places, values[:, 0], strict=True))
         for at, angle in near.items():
             q[at] += 2.0 * np.pi * np.round((angle - q[at]) / (2.0 * np.pi))
@@ -213,7 +215,7 @@ class JointTree:
         for at, branch in self.counted:
             state.q[program.branches + branch] = q[at]
         if self.system.branch_names:
-            work.coefficients[3] = 0.0
+            work.weights[0].wanted = 0
             evaluate(program, state, work)
             keep_branches(program, work, state.q)
         return state
@@ -255,7 +257,7 @@ class JointTree:
                 remedy="Use fmb.inverse_dynamics with drives for closed mechanisms",
             )
         state = self.absolute(q, v, a, t)
-        self.work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)  # what stiffens bodies belongs to the tangent
+        weigh(self.work.weights, 1.0)  # what stiffens bodies belongs to the tangent
         evaluate(self.system.program, state, self.work)
         tau = np.zeros(len(self.rate_names))
         gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)
@@ -290,7 +292,7 @@ class JointTree:
         links = self._links
         links.x[:], links.v[:], links.tau[:] = q, v, tau
         evaluate_links(links, self.work, t)
-        if links.failed[0] >= 0:
+        if links.run[0].failed >= 0:
             raise self._without_inertia(links)
         return links.a.copy()
 
@@ -302,14 +304,14 @@ class JointTree:
         CompileError
             If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
         """
-        self.work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
+        weigh(self.work.weights, 1.0, constrained=0)
         program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
         evaluate(program, self._start, self.work)
         links = ready(link_tree(self, chart, *link_rows(self, self._start, self.work), self.work))
         start = self.start
         links.x[:], links.v[:] = start.q, start.v
         evaluate_links(links, self.work, start.t)
-        if links.failed[0] >= 0:
+        if links.run[0].failed >= 0:
             raise self._without_inertia(links)
         return links
 
@@ -318,7 +320,7 @@ class JointTree:
         return self.linked(new_chart(self, self._start.q, Followed(self.system, self._start, self.work)))
 
     def _without_inertia(self, links: LinkTree) -> CompileError:
-        name = self.tree.order[links.links[links.failed[0]]["body"]]
+        name = self.tree.order[links.links[links.run[0].failed]["body"]]
         return CompileError(
             f"Body '{name}' (joint '{self.tree.joints[name]}')",
             found="its articulated inertia is singular",
@@ -400,8 +402,7 @@ class JointTree:
             if row["held"] != HINGED or row["turn"] < 0:
                 continue
             a, b = (row["other"], row["own"]) if row["forward"] else (row["own"], row["other"])
-            axis = "z" if row["turn_b"] >= 0 else "x"
-            branch = f"turn on {axis}: {names[a]}, {names[b]}"
+            branch = Coordinate("turn", "z" if row["turn_b"] >= 0 else "x").branch(names[a], names[b])
             if branch in self.system.branch_names:
                 found.append((int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)))
         return tuple(found)

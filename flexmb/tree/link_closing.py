@@ -9,39 +9,62 @@ multiplier.
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.tables import FLOATS, INTEGERS, tuple_type
+from flexmb.math.structures import FloatRows, Floats, Integers
 from flexmb.tree.link_passes import solve_factor
 from flexmb.tree.link_places import BALL, BIAS, DIVISOR, DRIVE, FRAME, GAIN, LOAD, SINGLE, TURN, WAY
 
-__all__ = ["CLOSING", "Closing", "add_multipliers", "closing", "factorise", "solve_multipliers", "wrench_at"]
+__all__ = ["Closing", "add_multipliers", "closing", "factorise", "solve_multipliers", "wrench_at"]
 
 RANK = 1e-7
 """Pivots below this part of the largest entry count as dependence, all relative to free bodies: see `loops.RANK`."""
 ROUNDING = 1e-13
 """The same where all equations are dependent."""
 
-Closing = namedtuple(
-    "Closing", "equations mobility start link at start_meet equation meet first row A L d push give wrench x"
-)
-"""The cut equations in an order with a small profile.
 
-equations, mobility (nc,) : their numbers; what each does between free bodies, about
-start (nc + 1,), link, at (ne,) : the links on the way of each to the roots, leaves first; first of its numbers in push,
-give start_meet (nl + 1,), equation, meet (nm,) : the ways through each link: which equations, and their `at`
-first (nc,), row (nc + 1,) : first column of every row of the profile, and where the row begins
-A, L : the matrix and its factor, profiles; d (nc,): pivots, zero for dependent equations
-push, give : S^T W on all ways, and times D; wrench (nl, 6): scratch, zero between calls; x (nc,): right side,
-multipliers
-"""
+class Closing(NamedTuple):
+    """The cut equations in an order with a small profile."""
 
-CLOSING = tuple_type(Closing, INTEGERS, FLOATS, *[INTEGERS] * 8, *[FLOATS] * 5, (FLOATS, 2), FLOATS)
+    equations: Integers
+    """(nc,) their numbers"""
+    mobility: Floats
+    """(nc,) what each does between free bodies, about"""
+    start: Integers
+    """(nc + 1,) first link on the way of each to the roots"""
+    link: Integers
+    """(ne,) the links on the ways, leaves first"""
+    at: Integers
+    """(ne,) first of the link's numbers in push and give"""
+    start_meet: Integers
+    """(nl + 1,) first way through each link"""
+    equation: Integers
+    """(nm,) which equations these are"""
+    meet: Integers
+    """(nm,) and their `at`"""
+    first: Integers
+    """(nc,) first column of every row of the profile"""
+    row: Integers
+    """(nc + 1,) where the row begins"""
+    A: Floats
+    """the matrix, a profile"""
+    L: Floats
+    """its factor"""
+    d: Floats
+    """(nc,) pivots, zero for dependent equations"""
+    push: Floats
+    """S^T W on all ways"""
+    give: Floats
+    """the same times D"""
+    wrench: FloatRows
+    """(nl, 6) scratch, zero between calls"""
+    x: Floats
+    """(nc,) right side, multipliers"""
 
 
 def closing(links, marks, equations, legs, mobility) -> Closing:

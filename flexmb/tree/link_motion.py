@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.math.energies import clear_energy
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_product, exp_euler
-from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, State, array_type, caller, pointer_kernel, void
+from flexmb.math.structures import array_type
+from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, State, caller, pointer_kernel, void
+from flexmb.math.weights import no_matrix
 from flexmb.system.program import run_kernels
 from flexmb.tree.link_closing import add_multipliers, factorise, solve_multipliers, wrench_at
 from flexmb.tree.link_passes import gather, spread
@@ -41,9 +44,9 @@ call_links, call_closure = caller(EVALUATION), caller(CLOSURE)
 
 def ready(tree: LinkTree) -> LinkTree:
     """Return the links with the addresses of the kernels that they need, compiled."""
-    tree.calls[0] = evaluation.compiled.address
+    tree.run[0].evaluation = evaluation.compiled.address
     if len(tree.closing.equations):
-        tree.calls[1] = closure.compiled.address
+        tree.run[0].closure = closure.compiled.address
     return tree
 
 
@@ -89,15 +92,11 @@ def _place_marks(tree, work):
 @inner_kernel
 def _act(tree, chart, program, work, t):
     """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
-    work.energy[:] = 0.0
-    work.coefficients[:] = 0.0
+    clear_energy(work.energy)
+    no_matrix(work.weights)
     sample_signals(
         t,
-        program.signal_starts,
-        program.signal_ops,
-        program.signal_args,
-        program.signal_tables,
-        program.signal_table_starts,
+        program.signals,
         tree.signals,
     )
     count_turns(chart, program, t, tree.x, tree.q)
@@ -167,7 +166,7 @@ def _solve(tree, closing, weight):
 def _drive(tree, chart, t):
     """Write the motion of the drives at time t to tree.x, tree.v, tree.a."""
     if len(chart.driven) > 0:
-        sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
+        sample_signals(t, chart.signals, chart.sampled)
         prescribe(chart.driven, chart.sampled, tree.x, tree.v, tree.a)
 
 
@@ -189,8 +188,8 @@ def evaluation(tree, work, t):
     c, chart, program = tree.closing, tree.chart, tree.program
     unit_length(chart.rows, tree.x)
     _drive(tree, chart, t)
-    tree.failed[0] = _placed(tree, chart, program, work, t)
-    if tree.failed[0] >= 0:
+    tree.run[0].failed = _placed(tree, chart, program, work, t)
+    if tree.run[0].failed >= 0:
         return
     spread(tree.links, tree.rows, tree.blocks, tree.gravity, 1.0, tree.tau, tree.a)
     if len(c.equations) > 0:
@@ -199,7 +198,7 @@ def evaluation(tree, work, t):
         _solve(tree, c, 1.0)
     tree.powers[:] = 0.0
     if len(tree.marks) > 0 or len(program.forces) > 0:
-        tree.powers[0], tree.powers[2] = work.energy[3], work.energy[5]
+        tree.powers[0], tree.powers[2] = work.energy[0].load_power, work.energy[0].dissipation
     for n in range(len(chart.driven)):
         k = chart.driven[n, 1]
         tree.powers[1] += tree.tau[k] * tree.v[k]
@@ -212,9 +211,9 @@ def evaluate_links(tree, work, t):
     """Write the second rates tree.a at tree.x, tree.v and time t, with forces tree.tau on the rates.
 
     Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives follow their signals,
-    and the forces on them are written to tree.tau. tree.failed is -1, or the link whose motion has no inertia.
+    and the forces on them are written to tree.tau. The run's `failed` is -1, or the link whose motion has no inertia.
     """
-    call_links(tree.calls[0], tree, work, t)
+    call_links(tree.run[0].evaluation, tree, work, t)
 
 
 @kernel
@@ -222,8 +221,8 @@ def link_rates(tree, work, t, x, v):
     """Write the second rates tree.a of x and v; return -1, or the link whose motion has no inertia."""
     tree.x[:], tree.v[:] = x, v
     tree.tau[:] = 0.0
-    call_links(tree.calls[0], tree, work, t)
-    return tree.failed[0]
+    call_links(tree.run[0].evaluation, tree, work, t)
+    return tree.run[0].failed
 
 
 @kernel
@@ -282,7 +281,7 @@ def _changes(tree, closing):
 def closure(tree, work, t, bounds, gaps, level):
     """Move tree.x and tree.v onto the closed loops: see `close_links`."""
     c, chart, program = tree.closing, tree.chart, tree.program
-    tree.failed[0] = 1
+    tree.run[0].failed = 1
     for turn in range(12):
         _drive(tree, chart, t)
         tree.a[:] = 0.0
@@ -309,7 +308,7 @@ def closure(tree, work, t, bounds, gaps, level):
         tree.v[:] += tree.a
         place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
         _place_marks(tree, work)
-    tree.failed[0] = -1 if closed else 1
+    tree.run[0].failed = -1 if closed else 1
 
 
 @kernel
@@ -319,5 +318,5 @@ def close_links(tree, work, t, bounds, gaps, level):
     Equations are closed to `bounds` (ng,); dependent ones may stay open by up to `gaps` (ng,).
     `level` (ng,): 1 for velocity. Returns whether that worked.
     """
-    call_closure(tree.calls[1], tree, work, t, bounds, gaps, level)
-    return tree.failed[0] < 0
+    call_closure(tree.run[0].closure, tree, work, t, bounds, gaps, level)
+    return tree.run[0].failed < 0

@@ -2,51 +2,78 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from flexmb.constraints import EQUATIONS
-from flexmb.math.program import PROGRAM
-from flexmb.math.tables import FLOATS, INTEGERS, tuple_type
-from flexmb.tree.link_closing import CLOSING, closing
+from flexmb.math.jets import SignalCode
+from flexmb.math.program import Program
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type
+from flexmb.tree.link_closing import Closing, closing
 from flexmb.tree.link_places import BALL, BLOCK, FRAME, LINK, SCRATCH
 from flexmb.tree.links import MARK, link_marks
 from flexmb.tree.loops import mobilities
 from flexmb.tree.motions import MOTION
-from flexmb.tree.settle import CHART, Chart
+from flexmb.tree.settle import Chart
 
 __all__ = ["LINK_TREE", "LinkTree", "link_tree", "no_links"]
 
-LinkTree = namedtuple(
-    "LinkTree",
-    "links rows blocks poses marks mark_of gravity closing chart program signals lam q u x v a tau powers failed calls",
-)
-"""Rigid links with what acts on them.
 
-links : LINK (nl,); rows (nl + 1, SCRATCH), blocks (nb, BLOCK), poses (nl, 12): scratch; axes and origins in W
-marks : MARK (nm,), markers that forces or cut joints see; mark_of (markers,): their places, -1: does not move or is not
-seen gravity (3,) : m/s2; closing : see `Closing`; chart : see `Chart`
-program : the kernels of forces and cut joints, with the signals (ns, 3) that they read
-lam (ng,) zero; q (nq,), u (nu,), x (nx,), v, a, tau (nv,) : scratch; powers (3,): of loads, drives and dissipation
-failed (1,) : see `evaluate_links`; calls (2,): addresses of the evaluation and of what closes loops
-"""
+class LinkRun(Record):
+    """Which kernels the links need, and what came of the last call."""
 
-LINK_TREE = tuple_type(
-    LinkTree,
-    LINK,
-    *[(FLOATS, 2)] * 3,
-    MARK,
-    INTEGERS,
-    FLOATS,
-    CLOSING,
-    CHART,
-    PROGRAM,
-    (FLOATS, 2),
-    *[FLOATS] * 8,
-    INTEGERS,
-    INTEGERS,
-)
+    evaluation: int
+    """address"""
+    closure: int
+    """address of what closes loops"""
+    failed: int
+    """see `evaluate_links`"""
+
+
+class LinkTree(NamedTuple):
+    """Rigid links with what acts on them."""
+
+    links: Annotated[np.ndarray, ArrayOf(LINK)]
+    rows: FloatRows
+    """(nl + 1, SCRATCH)"""
+    blocks: FloatRows
+    """(nb, BLOCK) scratch"""
+    poses: FloatRows
+    """(nl, 12) axes and origins in W"""
+    marks: Annotated[np.ndarray, ArrayOf(MARK)]
+    """markers that forces or cut joints see"""
+    mark_of: Integers
+    """(markers,) their places, -1: does not move or is not seen"""
+    gravity: Floats
+    """(3,) m/s2"""
+    closing: Closing
+    chart: Chart
+    program: Program
+    """the kernels of forces and cut joints"""
+    signals: FloatRows
+    """(ns, 3) that they read"""
+    lam: Floats
+    """(ng,) zero"""
+    q: Floats
+    """(nq,) scratch, as what follows"""
+    u: Floats
+    """(nu,)"""
+    x: Floats
+    """(nx,)"""
+    v: Floats
+    """(nv,)"""
+    a: Floats
+    """(nv,)"""
+    tau: Floats
+    """(nv,)"""
+    powers: Floats
+    """(3,) W, of loads, drives and dissipation"""
+    run: Annotated[np.ndarray, ArrayOf(LinkRun.dtype)]
+    """one row"""
+
+
+LINK_TREE = numba_type(LinkTree)
 
 
 def _cut_program(program, equations: np.ndarray):
@@ -104,31 +131,32 @@ def link_tree(tree, chart, links, frames, work) -> LinkTree:
         a=np.zeros(nv),
         tau=np.zeros(nv),
         powers=np.zeros(3),
-        failed=np.zeros(1, np.int64),
-        calls=np.zeros(2, np.int64),
+        run=LinkRun.table(),
     )
 
 
 def no_links(system, state) -> LinkTree:
     """Return no links: what kernels get for which bodies have coordinates of their own."""
-    none, table = np.zeros(0), np.zeros((0, 2), np.int64)
-    whole, pairs = np.zeros(0, np.int64), np.zeros((0, 3))
-    chart = Chart(np.zeros(0, MOTION), table, whole, whole, none, none, whole, pairs, table, *[none] * 4)
+    none, table, whole, pairs = np.zeros(0), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), np.zeros((0, 3))
     links = np.zeros(0, LINK)
-    given = (
-        links,
-        pairs,
-        pairs,
-        pairs,
-        np.zeros(0, MARK),
-        whole,
-        none,
-        closing(links, [], [], [], []),
-        chart,
-        system.program,
-        state.signals,
-        *[none] * 8,
-        whole,
-        whole,
+    chart = Chart(
+        rows=np.zeros(0, MOTION),
+        driven=table,
+        signals=SignalCode(whole, whole, none, none, whole),
+        sampled=pairs,
+        counted=table,
+        **dict.fromkeys(("clock", "branches", "pace", "start"), none),
     )
-    return LinkTree(*given)
+    return LinkTree(
+        links=links,
+        **dict.fromkeys(("rows", "blocks", "poses"), pairs),
+        marks=np.zeros(0, MARK),
+        mark_of=whole,
+        gravity=none,
+        closing=closing(links, [], [], [], []),
+        chart=chart,
+        program=system.program,
+        signals=state.signals,
+        **dict.fromkeys(("lam", "q", "u", "x", "v", "a", "tau", "powers"), none),
+        run=LinkRun.table(),
+    )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.constraints import Ball, Coordinate, Helix, Slide, Turn, TurnOfSecond
+from flexmb.constraints import Coordinate
 from flexmb.math.rotations import euler_to_matrix
 
 __all__ = ["FREE", "HINGED", "MOTION", "POINTS", "describable", "joint_labels", "motion_rows"]
@@ -44,42 +44,33 @@ MOTION = np.dtype(
     align=True,
 )
 
-DIRECT = (Slide, Turn, TurnOfSecond, Ball, Helix)
+ROLES = ("slide", "turn", "screw", "turn_b", "ball")
+"""Of the freedoms of a tree joint, in their order from a to b."""
 
 
 def describable(joint, equations: int) -> bool:
     """Can the motion that a joint permits be described by these primitives?"""
-    kinds = [type(freedom) for freedom in joint.permits]
-    count = sum(3 if kind is Ball else 1 for kind in kinds)
-    turns = [kind for kind in kinds if kind is not Slide]
+    roles = [freedom.role for freedom in joint.permits]
+    turns = [role for role in roles if role != "slide"]
     return (
-        all(kind in DIRECT for kind in kinds)
-        and count + equations == 6
-        and (len(turns) < 2 or (len(turns) == 2 and set(turns) == {Turn, TurnOfSecond}))
-        and all(freedom.axis == "z" for freedom in joint.permits if isinstance(freedom, Turn | TurnOfSecond))
+        all(roles)
+        and sum(len(freedom.rate_labels) for freedom in joint.permits) + equations == 6
+        and (len(turns) < 2 or (len(turns) == 2 and set(turns) == {"turn", "turn_b"}))
     )
 
 
 def _ordered(joint):
     """Return the freedoms: slides first, then the turn about z of a, then what follows it."""
-    order = {Slide: 0, Turn: 1, Helix: 1, TurnOfSecond: 2, Ball: 2}
-    return sorted(joint.permits, key=lambda freedom: (order[type(freedom)], getattr(freedom, "axis", "")))
+    return sorted(joint.permits, key=lambda freedom: (ROLES.index(freedom.role), getattr(freedom, "axis", "")))
 
 
 def joint_labels(joint) -> tuple[list[str], list[str]]:
     """Return the names of the coordinates and rates of a joint: "A.turn", "B.slide", "C.ball_0"."""
-    q, v = [], []
-    for freedom in _ordered(joint):
-        if isinstance(freedom, Ball):
-            q += [f"{joint.name}.ball_{k}" for k in range(4)]
-            v += [f"{joint.name}.ball_{k}" for k in range(3)]
-            continue
-        name = {Slide: "slide", TurnOfSecond: "turn_b"}.get(type(freedom), "turn")
-        if isinstance(freedom, Slide) and freedom.axis != "z":
-            name = f"slide_{freedom.axis}"
-        q.append(f"{joint.name}.{name}")
-        v.append(q[-1])
-    return q, v
+    freedoms = _ordered(joint)
+    return (
+        [f"{joint.name}.{name}" for freedom in freedoms for name in freedom.labels],
+        [f"{joint.name}.{name}" for freedom in freedoms for name in freedom.rate_labels],
+    )
 
 
 def _about_z(angle: float) -> np.ndarray:
@@ -106,21 +97,21 @@ def _hinge(row, joint, a, b, turns: float) -> None:
     d, R = R_a.T @ (r_b - r_a), R_a.T @ R_b
     angle, back, place = 0.0, 0.0, 0
     for freedom in _ordered(joint):
-        if isinstance(freedom, Slide):
+        if freedom.role == "slide":
             axis = "xyz".index(freedom.axis)
             row["slide"][axis], d[axis] = place, 0.0
-        elif isinstance(freedom, Ball):
+        elif freedom.role == "ball":
             row["ball"], R = place, np.eye(3)
-        elif isinstance(freedom, Helix):
+        elif freedom.role == "screw":
             row["turn"], row["advance"] = place, freedom.pitch / (2.0 * np.pi)
-            angle = Coordinate("turn", "x").value(_Posed(a, b), 0, 1)
+            angle = freedom.coordinate.value(_Posed(a, b), 0, 1)
             # a run that goes on after full turns has advanced by them
             angle += 2.0 * np.pi * np.round((turns - angle) / (2.0 * np.pi))
             d[2] -= row["advance"] * angle
-        elif isinstance(freedom, Turn):
-            row["turn"], angle = place, Coordinate.of(freedom).value(_Posed(a, b), 0, 1)
+        elif freedom.role == "turn":
+            row["turn"], angle = place, freedom.coordinate.value(_Posed(a, b), 0, 1)
         else:
-            row["turn_b"], back = place, Coordinate.of(freedom).value(_Posed(a, b), 0, 1)
+            row["turn_b"], back = place, freedom.coordinate.value(_Posed(a, b), 0, 1)
         place += 1
     row["coordinates"], row["rates"] = (place + 3, place + 2) if row["ball"] >= 0 else (place, place)
     row["d"], row["C"] = d, _about_z(-angle) @ R @ _about_z(-back)
@@ -137,7 +128,7 @@ def _in_body(marker, q, at: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _counted(system, markers: tuple[str, str], q) -> float:
     """Return the turn between two markers as the system counts it at the position q, 0.0 if it does not."""
-    branch = f"turn on x: {', '.join(markers)}"
+    branch = Coordinate("turn", "x").branch(*markers)
     if branch not in system.branch_names:
         return 0.0
     return float(q[system.program.branches + system.branch_names.index(branch)])

@@ -5,13 +5,15 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
+from flexmb.math.weights import weigh
 from flexmb.model.described import Described
-from flexmb.system.program import BODIES, constraint_acceleration, evaluate
+from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.articulated import factor
 from flexmb.tree.light_points import LightPoints
 from flexmb.tree.loops import RANK, ROUNDING, add_loads, close, mobilities, responses, without_stress
@@ -54,6 +56,8 @@ class Recursive(metaclass=Described):
 
     cut: tuple[str, ...] = ()
 
+    compiled: ClassVar[bool] = False
+
     def __post_init__(self):
         if not isinstance(self.cut, list | tuple) or not all(isinstance(name, str) for name in self.cut):
             raise ModelError(
@@ -83,7 +87,7 @@ class Recursive(metaclass=Described):
         tree = self.tree(system)
         store = _storage(tree, threading.get_ident())
         own = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
-        work.coefficients[:] = (1.0, 0.0, 0.0, BODIES, 0.0)
+        weigh(work.weights, 1.0, constrained=0)
         evaluate(system.program, own, work)
         factor(tree.tables, own, work, store)
         if store.failed[0] >= 0:
@@ -147,7 +151,7 @@ def _with_friction(system, own, work, closure, a, lam, lent):
     `lent` are the velocities with a lent inertia, and that inertia, which is given back with the accelerations before.
     """
     at, floor = lent
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     everything = np.arange(system.ng)
     for _ in range(TURNS):
         before = lam

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from flexmb.math.jets import SignalCode
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.math.tables import FLOATS, INTEGERS, tuple_type
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows
 from flexmb.math.vectors import cross, matvec_t
 from flexmb.model.signal import pack
 from flexmb.system.program import run_kernels
@@ -17,7 +18,6 @@ from flexmb.tree.motions import FREE, HINGED, MOTION
 from flexmb.tree.relative_passes import accelerate_bodies, marker_rate, move_bodies, place_bodies
 
 __all__ = [
-    "CHART",
     "Chart",
     "coordinate_rates",
     "count_turns",
@@ -30,29 +30,26 @@ __all__ = [
     "unit_length",
 ]
 
-Chart = namedtuple("Chart", "rows driven starts ops args tables table_starts sampled counted clock branches pace start")
-"""Joint coordinates as unknowns.
 
-rows : MOTION (nb,), bodies of the tree, parents first
-driven (nd, 2) : coordinates and rates that drives prescribe
-starts, ops, args, tables, table_starts : the signals of the drives, see `sample_signals`; sampled (nd, 3): their values
-counted (nc, 2) : turns that the model counts, with the numbers of their branches
-clock, branches, pace : see `Followed`; start (nq,): any configuration
-"""
+class Chart(NamedTuple):
+    """Joint coordinates as unknowns."""
 
-CHART = tuple_type(
-    Chart,
-    MOTION,
-    (INTEGERS, 2),
-    INTEGERS,
-    INTEGERS,
-    FLOATS,
-    FLOATS,
-    INTEGERS,
-    (FLOATS, 2),
-    (INTEGERS, 2),
-    *[FLOATS] * 4,
-)
+    rows: Annotated[np.ndarray, ArrayOf(MOTION)]
+    """bodies of the tree, parents first"""
+    driven: IntegerRows
+    """(nd, 2) coordinates and rates that drives prescribe"""
+    signals: SignalCode
+    """of the drives"""
+    sampled: FloatRows
+    """(nd, 3) their values"""
+    counted: IntegerRows
+    """(nc, 2) turns that the model counts, with the numbers of their branches"""
+    clock: Floats
+    """see `Followed`, as the next two"""
+    branches: Floats
+    pace: Floats
+    start: Floats
+    """(nq,) any configuration"""
 
 
 def new_chart(tree, start: np.ndarray, followed) -> Chart:
@@ -64,15 +61,15 @@ def new_chart(tree, start: np.ndarray, followed) -> Chart:
     )
     counted = np.array(tree.counted, np.int64).reshape(-1, 2)
     return Chart(
-        tree.rows,
-        driven,
-        *pack([s.program() for s in signals]),
-        np.zeros((len(signals), 3)),
-        counted,
-        followed.clock,
-        followed.branches,
-        followed.pace,
-        start.copy(),
+        rows=tree.rows,
+        driven=driven,
+        signals=SignalCode(*pack([s.program() for s in signals])),
+        sampled=np.zeros((len(signals), 3)),
+        counted=counted,
+        clock=followed.clock,
+        branches=followed.branches,
+        pace=followed.pace,
+        start=start.copy(),
     )
 
 

@@ -7,33 +7,55 @@ joint connects to the ground float: the root of their tree has six free velociti
 
 from __future__ import annotations
 
-from collections import namedtuple
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from flexmb.errors import CompileError, did_you_mean
+from flexmb.math.structures import Integers
 
 __all__ = ["Spanning", "TreeTables", "spanning_tree"]
 
-TreeTables = namedtuple(
-    "TreeTables",
-    "iu nu iq parent inner outer equations start_equation i_plain i_modal i_eta i_parent trees "
-    "cut_equations cut_trees start_cut_tree rows start_row",
-)
-"""Flat tables of the recursion, bodies in an order with parents first.
 
-iu, nu, iq (nb,) : first velocity, their number, first coordinate
-parent (nb,) : place of the parent, -1: the ground, or none
-inner, outer (nb,) : marker on the parent's side (-1: a free body) and on the body's own side of the tree joint (its
-first one if free; -1: a body without a frame, which neither hangs on a joint nor carries bodies)
-equations (n,), start_equation (nb + 1,) : equations of the tree joint of every body
-i_plain, i_modal, i_eta, i_parent (nb + 1,) : first number in the stores of the recursion
-trees (nt + 1,) : first body of every tree; trees have only the ground in common
-cut_equations (nc,) : equations that close loops; cut_trees, start_cut_tree (nc + 1,): trees on which each one acts
-rows, start_row (nc + 1,) : cut equations which the multiplier of each one accelerates
-"""
+class TreeTables(NamedTuple):
+    """Flat tables of the recursion, bodies in an order with parents first."""
+
+    iu: Integers
+    """(nb,) first velocity"""
+    nu: Integers
+    """(nb,) number of velocities"""
+    iq: Integers
+    """(nb,) first coordinate"""
+    parent: Integers
+    """(nb,) place of the parent, -1: the ground, or none"""
+    inner: Integers
+    """(nb,) marker on the parent's side of the tree joint, -1: a free body"""
+    outer: Integers
+    """(nb,) marker on the body's own side (its first one if free; -1: a body without a frame, which neither hangs on a
+    joint nor carries bodies)"""
+    equations: Integers
+    """(n,) equations of the tree joint of every body"""
+    start_equation: Integers
+    """(nb + 1,) where they begin"""
+    i_plain: Integers
+    """(nb + 1,) first number in the stores of the recursion, as the next three"""
+    i_modal: Integers
+    i_eta: Integers
+    i_parent: Integers
+    trees: Integers
+    """(nt + 1,) first body of every tree; trees have only the ground in common"""
+    cut_equations: Integers
+    """(nc,) equations that close loops"""
+    cut_trees: Integers
+    """trees on which each one acts"""
+    start_cut_tree: Integers
+    """(nc + 1,) where they begin"""
+    rows: Integers
+    """cut equations which the multiplier of each one accelerates"""
+    start_row: Integers
+    """(nc + 1,) where they begin"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

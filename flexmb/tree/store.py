@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import NamedTuple
 
 import numpy as np
 
 from flexmb.math.kernel import kernel
+from flexmb.math.structures import FloatRows, Floats, Integers
 
 __all__ = [
     "AXES",
@@ -47,14 +48,26 @@ TRIANGLE = 225  # (6, 6) factor of the equations in their directions
 FREE = 261  # number of free motions
 WIDTH = 264
 
-Store = namedtuple("Store", "rows plain modal pivots eta parent failed scratch")
-"""rows (nb, WIDTH) : see above
-plain : inverse mass matrices of bodies without a frame
-modal : see `modal_views`; pivots, eta (sum of modes,): of the modal block; modal accelerations at V = 0
-parent : modal columns of what the parent's modes do at C, without and with stiffening, (6, m of the parent)
-failed (2,) : place of the body where the recursion ended, or -1; 1: singular inertia, 2: dependent equations
-scratch (8, n)
-"""
+
+class Store(NamedTuple):
+    """What the passes of the recursion leave for each other."""
+
+    rows: FloatRows
+    """(nb, WIDTH) see above"""
+    plain: Floats
+    """inverse mass matrices of bodies without a frame"""
+    modal: Floats
+    """see `modal_views`"""
+    pivots: Integers
+    """(sum of modes,) of the modal block"""
+    eta: Floats
+    """(sum of modes,) modal accelerations at V = 0"""
+    parent: Floats
+    """modal columns of what the parent's modes do at C, without and with stiffening, (6, m of the parent)"""
+    failed: Integers
+    """(2,) place of the body where the recursion ended, or -1; 1: singular inertia, 2: dependent equations"""
+    scratch: FloatRows
+    """(8, n)"""
 
 
 def new_store(tables) -> Store:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.math.energies import powers
 from flexmb.math.jets import sample_signals
 from flexmb.math.tables import State
 from flexmb.system.branches import Followed
@@ -65,7 +66,7 @@ class RelativeUnknowns:
         """Write the motion of the drives at time t."""
         chart = self.chart
         if len(chart.driven):
-            sample_signals(t, chart.starts, chart.ops, chart.args, chart.tables, chart.table_starts, chart.sampled)
+            sample_signals(t, chart.signals, chart.sampled)
             prescribe(chart.driven, chart.sampled, x, v, a)
 
     def reached(self, state: State, x: np.ndarray, v: np.ndarray, drifted: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -90,19 +91,18 @@ class RelativeUnknowns:
         """
         change, a = np.zeros(self.nx), np.zeros(self.nv)
         x, v = x.copy(), v.copy()
-        powers = np.zeros(3)
         if self.links is not None:
             if link_rates(self.links, self.work, t, x, v) >= 0:
                 raise ValueError("a motion without inertia")
-            x, v, a, powers = (part.copy() for part in (self.links.x, self.links.v, self.links.a, self.links.powers))
+            x, v, a, power = (part.copy() for part in (self.links.x, self.links.v, self.links.a, self.links.powers))
         else:
             state = self.state(t, x, v)
             solve(state)
             read_second_rates(self.tree.rows, state, self.work, v, a)
             a[self.chart.driven[:, 1]] = self.chart.sampled[:, 2]
-            powers = self.work.energy[3:6]
+            power = powers(self.work.energy)
         coordinate_rates(self.tree.rows, x, v, change)
-        return change, a, powers
+        return change, a, power
 
 
 def _links(tree: JointTree, chart) -> LinkTree | None:

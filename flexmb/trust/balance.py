@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
+from flexmb.math.weights import no_matrix
 from flexmb.model.model import Model
 from flexmb.results import Phase
 from flexmb.system import compile as compile_model
@@ -91,7 +92,7 @@ class _Single:
 
     def residual(self, q, u, a) -> np.ndarray:
         """Return what the compiled equations say of inertia, elasticity, damping and gravity, (nu,)."""
-        self.work.coefficients[:] = 0.0
+        no_matrix(self.work.weights)
         evaluate(self.system.program, self.state(q, u, a), self.work)
         return self.work.residual.copy()
 
@@ -109,15 +110,15 @@ class _Single:
             return 0.5 * (body.mass * speed @ speed + u[3:6] @ spin)
         if not self.frame and self.nu == 3 and hasattr(body, "mass"):
             return 0.5 * body.mass * float(u @ u)
-        self.work.coefficients[:] = 0.0
+        no_matrix(self.work.weights)
         energies(self.system.program, self.state(q, u), self.work)
-        return float(self.work.energy[0])
+        return float(self.work.energy[0].kinetic)
 
     def stored(self, q) -> float:
         """Return strain and potential energy, J."""
-        self.work.coefficients[:] = 0.0
+        no_matrix(self.work.weights)
         energies(self.system.program, self.state(q, np.zeros(self.nu)), self.work)
-        return float(self.work.energy[1] + self.work.energy[2])
+        return float(self.work.energy[0].strain + self.work.energy[0].potential)
 
     def moved(self, q, d, scale: float) -> np.ndarray:
         """Return q [+] scale d."""
@@ -180,7 +181,7 @@ def _directions(nu: int, frame: int) -> np.ndarray:
 
 def _size(system, work) -> float:
     """Return the size of a body, m: the diagonal of the box of its markers, or one metre if it has one marker only."""
-    work.coefficients[:] = 0.0
+    no_matrix(work.weights)
     evaluate(system.program, system.state(), work)
     places = work.markers["r"][work.markers["nu"] > 0]
     extent = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
@@ -196,7 +197,7 @@ def _frequency(q, u, a, frame: bool) -> float:
 
 def _applied(system, work, single: _Single, span: slice, state) -> tuple[np.ndarray, np.ndarray]:
     """Return the forces of force elements, and of joints, on one body, (nu_b,) each."""
-    work.coefficients[:] = 0.0
+    no_matrix(work.weights)
     evaluate(system.program, state, work)
     everything = work.residual[span].copy()
     evaluate(system.program, state._replace(lam=np.zeros(system.ng)), work)

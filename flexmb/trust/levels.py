@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.math.weights import no_matrix
 from flexmb.results import Phase
 from flexmb.system.program import advance, evaluate
 from flexmb.trust.balance import STENCIL
@@ -53,7 +54,7 @@ def constraint_levels(phase: Phase, system: Any, samples: Iterable[int]) -> list
     if not system.ng:
         return []
     work = system.workspace()
-    work.coefficients[:] = 0.0
+    no_matrix(work.weights)
     at_velocity = system.program.equation_level == 1
     worst: dict[str, Residual] = {}
     size, speed, change = _sizes(phase, system, work)

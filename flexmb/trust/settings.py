@@ -8,6 +8,7 @@ from typing import Any
 
 from flexmb import integrate, tree
 from flexmb.errors import ModelError
+from flexmb.model.methods import is_integrator
 
 __all__ = ["another", "of_solution", "tighter"]
 
@@ -20,7 +21,7 @@ ROOT = 10.0**0.5
 def of_solution(solution, given: Any = None) -> Any:
     """Return the integrator of a run: the one that is given, or that its statistics name; None if neither is known."""
     if given is not None:
-        if isinstance(given, type | str) or not hasattr(given, "start"):
+        if not is_integrator(given):
             raise ModelError(
                 "verify",
                 found=f"integrator = {given!r}",

@@ -227,7 +227,7 @@ def _finished(solution, within, checks, found: list[Rerun], notes) -> Verificati
             course.setdefault(key, {})[rerun.name] = apart.course
             peak.setdefault(key, {})[rerun.name] = apart.peak
     known = {rerun.name for rerun in found}
-    flexible = [b.name for b in solution.model.bodies if hasattr(b, "reduced") and b.reduced.n_modes]
+    flexible = [b.name for b in solution.model.bodies if b.reduced is not None and b.reduced.n_modes]
     if found and flexible:
         notes.append(f"meshes behind the reduced data of {', '.join(flexible)} are not known here: reduce a finer one")
     grids = [

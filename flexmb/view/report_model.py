@@ -157,7 +157,7 @@ def _damping_shares(body) -> np.ndarray:
     What counts is the body in its model: the damping proposed at reduction and the body's own.
     """
     data = body.reduced
-    if not hasattr(body, "damping_matrix"):
+    if body.reduced is None:
         return data.damping_ratios
     critical = 2.0 * np.sqrt(np.maximum(np.diag(data.stiffness), 0.0) * np.diag(data.invariants.nn))
     own = np.diag(body.damping_matrix())

@@ -35,7 +35,7 @@ def inner_forces(body, q):
     """Return the forces on the nodes inside (n, k) and the greatest force on any."""
     system = compile(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0)))
     work = system.workspace()
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(system.program, system.state(0.0, q.ravel()), work)
     ns, nt = body.elements
     grid = body.surface.cells.reshape(ns, nt, 4)

@@ -199,7 +199,7 @@ def test_loads_sum_up(shear):
     )
     system = compile(fmb.Model(bodies=(fmb.Ground(), body), gravity=(0, 0, 0), forces=forces))
     work = system.workspace()
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(system.program, system.state(), work)
     total = -work.residual.reshape(-1, body.vectors, 3)[:, 0].sum(axis=0)
     np.testing.assert_allclose(total, 1.5**2 * (7.0 * np.asarray(body.rotation)[:, 2] + (0.0, 3.0, -2.0)), rtol=1e-9)

@@ -7,6 +7,7 @@ import pytest
 from contracts.random_models import FORCES, PAIRS, connected, derivative, moved, random_state, single
 
 from flexmb import bodies
+from flexmb.math.energies import stored_energies
 from flexmb.system.program import energies, evaluate
 
 H = 1e-2
@@ -16,12 +17,12 @@ BODIES = [name for name, kind in bodies.KINDS.items() if kind.table is not None]
 
 
 def energy_along(system, state, work):
-    """Return the energies (6,) as a function of x along the motion q [+] (u x + a x^2 / 2), u + a x."""
+    """Return the stored energies (3,) as a function of x along the motion q [+] (u x + a x^2 / 2), u + a x."""
 
     def at(x):
         later = moved(system, state, state.u * x + 0.5 * state.a * x * x, 1.0, t=state.t + x, u=state.u + x * state.a)
         energies(system.program, later, work)
-        return work.energy.copy()
+        return stored_energies(work.energy)
 
     return at
 
@@ -39,7 +40,7 @@ def test_power_of_inertia_gravity_and_elasticity(kind, rng):
     change = derivative(energy_along(system, state, work), H)[:3].sum()
     evaluate(system.program, state, work)
     power = state.u @ work.residual
-    assert power == pytest.approx(change + work.energy[5], rel=DIFFERENCE, abs=DIFFERENCE)
+    assert power == pytest.approx(change + work.energy[0].dissipation, rel=DIFFERENCE, abs=DIFFERENCE)
 
 
 @pytest.mark.parametrize("kind", FORCES)
@@ -59,7 +60,7 @@ def test_power_of_a_force(kind, pair, rng):
     evaluate(system.program, state, work)
     m = work.markers
     power = np.sum(m["wrench"][:, :3] * m["v"]) + np.sum(m["wrench"][:, 3:] * m["w"])
-    dissipated = work.energy[5]
+    dissipated = work.energy[0].dissipation
     evaluate(bare.program, alone, other := bare.workspace())
-    dissipated -= other.energy[5]
-    assert power == pytest.approx(work.energy[3] - dissipated - potential, rel=DIFFERENCE, abs=DIFFERENCE)
+    dissipated -= other.energy[0].dissipation
+    assert power == pytest.approx(work.energy[0].load_power - dissipated - potential, rel=DIFFERENCE, abs=DIFFERENCE)

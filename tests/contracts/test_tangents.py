@@ -12,6 +12,7 @@ from tolerances import MACHINE, SOLVER
 from flexmb import bodies, joints
 from flexmb.integrate.matrices import equations_at, tangent_at
 from flexmb.math.block_lu import stored
+from flexmb.math.weights import weigh
 from flexmb.system import assemble
 from flexmb.system.program import evaluate
 
@@ -22,7 +23,7 @@ CASES = [(kind, pair) for kind in EXACT_EVERYWHERE for pair in PAIRS]
 
 
 def residual(system, state, work):
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(system.program, state, work)
     return work.residual.copy()
 
@@ -104,7 +105,7 @@ def test_step_correction(kind, rng):
     h = 0.02
 
     def matrix(half):
-        work.coefficients[:] = (1.0, 0.4, 0.1, 1.0, half)
+        weigh(work.weights, 1.0, 0.4, 0.1, half_step=half)
         evaluate(system.program, state, work)
         return stored(work.S, system.program.pattern).toarray()
 

@@ -63,7 +63,7 @@ def test_tangent_and_power(kind, against, rng):
 
     def residual(there):
         for one, scratch in ((system, work), (bare, without)):
-            scratch.coefficients[3] = 0.0
+            scratch.weights[0].wanted = 0
             energies(one.program, there, scratch)
         return work.residual - without.residual
 
@@ -82,9 +82,12 @@ def test_tangent_and_power(kind, against, rng):
         np.testing.assert_allclose(found, expected, atol=SOLVER * np.abs(expected).max(), err_msg=name)
 
     force = -residual(fast)
-    dissipated = work.energy[5] - without.energy[5]
+    dissipated = work.energy[0].dissipation - without.energy[0].dissipation
     stored = derivative(
-        lambda x: residual(moved(system, state, u, x)) is None or work.energy[2] - without.energy[2], 1e-3
+        lambda x: (
+            residual(moved(system, state, u, x)) is None or work.energy[0].potential - without.energy[0].potential
+        ),
+        1e-3,
     )
     assert force @ u == pytest.approx(-stored - dissipated, rel=SOLVER)
     assert dissipated > 0.0
@@ -250,7 +253,7 @@ def test_closed_line(rng):
     state.q[:] += 0.02 * rng.normal(size=system.nq)
 
     def residual(x, d):
-        work.coefficients[3] = 0.0
+        work.weights[0].wanted = 0
         evaluate(system.program, moved(system, state, d, x), work)
         return work.residual.copy()
 

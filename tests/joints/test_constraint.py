@@ -10,6 +10,7 @@ from contracts.test_tangents import assert_tangent
 
 import flexmb as fmb
 from flexmb.integrate.matrices import equations_at
+from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 EQUATIONS = {
@@ -53,7 +54,7 @@ def between(pairs: str, equation: str, rng, **fields) -> fmb.Model:
 
 
 def residuals(system, state, work):
-    work.coefficients[3] = 0.0
+    work.weights[0].wanted = 0
     evaluate(system.program, state, work)
     return work.equations["g"].copy()
 
@@ -110,7 +111,7 @@ def test_slope_is_the_derivative_by_displacement(name, rng):
 
     rows = []
     for stiffness in (0.0, 1.0):
-        work.coefficients[:] = (0.0, 1.0, stiffness, 1.0, 0.0)
+        weigh(work.weights, 0.0, 1.0, stiffness)
         evaluate(system.program, state, work)
         rows.append(stored(work.S, system.program.pattern).toarray()[system.nu + k, : system.nu])
     for d in np.diag(units(system)):

@@ -6,6 +6,7 @@ from contracts.random_models import derivative, moved, random_state
 
 import flexmb as fmb
 from flexmb.integrate.matrices import equations_at
+from flexmb.math.weights import no_matrix, weigh
 from flexmb.system.program import evaluate
 
 
@@ -75,13 +76,13 @@ def test_slope_of_the_residual(disc, rng):
     A = equations_at(system, state, work).G.toarray()[1:]
 
     def residual(now):
-        work.coefficients[:] = 0.0
+        no_matrix(work.weights)
         evaluate(system.program, now, work)
         return work.equations["g"][1:].copy()
 
     from flexmb.math.block_lu import stored
 
-    work.coefficients[:] = (1.0, 2.0, 0.5, 1.0, 0.0)
+    weigh(work.weights, 1.0, 2.0, 0.5)
     evaluate(system.program, state, work)
     row = stored(work.S, system.program.pattern).toarray()[system.nu + 1 :, : system.nu]
     expected = np.array(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexmb.errors import ModelError
-from flexmb.model.expression import Program, compile_expression, evaluate, names
+from flexmb.model.expression import SignalProgram, compile_expression, evaluate, names
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_constants_are_computed_once():
 
 
 def test_programs_join_with_their_tables():
-    one = Program.of((1, 0.0), (40, 0.0), tables=(np.zeros(1),))
-    both = one.then(one, Program.of((50, 0.0)))
+    one = SignalProgram.of((1, 0.0), (40, 0.0), tables=(np.zeros(1),))
+    both = one.then(one, SignalProgram.of((50, 0.0)))
     assert both.args.tolist() == [0.0, 0.0, 0.0, 1.0, 0.0]
     assert len(both.tables) == 2
 

@@ -6,10 +6,11 @@ the formula and not against an integrator.
 
 from dataclasses import KW_ONLY, dataclass, replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.bodies.floating import FloatingBody
 from flexmb.bodies.ground import Ground
 from flexmb.bodies.rigid import RigidBody
 from flexmb.joints.fixed import Fixed
@@ -73,6 +74,9 @@ class Block(Body):
     _: KW_ONLY
     data: Any = None
     modes: Any = None
+
+    drawn: ClassVar[str] = "cells"
+    momentum = FloatingBody.momentum
 
     @property
     def reduced(self):

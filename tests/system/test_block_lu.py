@@ -8,6 +8,7 @@ from verification.mechanisms import four_bars
 
 import flexmb as fmb
 from flexmb.math.block_lu import lu_factor, lu_solve, stored
+from flexmb.math.weights import weigh
 from flexmb.system import compile
 from flexmb.system.program import evaluate
 
@@ -24,7 +25,7 @@ def matrix(model):
     """Return the system with its iteration matrix written at the start, weights as in a step of 10 ms."""
     system = compile(model)
     work = system.workspace()
-    work.coefficients[:] = (1.0, 1e-3, 1e-5, 1.0, 5e-3)
+    weigh(work.weights, 1.0, 1e-3, 1e-5, half_step=5e-3)
     regularisation = np.full(system.ng, 1e-6)
     program = system.program._replace(regularisation=regularisation)
     evaluate(program, system.state(), work)

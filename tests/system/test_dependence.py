@@ -7,6 +7,7 @@ from scipy import sparse
 from verification import mechanisms
 
 import flexmb as fmb
+from flexmb.math.weights import weigh
 from flexmb.system import assemble
 from flexmb.system.dependence import dependent_rows
 from flexmb.system.mobility import DEPENDENT, SHARE, constraint_matrix, indeterminate_equations, mass_metric
@@ -48,7 +49,7 @@ def gradients(model: fmb.Model):
     """Return the system and the gradients of all equations in the metric of the mass matrix, of length one, dense."""
     system, state = assemble(model)
     work = system.workspace()
-    work.coefficients[:] = (1.0, 0.0, 0.0, 1.0, 0.0)
+    weigh(work.weights, 1.0)
     evaluate(system.program._replace(regularisation=np.zeros(system.ng)), state, work)
     M, G = constraint_matrix(system, work)
     A = G.toarray() / np.sqrt(mass_metric(M))

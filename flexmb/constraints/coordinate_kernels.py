@@ -8,24 +8,18 @@ Theory: eq. (coordinate-turn), (coordinate-slide) and (coordinate-distance).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
-from flexmb.constraints.freedoms import Slide, Turn, TurnOfSecond
-from flexmb.constraints.rows import add_block, add_skew, centripetal, rotating_product
+from flexmb.constraints.coordinate import COORDINATE, SLIDE, TURN, Coordinate
+from flexmb.constraints.rows import add_block, centripetal, rotating_product
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math.kernel import kernel
-from flexmb.math.tables import DAMPED, row_kernel
-from flexmb.math.vectors import cross, dot, norm
-from flexmb.model.kinds import Table
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import add_skew, cross, dot, norm
+from flexmb.model.table import Table
 
 __all__ = [
-    "COORDINATE",
     "FOLLOWED",
-    "FREEDOMS",
-    "Coordinate",
     "act",
     "add_curvature",
     "add_tangent",
@@ -33,29 +27,6 @@ __all__ = [
     "measure",
     "second_rate",
 ]
-
-COORDINATE = np.dtype(
-    [
-        ("kind", np.int64),  # 0 turn, 1 slide, 2 distance
-        ("axis", np.int64),  # turn: axis of b that is followed; slide: axis of a
-        ("sign", float),  # -1 where the markers are exchanged
-        ("a", np.int64),
-        ("b", np.int64),
-        ("pair", np.int64),
-        ("branch", np.int64),  # number of the branch coordinate that counts full turns, or -1
-    ],
-    align=True,
-)
-"""How a kernel measures a coordinate."""
-
-FREEDOMS: dict[str, Any] = {
-    "turn": Turn("z"),
-    "turn_b": TurnOfSecond("z"),
-    "slide": Slide("z"),
-    "slide_x": Slide("x"),
-    "slide_y": Slide("y"),
-}
-"""Names of the freedoms of joints that have a coordinate."""
 
 
 @kernel
@@ -71,7 +42,7 @@ def measure(c, state, work, g):
     g[:] = 0.0
     for i in range(3):
         d[i] = b.r[i] - a.r[i]
-    if c.kind == 0:
+    if c.kind == TURN:
         x_a, y_a, e = a.R[:, 0], a.R[:, 1], b.R[:, c.axis]
         sine, cosine = dot(y_a, e), dot(x_a, e)
         scale = c.sign / (sine * sine + cosine * cosine)
@@ -86,7 +57,7 @@ def measure(c, state, work, g):
             near = state.q[len(state.q) - len(work.branches) + c.branch]
             x += 2.0 * np.pi * np.round((near - x) / (2.0 * np.pi))
             work.branches[c.branch] = x
-    elif c.kind == 1:
+    elif c.kind == SLIDE:
         n = a.R[:, c.axis]
         x = c.sign * dot(n, d)
         cross(n, d, t)
@@ -127,7 +98,7 @@ def second_rate(c, work):
     for i in range(3):
         d[i] = b.r[i] - a.r[i]
         rate[i] = b.v[i] - a.v[i]
-    if c.kind == 0:
+    if c.kind == TURN:
         x_a, y_a, e = a.R[:, 0], a.R[:, 1], b.R[:, c.axis]
         sine, cosine = dot(y_a, e), dot(x_a, e)
         r2 = sine * sine + cosine * cosine
@@ -135,7 +106,7 @@ def second_rate(c, work):
         dc, ddc = rotating_product(x_a, a.w, e, b.w, scratch)
         turn = (cosine * ds - sine * dc) / r2
         return c.sign * (cosine * dds - sine * ddc - 2.0 * turn * (sine * ds + cosine * dc)) / r2
-    if c.kind == 1:
+    if c.kind == SLIDE:
         n = a.R[:, c.axis]
         centripetal(a.w, n, swing)
         second = dot(swing, d)
@@ -163,7 +134,7 @@ def add_curvature(c, work, scale, K):
     zero = np.zeros(3)
     for i in range(3):
         d[i] = b.r[i] - a.r[i]
-    if c.kind == 0:
+    if c.kind == TURN:
         x_a, y_a, e = a.R[:, 0], a.R[:, 1], b.R[:, c.axis]
         sine, cosine = dot(y_a, e), dot(x_a, e)
         r2 = sine * sine + cosine * cosine
@@ -184,7 +155,7 @@ def add_curvature(c, work, scale, K):
                 K[3 + i, 9 + j] += by_b
                 K[9 + i, 3 + j] -= by_a
                 K[9 + i, 9 + j] -= by_b
-    elif c.kind == 1:
+    elif c.kind == SLIDE:
         n = a.R[:, c.axis]
         k = scale * c.sign
         add_skew(K, 0, 3, k, n)
@@ -214,68 +185,6 @@ def add_tangent(c, work, g, force, stiffness, damping):
     add_curvature(c, work, -force, pair.K)
 
 
-@dataclass(frozen=True)
-class Coordinate:
-    """What is measured between two markers: a turn about z, a slide along an axis of a, or a distance.
-
-    Parameters
-    ----------
-    kind : "turn", "slide" or "distance"
-    axis : "x", "y" or "z"
-        Turn: the axis of b whose direction is followed. Slide: the axis of a.
-    swapped : bool
-        Measured from b to a with opposite sign: the turn about the z-axis of b.
-    """
-
-    kind: str
-    axis: str = "x"
-    swapped: bool = False
-
-    @classmethod
-    def of(cls, freedom) -> Coordinate:
-        """Return the coordinate of a primitive freedom."""
-        if isinstance(freedom, Slide):
-            return cls("slide", freedom.axis)
-        if isinstance(freedom, TurnOfSecond):
-            return cls("turn", "z", swapped=True)
-        return cls("turn", freedom.to)
-
-    @property
-    def unit(self) -> str:
-        """Return rad or m."""
-        return "rad" if self.kind == "turn" else "m"
-
-    def branch(self, a: str, b: str) -> str:
-        """Return the name of the branch that counts the full turns between two markers."""
-        return f"turn {'back' if self.swapped else 'on'} {self.axis}: {a}, {b}"
-
-    def value(self, compiler, a: int, b: int) -> float:
-        """Return the coordinate of markers a and b as described."""
-        (r_a, R_a), (r_b, R_b) = (compiler.pose(m) for m in ((b, a) if self.swapped else (a, b)))
-        if self.kind == "distance":
-            return float(np.linalg.norm(r_b - r_a))
-        if self.kind == "slide":
-            return float(R_a[:, "xyz".index(self.axis)] @ (r_b - r_a))
-        e = R_b[:, "xyz".index(self.axis)]
-        return float(np.arctan2(R_a[:, 1] @ e, R_a[:, 0] @ e)) * (-1.0 if self.swapped else 1.0)
-
-    def record(self, compiler, a: int, b: int, counts: bool = True, writes: int = DAMPED) -> tuple:
-        """Return the row of the coordinate; with `counts`, turns are followed through full turns.
-
-        `writes` says whether the kernel adds stiffness (STIFF) or also damping (DAMPED) to the pair of markers; 0:
-        neither.
-        """
-        branch = -1
-        if counts and self.kind == "turn":
-            name = self.branch(compiler.marker_name(a), compiler.marker_name(b))
-            branch = compiler.branch(name, self.value(compiler, a, b))
-        first, second = (b, a) if self.swapped else (a, b)
-        kind = ("turn", "slide", "distance").index(self.kind)
-        sign = -1.0 if self.swapped else 1.0
-        pair = compiler.pair(first, second, writes) if writes else -1
-        return (kind, "xyz".index(self.axis), sign, first, second, pair, branch)
-
-
 def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | None = None) -> Coordinate:
     """Return the coordinate of a freedom that a joint permits.
 
@@ -284,19 +193,18 @@ def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | 
     joint : Joint
     asker : str
         Title of the part that asks, for messages.
-    freedom : one of `FREEDOMS`, optional
+    freedom : str, optional
+        Its word: "turn", "turn_b", "slide", "slide_x" or "slide_y".
         By default the first turn that the joint permits, or its first slide.
     kind : "turn" or "slide", optional
         What the freedom must be.
     """
-    known = {
-        name: match
-        for name, wanted in FREEDOMS.items()
-        for match in joint.coordinates
-        if type(match) is type(wanted) and match.axis == wanted.axis and (kind is None or name.startswith(kind))
-    }
+    offered = sorted(
+        (f for f in joint.coordinates if f.word), key=lambda f: (f.word.partition("_")[0] != "turn", f.word)
+    )
+    known = {f.word: f for f in offered if kind is None or f.word.startswith(kind)}
     if freedom is None and known:
-        return Coordinate.of(next(iter(known.values())))
+        return next(iter(known.values())).coordinate
     if freedom not in known:
         what = f"{type(joint).__name__} permits no {freedom or kind or 'turn or slide'}"
         permitted = ", ".join(str(f) for f in joint.permits) or "nothing"
@@ -306,4 +214,4 @@ def joint_coordinate(joint, asker: str, freedom: str | None = None, kind: str | 
             expected=f"one of: {', '.join(known)}" if known else f"a {kind or 'turn or slide'}",
             remedy=did_you_mean(str(freedom), known) or f"Name another joint; this one permits {permitted}",
         )
-    return Coordinate.of(known[freedom])
+    return known[freedom].coordinate

@@ -1,0 +1,47 @@
+"""What an integrator and a formulation of the equations of motion must provide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+__all__ = ["Formulation", "Integrator", "is_formulation", "is_integrator"]
+
+
+@runtime_checkable
+class Integrator(Protocol):
+    """Frozen settings of a method; what changes in a run is made by `start`."""
+
+    def start(self, system, state, work, t_end: float) -> Any:
+        """Return the variables of a run that begins at a consistent state and shall go to t_end."""
+
+    def run(self, system, work, variables, samples: np.ndarray, first: int, last: int, patience: float = ...) -> Any:
+        """Go on through samples[first:last]; return an `Outcome`, rows and why it ended."""
+
+    def statistics(self, variables) -> dict[str, Any]:
+        """Return the numbers of the run by name."""
+
+
+@runtime_checkable
+class Formulation(Protocol):
+    """A way to find accelerations."""
+
+    compiled: bool
+    """Do the compiled steps of `Explicit` have it for the coordinates of all bodies?"""
+    unknowns: Callable[..., Any] | None
+    """(system, state, work) -> the coordinates it integrates (`RelativeUnknowns`); None: those of all bodies."""
+
+    def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
+
+
+def is_integrator(value: Any) -> bool:
+    """Is it an integrator, made and not only named?"""
+    return not isinstance(value, type) and isinstance(value, Integrator)
+
+
+def is_formulation(value: Any) -> bool:
+    """Is it a formulation, made and not only named?"""
+    return not isinstance(value, type) and isinstance(value, Formulation)

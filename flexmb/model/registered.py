@@ -1,0 +1,15 @@
+"""Registration of kinds: the import line in the room of a family is all that makes one known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["registered"]
+
+
+def registered(namespace: Mapping[str, Any], family: type) -> dict[str, Any]:
+    """Return by name the kinds of a family that a room imports from its own files; `namespace` is its `globals()`."""
+    room = f"{namespace['__name__']}."
+    found = [value for value in namespace.values() if isinstance(value, type) and issubclass(value, family)]
+    return {kind.__name__: kind for kind in found if kind is not family and kind.__module__.startswith(room)}
