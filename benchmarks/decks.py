@@ -1,9 +1,11 @@
 """Reading a large Nastran deck: `fem.read_deck`'s reader beside pyNastran, in one run.
 
 A cube of 67 x 67 x 67 grid points and CHEXA cells in small fields. Processor time of the readers alone; pyNastran
-without cross references. Run: python benchmarks/decks.py [points per edge]
+without cross references. Memory: the largest resident set while our reader
+runs less that before, over the file. Run: python benchmarks/decks.py [points per edge]
 """
 
+import resource
 import sys
 import tempfile
 import time
@@ -36,10 +38,16 @@ def main(n: int = 67) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cube.bdf"
         write(path, n)
+        small = Path(folder) / "small.bdf"
+        write(small, 3)
+        read_nastran_deck(small)  # all modules are loaded
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         start = time.process_time()
         deck = read_nastran_deck(path)
         ours = time.process_time() - start
-        print(f"{len(deck.labels)} nodes, {path.stat().st_size / 1e6:.0f} MB: flexmb {ours:.1f} s")
+        grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / path.stat().st_size
+        size = path.stat().st_size / 1e6
+        print(f"{len(deck.labels)} nodes, {size:.0f} MB: flexmb {ours:.1f} s, {grown:.1f} times the file")
         try:
             from pyNastran.bdf.bdf import BDF
         except ImportError:

@@ -1,11 +1,14 @@
 """Nastran decks: every part weighs, bends and vibrates as closed forms and the blocks of `fem` say."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from flexmb import fem, reduction
 from flexmb.errors import MeshError
 from flexmb.fem.deck.inventory import mass_and_center
+from flexmb.fem.deck.nastran import read_nastran_deck
 
 E, RHO, LENGTH = 210e9, 7850.0, 2.0
 WIDTH, HEIGHT = 0.05, 0.08  # along z and along y of the bar
@@ -332,3 +335,44 @@ def test_mutated_decks_never_end_in_a_traceback(tmp_path):
         except MeshError:
             refused += 1
     assert 50 < refused < 590
+
+
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+def test_line_ends_of_other_systems(tmp_path, end):
+    """A tetrahedron, with tabs and comments in some lines; messages still name the line."""
+    text = (
+        "BEGIN BULK\nGRID\t1\t\t0.\t0.\t0.  $ origin\nGRID,2,,1.,0.,0.\n$ comment\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n"
+    )
+    text += "CTETRA,1,1,1,2,3,4\nPSOLID,1,1\nMAT1,1,2.1+11,,.3,7850.\n"
+    path = tmp_path / "ends.bdf"
+    path.write_bytes((text + "ENDDATA\n").replace("\n", end).encode())
+    fe = fem.read_deck(path, show=False)
+    np.testing.assert_array_equal(fe.nodes, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    path.write_bytes((text + "GRID,5,,x,0.,0.\nENDDATA\n").replace("\n", end).encode())
+    with pytest.raises(MeshError, match=r"ends\.bdf:10, card GRID"):
+        fem.read_deck(path, show=False)
+
+
+@pytest.mark.slow
+def test_memory_of_reading(tmp_path):
+    """A deck of 64 000 nodes takes less than four times its file at its peak, all buffers of Python counted."""
+    n, lines = 40, ["BEGIN BULK"]
+    for k in range(n**3):
+        x, y, z = 0.01 * (k % n), 0.01 * (k // n % n), 0.01 * (k // n**2)
+        lines.append(f"GRID    {k + 1:8d}        {x:8.4f}{y:8.4f}{z:8.4f}")
+    corner = [1 + a + n * b + n * n * c for c in range(n - 1) for b in range(n - 1) for a in range(n - 1)]
+    for label, p in enumerate(corner, 1):
+        q = p + n * n
+        lines.append(f"CHEXA   {label:8d}       1{p:8d}{p + 1:8d}{p + 1 + n:8d}{p + n:8d}{q:8d}{q + 1:8d}+")
+        lines.append(f"+       {q + 1 + n:8d}{q + n:8d}")
+    lines += ["PSOLID         1       1", "MAT1           1 2.1+11              .3   7850.", "ENDDATA"]
+    path = tmp_path / "cube.bdf"
+    path.write_text("\n".join(lines))
+    size = path.stat().st_size
+    del lines
+    tracemalloc.start()
+    read = read_nastran_deck(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(read.labels) == n**3
+    assert peak < 4.0 * size

@@ -104,7 +104,7 @@ def groups(
                 remedy="Write the archive again with CDWRITE, DB",
             )
         digits = word.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz")
-        element = int(digits) if digits.isdigit() else 0
+        element = int(digits) if digits.isdecimal() else 0
         family = next((name for name, known in FAMILIES.items() if element in known), "")
         name = f"{_stem(family, element)}{element}" if element else word
         own = nodes[rows]

@@ -161,7 +161,7 @@ def _row(command: Command, word: str, label: str, deck: Deck, frames: Frames) ->
         raise command.wrong(
             f"the freedom '{label}'", f"One of: {', '.join(FREEDOMS)}", "Remove the freedom: only structures are read"
         )
-    if not word.lstrip("+").isdigit():
+    if not word.lstrip("+").isdecimal():
         raise command.wrong(f"the node '{word}'", "a node number")
     node = int(deck.numbers([int(word)], f"{command.where}, {command.name}")[0])
     return 6 * node + np.arange(6), rows_of(node, [FREEDOMS[label]], frames)[0]
@@ -189,7 +189,7 @@ def _eliminate(number: int, command: Command, terms: list, deck: Deck, frames: F
 
 def _coupled(command: Command, deck: Deck, frames: Frames) -> None:
     """CP, set, label, nodes: all nodes move alike in one nodal direction."""
-    if not command.text(0).isdigit():
+    if not command.text(0).isdecimal():
         raise command.wrong(f"'{command.text(0)}'", "CP, set, label, nodes", "Write the couplings as CE (CPLGEN no)")
     label, words = command.text(1), [command.text(k) for k in range(2, len(command.words)) if command.text(k)]
     labels = [label] if label != "ALL" else list(FREEDOMS)
@@ -215,7 +215,7 @@ def add_supports(archive: Archive, deck: Deck, frames: Frames) -> None:
         if label not in FREEDOMS and label != "ALL":
             deck.inventory.unused[f"D of {label or '?'}"] += 1
             continue
-        if not word.isdigit():
+        if not word.isdecimal():
             deck.inventory.left_out[f"D,{word}: supports of a selection"] += 1
             continue
         node = int(deck.numbers([int(word)], f"{command.where}, D")[0])

@@ -145,7 +145,7 @@ def read_archive(path: Path) -> Archive:
             makers[command.name](command, lines, out)
         elif command.name == "SECBLOCK":
             out.commands.append(command)
-            count = command.integer(0, 0) if command.text(0).isdigit() else 0
+            count = command.integer(0, 0) if command.text(0).isdecimal() else 0
             rows = lines.data(min(count, MOST))
             out.layers[where] = [
                 Command("SECBLOCK", tuple(w.strip() for w in row.decode("latin-1").split(",")), where) for row in rows
@@ -156,7 +156,7 @@ def read_archive(path: Path) -> Archive:
                 if command.text(k):
                     out.options[command.integer(0), k - 1] = command.integer(k)
         elif command.name in ("KEYOP", "KEYOPT"):
-            if command.text(0) and command.text(1) and command.text(1).isdigit():
+            if command.text(0) and command.text(1) and command.text(1).isdecimal():
                 out.options[command.integer(0), command.integer(1)] = command.integer(2, 0)
         else:
             out.commands.append(command)

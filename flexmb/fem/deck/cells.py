@@ -10,11 +10,16 @@ from flexmb.fem.deck.contents import Deck, Inventory
 from flexmb.fem.deck.links import LinkRows
 from flexmb.fem.solid_elements import HEX_EDGES, TET_EDGES, WEDGE_EDGES
 
-__all__ = ["SolidCells", "first_order_shells"]
+__all__ = ["SolidCells", "first_order_shells", "some"]
 
 PYRAMID_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))
 EDGES = {"tetra10": TET_EDGES, "hexahedron20": HEX_EDGES, "wedge15": WEDGE_EDGES, "pyramid13": PYRAMID_EDGES}
 """Corners of the edge on which each midside node lies, by cell type."""
+
+
+def some(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return ascending rows of a table; the table itself where they are all of them, since it may be large."""
+    return table if len(rows) == len(table) else table[rows]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +41,7 @@ class SolidCells:
         middles = self.nodes[:, self.corners :] >= 0
         first, out = ~middles.any(axis=1), []
         if first.any():
-            low, labels = self.nodes[first, : self.corners], self.labels[first]
+            low, labels = some(self.nodes, np.flatnonzero(first))[:, : self.corners], self.labels[first]
             if self.low == "pyramid":
                 deck.inventory.approximated["pyramids, split into two tetrahedra"] += len(low)
                 out.append(("tetra", np.vstack([low[:, [0, 1, 2, 4]], low[:, [0, 2, 3, 4]]]), np.tile(labels, 2)))

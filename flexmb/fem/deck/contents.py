@@ -17,6 +17,9 @@ from flexmb.model.material import Material
 
 __all__ = ["Beams", "Deck", "Inventory", "Lumped", "MissingNode", "Reference", "Rods", "Shells", "Solids"]
 
+PORTION = 20_000
+"""Rows whose node numbers are looked up together."""
+
 
 @dataclass(kw_only=True, eq=False)
 class Solids:
@@ -211,10 +214,14 @@ class Deck:
         wanted = np.asarray(labels if isinstance(labels, np.ndarray) else list(labels), np.int64)
         if not len(self.labels):
             raise MissingNode(what, int(wanted.flat[0]))
-        at = np.minimum(np.searchsorted(self.labels, wanted), len(self.labels) - 1)
-        missing = self.labels[at] != wanted
-        if missing.any():
-            raise MissingNode(what, int(wanted[missing].flat[0]))
+        at = np.empty(wanted.shape, np.int64)
+        for begin in range(0, len(wanted), PORTION):  # in portions: a table of cells is large
+            part = wanted[begin : begin + PORTION]
+            found = np.minimum(np.searchsorted(self.labels, part), len(self.labels) - 1)
+            missing = self.labels[found] != part
+            if missing.any():
+                raise MissingNode(what, int(part[missing].flat[0]))
+            at[begin : begin + PORTION] = found
         return at
 
 

@@ -162,7 +162,7 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
             names[(int(match[1]), int(match[2]))] = match[3]
         elif match := PROPERTY_NAME.match(line):
             properties[f"pid_{match[1] or match[3]}"] = match[2] or match[4]
-    by_element = _elements(deck)
+    by_element: dict[int, np.ndarray] = {}  # made where a set of elements asks for it: a dictionary of all is large
     for card in bulk.of("SET1", "SET3"):
         kind = card.text(2).upper() if card.name == "SET3" else ""
         words = [word for word in card.fields[3 if card.name == "SET3" else 2 :] if word]
@@ -175,6 +175,8 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         number = card.integer(1)
         of_elements = kind == "ELEM" or (not kind and (number, 2) in names and (number, 1) not in names)
         name = names.get((number, 2 if of_elements else 1), f"set_{number}")
+        if of_elements and not by_element:
+            by_element = _elements(deck)
         labels = np.array(thru(card, words, by_element if of_elements else deck.labels.tolist()), np.int64)
         if of_elements:
             nodes = [by_element[n] for n in labels.tolist() if n in by_element]

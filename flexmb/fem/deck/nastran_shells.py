@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.fem.deck.cells import SolidCells, first_order_shells
+from flexmb.fem.deck.cells import SolidCells, first_order_shells, some
 from flexmb.fem.deck.contents import Deck, Shells, Solids
 from flexmb.fem.deck.nastran_materials import MaterialCard, Materials
 from flexmb.fem.deck.nastran_systems import Systems
@@ -132,7 +132,7 @@ def _material_axes(table: FieldTable, at: int, nodes: np.ndarray, deck: Deck, sy
     side = points[:, 1] - points[:, 0]
     normal = np.cross(side, deck.points[nodes[:, 3 if nodes.shape[1] in (4, 8) else 2]] - points[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    words = table.fields[:, at]
+    words = table.column(at)
     integral = (
         np.array([word.isdigit() and len(word) < 10 for word in words])
         if (words != b"").any()
@@ -302,14 +302,20 @@ def add_solids(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
         deck.inventory.read[name] += len(table)
         labels = table.integers(1)
         pids = np.where(table.blank(2), labels, table.integers(2))
-        given = np.stack([table.integers(3 + k) for k in range(count)], axis=1)
+        last = max((k for k in range(count) if not table.blank(3 + k).all()), default=0)
+        used = count if last >= corners else corners  # a table of first order has no columns of midside nodes
+        given = np.stack([table.integers(3 + k) for k in range(used)], axis=1)
         if (given[:, :corners] < 1).any():
             row = int(np.flatnonzero((given[:, :corners] < 1).any(axis=1))[0])
             raise table.card(row).refused(
                 f"{int((given[row] > 0).sum())} nodes", f"{corners} corner nodes at least", "Complete the card"
             )
-        nodes = np.where(given > 0, deck.numbers(np.where(given > 0, given, given[:, :1]), f"{name} cards"), -1)
-        if high in ORDER:
+        empty = given < 1
+        np.copyto(given, given[:, :1], where=empty)
+        nodes = deck.numbers(given, f"{name} cards")
+        nodes[empty] = -1
+        del given, empty
+        if high in ORDER and used == count:
             nodes = nodes[:, ORDER[high]]
         for pid in np.unique(pids):
             rows = np.flatnonzero(pids == pid)
@@ -323,13 +329,13 @@ def add_solids(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
             material = materials.get(card.integer(2), card.where)
             if material.solid is None:
                 raise card.refused(f"the material {material.name}", "MAT1 or MAT9 for solids")
-            cells = SolidCells(low, high, corners, nodes[rows], labels[rows])
+            cells = SolidCells(low, high, corners, some(nodes, rows), labels[rows])
             for cell_type, connectivity, own in cells.parts(deck):
                 for elasticity, chosen in _oriented(card, material.solid, connectivity, deck, systems):
                     deck.solids.append(
                         Solids(
                             cell_type=cell_type,
-                            nodes=connectivity[chosen],
+                            nodes=some(connectivity, chosen),
                             labels=own[chosen],
                             elasticity=elasticity,
                             density=material.density,

@@ -11,20 +11,17 @@ import re
 from array import array
 from collections import Counter
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.deck.files import HUGE, beside, deck_bytes
+from flexmb.fem.deck.files import HUGE
+from flexmb.fem.deck.nastran_source import PLACES, Lines, control, deck_lines
 
 __all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
 
-INCLUDE = re.compile(rb"""^\s*INCLUDE\s+(.*)$""", re.IGNORECASE)
-BEGIN = re.compile(rb"^\s*BEGIN\s*(BULK|SUPER|ARBMODEL|AUXMODEL)?\b\s*(.*)$", re.IGNORECASE)
 END = re.compile(rb"^\s*ENDDATA\b", re.IGNORECASE)
-CHOICE = re.compile(rb"^\s*(SPC|MPC)\s*(\([^)]*\))?\s*=\s*(\d+)", re.IGNORECASE)
 CONTINUED = re.compile(r"[+*]([A-Za-z]\w*)?")
 MANY = frozenset(
     ("GRID", "CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CTRIA3", "CTRIAR", "CTRIA6", "CQUAD4", "CQUADR", "CQUAD8")
@@ -32,8 +29,6 @@ MANY = frozenset(
 """Cards that are cut as tables."""
 FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
-PLACES = 10**9
-"""More lines than a file has."""
 CHUNK = 20_000
 """Cards that are cut together: their text is copied once more meanwhile."""
 LARGEST = 10**15
@@ -109,7 +104,7 @@ class Card:
 
 @dataclass(eq=False)
 class FieldTable:
-    """Cards of one name as columns: fields (n, k) of bytes, places (file number and line) (n, 2)."""
+    """Cards of one name as columns: fields (n, k) of bytes as far as any card fills them, places as in `Lines` (n,)."""
 
     name: str
     fields: np.ndarray
@@ -121,11 +116,15 @@ class FieldTable:
 
     def blank(self, i: int) -> np.ndarray:
         """Whether field i is blank, (n,)."""
-        return self.fields[:, i] == b""
+        return self.column(i) == b""
+
+    def column(self, i: int) -> np.ndarray:
+        """Return the words of field i, (n,) of bytes."""
+        return self.fields[:, i] if i < self.fields.shape[1] else np.zeros(len(self.fields), "S1")
 
     def integers(self, i: int, default: int = 0) -> np.ndarray:
         """Return field i of all cards, (n,); blanks become `default`."""
-        column = np.where(self.blank(i), str(default).encode(), self.fields[:, i])
+        column = np.where(self.blank(i), str(default).encode(), self.column(i))
         try:
             return column.astype(np.int64)
         except (ValueError, OverflowError):
@@ -133,7 +132,7 @@ class FieldTable:
 
     def reals(self, i: int, default: float = 0.0) -> np.ndarray:
         """Return field i of all cards, (n,); blanks become `default`."""
-        column = np.where(self.blank(i), repr(default).encode(), self.fields[:, i])
+        column = np.where(self.blank(i), repr(default).encode(), self.column(i))
         try:
             values = column.astype(float)
         except ValueError:  # 1.5-3, 1.0D+2
@@ -154,7 +153,7 @@ class FieldTable:
 
     def where(self, k: int) -> str:
         """Return words for the place of card k."""
-        file, line = self.places[k]
+        file, line = divmod(int(self.places[k]), PLACES)
         return f"{self.files[int(file)]}:{int(line)}"
 
     def chosen(self, rows: np.ndarray) -> FieldTable:
@@ -177,40 +176,15 @@ class Bulk:
         return [card for name in names for card in self.cards.get(name, ())]
 
 
-@dataclass(eq=False)
-class Lines:
-    """All lines of a deck, tabs expanded and stripped at the end; places are 10^9 file number + line number."""
-
-    text: list[bytes] = field(default_factory=list)
-    places: array = field(default_factory=lambda: array("q"))
-    files: list[Path] = field(default_factory=list)
-
-    def where(self, k: int) -> str:
-        """Return words for the place of line k."""
-        return f"{self.files[self.places[k] // PLACES]}:{self.places[k] % PLACES}"
-
-    def card(self, k: int) -> list[bytes]:
-        """Return line k and the lines that continue it."""
-        parts = [self.text[k]]
-        for at in range(k + 1, len(self.text)):
-            line = self.text[at]
-            if line[:1] == b"$" or not line:
-                continue
-            if line[:1] not in b" +*,":
-                break
-            parts.append(line)
-        return parts
-
-
 def read_bulk(path: Path) -> Bulk:
     """Read a deck; MeshError names file and line of what cannot be read."""
-    lines = Lines()
-    _read(path, path.parent, lines, ())
-    start, bulk = _control(lines, path)
+    lines = deck_lines(path)
+    start, choices = control(lines, path)
+    bulk = Bulk(choices=choices)
     starts: dict[bytes, array] = {}
     begun = False
-    for k in range(start, len(lines.text)):
-        text = lines.text[k]
+    for k in range(start, len(lines)):
+        text = lines[k]
         first = text[:1]
         if first == b"$" or not text:
             if text[:2] in (b"$H", b"$ ", b"$*") and len(bulk.comments) < 100_000:
@@ -223,7 +197,7 @@ def read_bulk(path: Path) -> Bulk:
         begun = True
         key = text[:8].split(b",")[0].strip().rstrip(b"*").upper()
         if key not in starts:
-            starts[key] = array("q")
+            starts[key] = array("I")
         starts[key].append(k)
     for key, found in starts.items():
         name = key.decode("latin-1")
@@ -233,87 +207,6 @@ def read_bulk(path: Path) -> Bulk:
         else:
             bulk.cards[name] = [Card(name, _words(lines.card(k), lines.where(k)), lines.where(k)) for k in found]
     return bulk
-
-
-def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None:
-    """Add all lines of a file and of those it includes."""
-    number = len(lines.files)
-    data = deck_bytes(path, above, lines.files)
-    raw = data.splitlines()
-    del data
-    waiting: tuple[bytes, int] | None = None
-    for k, line in enumerate(raw, 1):
-        if b"\t" in line:
-            line = line.expandtabs(8)
-        line = line.rstrip()
-        if waiting is not None:
-            line, k = waiting[0] + line.strip(), waiting[1]
-            waiting = None
-        if line[:1] not in b"$" and line[:16].lstrip()[:7].upper() == b"INCLUDE" and (match := INCLUDE.match(line)):
-            name = match[1].strip()
-            if name[:1] in (b"'", b'"') and name.count(name[:1]) < 2 and k < len(raw):
-                waiting = (line, k)
-                continue
-            _read(_included(name, path, main, k), main, lines, (*above, path.resolve()))
-            continue
-        if line and line[:1] != b"$" and b"$" in line:
-            line = line[: line.index(b"$")].rstrip()
-        lines.text.append(line)
-        lines.places.append(number * PLACES + k)
-
-
-def _included(name: bytes, path: Path, main: Path, k: int) -> Path:
-    """Return the file of an INCLUDE, beside the main deck or beside the including file."""
-    text = name.decode("utf-8", "replace").strip()
-    if text[:1] in "'\"" and text:
-        text = text[1:].split(text[0])[0]
-    else:
-        text = text.split("$")[0].strip()
-    text = text.replace("\\", "/") if "/" not in text else text
-    if (found := beside(text, main, path)) is not None:
-        return found
-    raise MeshError(
-        f"Deck '{path}', line {k}",
-        found=f"INCLUDE '{text[:120]}': no such file",
-        expected=f"a file beside the main deck ('{main}') or beside the file that includes it",
-        remedy="Put the included file there, or write one flat deck",
-    )
-
-
-def _control(lines: Lines, path: Path) -> tuple[int, Bulk]:
-    """Return the number of the first bulk line, and what the case control chooses."""
-    bulk, begin, cend = Bulk(), None, None
-    for k, text in enumerate(lines.text):
-        if text[:1] == b"$":
-            continue
-        upper = text[:12].lstrip().upper()
-        if upper.startswith(b"CEND"):
-            cend = k
-        if upper.startswith(b"BEGIN") and (match := BEGIN.match(text)):
-            if b"SUPER" in (match[1] or b"").upper() + match[2].upper():
-                raise MeshError(
-                    lines.where(k),
-                    found="a deck of superelements (BEGIN SUPER)",
-                    expected="one residual structure",
-                    remedy="Write the deck flat, or read each superelement from its own file",
-                )
-            begin = k
-            break
-        if upper.startswith((b"GRID", b"CQUAD4", b"CTETRA", b"CHEXA", b"ENDDATA")) and cend is None:
-            break  # no control sections: an included file or a punched mesh
-        if cend is not None and (match := CHOICE.match(text)):
-            bulk.choices.setdefault(match[1].upper().decode(), int(match[3]))
-    if begin is not None:
-        for text in islice(lines.text, begin + 1, None):
-            if text[:1] in b"bB" and text[:5].upper() == b"BEGIN" and b"SUPER" in text.upper():
-                raise MeshError(
-                    f"Deck '{path}'",
-                    found="superelements (BEGIN SUPER)",
-                    expected="one residual structure",
-                    remedy="Write the deck flat, or read each superelement from its own file",
-                )
-        return begin + 1, bulk
-    return (cend + 1 if cend is not None else 0), bulk
 
 
 def _words(parts: list[bytes], where: str) -> list[str]:
@@ -353,28 +246,36 @@ def _words(parts: list[bytes], where: str) -> list[str]:
 
 
 def _table(name: str, found: array, lines: Lines) -> FieldTable:
-    """Return cards as columns; those in fields of 8 are cut all together, some thousands at a time."""
-    table = np.zeros((len(found), FIELDS), "S16" if _wide(found, lines) else "S8")
+    """Return cards as columns; those in fields of 8 are cut all together, some thousands at a time.
+
+    Columns behind the last that any card fills are left away.
+    """
+    table = np.zeros((len(found), 1), "S8")
     for begin in range(0, len(found), CHUNK):
+        rows = found[begin : begin + CHUNK]
         plain, text = [], []
-        for row in range(begin, min(begin + CHUNK, len(found))):
-            parts = lines.card(found[row])
+        other: dict[int, list[bytes]] = {}
+        for row, k in enumerate(rows):
+            parts = lines.card(k)
             if any(b"," in p or b"*" in p[:8] for p in parts):
-                table[row] = _cut(name, parts, lines.where(found[row]))
+                other[row] = _cut(name, parts, lines.where(k))
                 continue
             plain.append(row)
             text.append(b"".join([parts[0][:72].ljust(72), *(p[8:72].ljust(64) for p in parts[1:3])]).ljust(200)[:200])
-        if plain:
-            raw = np.frombuffer(b"".join(text), "S8").reshape(len(plain), 25)[:, :FIELDS]
-            table[plain] = np.char.strip(raw)
+        raw = np.frombuffer(b"".join(text), "S8").reshape(len(plain), 25)[:, :FIELDS]
+        chunk = np.zeros((len(rows), FIELDS), "S16" if other else "S8")
+        chunk[plain] = np.char.strip(raw)
+        for row, words in other.items():
+            chunk[row] = words
+        used = int(np.flatnonzero((chunk != b"").any(axis=0))[-1]) + 1
+        if used > table.shape[1] or chunk.itemsize > table.itemsize:
+            kind = max(table.dtype, chunk.dtype, key=lambda each: each.itemsize)
+            grown = np.zeros((len(found), max(used, table.shape[1])), kind)
+            grown[:begin, : table.shape[1]] = table[:begin]
+            table = grown
+        table[begin : begin + len(rows), :used] = chunk[:, :used]
     table[:, 0] = name.encode()
-    places = np.array(lines.places, np.int64)[np.array(found, np.int64)]
-    return FieldTable(name, table, np.stack(np.divmod(places, PLACES), axis=1), lines.files)
-
-
-def _wide(found: array, lines: Lines) -> bool:
-    """Whether one of the cards has fields wider than 8."""
-    return any(b"*" in lines.text[k][:8] or b"," in lines.text[k] for k in found)
+    return FieldTable(name, table, np.frombuffer(lines.places, np.int64)[np.array(found, np.int64)], lines.files)
 
 
 def _cut(name: str, parts: list[bytes], where: str) -> list[bytes]:

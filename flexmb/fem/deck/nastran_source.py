@@ -1,0 +1,162 @@
+"""The lines of a Nastran deck: INCLUDE files in their places, the case control up to the bulk data."""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections.abc import Iterator
+from pathlib import Path
+
+from flexmb.errors import MeshError
+from flexmb.fem.deck.files import beside, deck_bytes
+
+__all__ = ["PLACES", "Lines", "control", "deck_lines"]
+
+INCLUDE = re.compile(rb"""^\s*INCLUDE\s+(.*)$""", re.IGNORECASE)
+BEGIN = re.compile(rb"^\s*BEGIN\s*(BULK|SUPER|ARBMODEL|AUXMODEL)?\b\s*(.*)$", re.IGNORECASE)
+SUPER = re.compile(rb"^BEGIN[^\n]*SUPER", re.IGNORECASE | re.MULTILINE)
+CHOICE = re.compile(rb"^\s*(SPC|MPC)\s*(\([^)]*\))?\s*=\s*(\d+)", re.IGNORECASE)
+PLACES = 10**9
+"""More lines than a file has."""
+
+
+class Lines:
+    """All lines of a deck, tabs expanded, without comments behind and blanks at the end.
+
+    The bytes of the files are kept as they are, and the begin and size of every line in them: a line takes 20 bytes
+    beside its text. Places are 10^9 file number + line number; lines that are not as in the file stand in `changed`.
+    """
+
+    def __init__(self) -> None:
+        self.data: list[bytes] = []
+        self.begin, self.size, self.places = array("q"), array("I"), array("q")
+        self.changed: dict[int, bytes] = {}
+        self.files: list[Path] = []
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __getitem__(self, k: int) -> bytes:
+        if k in self.changed:
+            return self.changed[k]
+        return self.data[self.places[k] // PLACES][self.begin[k] : self.begin[k] + self.size[k]]
+
+    def __iter__(self) -> Iterator[bytes]:
+        return (self[k] for k in range(len(self)))
+
+    def add(self, number: int, k: int, begin: int, line: bytes, as_written: bool) -> None:
+        """Add line k of a file that begins at a place of its bytes."""
+        if not as_written:
+            self.changed[len(self.places)] = line
+        self.begin.append(begin)
+        self.size.append(len(line))
+        self.places.append(number * PLACES + k)
+
+    def where(self, k: int) -> str:
+        """Return words for the place of line k."""
+        return f"{self.files[self.places[k] // PLACES]}:{self.places[k] % PLACES}"
+
+    def card(self, k: int) -> list[bytes]:
+        """Return line k and the lines that continue it."""
+        parts = [self[k]]
+        for at in range(k + 1, len(self.places)):
+            line = self[at]
+            if line[:1] == b"$" or not line:
+                continue
+            if line[:1] not in b" +*,":
+                break
+            parts.append(line)
+        return parts
+
+
+def deck_lines(path: Path) -> Lines:
+    """Return the lines of a deck, those of INCLUDE files in their places."""
+    lines = Lines()
+    _read(path, path.parent, lines, ())
+    return lines
+
+
+def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None:
+    """Add all lines of a file and of those it includes."""
+    number = len(lines.files)
+    data = deck_bytes(path, above, lines.files)
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    lines.data += [b""] * (number + 1 - len(lines.data))
+    lines.data[number] = data
+    waiting: tuple[bytes, int] | None = None
+    k, begin, last = 0, 0, len(data)
+    while begin < last:
+        k, start = k + 1, begin
+        stop = data.find(b"\n", begin)
+        stop = last if stop < 0 else stop
+        begin, line, as_written, place = stop + 1, data[begin:stop].rstrip(), True, k
+        if b"\t" in line:
+            line, as_written = line.expandtabs(8).rstrip(), False
+        if waiting is not None:
+            line, place, as_written = waiting[0] + line.strip(), waiting[1], False
+            waiting = None
+        if line[:1] not in b"$" and line[:16].lstrip()[:7].upper() == b"INCLUDE" and (match := INCLUDE.match(line)):
+            name = match[1].strip()
+            if name[:1] in (b"'", b'"') and name.count(name[:1]) < 2 and begin < last:
+                waiting = (line, place)
+                continue
+            _read(_included(name, path, main, place), main, lines, (*above, path.resolve()))
+            continue
+        if line and line[:1] != b"$" and b"$" in line:
+            line = line[: line.index(b"$")].rstrip()
+        lines.add(number, place, start, line, as_written)
+
+
+def _included(name: bytes, path: Path, main: Path, k: int) -> Path:
+    """Return the file of an INCLUDE, beside the main deck or beside the including file."""
+    text = name.decode("utf-8", "replace").strip()
+    if text[:1] in "'\"" and text:
+        text = text[1:].split(text[0])[0]
+    else:
+        text = text.split("$")[0].strip()
+    text = text.replace("\\", "/") if "/" not in text else text
+    if (found := beside(text, main, path)) is not None:
+        return found
+    raise MeshError(
+        f"Deck '{path}', line {k}",
+        found=f"INCLUDE '{text[:120]}': no such file",
+        expected=f"a file beside the main deck ('{main}') or beside the file that includes it",
+        remedy="Put the included file there, or write one flat deck",
+    )
+
+
+def control(lines: Lines, path: Path) -> tuple[int, dict[str, int]]:
+    """Return the number of the first bulk line, and what the case control chooses."""
+    choices: dict[str, int] = {}
+    begin = cend = None
+    for k, text in enumerate(lines):
+        if text[:1] == b"$":
+            continue
+        upper = text[:12].lstrip().upper()
+        if upper.startswith(b"CEND"):
+            cend = k
+        if upper.startswith(b"BEGIN") and (match := BEGIN.match(text)):
+            if b"SUPER" in (match[1] or b"").upper() + match[2].upper():
+                raise MeshError(
+                    lines.where(k),
+                    found="a deck of superelements (BEGIN SUPER)",
+                    expected="one residual structure",
+                    remedy="Write the deck flat, or read each superelement from its own file",
+                )
+            begin = k
+            break
+        if upper.startswith((b"GRID", b"CQUAD4", b"CTETRA", b"CHEXA", b"ENDDATA")) and cend is None:
+            break  # no control sections: an included file or a punched mesh
+        if cend is not None and (match := CHOICE.match(text)):
+            choices.setdefault(match[1].upper().decode(), int(match[3]))
+    if begin is not None:
+        if any(SUPER.search(data) for data in lines.data):
+            raise MeshError(
+                f"Deck '{path}'",
+                found="superelements (BEGIN SUPER)",
+                expected="one residual structure",
+                remedy="Write the deck flat, or read each superelement from its own file",
+            )
+        return begin + 1, choices
+    return (cend + 1 if cend is not None else 0), choices
