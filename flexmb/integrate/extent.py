@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
+from flexmb.errors import ValidityWarning
 from flexmb.math.weights import weigh
 from flexmb.system.lengths import ROUNDED, displacements
 from flexmb.system.mobility import constraint_matrix
@@ -15,6 +18,8 @@ SMALLEST = 1e-4
 """Least displacement of reference of flexible coordinates, relative to the length of the assembly."""
 TURNED = 1e-3
 """A rotation error of a body moves its markers, not only its mass: so much of the assembly's length counts at least."""
+BEYOND = 2.0
+"""Errors that are larger than asked for by this factor are told."""
 DIGITS = 10.0
 """Errors are not estimated closer than this, times the rounding of positions."""
 
@@ -52,10 +57,21 @@ def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndar
 
 
 def reaches(system, reach: np.ndarray, rtol: float) -> np.ndarray:
-    """Return the displacements of reference (nu,), none so small that `rtol` of it would be rounding."""
+    """Return the displacements of reference (nu,), none so small that `rtol` of it would be rounding; warn where the
+    tolerance that was asked for is out of reach by that.
+    """
     least = DIGITS * ROUNDED * system.lengths.coordinates / rtol
-    for body, digits in zip(system.model.bodies, least, strict=True):
+    for body, digits, length in zip(system.model.bodies, least, system.lengths.bodies, strict=True):
         span = system.body_slices[body.name][1]
+        if body.n_velocities and digits > BEYOND * length:
+            far = system.lengths.coordinates[system.model.bodies.index(body)]
+            warnings.warn(
+                f"{body.title} is {far:.3g} m from the origin, where positions are rounded: errors of a step are kept "
+                f"below {rtol * digits:.1g} m, not below the {rtol * length:.1g} m of rtol = {rtol:g}; expected: "
+                "coordinates that have the digits of the tolerance. Put the origin near the bodies, or use Explicit",
+                ValidityWarning,
+                stacklevel=4,
+            )
         moved = slice(span.start, span.start + 6 if body.has_frame else span.stop)
         reach[moved] = np.maximum(reach[moved], digits)
     return reach

@@ -42,6 +42,8 @@ COUNTED = 0.01
 """Absolute tolerance of turns (rad) and places on curves: they only say which solution is meant, but one that is left
 out of the iteration's test would be lost by extrapolation."""
 
+FARTHER, LEAST = 10.0, 1e-7
+"""Distance from the origin, in lengths of the model, from which tolerances are closer, and by how much at the most."""
 FRICTION = 1e-3
 """Tolerances of velocities, m/s and relative to 1 m/s, as a part of the slip within which friction turns: errors of a
 velocity that is large decide otherwise whether a body sticks."""
@@ -167,7 +169,7 @@ class _Run:
             return Solver(
                 self.residual,
                 jacfn=self.jacobian,
-                rtol=min(settings.rtol, finest),
+                rtol=min(settings.rtol * _closeness(self.system), finest),
                 atol=atol,
                 algebraic_idx=[*branches, *range(free, n - 3)],
                 max_order=settings.max_order,
@@ -290,6 +292,15 @@ class _Run:
         for iq, _ in system.program.frames:
             q[iq + 3 : iq + 7] /= np.linalg.norm(q[iq + 3 : iq + 7])
         return system.state(t, q, self.y[system.nq : system.nq + system.nu])
+
+
+def _closeness(system) -> float:
+    """Return the share of `rtol` that counts where coordinates are many times as large as what bodies do to each other.
+
+    The solver relates errors to the coordinates themselves: 7 m at a millionth of a low orbit.
+    """
+    farthest = float(np.max(system.lengths.coordinates, initial=0.0))
+    return max(min(1.0, FARTHER * system.lengths.whole / farthest), LEAST) if farthest > 0.0 else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -129,7 +129,9 @@ class _Run:
         r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
         self._begin()
         r.run[0].steps += 1
-        for iq, iu, size, _ in self.system.program.vectors:
+        for iq, iu, size, flexible in self.system.program.vectors:
+            if not flexible:  # positions in W: how far the origin is says nothing about a tolerance
+                continue
             # tolerances of flexible coordinates are relative to the largest displacement they have reached
             largest = np.max(np.abs(r.state.q[iq : iq + size]) * r.extent[iu : iu + size], initial=0.0)
             r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], largest)

@@ -304,6 +304,8 @@ def _accept(program, work, v, h, powers):
     keep_branches(program, work, v.q)
     _add_works(v, h, powers)
     for n in range(len(program.vectors)):
+        if program.vectors[n, 3] == 0:  # positions in W: how far the origin is says nothing about a tolerance
+            continue
         # tolerances of flexible coordinates are relative to the largest displacement they have reached
         iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
         largest = 0.0

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
 from flexmb import hdf5
+from flexmb.errors import ValidityWarning
 from flexmb.model.modal_neutral_checks import checked
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 from flexmb.model.numbering import Numbering
@@ -115,7 +117,27 @@ def read(group) -> ModalNeutralData:
         values["node_sets"] = {found.attrs["name"]: found[()] for found in group["node_sets"].values()}
     if "numbering" in group:
         values["numbering"] = _read_numbering(group["numbering"])
-    return checked(ModalNeutralData(**values), f"Reduced body '{values['name']}' in '{group.file.filename}'")
+    part = f"Reduced body '{values['name']}' in '{group.file.filename}'"
+    data = checked(ModalNeutralData(**values), part)
+    _tell_of_old_loads(data, part)
+    return data
+
+
+def _tell_of_old_loads(data: ModalNeutralData, part: str) -> None:
+    """Warn of loads whose change with the deformation is not in the file: it was not computed in former times."""
+    lacking = list(data.load_names) if data.load_turning is None and data.n_modes else []
+    preload = data.geometric is not None and np.any(data.geometric.preload) and data.preload_turning is None
+    if not (lacking or preload):
+        return
+    named = [f"load shape{'s' if len(lacking) > 1 else ''} {', '.join(map(repr, lacking))}"] if lacking else []
+    named += ["its preload"] if preload else []
+    warnings.warn(
+        f"{part}: {' and '.join(named)} cannot turn with the material, because the file does not tell how; they turn "
+        "with the body frame, and stiffness and buckling under them depend on the choice of that frame; expected: a "
+        "body with load_turning and preload_turning. Reduce it again from its mesh",
+        ValidityWarning,
+        stacklevel=4,
+    )
 
 
 def _write_array(group, name: str, array: np.ndarray):

@@ -1,13 +1,14 @@
 """The data file: nothing is lost on the way, and a wrong file says what is wrong with it."""
 
 import dataclasses
+import warnings
 
 import h5py
 import numpy as np
 import pytest
 
 from flexmb import hdf5
-from flexmb.errors import DataFileError
+from flexmb.errors import DataFileError, ValidityWarning
 from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 from flexmb.model.modal_neutral_file import SCHEMA, VERSION
 
@@ -150,3 +151,18 @@ def test_interrupted_writing_keeps_the_old_file(tmp_path):
         write_half_a_file(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
+
+
+def test_loads_that_an_old_file_cannot_turn_are_told(tmp_path):
+    """By name, with what to do; a body with all terms, or without loads, says nothing."""
+    full = arbitrary_data()
+    for change, named in (
+        ({"load_turning": None}, repr(full.load_names[0])),
+        ({"preload_turning": None}, "its preload"),
+    ):
+        path = dataclasses.replace(full, **change).save(tmp_path / "old.h5")
+        with pytest.warns(ValidityWarning, match=rf"Reduced body .*old.h5.*{named}.*[Rr]educe it again"):
+            ModalNeutralData.load(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ValidityWarning)
+        ModalNeutralData.load(full.save(tmp_path / "new.h5"))

@@ -68,6 +68,24 @@ def test_a_spacecraft_in_earth_coordinates(integrator, within):
     assert np.abs(error).max() < within
 
 
+@pytest.mark.parametrize(
+    ("integrator", "within"), [(fmb.GeneralizedAlpha(), 3e-3), (fmb.IDA(), 1e-5), (fmb.Implicit(), 1e-3)]
+)
+def test_a_swinging_spacecraft_stays_within_tolerance(integrator, within):
+    """Four swings: steps follow the distance of the bodies, not that of the Earth. Reached: 6e-4, 1e-6 and 1e-4 m."""
+    solution = fmb.simulate(spacecraft(), t_end=2.0, samples=5, integrator=integrator)
+    error = solution["b at"] - solution["a at"] - relative_motion(solution.t)
+    assert np.abs(error).max() < within
+
+
+def test_a_tolerance_that_coordinates_do_not_have_is_told():
+    """A hundredth of a micrometre at 7000 km: the double numbers there are 1e-9 m apart, and sums lose two digits."""
+    with pytest.warns(
+        ValidityWarning, match=r"Body 'a' is 7e\+06 m from the origin.*not below the 2e-08 m of rtol = 1e-08"
+    ):
+        fmb.simulate(spacecraft(), t_end=0.01, samples=2, integrator=fmb.GeneralizedAlpha(rtol=1e-8))
+
+
 @pytest.fixture(scope="module")
 def blade():
     steel = fmb.Material(young=210e9, poisson=0.3, density=7850.0)
