@@ -108,7 +108,8 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
             evaluate(system.program, state, work)
             if not np.all(np.isfinite(work.equations["g"])):
                 raise _runaway(system, state, work)
-            raise singular(system, state, work, lu_factor(work.S, system.program.pattern))
+            place = lu_factor(work.S, system.program.pattern)
+            raise idle_equation(system, state, work) or singular(system, state, work, place)
         g = np.abs(work.equations["g"])
         if not np.all(np.isfinite(g)):
             break

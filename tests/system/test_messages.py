@@ -134,6 +134,17 @@ def test_a_hinge_drawn_across_names_the_axes():
     assert "the z-axis of 'ground.A' and the x-axis of 'rod.hinge' are parallel" in message(caught)
 
 
+@pytest.mark.parametrize("kind", [fmb.Revolute, fmb.Cylindrical])
+@pytest.mark.parametrize("z", [(1, 0, 0), (0, 1, 0)])
+def test_a_driven_hinge_drawn_across_names_the_axes(kind, z):
+    """The angle from x to x has no value there; neither the drive nor the inertia is to blame."""
+    across = ROD.replaced(markers={"hinge": fmb.Pose.axes(z=z, x=(0, 0, 1))})
+    joints = [kind("pin", markers=("ground.A", "rod.hinge")), fmb.Drive("turn", joint="pin", angle=0.3)]
+    with pytest.raises(CompileError) as caught:
+        fmb.check(fmb.Model(bodies=[GROUND, across], joints=joints))
+    assert "Joint 'pin': the z-axis of 'ground.A' and the x-axis of 'rod.hinge' are parallel" in message(caught)
+
+
 @pytest.mark.parametrize(
     ("inertia", "axes"),
     [((0, 0, 0), "its x-axis and its y-axis and its z-axis"), ((0, 1, 1), "its x-axis:"), ((1, 0, 1), "its y-axis:")],
