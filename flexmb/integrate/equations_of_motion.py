@@ -114,7 +114,7 @@ class EquationsOfMotion:
         return solve(self.M, self.Q, self.A, self.b, C=C)
 
     def in_euler_parameters(self) -> EquationsOfMotion:
-        """Return the equations in rates of positions in W and of Euler parameters, with |p| = 1 as constraints.
+        """Return the equations in rates of positions in W and of Euler parameters, with ``|p| = 1`` as constraints.
 
         u = B q': v = R^T r', w = 4 L^T p' with p' = L w. Every body with a frame has a 4 x 4 block of mass of rank 3.
         """
