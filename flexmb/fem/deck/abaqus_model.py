@@ -43,6 +43,11 @@ class Scope:
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
+    @property
+    def shown(self) -> str:
+        """What names of its sets begin with, as the file spells it."""
+        return f"{self.title}." if self.title else ""
+
 
 @dataclass(eq=False)
 class Flat:
@@ -203,7 +208,7 @@ def _fill(flat: Flat, blocks: list[Block], scope: Scope) -> None:
             rows = [(row[0], row[1].upper() if len(row) > 1 else "", scope.name) for row in block.rows() if row[0]]
             flat.surfaces[name] = rows
             flat.surface_kinds[name] = kind
-            flat.names.setdefault(name, prefix + block.parameters["NAME"])
+            flat.names.setdefault(name, scope.shown + block.parameters["NAME"])
         elif block.name not in ("NODE", "ELEMENT"):
             flat.blocks.append((block, scope.name))
 
@@ -229,7 +234,7 @@ def _nodes(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
     if "NSET" in block.parameters:
         name = prefix + block.parameters["NSET"].lower()
         flat.node_sets.setdefault(name, []).extend(made)
-        flat.names.setdefault(name, prefix + block.parameters["NSET"])
+        flat.names.setdefault(name, scope.shown + block.parameters["NSET"])
 
 
 def _elements(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
@@ -262,7 +267,7 @@ def _elements(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
     if "ELSET" in block.parameters:
         name = prefix + block.parameters["ELSET"].lower()
         flat.element_sets.setdefault(name, []).extend(made)
-        flat.names.setdefault(name, prefix + block.parameters["ELSET"])
+        flat.names.setdefault(name, scope.shown + block.parameters["ELSET"])
 
 
 def _count(kind: str) -> int:
@@ -293,7 +298,7 @@ def _set(flat: Flat, block: Block, scope: Scope, table: dict[str, list[int]], ke
         raise block.wrong(f"INSTANCE={inside}, which does not exist", f"One of: {', '.join(flat.scopes)}")
     prefix = f"{scope.name}." if scope.name else ""
     name = prefix + block.need(key).lower()
-    flat.names.setdefault(name, prefix + block.parameters[key])
+    flat.names.setdefault(name, scope.shown + block.parameters[key])
     found: list[int] = []
     numbers = flat.scopes[inside].nodes if key == "NSET" else flat.scopes[inside].elements
     if key == "NSET" and "ELSET" in block.parameters:
