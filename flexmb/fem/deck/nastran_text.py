@@ -29,7 +29,7 @@ MANY = frozenset(
 """Cards that are cut as tables."""
 FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
-CHUNK = 20_000
+CHUNK = 4_000
 """Cards that are cut together: their text is copied once more meanwhile."""
 LARGEST = 10**15
 """Integers stay below."""
