@@ -54,7 +54,7 @@ MEMORY = 64_000_000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``flexmb`` with the given arguments (by default the process's) and return the exit code."""
-    shown, warnings.showwarning = warnings.showwarning, _show_warning
+    shown, warnings.showwarning = warnings.showwarning, _shows_warnings()
     lost, sys.unraisablehook = sys.unraisablehook, _strike_again
     command = "flexmb"
     try:
@@ -153,9 +153,19 @@ def _write_what_the_terminal_can() -> None:
             stream.reconfigure(errors="flexmb.plain")
 
 
-def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
-    """Show a warning as a sentence; where in the source it was raised helps no user."""
-    print(f"flexmb: warning: {message}", file=file or sys.stderr)
+def _shows_warnings():
+    """Return a function that shows a warning as a sentence, each text once: two analyses of a verb may say the same.
+
+    The place in the source helps no user.
+    """
+    seen: set[str] = set()
+
+    def show(message, category, filename, lineno, file=None, line=None) -> None:
+        if str(message) not in seen:
+            seen.add(str(message))
+            print(f"flexmb: warning: {message}", file=file or sys.stderr)
+
+    return show
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -54,7 +54,8 @@ def test_interruption_has_its_code(monkeypatch, capsys):
 
 def test_warnings_are_sentences(monkeypatch, capsys):
     def warn(arguments):
-        warnings.warn("two cells are distorted", UserWarning, stacklevel=1)
+        for text in ("two cells are distorted", "the joint is open", "two cells are distorted"):
+            warnings.warn(text, UserWarning, stacklevel=1)
         return 0
 
     monkeypatch.setattr(command_line.check, "execute", warn)
@@ -62,7 +63,7 @@ def test_warnings_are_sentences(monkeypatch, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         main(["check", "a.toml"])
-    assert capsys.readouterr().err == "flexmb: warning: two cells are distorted\n"
+    assert capsys.readouterr().err == "flexmb: warning: two cells are distorted\nflexmb: warning: the joint is open\n"
     assert warnings.showwarning is shown
 
 
