@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb import fem
 from flexmb.errors import ModelError
 
 PINS = ("ground.origin", "body.pin")
@@ -159,3 +160,25 @@ def test_messages(make, found):
         make()
     assert found in str(caught.value)
     assert caught.value.remedy
+
+
+def test_a_joint_of_two_cables_is_refused_before_the_run():
+    """Their markers are fractions of the length: none can be added where the joint happens to be."""
+    steel = fmb.Material(young=210e9, poisson=0.3, density=7850.0)
+    ropes = [
+        fmb.AncfCable(
+            name,
+            points=((x, 0, 0), (x + 1.0, 0, 0)),
+            elements=2,
+            section=fem.Section.solid_circle(0.01),
+            material=steel,
+            markers={"mid": 0.5},
+        )
+        for name, x in (("a", 0.0), ("b", 1.0))
+    ]
+    with pytest.raises(ModelError, match=r"joint 'joint' \(Spherical\) joins two flexible bodies"):
+        fmb.Model(
+            bodies=[fmb.Ground(), *ropes],
+            joints=[fmb.Spherical("joint", markers=("a.end", "b.start"))],
+            events=[fmb.Event("jam", at=0.1, then=fmb.Lock("joint"))],
+        )
