@@ -1,8 +1,8 @@
 """`Drain`: a file for HDF5 to write to that never fails, but says afterwards that it did.
 
-HDF5 does not survive a write that fails: it notes what it could not write as still to be written, fails once more when
-the file is closed, and ends the process when the program ends. So what cannot be written is taken and dropped, small
-pieces (what HDF5 notes about its data, and reads again) are kept in memory, and the error is raised in the end.
+HDF5 does not survive a write that fails. It keeps the data as still to be written, fails once more when the file is
+closed, and ends the process when the program ends. So what cannot be written is taken and dropped, small pieces (what
+HDF5 notes about its data, and reads again) are kept in memory, and the error is raised in the end.
 """
 
 from __future__ import annotations

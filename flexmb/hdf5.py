@@ -1,8 +1,8 @@
 """The one door to HDF5: files are opened, created and checked here, and nowhere else.
 
 Every flexmb file carries two root attributes, ``schema`` (what it is) and ``schema_version`` (int). A file that is
-missing, foreign, truncated or of another version is refused with a message that says what to do; a file that is
-being written replaces the old one only when it is complete.
+missing, foreign, truncated or of another version is refused with a message that says what to do. A file that is being
+written replaces the old one only when it is complete.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 The modal rows gain ``sum_i s_i G_i eta``; the scales s_i are the acceleration field ``a(x) = A + B x`` of the body
 (gravity included in A), the total wrench on each interface in body axes, the amounts of the load shapes, 1. v' and w'
-in it belong to the mean motion of the mass, not to the frame: a frame that is clamped to an interface follows its
-vibration, and inertia loads of its acceleration would be in equilibrium with nothing (eq. (mean-motion)).
+in it belong to the mean motion of the mass, not to the frame. A frame that is clamped to an interface follows its
+vibration, and inertia loads of its acceleration would not be in equilibrium with anything (eq. (mean-motion)).
 """
 
 from __future__ import annotations

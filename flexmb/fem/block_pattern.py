@@ -1,7 +1,7 @@
 """Sparsity of a mesh, node by node, and compiled scattering of element matrices straight into CSR arrays.
 
-Going through coordinate triples (scikit-fem, most codes) needs 24 bytes per element entry and a sort; the pattern
-of node neighbours is nine times smaller than the matrix, is found once, and serves K, M and K_g.
+Coordinate triples (scikit-fem, most codes) need 24 bytes per element entry and a sort. The pattern of node neighbours
+is nine times smaller than the matrix, is found once, and serves K, M and K_g.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Matrices of Nastran in OUTPUT4 files (.op4), read by pyYeti: stiffness and mass of all grid points.
 
-An OUTPUT4 file holds names and numbers only: rows are the six freedoms of every grid point in ascending order of the
-numbers (g-size), as ``OUTPUT4 KGG,MGG`` writes them, or those of a reduced set, whose freedoms the caller must give.
+An OUTPUT4 file holds names and numbers only. Rows are the six freedoms of every grid point in ascending order of the
+numbers (g-size), as ``OUTPUT4 KGG,MGG`` writes them. For a reduced set the caller must give the freedoms.
 """
 
 from __future__ import annotations

@@ -43,8 +43,8 @@ def merged_copies(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return which cells to keep, the new number of every cell, and how many copies nobody can have meant.
 
-    Copies of solids are merged, and copies of lines and surfaces in the same groups; those in other groups are
-    two parts that lie on one another (a rod along a bar, a doubler on a skin).
+    Copies of solids are merged, and copies of lines and surfaces in the same groups. Copies in other groups are two
+    parts that lie on one another (a rod along a bar, a doubler on a skin).
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Slopes of nodal fields on surfaces of triangles: quadratic fits through the nodes around.
 
 The strain at the corner of a triangle is of first order, and the mean of the cells at an edge is a value beside it. The
-displacements of nodes are of second order: the slope of a quadratic through them, fitted by least squares around each
-node, is so too, on edges as well, and exact in bending (polynomial preserving recovery: Zhang & Naga, SIAM J. Sci.
-Comput. 26 (2005) 1192-1213).
+displacements of nodes are of second order. So is the slope of a quadratic through them, fitted by least squares around
+each node, on edges too; in bending it is exact (polynomial preserving recovery: Zhang & Naga, SIAM J. Sci. Comput. 26
+(2005) 1192-1213).
 """
 
 from __future__ import annotations

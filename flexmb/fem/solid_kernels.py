@@ -1,8 +1,8 @@
 """Compiled kernels of the solid elements: stiffness, mass, stress and geometric stiffness.
 
-docs/theory/elements.md derives the equations. Every element matrix is contracted from scalar gradients
-(G_a: gradient of the shape function of node a in body axes), so one kernel serves all element kinds and,
-through the full elasticity matrix, isotropic, orthotropic and anisotropic materials.
+docs/theory/elements.md derives the equations. Every element matrix is contracted from scalar gradients (G_a: gradient
+of the shape function of node a in body axes). So one kernel serves all element kinds and, through the full elasticity
+matrix, isotropic, orthotropic and anisotropic materials.
 """
 
 from __future__ import annotations

@@ -114,9 +114,9 @@ class _Callback:
 class UserForce(Force):
     """Apply what a Python function returns, between two markers: for trying out a law before it gets a kernel.
 
-    The compiled step loop calls back into Python, once for every residual and 25 times for every iteration matrix (its
-    tangent is by differences), some 10 us each time: a hundred times slower than a force with a kernel. The work of
-    the force counts as work of loads.
+    The compiled step loop calls back into Python: once for every residual and 25 times for every iteration matrix (its
+    tangent is by differences). Each call takes some 10 us, a hundred times longer than a force with a kernel. The work
+    of the force counts as work of loads.
 
     Parameters
     ----------

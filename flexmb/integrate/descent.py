@@ -38,7 +38,7 @@ class Descent:
     the next move would go uphill, against the force: to the far side of a buckling load.
 
     Both judge by the stiffness at one place, so they need a smooth model. Between stiff contacts with small gaps it
-    says nothing about what comes: a part that floats in its gap has none, a move there is linear, and its pseudo time
+    predicts nothing: a part that floats in its gap has no unbalanced force, a move there is linear, and its pseudo time
     would grow until rounding drives it. Without `smooth`, `step` follows the unbalanced forces alone.
     """
 

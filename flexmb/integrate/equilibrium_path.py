@@ -1,7 +1,7 @@
 """Path following: equilibria that depend on a load factor t, from point to point by arc length.
 
 With x = (q, lam, t) the equilibria R(q, lam, t) = 0, g(q, t) = 0 form a curve. From a point with the unit tangent T the
-next one is looked for in the plane across T at the distance s (Riks 1979; Wempner 1971): the matrix of Newton's method,
+next one is sought in the plane across T at the distance s (Riks 1979; Wempner 1971). The matrix of Newton's method,
 bordered by T, stays regular where the load has an extremum (Keller 1977). Length counts displacements relative to the
 largest so far, and loads relative to the load to be reached: eq. (arc-length).
 """

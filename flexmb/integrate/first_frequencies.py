@@ -112,8 +112,8 @@ def first_frequencies(model: Model, count: int = 6) -> FirstFrequencies:
 def _squares(K, M, L, G, count: int) -> np.ndarray:
     """Return the lowest different positive w2, 1/s2, ascending.
 
-    The filter is moved down with the lowest w2 that a few steps of the iteration see, until it stays; then one look
-    far below tells whether there is a soft part that stiff ones have hidden.
+    The filter is moved down with the lowest w2 that a few steps of the iteration find, until it stays. Then one search
+    far below shows whether stiff parts have hidden a soft one.
     """
     diagonal = K.diagonal()
     positive = diagonal[diagonal > 0.0]

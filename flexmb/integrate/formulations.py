@@ -122,9 +122,9 @@ class _Formulation(metaclass=Described):
 class Augmented(_Formulation):
     """Accelerations and multipliers together from one sparse system (the form that the integrators use).
 
-    The compiled factorisation of the integrators; where it does not converge (dependent equations that the assembled
-    position did not show), the solution of least norm: of small models by a dense singular value decomposition, of
-    others by a factorisation in which dependent equations are soft.
+    They come from the compiled factorisation of the integrators. Where it does not converge (dependent equations that
+    the assembled position did not show), the solution of least norm is taken: for small models by a dense singular
+    value decomposition, for others by a factorisation in which dependent equations are soft.
     """
 
     compiled: ClassVar[bool] = True

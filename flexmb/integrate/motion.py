@@ -108,8 +108,8 @@ class Motion:
 def run_samples(run, system, samples: np.ndarray, first: int, last: int, patience: float = np.inf) -> Outcome:
     """Advance a run through samples[first:last]; return the rows and why it ended.
 
-    The run has `advance(t, pace)`, which returns what went wrong or an empty text, `reached`, the time at which it
-    stands (before t if the patience was used up), and `sample()` (t, q, u, a, lam, works).
+    The run has `advance(t, pace)`, which returns the failure or an empty text; `reached`, its present time (before t if
+    the patience was used up); and `sample()` (t, q, u, a, lam, works).
     """
     kept: list[tuple] = []
     failure, pace = "", Patience(patience)

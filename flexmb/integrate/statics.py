@@ -36,14 +36,14 @@ def statics(
     turns at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
     accelerations of this rotation. A mechanism without a steady motion (a crank and its coupler) is refused. The
     iteration is Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
-    continuation, Kelley & Keyes 1998): it follows the damped motion of the mechanism downhill, so it finds a stable
+    continuation, Kelley & Keyes 1998). It follows the damped motion of the mechanism downhill. So it finds a stable
     equilibrium through large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a
-    step that runs far into one of them is taken back, and the inertia fades with the forces alone; if that leads
-    nowhere, also where the stiffness tells so, as without contacts, and at last all steps stand.
+    step that runs far into one of them is taken back, and the inertia fades with the forces alone. If that finds
+    nothing, it also fades by the stiffness, as without contacts. The last attempt accepts all steps.
 
-    With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`: loads
-    that are functions of time, as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is at
-    rest then.
+    With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`. Loads
+    that are functions of time, such as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is
+    at rest then.
 
     Parameters
     ----------

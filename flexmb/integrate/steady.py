@@ -168,9 +168,10 @@ def _crossing(r: np.ndarray) -> np.ndarray:
 def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     """Return the steady motion that the drives require, or (`known`) the one that keeps the velocities of `state`.
 
-    Bodies move rigidly, so a reduced one turns with its drive instead of bending at the hub; of all motions that the
-    joints permit, the one with least relative motion at the ends of springs, then in the joints, then of least kinetic
-    energy: what hangs on a rotor turns with it. Only where a mechanism cannot move without deforming, it deforms.
+    Bodies move rigidly, so a reduced one turns with its drive instead of bending at the hub. Of all motions that the
+    joints permit, the one with the least relative motion at the ends of springs is taken, then in the joints, then with
+    the least kinetic energy. So everything attached to a rotor turns with it. Only where a mechanism cannot move
+    without deforming, it deforms.
     """
     work.weights[0].wanted = 0
     evaluate(system.program, state, work)

@@ -1,8 +1,8 @@
 """Steps that end where contacts begin and end, and that follow friction through its turn.
 
-After every step the places where forces have a kink are read. Between the ends of the step each moves along the cubic
-that has its place and rate at both ends (Hermite); what begins or ends inside, or begins and ends inside unseen,
-shortens the step to just past the first such time. Theory: integrators.
+After every step the places where forces have a kink are read. Between the ends of the step each follows the cubic
+through its values and rates at both ends (Hermite). A contact that begins or ends inside, or both, shortens the step to
+just past the first such time. Theory: integrators.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Translation of frames in world axes within a step: the group R^3 x SO(3) (Brüls, Cardona & Arnold 2012, section 2).
 
-A frame that travels while it spins has a velocity that changes slowly in W and goes round in its own axes; one that
-turns about a fixed pin has a constant velocity in its own axes, which goes round in W. A step resolves what changes.
+A frame that travels while it spins has a velocity that changes slowly in W and rotates in its own axes. A frame that
+turns about a fixed pin has a constant velocity in its own axes, which rotates in W. A step resolves what changes.
 """
 
 from __future__ import annotations

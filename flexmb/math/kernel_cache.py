@@ -1,9 +1,9 @@
 """Compiled kernels kept on disk, one file each, named by all that its machine code depends on.
 
-A file is found by its name alone, so there is no index that could be out of date, and a file that is there fits: other
-code, other constants, other types, another processor or another numba have another name. Copies of the package at
-several places, and several versions of it, share one folder. A file that is cut off or damaged is removed and made
-again; where nothing can be written, kernels are compiled in every process.
+A file is found by its name alone, so no index can be out of date. An existing file fits: other code, other constants,
+other types, another processor or another numba have another name. Copies of the package at several places, and several
+versions of it, share one folder. A file that is cut off or damaged is removed and made again; where nothing can be
+written, kernels are compiled in every process.
 """
 
 from __future__ import annotations

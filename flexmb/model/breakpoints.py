@@ -1,9 +1,9 @@
 """Where signals are not smooth: the times of their steps, corners and points of tables, read from their programs.
 
 Operations that are made of pieces (step, smooth, abs, sign, min, max, comparisons, tables) change pieces where their
-argument passes certain values. Where the argument is ``a t + b`` these times are computed; elsewhere they are isolated
-by bounds of the argument and its rate over intervals, which are halved until each holds one root or none (Moore,
-Kearfott & Cloud 2009, chapter 8): none is missed, however short what lies between two of them.
+argument passes certain values. Where the argument is ``a t + b`` these times are computed. Elsewhere bounds of the
+argument and its rate over intervals isolate them: intervals are halved until each holds one root or none (Moore,
+Kearfott & Cloud 2009, chapter 8). None is missed, however close two of them are.
 """
 
 from __future__ import annotations

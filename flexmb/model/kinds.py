@@ -141,8 +141,8 @@ class Body(Part):
     def block_size(self) -> int:
         """Number of velocities in a block of the iteration matrix; by default the whole body is one dense block.
 
-        A body of many elements names the velocities of a node as its block, and in `couplings` which nodes share an
-        element: then the matrix is factorised node by node, at a cost that grows linearly with a chain of elements.
+        A body of many elements names the velocities of a node as its block, and in `couplings` the nodes that share an
+        element. Then the matrix is factorised node by node, at a cost that grows linearly with a chain of elements.
         """
         return self.n_velocities
 

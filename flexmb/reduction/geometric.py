@@ -48,10 +48,10 @@ def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> n
 
     A coupling that turns by theta takes its nodes along ``theta x s + theta x (theta x s) / 2``; the second part works
     against the forces r = K u - f that hold the nodes in it: ``theta^T (sym(sum r s^T) - (sum r . s) I) theta / 2``.
-    Without it a body frame that turns against a coupling (Buckens) meets a stiffness that is not there, wherever the
-    coupling holds back lateral contraction, and a marker away from its nodes would carry its load without a lever. The
-    marker of an averaging coupling at s from the mean of its nodes moves likewise under its own load f, which works on
-    that motion: r = -f.
+    Without it a body frame that turns relative to a coupling (Buckens) meets a spurious stiffness, wherever the
+    coupling prevents lateral contraction. A marker away from its nodes would carry its load without a lever. The marker
+    of an averaging coupling at s from the mean of its nodes moves likewise under its own load f, which works on that
+    motion: r = -f.
 
     Parameters
     ----------

@@ -2,10 +2,10 @@
 
 A tolerance is a share of a length. The box around everything says nothing about a spacecraft of two bodies whose ground
 is the centre of the Earth, nor about an elastic body whose only marker coincides with its hub's. Bodies that joints and
-forces connect are one assembly; its length is the largest distance between markers of its bodies and nodes of those
-that are elastic, which does not depend on the axes of W. Where these have no extent (a point mass on a rod or a spring,
-a rotor), the distances over which joints hold it count; then the distances of forces; then the radius of gyration (a
-body that flies by itself); then the largest distance between all markers; then 1 m.
+forces connect are one assembly. Its length is the largest distance between markers of its bodies and nodes of the
+elastic ones. It does not depend on the axes of W. Where these have no extent (a point mass on a rod or a spring, a
+rotor), the distances over which joints hold it count; then the distances of forces; then the radius of gyration (a body
+that flies by itself); then the largest distance between all markers; then 1 m.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Point masses of little or no mass between cut joints: unknowns of the closure instead of being eliminated.
 
 The closing equations are condensed to the multipliers with the inverse masses of all bodies, eq. (tree-closure). A
-point of mass m contributes 1 / m, beside which what its neighbours do is rounded away: with m of 1e-8 of theirs the
+point of mass m contributes 1 / m, which hides its neighbours' contributions by rounding. With m of 1e-8 of theirs the
 joints of a rod on such a point would look dependent, and the rod would fall. Its accelerations stay unknown instead,
 
     [M_p, -G_p^T; G_p, W] (a_p, lam) = (f_p, -error),

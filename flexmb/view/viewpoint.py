@@ -37,9 +37,9 @@ def viewpoint(scene: Scene, up) -> np.ndarray:
 def best_direction(places, up) -> np.ndarray:
     """Return the direction to look from that shows most of extent and motion.
 
-    The extent is the area over which the points spread in the picture, the motion the root mean square of
-    their paths in it; the product is largest across the plane of a planar mechanism, and for a long wing whose flaps
-    move across the span from the side at some 45 degrees. Of directions that are about as good it is the one that has
+    The extent is the area over which the points spread in the picture. The motion is the root mean square of their
+    paths in it. The product is largest across the plane of a planar mechanism. For a long wing whose flaps move across
+    the span it is largest from the side at some 45 degrees. Of directions that are about as good it is the one that has
     what moves in front, or else an axis that goes to the right, and not quite straight on.
 
     Parameters
