@@ -3,6 +3,7 @@
 from flexmb.integrate.accelerations import Accelerations, accelerations
 from flexmb.integrate.campbell import Campbell, campbell
 from flexmb.integrate.check import Report, check
+from flexmb.integrate.disturbed import disturbed
 from flexmb.integrate.equations_of_motion import EquationsOfMotion, equations
 from flexmb.integrate.explicit import Explicit
 from flexmb.integrate.first_frequencies import FirstFrequencies, first_frequencies
@@ -42,6 +43,7 @@ __all__ = [
     "accelerations",
     "campbell",
     "check",
+    "disturbed",
     "equations",
     "first_frequencies",
     "inverse_dynamics",

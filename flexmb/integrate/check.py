@@ -11,6 +11,7 @@ from flexmb.errors import CompileError
 from flexmb.integrate.oversights import oversights
 from flexmb.model.model import Model
 from flexmb.system import assemble_as_drawn, mobility
+from flexmb.system.branching import Branching, branching
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
@@ -46,6 +47,8 @@ class Report:
     warnings : tuple of str
         What is hardly meant: joints that are drawn open by a hundredth of the model's size (by a tenth it is an error),
         velocities that contradict joints.
+    singular : Branching or None
+        Where motions branch at the start: instantaneous freedoms, finite ones, and the joints concerned.
     misfits : dict of joint name to (float, float), m and rad
         What dependent equations leave open because they contradict each other within the digits of a mesh file (1e-6 of
         the model's size); larger gaps are an error. The motion ignores them, and they stress nothing.
@@ -63,6 +66,8 @@ class Report:
     indeterminate: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    singular: Branching | None = None
 
     @property
     def shared_reactions(self) -> dict[str, list[str]]:
@@ -98,6 +103,8 @@ class Report:
             lines += [
                 f"    {name}: {metres:.2g} m, {radians:.2g} rad" for name, (metres, radians) in self.misfits.items()
             ]
+        if self.singular is not None:
+            lines.append(f"  The start is {self.singular}")
         lines += [f"  Warning: {text}" for text in self.warnings]
         lines += [f"  Note: {text}" for text in self.notes]
         return "\n".join(lines)
@@ -121,6 +128,7 @@ def check(model: Model) -> Report:
     told: list[str] = []
     system, state = assemble_as_drawn(model, tell=told.extend)
     counts = mobility(system, state, system.workspace())
+    singular = branching(system, state, system.workspace())
     if not np.all(np.isfinite(state.q)):
         raise CompileError(
             f"Model '{model.name}'",
@@ -141,6 +149,7 @@ def check(model: Model) -> Report:
         indeterminate=counts.indeterminate,
         notes=(*oversights(model), *_moved_furthest(model, system, state)),
         warnings=tuple(told),
+        singular=singular,
     )
 
 

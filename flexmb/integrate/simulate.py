@@ -23,6 +23,7 @@ from flexmb.results import Solution
 from flexmb.results.phase import MOST_SAMPLES
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
+from flexmb.system.branching import require_motion_to_begin
 
 __all__ = ["simulate"]
 
@@ -175,6 +176,7 @@ def simulate(
         if state is None
         else assemble(model, t=t_start, state=state)
     )
+    told += require_motion_to_begin(*assembled, assembled[0].workspace())
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     phases.validity.tell(told)

@@ -30,6 +30,10 @@ __all__ = [
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
+STRAIGHT = 0.99
+"""Square of the cosine between two corrections that go the same way."""
+LASTING = 0.99999
+"""Part that is left by each correction, from which it never ends: equations that contradict each other."""
 
 
 def kernel_table(kernels) -> np.ndarray:
@@ -279,6 +283,7 @@ def accelerations(program, state, work, right, sweeps):
     looked = (
         2 if len(program.pattern.softness) > 0 else 1
     )  # dependent equations still change a little in the second sweep
+    before = np.zeros(ng)
     weigh(work.weights, 1.0)
     state.a[:] = 0.0
     state.lam[:] = 0.0
@@ -293,6 +298,8 @@ def accelerations(program, state, work, right, sweeps):
         if sweep == 0:
             least = EXACT * np.max(np.abs(work.residual))  # multipliers that cancel to rounding
         lu_solve(work.S, program.pattern, right)
+        if len(program.pattern.softness) > 0:
+            _lengthened(nu, right, before)
         settled = sweep > 0
         largest = 0.0
         for i in range(nu):
@@ -310,6 +317,29 @@ def accelerations(program, state, work, right, sweeps):
     if len(program.pattern.softness) > 0 and not nonlinear:
         _without_stress(program, state, work, right)
     return -1
+
+
+@inner_kernel
+def _lengthened(nu, right, before):
+    """Lengthen a correction that is a part rho of the one before to what all that would follow add up to.
+
+    Near a singular position an equation that is nearly dependent moves little, and its softness, which is that of all,
+    leaves most of it open: corrections then shrink by the same part again and again, rho + rho^2 + ... (Aitken).
+    `before` (ng,) takes the multipliers' part, or zero after a long one.
+    """
+    along, square, own = 0.0, 0.0, 0.0
+    for i in range(len(before)):
+        along += right[nu + i] * before[i]
+        square += before[i] * before[i]
+        own += right[nu + i] * right[nu + i]
+    rho = along / square if square > 0.0 else 0.0
+    straight = along * along >= STRAIGHT * own * square
+    if straight and 0.1 < rho < LASTING:
+        for i in range(len(right)):
+            right[i] /= 1.0 - rho
+        before[:] = 0.0
+    else:
+        before[:] = right[nu:]
 
 
 @inner_kernel

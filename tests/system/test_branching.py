@@ -1,0 +1,165 @@
+"""Singular starts: named by `check`, refused alike by all integrators, and starts beside them run alike.
+
+References: counts by hand (freedoms of planar linkages), agreement of formulations that share no solver.
+"""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.errors import CompileError, ModelError
+
+INERTIA = (1e-3, 1e-3, 1e-3)
+INTEGRATORS = [
+    fmb.GeneralizedAlpha(),
+    fmb.IDA(),
+    fmb.Implicit(),
+    *(fmb.Explicit(formulation=f) for f in (fmb.Augmented(), fmb.NullSpace(), fmb.Recursive())),
+]
+
+
+def linkage(ground, links, joints, **fields) -> fmb.Model:
+    """Return planar links between places, {name: (start, end)}, joined by revolutes, {name: (marker, marker)}."""
+    bodies = [fmb.Ground(markers=ground)]
+    for name, (start, end) in links.items():
+        way = (*np.subtract(end, start), 0.0)
+        bodies.append(
+            fmb.RigidBody(name, mass=1.0, inertia=INERTIA, at=(*start, 0.0), markers={"s": (0, 0, 0), "e": way})
+        )
+    revolutes = [fmb.Revolute(name, markers=markers) for name, markers in joints.items()]
+    return fmb.Model(bodies=bodies, joints=revolutes, gravity=(0, -9.81, 0), **fields)
+
+
+def toggle(pendulum: bool) -> fmb.Model:
+    """Two links stretched between two pins, and perhaps a pendulum beside them."""
+    ground = {"A": (0, 0, 0), "B": (2, 0, 0), "C": (0, -1, 0)}
+    links = {"left": ((0, 0), (1, 0)), "right": ((1, 0), (2, 0))}
+    joints = {"a": ("ground.A", "left.s"), "m": ("left.e", "right.s"), "b": ("right.e", "ground.B")}
+    if pendulum:
+        links["p"], joints["c"] = ((0, -1), (0.5, -1)), ("ground.C", "p.s")
+    return linkage(ground, links, joints)
+
+
+def parallelogram(degrees: float) -> fmb.Model:
+    """Cranks of 0.3 m on a base of 1 m."""
+    e = 0.3 * np.array((np.cos(np.radians(degrees)), np.sin(np.radians(degrees))))
+    links = {"crank": ((0, 0), e), "rod": (e, e + (1, 0)), "rocker": ((1, 0), e + (1, 0))}
+    joints = {
+        "A": ("ground.A", "crank.s"),
+        "B": ("crank.e", "rod.s"),
+        "C": ("rod.e", "rocker.e"),
+        "D": ("ground.D", "rocker.s"),
+    }
+    return linkage({"A": (0, 0, 0), "D": (1, 0, 0)}, links, joints)
+
+
+def towing_chain(degrees: float) -> fmb.Model:
+    """Six links of 0.3048 m, 14.6 kg, hung by both ends from one place, opened by an angle; one end is towed.
+
+    The towed end is a cart of 1 g on a rail (Wang & Huston 1988: the chain starts with both ends together).
+    """
+    length, mass, a = 0.3048, 14.6, 1.22
+    angles = np.radians([-90.0 + degrees] * 3 + [90.0 - degrees] * 3)
+    points = np.zeros((7, 3))
+    points[1:, :2] = length * np.cumsum(np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)
+    bodies = [
+        fmb.RigidBody.rod(f"l{k}", length=length, mass=mass, radius=1e-3, at=points[k], rotation=(0, 0, angles[k]))
+        for k in range(6)
+    ]
+    rail = {"rail": fmb.Pose.axes(at=(0, 0, 0), z=(1, 0, 0)), "pin": (0, 0, 0)}
+    bodies.append(fmb.RigidBody("cart", mass=1e-3, inertia=(1e-6,) * 3, at=points[6], markers=rail))
+    places = ["ground.origin"] + [f"l{k}.end" for k in range(6)]
+    joints = [fmb.Revolute(f"j{k}", markers=(places[k], f"l{k}.start")) for k in range(6)]
+    joints += [
+        fmb.Revolute("tip", markers=("l5.end", "cart.pin")),
+        fmb.Prismatic("rail", markers=("ground.rail", "cart.rail")),
+        fmb.Drive("tow", joint="rail", displacement=fmb.expression("x + 0.5*a*t**2", x=float(points[6, 0]), a=a)),
+    ]
+    sensors = [fmb.Position(f"p{k}", marker=f"l{k}.end") for k in range(6)]
+    ground = fmb.Ground(markers={"rail": rail["rail"]})
+    return fmb.Model(gravity=(0, -9.81, 0), bodies=[ground, *bodies], joints=joints, sensors=sensors)
+
+
+@pytest.mark.parametrize(
+    ("model", "instantaneous", "finite", "joints"),
+    [
+        (toggle(False), 1, 0, ("a", "m", "b")),
+        (toggle(True), 2, 1, ("a", "m", "b")),
+        (parallelogram(0.0), 2, 1, ("A", "B", "C", "D")),
+        (towing_chain(0.0), 5, 4, ("j0", "j1", "j2", "j3", "j4", "j5", "tip", "rail")),
+    ],
+    ids=["toggle", "toggle and pendulum", "parallelogram", "chain"],
+)
+def test_check_names_a_singular_configuration(model, instantaneous, finite, joints):
+    report = fmb.check(model)
+    assert tuple(report.singular) == (instantaneous, finite, joints)
+    assert report.mobility == instantaneous
+    assert f"{instantaneous} instantaneous freedoms, {finite} of motions" in str(report)
+
+
+@pytest.mark.parametrize("model", [parallelogram(0.1), parallelogram(40.0), towing_chain(0.1), towing_chain(30.0)])
+def test_nothing_is_singular_beside_it(model):
+    assert fmb.check(model).singular is None
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("model", [towing_chain(0.0), toggle(False)])
+def test_all_integrators_refuse_alike(model, integrator):
+    with pytest.raises(CompileError, match=r"singular configuration.*belong to none of the motions.*flexmb\.disturbed"):
+        fmb.simulate(model, 0.1, integrator=integrator)
+
+
+def test_singular_equilibrium_is_told_and_runs():
+    """A flat parallelogram without loads stays where it is: nothing asks for a branch."""
+    at_rest = fmb.Model(bodies=parallelogram(0.0).bodies, joints=parallelogram(0.0).joints)
+    with pytest.warns(fmb.ValidityWarning, match="2 instantaneous freedoms, 1 of motions"):
+        run = fmb.simulate(at_rest, 0.1, samples=3)
+    np.testing.assert_allclose(run.final.q, run.state(0.0).q, atol=1e-9)
+
+
+def test_motion_through_a_regular_branch_is_told_and_runs():
+    """Turning as a parallelogram through the line: velocity and acceleration belong to that branch (w = 3 rad/s)."""
+    model, w = parallelogram(0.0), 3.0
+    moving = {"crank": ((0, 0, 0), w), "rod": ((0, 0.3 * w, 0), 0.0), "rocker": ((0, 0, 0), w)}
+    bodies = [
+        b.replaced(velocity=moving[b.name][0], angular_velocity=(0, 0, moving[b.name][1])) if b.name in moving else b
+        for b in model.bodies
+    ]
+    free = fmb.Model(bodies=bodies, joints=model.joints, sensors=[fmb.Velocity("v", marker="rod.s")])
+    with pytest.warns(fmb.ValidityWarning, match="small differences decide"):
+        run = fmb.simulate(free, 0.1, samples=6, integrator=fmb.Explicit())
+    assert run.status.kind == "finished"
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_disturbed_start_is_beside_and_closed(seed):
+    model = fmb.disturbed(parallelogram(0.0), seed=seed)
+    report = fmb.check(model)
+    assert report.singular is None
+    assert (report.mobility, report.assembly_error < 1e-9) == (1, True)
+    places = [np.asarray(b.at) - np.asarray(a.at) for a, b in zip(parallelogram(0.0).bodies[1:], model.bodies[1:])]
+    assert 1e-4 < np.max(np.abs(places)) < 2e-2
+
+
+def test_what_cannot_be_disturbed_is_named():
+    with pytest.raises(CompileError, match=r"no motion of 0\.01 of its size"):
+        fmb.disturbed(toggle(False))
+    with pytest.raises(ModelError, match="size = 3"):
+        fmb.disturbed(toggle(False), size=3)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return fmb.simulate(
+        towing_chain(0.1), 0.2, samples=3, integrator=fmb.Explicit(formulation=fmb.NullSpace(), rtol=1e-10)
+    )
+
+
+@pytest.mark.parametrize(
+    "integrator", [fmb.IDA(), fmb.Implicit(), fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive())]
+)
+def test_nearly_singular_start_runs_alike(integrator, exact):
+    """The chain opened by 0.1 degree; the recursion closes loops by another solver than the null space."""
+    run = fmb.simulate(towing_chain(0.1), 0.2, samples=3, integrator=integrator)
+    for k in range(6):
+        np.testing.assert_allclose(run[f"p{k}"], exact[f"p{k}"], atol=1e-4)
