@@ -176,7 +176,8 @@ def simulate(
         if state is None
         else assemble(model, t=t_start, state=state)
     )
-    told += require_motion_to_begin(*assembled, assembled[0].workspace())
+    system, begin = assembled
+    told += require_motion_to_begin(system, begin, system.workspace())
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     phases.validity.tell(told)

@@ -167,7 +167,8 @@ def _joints(near: Neighbourhood, here, other) -> tuple[str, ...]:
     """Return the joints in the states of self-stress that a state has, and another beside it has not (or all)."""
     system, names = near.system, near.system.equation_names
     at = near.at(near.state.q, np.zeros(system.nu))
-    chosen = {names[k].partition(": ")[0] for k in indeterminate_equations(*near.matrices(at), here)}
+    M, gradient = near.matrices(at)
+    chosen = {names[k].partition(": ")[0] for k in indeterminate_equations(M, gradient, here)}
     if other is not None and system.ng <= SMALL:
         scale = system.lengths.equations
         G, G1 = (near.matrices(state)[1].toarray() / scale[:, None] / system.units for state in (at, other))
