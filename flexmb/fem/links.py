@@ -211,7 +211,7 @@ def _link_block(fe: FEModel, node: int, numbers: np.ndarray, rows: np.ndarray) -
     """Return the geometric stiffness of a rigid link about to be made."""
     which, directions = np.nonzero(rows[numbers, :3] >= 0)
     return RigidLinkBlock(
-        node=node,
+        nodes=np.full(len(which), node),
         number_of_nodes=len(fe.nodes),
         dofs=fe.dofs,
         stiffness=fe.K[rows[numbers[which], directions]],

@@ -4,6 +4,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from flexmb import fem, reduction
 from flexmb.errors import MeshError
@@ -106,6 +107,35 @@ def test_offsets_move_the_stiffness(tmp_path):
     turn = np.kron(np.eye(3), rigid)
     np.testing.assert_allclose(shifted.K.toarray(), turn.T @ straight.K.toarray() @ turn, rtol=1e-9, atol=1e-3)
     np.testing.assert_allclose(shifted.M.toarray(), turn.T @ straight.M.toarray() @ turn, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("through_rbe2", [False, True])
+def test_offset_along_the_beam_is_a_lever_in_buckling(tmp_path, through_rbe2):
+    """A column clamped below with a rigid piece a = L / 2 on top, under a dead load: tan(k L) = 1 / (k a).
+
+    ``y'' + k^2 y = k^2 d`` with ``d = y(L) + a y'(L)``, k^2 = P / (E I) (Timoshenko and Gere, Theory of Elastic
+    Stability, section 2.1, for the column alone).
+    """
+    length, count, inertia = 2.0, 16, 2e-6
+    rows = [f"GRID,{k + 1},,{length * k / count},0.,0." for k in range(count)]
+    rows.append(f"GRID,{count + 1},,{1.5 * length},0.,0.")
+    for k in range(count):
+        last = f",,+\n+,,,,,,{-0.5 * length},0.,0." if k == count - 1 else ""
+        rows.append(f"CBAR,{k + 1},1,{k + 1},{k + 2},0.,1.,0.{last}")
+    rows.append(f"PBAR,1,1,4.e-3,{inertia},{9 * inertia},1.e-6\nMAT1,1,{E:.6e},,.3,{RHO}")
+    top = count + 1
+    if through_rbe2:  # a link on the link: its reference carries the load, its dependent node the offset
+        rows[count] = f"GRID,{count + 1},,{1.2 * length},0.,0."
+        rows[-2] = rows[-2].replace(f"{-0.5 * length}", f"{-0.2 * length:.6g}")
+        rows.append(f"GRID,90,,{1.5 * length},0.,0.\nRBE2,91,90,123456,{count + 1}")
+        top = 90
+    fe = deck(tmp_path, "\n".join(rows), lumped=False)
+    node = int(np.flatnonzero(fe.labels == top)[0])
+    load = np.zeros((len(fe.nodes), 6, 1))
+    load[node, 0] = -1.0
+    found = fem.buckling(fe, fe.forces(load)[:, 0], fixed=[0], n=1)[0][0]
+    angle = brentq(lambda x: x * np.tan(x) - 2.0, 0.1, 1.5)
+    assert found == pytest.approx(E * inertia * (angle / length) ** 2, rel=1e-3)
 
 
 def test_pinned_end(tmp_path):

@@ -47,7 +47,8 @@ def assembled(deck: Deck, lumped: bool) -> FEModel:
     if deck.mass_factor != 1.0:
         M = M * deck.mass_factor
     mask, transfer = eliminated(part, links, 6 * n)
-    rigid = _rigid_links(links, K, dofs, points)
+    rigid = _rigid_links(ends, K, dofs, points)
+    rigid += _rigid_links(links[: len(links) - len(ends)], _with_ends(part, ends, K, dofs, n), dofs, points)
     flat = 6 * dofs[:, 0] + dofs[:, 1]
     kept = flat[~mask[flat]]
     present = np.zeros(6 * n, bool)
@@ -177,6 +178,15 @@ def _say_held(deck: Deck, M: sparse.csr_matrix, kept: np.ndarray, held: np.ndarr
         deck.inventory.approximated[text] += int(heavy.sum())
 
 
+def _with_ends(part: str, ends: list[LinkRows], K: sparse.csr_matrix, dofs: np.ndarray, n: int) -> sparse.csr_matrix:
+    """Return K with the forces on offset beam ends passed on to their nodes, which other links may hold."""
+    if not ends:
+        return K
+    mask, transfer = eliminated(part, ends, 6 * n)
+    flat = 6 * dofs[:, 0] + dofs[:, 1]
+    return (transfer[flat][:, flat].T @ K).tocsr() if mask.any() else K
+
+
 def _rigid_links(links: list[LinkRows], K: sparse.csr_matrix, dofs: np.ndarray, points: np.ndarray) -> list:
     """Return the geometric stiffness of rigid links, from the forces K u that hold their nodes."""
     row = np.full((len(points), 6), -1)
@@ -185,17 +195,18 @@ def _rigid_links(links: list[LinkRows], K: sparse.csr_matrix, dofs: np.ndarray, 
     for link in links:
         if link.rigid is None:
             continue
-        node, dependent = link.rigid
+        dependent = link.rigid[1]
+        of = np.broadcast_to(np.asarray(link.rigid[0]), dependent.shape)
         which, directions = np.nonzero(row[dependent, :3] >= 0)
         nodes = dependent[which]
         out.append(
             RigidLinkBlock(
-                node=node,
+                nodes=of[which],
                 number_of_nodes=len(points),
                 dofs=dofs,
                 stiffness=K[row[nodes, directions]],
                 directions=directions,
-                arms=points[nodes] - points[node],
+                arms=points[nodes] - points[of[which]],
             )
         )
     return out

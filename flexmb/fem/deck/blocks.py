@@ -182,11 +182,13 @@ def _beam_axes(points: np.ndarray, group: Beams) -> np.ndarray:
 def _ends(arms: list, part: str) -> list[LinkRows]:
     """Return the links of beam ends to their nodes: rigid arms, without the directions that pins release."""
     rigid = LinkRows("the offset of a beam")
-    out = [rigid]
+    out, levers = [rigid], []
     for node, end, (x, y, z), released, axes, label in arms:
         follow = np.eye(6)
         follow[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
         columns = 6 * node + np.arange(6)
+        if not released & {0, 1, 2}:
+            levers.append((node, end))
         if not released:
             rigid.add(6 * end + np.arange(6), columns, follow)
             continue
@@ -198,4 +200,7 @@ def _ends(arms: list, part: str) -> list[LinkRows]:
         matrix = np.hstack([turn[kept], -turn[kept] @ follow])
         pinned.add_equations(np.concatenate([own, columns]), matrix, own, f"{part}, beam {label}")
         out.append(pinned)
+    if levers:
+        nodes, ends = np.array(levers).T
+        rigid.rigid = (nodes, ends)
     return out

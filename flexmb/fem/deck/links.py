@@ -43,8 +43,9 @@ class LinkRows:
         self.rows: list[np.ndarray] = []
         self.columns: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
-        self.rigid: tuple[int, np.ndarray] | None = None
-        """Reference node and dependent nodes (in all translations) of a rigid link, for its geometric stiffness."""
+        self.rigid: tuple[ArrayLike, np.ndarray] | None = None
+        """Reference node (one, or one for each) and dependent nodes (in all translations) of a rigid link, for its
+        geometric stiffness."""
         self._count = 0
 
     def add(self, dependent: ArrayLike, columns: ArrayLike, matrix: np.ndarray) -> None:
