@@ -406,3 +406,14 @@ def test_memory_of_reading(tmp_path):
     tracemalloc.stop()
     assert len(read.labels) == n**3
     assert peak < 4.0 * size
+
+
+def test_geometry_of_p_elements_and_k6rot_are_named(tmp_path, capsys):
+    """Curved edges are left out by name; the drilling stiffness of shells does not come from PARAM,K6ROT."""
+    bulk = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,1,1,2,3,4\n"
+    bulk += "PSHELL,1,1,.01,1\nMAT1,1,2.1+11,,.3,7850.\nPARAM,K6ROT,100.\nFEEDGE,9,1,2,,GMCURV,5\n"
+    path = tmp_path / "part.bdf"
+    path.write_text(f"BEGIN BULK\n{bulk}ENDDATA\n")
+    with pytest.warns(fem.MeshWarning, match=r"FEEDGE: curved edges"):
+        fem.read_deck(path)
+    assert "K6ROT" in capsys.readouterr().out
