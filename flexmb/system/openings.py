@@ -11,6 +11,7 @@ from flexmb.errors import CompileError, ValidityWarning
 from flexmb.math.weights import no_matrix
 from flexmb.system.assembly import assemble
 from flexmb.system.complaints import gaps
+from flexmb.system.fit import misfits, require_fit
 from flexmb.system.program import constraint_velocity, evaluate
 from flexmb.system.system import System
 
@@ -43,9 +44,11 @@ def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None
     Raises
     ------
     CompileError
-        If a joint is described open by more than a tenth of the model's size. Assembly would move the bodies all the
+        If an elastic body does not fit the markers that joints put its interfaces to, or if a joint is described open
+        by more than a tenth of the model's size. Assembly would move the bodies all the
         same, and every number that follows would look sound. As `assemble` besides.
     """
+    require_fit(model)
     system, state = assemble(model, t=t)
     size = system.lengths.whole
     name, metres, _ = max(
@@ -61,7 +64,7 @@ def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None
             "parts in their places",
             remedy="Correct at= and rotation= of its bodies, or the places of these markers",
         )
-    tell(openings(system, state))
+    tell(misfits(model) + openings(system, state))
     return system, state
 
 
