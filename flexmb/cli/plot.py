@@ -1,6 +1,9 @@
-"""Plot sensors of a run folder over time.
+"""Plot sensors of a run folder over time, or over another sensor, beside other runs.
 
-Example: flexmb plot runs/p55 "C force" -o force.png
+Examples:
+  flexmb plot runs/p55 "C force" -o force.png
+  flexmb plot runs/rigid "flap angle" --over "lever angle" --with runs/elastic
+  flexmb plot runs/broken "t1_strut force fx" "t2_strut force fx" --per "t1_strut force fx at 0.645"
 """
 
 from __future__ import annotations
@@ -12,13 +15,18 @@ from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.run_folder import open_run
 
 NAME = "plot"
-SUMMARY = "plot sensors of a run folder over time"
+SUMMARY = "plot sensors of a run folder over time or over one another"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
     add_trust(parser)
     parser.add_argument("sensor", nargs="*", help="names of sensors; default: all")
+    parser.add_argument("--over", metavar="SENSOR", help="abscissa, instead of time")
+    parser.add_argument("--per", metavar="DIVISOR", help='a number in SI units, or "SENSOR at TIME"')
+    parser.add_argument(
+        "--with", dest="others", action="append", default=[], metavar="RUN", help="other runs beside it"
+    )
     parser.add_argument(
         "-o",
         "--out",
@@ -34,5 +42,18 @@ def execute(arguments: argparse.Namespace) -> int:
     names = arguments.sensor
     title = "".join(c if c.isalnum() or c in "-_" else "_" for c in names[0]) if len(names) == 1 else "sensors"
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{title}.png"
+    if arguments.over or arguments.per or arguments.others:
+        runs = {path: open_run(path, trust=arguments.trust) for path in arguments.others}
+        wanted = [view.Diagram(y=tuple(names) or solution.sensor_names, x=arguments.over, per=_divisor(arguments.per))]
+        print(f"Plot: {view.draw_diagrams({arguments.run: solution, **runs}, wanted, target)}")
+        return 0
     print(f"Plot: {view.plot(solution, names or None, target)}")
     return 0
+
+
+def _divisor(text: str | None) -> float | str | None:
+    """Return a number where the text is one."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text

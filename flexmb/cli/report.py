@@ -3,6 +3,7 @@
 Examples:
   flexmb report runs/p55                                  # runs/p55/report.html
   flexmb report runs/p55 runs/p65 -o comparison.html      # curves over one another
+  flexmb report runs/rigid runs/elastic --diagram "flap angle over lever angle" --diagram "strut force fx / 8e3"
 """
 
 from __future__ import annotations
@@ -25,6 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_trust(parser)
     parser.add_argument(
         "-o", "--out", metavar="FILE", help=".html; default: <run>/report.html, of several comparison.html"
+    )
+    parser.add_argument(
+        "--diagram",
+        action="append",
+        default=[],
+        metavar="TEXT",
+        help='"TITLE = SENSOR, SENSOR over SENSOR / DIVISOR", all runs on one scale; repeat for each',
     )
     parser.add_argument("--no-pictures", action="store_true", help="leave out the still pictures")
     parser.add_argument(
@@ -54,7 +62,13 @@ def execute(arguments: argparse.Namespace) -> int:
     verified = {name: found for name, found in kept.items() if found is not None}
     target = Path(arguments.out) if arguments.out else usual
     written = fmb.view.report(
-        runs, target, checks=checks, verified=verified, pictures=not arguments.no_pictures, camera=camera
+        runs,
+        target,
+        checks=checks,
+        verified=verified,
+        pictures=not arguments.no_pictures,
+        camera=camera,
+        diagrams=arguments.diagram,
     )
     print(f"Report: {written}")
     return 0

@@ -1,5 +1,6 @@
 """Pictures, animations and plots of a solution, mode shapes of a body."""
 
+from flexmb.view.diagrams import Diagram, draw_diagrams
 from flexmb.view.graphics import require_graphics
 from flexmb.view.interactive import KEYS, window
 from flexmb.view.mode_sheet import mode_sheet
@@ -11,6 +12,8 @@ from flexmb.view.report import report
 
 __all__ = [
     "KEYS",
+    "Diagram",
+    "draw_diagrams",
     "mode_sheet",
     "model_picture",
     "overlay",

@@ -64,7 +64,7 @@ def svg_curves(
             ax.axvline(event, color=INK, lw=0.8, ls=":")
         ax.set_xlabel(x_label, color=INK)
         ax.set_ylabel(y_label, color=INK)
-        ax.set_xlim(min(line.x[0] for line in lines), max(line.x[-1] for line in lines))
+        ax.set_xlim(min(np.nanmin(line.x) for line in lines), max(np.nanmax(line.x) for line in lines))
         ax.grid(True, color=PALE, lw=0.6)
         ax.tick_params(colors=INK, length=3)
         for side, spine in ax.spines.items():

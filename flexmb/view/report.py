@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,7 @@ def report(
     verified: Mapping[str, Any] | None = None,
     pictures: bool = True,
     camera=None,
+    diagrams: Sequence[Any] = (),
 ) -> Path:
     """Write a report and return its path: model, mobility, pictures, curves, loads, energy, modes, solver.
 
@@ -64,6 +65,8 @@ def report(
         Draw still pictures; a machine that cannot draw leaves them out and says so in the page.
     camera : (3,), optional
         Direction to look from.
+    diagrams : sequence of Diagram or text
+        Sensors over others, of all runs on one scale: "flap angle over lever angle". They come before the curves.
 
     Raises
     ------
@@ -78,7 +81,7 @@ def report(
     if not given:
         raise FlexmbError("Report", found="there is no run", expected="at least one", remedy="Give a solution")
     named = [Run(str(name), solution, COLORS[k % len(COLORS)]) for k, (name, solution) in enumerate(given.items())]
-    text = _page(named, checks or {}, verified or {}, pictures, camera)
+    text = _page(named, checks or {}, verified or {}, pictures, camera, diagrams)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -92,7 +95,9 @@ def report(
     return path
 
 
-def _page(runs: list[Run], checks: Mapping[str, Any], verified: Mapping[str, Any], pictures: bool, camera) -> str:
+def _page(
+    runs: list[Run], checks: Mapping[str, Any], verified: Mapping[str, Any], pictures: bool, camera, diagrams=()
+) -> str:
     described = runs[0].solution.model
     name = described.name if described is not None else runs[0].name
     several = len(runs) > 1
@@ -101,6 +106,7 @@ def _page(runs: list[Run], checks: Mapping[str, Any], verified: Mapping[str, Any
         parts.append(report_model.differences(runs))
     if pictures:
         parts.append(_stills(runs, camera))
+    parts.append(report_results.diagrams(runs, diagrams))
     parts += [report_results.curves(runs), _wide(report_results.extremes(runs)), _wide(report_results.loads(runs))]
     parts += [_wide(report_stress.stresses(runs)), report_results.energy(runs), report_trust.trust(runs, verified)]
     if described is not None:

@@ -10,9 +10,10 @@ import numpy as np
 
 from flexmb.io.web_page import table
 from flexmb.view.curves import COLORS, Line, svg_curves
+from flexmb.view.diagrams import as_diagram
 from flexmb.view.quantities import number, scaled, shown_columns, sizes
 
-__all__ = ["Run", "curves", "energy", "event_times", "extremes", "loads"]
+__all__ = ["Run", "curves", "diagrams", "energy", "event_times", "extremes", "loads"]
 
 AXES = ("energy", "constrainterror")
 
@@ -41,6 +42,17 @@ def figure(title: str, svg: str, note: str = "") -> str:
     """Return a figure with its title above it."""
     more = f' <span class="note">{escape(note)}</span>' if note else ""
     return f"<figure><figcaption>{escape(title)}{more}</figcaption>{svg}</figure>"
+
+
+def diagrams(runs: Sequence[Run], wanted: Sequence[Any]) -> str:
+    """Sensors over time or over others that were asked for, of all runs on one scale."""
+    named = {run.name: run.solution for run in runs}
+    drawn = []
+    for diagram in map(as_diagram, wanted):
+        lines, y_label, x_label = diagram.curves(named)
+        title = diagram.title or f"{', '.join(diagram.y)} over {diagram.x or 'time'}"
+        drawn.append(figure(title, svg_curves(lines, y_label=y_label, x_label=x_label)))
+    return f'<h2>Diagrams</h2><div class="figures">{"".join(drawn)}</div>' if drawn else ""
 
 
 def curves(runs: Sequence[Run]) -> str:

@@ -1,0 +1,231 @@
+"""`Diagram`: any sensors over time or over another sensor, of several runs, on one scale.
+
+A text says it as on the command line: ``"t1_strut force fx, t2_strut force fx / t1_strut force fx at 0.645"``,
+``"flap angle over lever angle"``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.files import replacing
+from flexmb.view.curves import COLORS, Line
+from flexmb.view.quantities import scaled
+
+__all__ = ["Diagram", "as_diagram", "draw_diagrams"]
+
+_TEXT = re.compile(r"(?:(?P<title>[^=]+?)\s*=\s*)?(?P<y>.+?)(?:\s+over\s+(?P<x>.+?))?(?:\s+/\s+(?P<per>.+))?")
+DASHES = ("-", "--", ":", "-.")
+"""Of the runs, one after another; colours tell the sensors apart."""
+DPI = 150
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagram:
+    """Curves in one frame.
+
+    Parameters
+    ----------
+    y : sequence of str
+        Sensors with their component, "strut force fx"; all have the same unit.
+    x : str, optional
+        A sensor, instead of time.
+    per : float or str, optional
+        What the ordinates are divided by: a number in SI units, or "SENSOR at TIME" of the run that has it first.
+    title : str
+    limits : (float, float), optional
+        Of the abscissa, as it is shown.
+    """
+
+    y: Sequence[str]
+    x: str | None = None
+    per: float | str | None = None
+    title: str = ""
+    limits: tuple[float, float] | None = None
+
+    def curves(self, runs: Mapping[str, Any]) -> tuple[list[Line], str, str]:
+        """Return the curves of all runs that have the sensors, the label of the ordinate and that of the abscissa."""
+        found = [
+            (run, wanted, _values(solution, wanted), _abscissa(solution, self.x))
+            for run, solution in runs.items()
+            for wanted in self.y
+            if _has(solution, wanted)
+        ]
+        missing = [wanted for wanted in self.y if all(entry[1] != wanted for entry in found)]
+        if missing:
+            _refuse(next(iter(runs.values())), missing[0])
+        units = {unit for *_, (_, unit), _ in found}
+        if len(units) > 1:
+            raise FlexmbError(
+                f"Diagram '{self.title or ', '.join(self.y)}'",
+                found=f"ordinates in {' and '.join(sorted(u or '-' for u in units))}",
+                expected="one unit",
+                remedy="Make a diagram for each unit",
+            )
+        size = max(float(np.nanmax(np.abs(values), initial=0.0)) for *_, (values, _), _ in found)
+        factor, unit = scaled(units.pop(), size)
+        if self.per is not None:
+            factor, unit = 1.0 / self._divisor(runs), ""
+        x_size = max(float(np.nanmax(np.abs(x), initial=0.0)) for *_, (x, _) in found)
+        x_factor, x_unit = scaled(found[0][3][1], x_size)
+        order = list(runs)
+        lines = [
+            Line(
+                ", ".join(part for part in (wanted if len(self.y) > 1 else "", run if len(runs) > 1 else "") if part),
+                x_factor * x,
+                factor * values,
+                COLORS[(self.y.index(wanted) if len(self.y) > 1 else order.index(run)) % len(COLORS)],
+                len(self.y) > 1 and order.index(run) > 0,
+            )
+            for run, wanted, (values, _), (x, _) in found
+        ]
+        what = ", ".join(self.y) if len(self.y) == 1 else ""
+        label = f"{what} / {self.per}" if self.per is not None else f"{what} [{unit or '-'}]"
+        return lines, label.strip(), f"{self.x or 'time'} [{x_unit or '-'}]"
+
+    def _divisor(self, runs: Mapping[str, Any]) -> float:
+        """Return what the ordinates are divided by, SI."""
+        value: Any = self.per
+        if isinstance(value, str):
+            name, _, time = value.partition(" at ")
+            solution = next((s for s in runs.values() if _has(s, name)), None) or _refuse(
+                next(iter(runs.values())), name
+            )
+            try:
+                value = float(np.interp(float(time), solution.t, _values(solution, name)[0]))
+            except ValueError:
+                value = np.nan
+        if not np.isfinite(value) or value == 0.0:
+            raise FlexmbError(
+                f"Diagram '{self.title or ', '.join(self.y)}'",
+                found=f"a divisor {self.per!r}",
+                expected='a number other than zero, or "SENSOR at TIME"',
+                remedy='Write "strut force fx / strut force fx at 0.645"',
+            )
+        return float(value)
+
+
+def as_diagram(text: str | Diagram) -> Diagram:
+    """Return the diagram of a text, "TITLE = SENSOR, SENSOR over SENSOR / DIVISOR"; one SENSOR is enough."""
+    if isinstance(text, Diagram):
+        return text
+    match = _TEXT.fullmatch(text.strip())
+    if match is None:
+        raise FlexmbError(
+            f"Diagram '{text}'",
+            found="no sensor",
+            expected="SENSOR, SENSOR over SENSOR / DIVISOR",
+            remedy='Write "flap angle over lever angle"',
+        )
+    per: float | str | None = match["per"]
+    with suppress(ValueError):  # the name of a sensor
+        per = None if per is None else float(per)
+    y = tuple(piece.strip() for piece in match["y"].split(",") if piece.strip())
+    return Diagram(y=y, x=match["x"], per=per, title=match["title"] or "")
+
+
+def draw_diagrams(
+    runs: Mapping[str, Any], diagrams: Sequence[str | Diagram], path: str | Path, *, columns: int = 1, size=(6.0, 3.4)
+) -> Path:
+    """Draw diagrams of several runs into one picture and return its path.
+
+    Parameters
+    ----------
+    runs : mapping of name to Solution
+        The first is drawn in full lines.
+    diagrams : sequence of Diagram or text
+        See `as_diagram`.
+    path : path
+        The ending chooses the format: .png (150 dpi), .svg, .pdf.
+    columns : int
+    size : (float, float), inch
+        Of each diagram.
+    """
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    wanted, path = [as_diagram(entry) for entry in diagrams], Path(path)
+    made = [(diagram, *diagram.curves(runs)) for diagram in wanted]
+    rows = -(-len(wanted) // columns)
+    with matplotlib.rc_context({"text.parse_math": False, "axes.unicode_minus": False}):
+        figure = Figure(figsize=(columns * size[0], rows * size[1]), layout="constrained", dpi=DPI)
+        known = FigureCanvasAgg(figure).get_supported_filetypes()
+        if path.suffix.lstrip(".") not in known:
+            raise FlexmbError(
+                f"Plot '{path}'",
+                found=f"the ending '{path.suffix}'",
+                expected=f"One of: {', '.join('.' + ending for ending in sorted(known))}",
+                remedy="Use .png, .svg or .pdf",
+            )
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for ax, (diagram, lines, y_label, x_label) in zip(axes, made):
+            counts: dict[str, int] = {}  # runs of one sensor have its colour, and dashes one after another
+            for line in lines:
+                dash = DASHES[counts.get(line.color, 0) % len(DASHES)]
+                counts[line.color] = counts.get(line.color, 0) + 1
+                ax.plot(line.x, line.y, color=line.color, lw=1.4, ls=dash, label=line.label)
+            ax.set(xlabel=x_label, ylabel=y_label)
+            ax.set_title(diagram.title, loc="left", fontsize=10, fontweight="bold")
+            ax.grid(color="#dfe6ee", lw=0.8)
+            if diagram.limits is not None:
+                ax.set_xlim(*diagram.limits)
+            if any(line.label for line in lines):
+                ax.legend(fontsize=8, frameon=False)
+        for ax in axes[len(made) :]:
+            ax.set_visible(False)
+        with replacing(path, f"Plot '{path}'", folder=True) as file:
+            figure.savefig(file)
+    return path
+
+
+def _columns(solution) -> dict[str, tuple[str, int]]:
+    """Return "sensor component" -> (sensor, column) of a solution; a sensor of one column by its name alone too."""
+    found = {}
+    for sensor in solution.sensor_names:
+        titles = [str(title).partition("[")[0].strip() for title in solution.column_titles(sensor)]
+        for k, title in enumerate(titles):
+            component = title.removeprefix(sensor).strip()
+            found[f"{sensor} {component}".strip()] = (sensor, k)
+        if len(titles) == 1:
+            found[sensor] = (sensor, 0)
+    return found
+
+
+def _has(solution, name: str) -> bool:
+    return name in _columns(solution)
+
+
+def _values(solution, name: str) -> tuple[np.ndarray, str]:
+    """Return values (nt,) and unit of a component of a sensor."""
+    sensor, k = _columns(solution)[name]
+    title = str(solution.column_titles(sensor)[k])
+    unit = title[title.index("[") + 1 : title.rindex("]")] if "[" in title else ""
+    return np.asarray(solution[sensor], float).reshape(len(solution.t), -1)[:, k], "" if unit == "-" else unit
+
+
+def _abscissa(solution, name: str | None) -> tuple[np.ndarray, str]:
+    if name is None:
+        return np.asarray(solution.t), "s"
+    if not _has(solution, name):
+        _refuse(solution, name)
+    return _values(solution, name)
+
+
+def _refuse(solution, name: str):
+    known = _columns(solution)
+    own = [entry for entry in known if entry.startswith(name)]
+    raise FlexmbError(
+        "Diagram",
+        found=f"there is no sensor or component '{name}'",
+        expected=f"One of: {', '.join((own or list(known))[:12])}",
+        remedy=did_you_mean(name, known) or "Components follow the name of the sensor: 'strut force fx'",
+    )

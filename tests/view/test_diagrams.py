@@ -1,0 +1,73 @@
+"""Diagrams: sensors over others, of several runs on one scale, divided by a value.
+
+Reference: free fall with wind, x = (4 N/m s) t^3/(6 m), z = -g t^2/2: known at every sample.
+"""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb import view
+from flexmb.errors import FlexmbError
+from flexmb.view.diagrams import as_diagram
+
+
+def fall(g):
+    stone = fmb.PointMass("stone", mass=2.0)
+    wind = fmb.PointLoad("wind", marker="stone.center", force=(fmb.expression("4*t"), 0, 0))
+    sensors = [fmb.Position("place", marker="stone.center"), fmb.Velocity("speed", marker="stone.center")]
+    model = fmb.Model(gravity=(0, 0, -g), bodies=[fmb.Ground(), stone], forces=[wind], sensors=sensors)
+    return fmb.simulate(model, t_end=1.0, samples=11, integrator=fmb.GeneralizedAlpha(rtol=1e-9))
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {"earth": fall(9.81), "moon": fall(1.62)}
+
+
+def test_over_another_sensor(runs):
+    """The path of the stone, z over x, of both runs, in one unit."""
+    lines, y, x = as_diagram("place z over place x").curves(runs)
+    assert [line.label for line in lines] == ["earth", "moon"]
+    assert (y, x) == ("place z [m]", "place x [m]")
+    t = runs["earth"].t
+    for line, g in zip(lines, (9.81, 1.62)):
+        assert np.allclose(line.x, 4.0 * t**3 / 12.0, atol=1e-5)
+        assert np.allclose(line.y, -g * t**2 / 2.0, atol=1e-5)
+
+
+def test_divided_by_a_value_of_the_first_run(runs):
+    """All curves are divided by the same number, that of the first run at the time."""
+    diagram = as_diagram("fall = place z / place z at 0.5")
+    lines, y, _ = diagram.curves(runs)
+    assert diagram.title == "fall"
+    assert y == "place z / place z at 0.5"
+    assert lines[0].y[5] == pytest.approx(1.0, abs=1e-6)
+    assert lines[1].y[5] == pytest.approx(1.62 / 9.81, abs=1e-5)
+    assert as_diagram("place x / 2").curves(runs)[0][0].y[-1] == pytest.approx(1.0 / 6.0, abs=1e-4)
+
+
+def test_drawn_and_reported(runs, tmp_path):
+    from matplotlib.image import imread
+
+    path = view.draw_diagrams(runs, ["place z over place x", "place x, place z"], tmp_path / "two.png", columns=2)
+    assert imread(path).shape[:2] == (510, 1800)  # 150 dpi
+    page = view.report(runs, tmp_path / "r.html", pictures=False, diagrams=["path = place z over place x"]).read_text()
+    assert "<h2>Diagrams</h2>" in page
+    assert "place x [m]" in page
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("place zz", "Did you mean 'place z'"),
+        ("place", "place x, place y, place z"),
+        ("place z over plac x", "Did you mean 'place x'"),
+        ("place z, speed vz", "ordinates in m and m/s"),
+        ("place z / 0", "a divisor"),
+        ("place z / place z at noon", "SENSOR at TIME"),
+    ],
+)
+def test_messages(runs, text, message):
+    with pytest.raises(FlexmbError, match=message):
+        as_diagram(text).curves(runs)
