@@ -10,6 +10,7 @@ from flexmb.integrate.first_frequencies import FirstFrequencies, first_frequenci
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
 from flexmb.integrate.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.ida import IDA
+from flexmb.integrate.impact import Impulse, impulses
 from flexmb.integrate.implicit import Implicit
 from flexmb.integrate.kinematics import inverse_dynamics, kinematics
 from flexmb.integrate.linearize import Linearization, linearize
@@ -33,6 +34,7 @@ __all__ = [
     "Campbell",
     "EquationsOfMotion",
     "FirstFrequencies",
+    "Impulse",
     "LimitPoint",
     "Linearization",
     "LoadPath",
@@ -46,6 +48,7 @@ __all__ = [
     "disturbed",
     "equations",
     "first_frequencies",
+    "impulses",
     "inverse_dynamics",
     "kinematics",
     "linearize",

@@ -49,6 +49,20 @@ def test_a_ball_strikes_a_hinged_rod(e, integrator):
         assert solution["kinetic"][k] == pytest.approx(solution["kinetic"][k - 1], rel=1e-9)
 
 
+@pytest.mark.parametrize("e", [0.0, 0.6])
+def test_impulses_of_the_contact_and_of_the_hinge(e, tmp_path):
+    """P = (1 + e) v / (1/m + s^2 / J) on the ball; the hinge has what the rod's momentum lacks: M w L / 2 - P."""
+    m, v, s, J, M = 0.5, 2.0, 0.7 + 0.3 * 0.1, 3.0 / 3.0, 3.0
+    P = (1 + e) * v / (1 / m + s * s / J)
+    solution = fmb.simulate(struck(e), 0.1 + 1e-3, samples=2, output=tmp_path / "s.h5")
+    for known in (solution, fmb.Solution.load(tmp_path / "s.h5", model=struck(e))):
+        (found,) = fmb.impulses(known)
+        assert (found.event, found.markers) == ("hit", ("rod.face", "ball.center"))
+        assert found.t == pytest.approx(0.1, abs=1e-11)
+        assert found.impulse == pytest.approx(P, rel=1e-9)
+        np.testing.assert_allclose(found.joints["hinge"][:3], [0.0, M * P * s / J * 0.5 - P, 0.0], atol=1e-9)
+
+
 def test_events_in_one_interval_happen_in_their_order():
     """Both thresholds are passed between the same two looks; the list names the later one first."""
     model = fmb.Model(
