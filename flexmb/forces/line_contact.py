@@ -220,6 +220,10 @@ class LineContact(Force):
     friction: float = 0.0
     transition: float = 1e-3
 
+    unseen: ClassVar[str] = (
+        "steps keep points of the line from passing through, but do not end where each begins or ceases to touch; "
+        "compare with a smaller `rtol` or `largest` where single touches matter"
+    )
     table: ClassVar[Table] = Table("LineContact", ROW, {"apply": apply, "switch": switch}, switches="count")
 
     def __post_init__(self):

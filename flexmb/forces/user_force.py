@@ -136,6 +136,10 @@ class UserForce(Force):
 
     imports: ClassVar[tuple[str, ...]] = ("function",)
     """Fields whose text names code."""
+    unseen: ClassVar[str] = (
+        "steps do not end where a Python function jumps or has a kink, and may pass over what is short; give the "
+        "integrator a `largest` step below what matters, or use a force or an expression whose corners are known"
+    )
     table: ClassVar[Table] = Table("UserForce", ROW, {"apply": apply})
 
     def __post_init__(self):

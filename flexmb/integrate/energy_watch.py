@@ -115,15 +115,18 @@ class EnergyWatch:
 
     def _share(self, steps: int) -> float:
         """Return the part of the energy that moves which no law explains; where few samples show it, at the least."""
-        moves = max(self.moving, STANDING * self.standing, 1e-300)  # of all that has moved: see SHARE
+        moves = self._moves()
         return abs(self.worst[0]) / (max(moves, self.reach) if self._sparse(steps) else moves)
+
+    def _moves(self) -> float:
+        return max(self.moving, STANDING * self.standing, 1e-300)  # of all that has moved: see SHARE
 
     def _sparse(self, steps: int) -> bool:
         return steps > SEEN * self.samples
 
     def notes(self, steps: int) -> list[str]:
-        """Return why no judgement is possible, if none is: few samples, and nothing that is too much in any case."""
-        if not self._sparse(steps) or self.sentences(steps):
+        """Return why no judgement is possible, if none is: too much for what few samples show, not for what may move."""
+        if abs(self.worst[0]) <= SHARE * self._moves() or self.sentences(steps):
             return []
         return [
             f"the balance of energy was looked at in {self.samples} samples of {steps} steps, too few to know how much "

@@ -1,4 +1,7 @@
-"""What a model lacks that most models have: bodies that nothing holds, gravity. It may be meant, so it is a note."""
+"""What is worth knowing about a model before it runs: loose bodies, no gravity, laws that steps do not see.
+
+It may be meant, so it is a note.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +24,11 @@ def oversights(model: Model) -> list[str]:
         found.append(f"nothing holds {names}: no joint and no force acts on a marker there; it moves freely")
     if not np.any(model.gravity) and any(body.n_velocities for body in model.bodies):
         found.append("there is no gravity; gravity=(0, 0, -9.81) gives weight")
+    unseen: dict[str, list[str]] = {}
+    for force in model.forces:
+        if force.unseen:
+            unseen.setdefault(force.unseen, []).append(force.title)
+    found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in unseen.items()]
     return found
 
 

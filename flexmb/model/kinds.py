@@ -302,6 +302,8 @@ class Force(Part):
     """Does it depend on the multipliers of joints (friction)?"""
     strikes: ClassVar[bool] = False
     """Does it begin at a place and stiffen from there (contacts, stops)?"""
+    unseen: ClassVar[str] = ""
+    """What steps do not see of its law, and what to do: runs and checks say it."""
     table: ClassVar[Table]
 
     def require_marker_pair(self) -> None:

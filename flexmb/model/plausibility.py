@@ -9,8 +9,8 @@ import numpy as np
 
 __all__ = ["WAVE_SPEED", "material_doubts", "section_doubts", "size_doubts"]
 
-SIZE = (1e-3, 150.0)
-"""Diagonal of a part, m."""
+SIZE = (1e-5, 150.0)
+"""Diagonal of a part, m: from micromechanics to bridges."""
 MASS = 5e4
 """kg; a block of steel in a box of 2 m, a wing of a large aircraft. A bracket read in millimetres is a billion times
 too heavy."""
@@ -43,7 +43,12 @@ def material_doubts(young: float, density: float) -> list[str]:
 
 def size_doubts(diagonal: float, mass: float | None, remedy: str) -> list[str]:
     """Return sentences about the diagonal (m) and the mass (kg, if known) of a part that can hardly be meant."""
-    if not SIZE[0] <= diagonal <= SIZE[1]:
+    if diagonal < SIZE[0]:
+        return [
+            f"the diagonal is {diagonal:.6g} m, below {SIZE[0]:g} m; coordinates must be metres. Were they scaled "
+            "twice, or are they those of another unit?"
+        ]
+    if diagonal > SIZE[1]:
         return [
             f"the diagonal is {diagonal:.6g} m; coordinates must be metres. For a model in millimetres use {remedy}"
         ]

@@ -87,3 +87,10 @@ def test_thickness_of_plates(thickness, words):
     with pytest.warns(ValidityWarning, match=f"'plate': a thickness .*{words}"):
         fmb.AncfPlate.rectangle("plate", thickness=thickness, **fields)
     quietly(lambda: fmb.AncfPlate.rectangle("plate", thickness=0.01, **fields))
+
+
+def test_small_parts_that_are_meant():
+    """A part of 123 um is no mistake of units; one of 1.2 um has been scaled twice, most likely."""
+    quietly(lambda: fem.solid(bracket(1e-6), STEEL))
+    with pytest.warns(fem.MeshWarning, match="below 1e-05 m.*scaled twice"):
+        fem.solid(bracket(1e-8), STEEL)

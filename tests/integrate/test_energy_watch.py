@@ -30,7 +30,10 @@ def test_two_samples_of_a_pendulum_are_no_reason_to_warn(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error", fmb.ValidityWarning)
         solution = fmb.simulate(pendulum(), 30.0, samples=2, integrator=INTEGRATORS[name])
-    assert "balance of energy was looked at in 2 samples" in solution.statistics["notes"][0]
+    if name == "alpha":  # it loses 3 mJ of 4.9 J; the two samples show 30 mJ
+        assert "balance of energy was looked at in 2 samples" in solution.statistics["notes"][0]
+    else:
+        assert "notes" not in solution.statistics
 
 
 @pytest.mark.parametrize("samples", [2, 31])

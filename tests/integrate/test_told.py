@@ -173,3 +173,19 @@ def test_a_fixed_step_that_is_divided_is_told():
     )
     with pytest.warns(fmb.ValidityWarning, match=r"steps of the given size, 0.01 s, were divided"):
         fmb.simulate(model, 0.1, samples=3, integrator=fmb.GeneralizedAlpha(step=0.01))
+
+
+def test_laws_that_steps_do_not_see_are_noted():
+    """A function that jumps: the run and the check say that steps do not end there, naming all such forces."""
+    bodies = [fmb.Ground(), fmb.PointMass("m", mass=1.0, velocity=(1, 0, 0))]
+    pair = ("ground.origin", "m.center")
+    jumps = [
+        fmb.UserForce(name, markers=pair, function=lambda t, d, v, R, w: ((-float(d[0] > 0.5), 0, 0), (0, 0, 0)))
+        for name in ("one", "two")
+    ]
+    model = fmb.Model(bodies=bodies, forces=jumps, gravity=(0, 0, -9.81))
+    (note,) = fmb.check(model).notes
+    assert note.startswith("Force 'one', Force 'two': steps do not end where a Python function jumps")
+    assert fmb.simulate(model, 0.01, samples=2).statistics["notes"] == [note]
+    spring = fmb.SpringDamper("k", markers=("ground.origin", "m.center"), stiffness=1.0, length=0.0)
+    assert not fmb.check(fmb.Model(bodies=bodies, forces=[spring], gravity=(0, 0, -9.81))).notes
