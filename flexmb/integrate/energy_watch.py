@@ -125,7 +125,7 @@ class EnergyWatch:
         return steps > SEEN * self.samples
 
     def notes(self, steps: int) -> list[str]:
-        """Return why no judgement is possible, if none is: too much for what few samples show, not for what may move."""
+        """Return why no judgement is possible, if none is: too much for what samples show, not for what may move."""
         if abs(self.worst[0]) <= SHARE * self._moves() or self.sentences(steps):
             return []
         return [
