@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +12,7 @@ from pathlib import Path
 
 from flexmb.errors import DataFileError
 
-__all__ = ["check_folder", "complaints", "on_disk", "remove_parts", "replacing", "write_text"]
+__all__ = ["check_folder", "complaints", "on_disk", "remove_parts", "replacing", "text_of", "write_text"]
 
 _PREFIX, _SUFFIX = ".flexmb.", ".part"
 
@@ -71,6 +73,14 @@ def on_disk(path: str | Path) -> None:
     """Come back when the disk has the content of a file."""
     with Path(path).open("r+b") as stream:
         os.fsync(stream.fileno())
+
+
+def text_of(path: str | Path, most: int = 64_000_000) -> str:
+    """Return the text of a small file; OSError for a pipe or a device, which would never end, and for a larger file."""
+    info = os.stat(path)
+    if not stat.S_ISREG(info.st_mode) or info.st_size > most:
+        raise OSError(errno.EINVAL, f"no regular file of at most {most} bytes")
+    return Path(path).read_text(encoding="utf-8")
 
 
 def remove_parts(folder: str | Path) -> None:

@@ -12,6 +12,7 @@ import errno
 import json
 import os
 import socket
+import stat
 import time
 from pathlib import Path
 
@@ -56,7 +57,7 @@ class Lock:
     def _taken(self, part: str):
         began = time.monotonic()
         while True:
-            stream = self.file.open("a+b", buffering=0)
+            stream = open(self.file, "a+b", buffering=0, opener=_opened)  # noqa: SIM115 - closed by `release`
             try:
                 if not _lock(stream.fileno()):
                     if time.monotonic() - began > _PATIENCE:
@@ -102,7 +103,7 @@ def holder(path: str | Path) -> str:
     if os.path.realpath(file) in _held:
         return f"process {os.getpid()}, this one,"
     try:
-        with file.open("rb") as stream:
+        with open(file, "rb", opener=_opened) as stream:
             return "" if _lock(stream.fileno(), shared=True) else _named(file)
     except OSError:  # there is none, or one that cannot be looked at
         return ""
@@ -111,6 +112,15 @@ def holder(path: str | Path) -> str:
 def _file(path: str | Path) -> Path:
     path = Path(path)
     return path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock")
+
+
+def _opened(name: str, flags: int) -> int:
+    """Open a file for `open`; OSError for a pipe, of which opening would wait for the other end."""
+    descriptor = os.open(name, flags | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if stat.S_ISREG(os.fstat(descriptor).st_mode):
+        return descriptor
+    os.close(descriptor)
+    raise OSError(errno.EINVAL, "it is no regular file", name)
 
 
 def _same(descriptor: int, file: Path) -> bool:
@@ -159,6 +169,8 @@ def _alive(who: dict) -> bool:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
+    except OverflowError:  # no system has such a number
+        return False
     except OSError:
         return True
     return True
@@ -166,7 +178,7 @@ def _alive(who: dict) -> bool:
 
 def _named(file: Path) -> str:
     try:
-        with file.open("rb") as stream:
+        with open(file, "rb", opener=_opened) as stream:
             who = _who(stream.fileno())
     except OSError:
         who = {}

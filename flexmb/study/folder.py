@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError
-from flexmb.files import complaints, remove_parts, write_text
+from flexmb.files import complaints, remove_parts, text_of, write_text
 from flexmb.lock import Lock
 from flexmb.study.plan import Plan
-from flexmb.study.table import Results, Row
+from flexmb.study.table import Results, Row, read_row
 
 __all__ = ["StudyFolder"]
 
@@ -113,10 +113,10 @@ class StudyFolder:
 
     def _check(self, settings: Mapping[str, Any]) -> None:
         try:
-            content = json.loads((self.path / SETTINGS).read_text(encoding="utf-8"))
+            content = json.loads(text_of(self.path / SETTINGS))
             known = content["schema"] == SCHEMA and content["schema_version"] == VERSION
-            stored = content["settings"]
-        except (ValueError, KeyError, TypeError) as error:
+            stored = dict(content["settings"])
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise self._error(f"{SETTINGS} is damaged ({error})", "what flexmb wrote", "Give another folder") from error
         if not known:
             raise self._error(
@@ -144,10 +144,12 @@ class StudyFolder:
         kept = whole[: whole.rfind(b"\n") + 1]
         if len(kept) < len(whole):
             os.truncate(path, len(kept))
-        for number, line in enumerate(kept.decode("utf-8").splitlines(), 1):
+        for number, line in enumerate(kept.splitlines(), 1):
             try:
-                row = Row(**json.loads(line))
-            except (ValueError, TypeError) as error:
+                row = read_row(json.loads(line))
+                if not row.parameters.keys() >= {*self.plan.names}:
+                    raise ValueError(f"row {row.number} lacks parameters of the plan")
+            except (ValueError, TypeError, RecursionError) as error:
                 raise self._error(
                     f"line {number} of {ROWS} is damaged ({error})",
                     "rows as flexmb wrote them",

@@ -13,7 +13,7 @@ import numpy as np
 from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.files import replacing
 
-__all__ = ["Results", "Row"]
+__all__ = ["Results", "Row", "read_row"]
 
 DONE, FAILED, DIED = "done", "failed", "died"
 _LINES = 30
@@ -51,6 +51,21 @@ class Row:
     def plain(self) -> dict[str, Any]:
         """Return the row as JSON can hold it."""
         return asdict(self)
+
+
+def read_row(entry: Any) -> Row:
+    """Return a row from what JSON says of it; ValueError or TypeError if a value is of another kind."""
+    row = Row(**entry)
+    counts, texts = (row.number, row.reduced, row.reused), (row.status, row.error, row.warnings)
+    numbers = (*counts, row.seconds, *dict(row.values).values())
+    if (
+        not all(isinstance(n, int) and not isinstance(n, bool) for n in counts)
+        or not all(isinstance(text, str) for text in texts)
+        or not all(x is None or (isinstance(x, int | float) and not isinstance(x, bool)) for x in numbers)
+        or not isinstance(row.parameters, dict)
+    ):
+        raise ValueError(f"row {str(row.number)[:20]} has values of another kind")
+    return row
 
 
 class Results:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError
-from flexmb.files import write_text
+from flexmb.files import text_of, write_text
 
 __all__ = ["Answer", "Check", "Verification"]
 
@@ -177,7 +177,7 @@ class Verification:
     def load(path: str | Path) -> Verification:
         """Read what `save` wrote."""
         try:
-            raw = json.loads(Path(path).read_text(encoding="utf-8"))
+            raw = json.loads(text_of(path))
             if raw.pop("version") != VERSION:
                 raise ValueError("another version")
             checks = tuple(_read(Check, entry) for entry in raw.pop("checks"))

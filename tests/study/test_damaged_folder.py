@@ -1,0 +1,87 @@
+"""What stands in a study folder or beside a run may be damaged, or be no file at all: a message, no waiting."""
+
+import json
+import os
+
+import pytest
+from fuzz.mutation import generator, mutant
+
+import flexmb as fmb
+from flexmb.errors import DataFileError
+from flexmb.lock import Lock, holder
+from flexmb.study.folder import ROWS, SETTINGS, StudyFolder
+from flexmb.study.plan import Plan
+from flexmb.study.table import Row
+
+PLAN = Plan(names=("length",), rows=((1.0,), (2.0,)))
+ROW = Row(number=1, parameters={"length": 1.0}, status="done", values={"max(place)": 0.3}, seconds=0.1)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    study = StudyFolder(tmp_path / "study", PLAN, {"model": "m"})
+    study.add(ROW)
+    study.close()
+    return tmp_path / "study"
+
+
+def test_continued(folder):
+    study = StudyFolder(folder, PLAN, {"model": "m"})
+    study.close()
+    assert study.rows == {1: ROW}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b'{"number": "1", "parameters": {}, "status": "done"}',
+        b'{"number": [1], "parameters": {}, "status": "done"}',
+        b'{"number": 1, "parameters": {}, "status": 3}',
+        b'{"number": 1, "parameters": {}, "status": "done", "values": {"a": "b"}}',
+        b'{"number": 1, "parameters": [], "status": "done"}',
+        b"\xff\xfe",
+        b"[" * 5000,
+        b"3",
+    ],
+)
+def test_a_row_of_another_kind(folder, line):
+    with (folder / ROWS).open("ab") as stream:
+        stream.write(line + b"\n")
+    with pytest.raises(DataFileError, match=f"line 2 of {ROWS} is damaged.*Remove this line"):
+        StudyFolder(folder, PLAN, {"model": "m"})
+
+
+@pytest.mark.parametrize("name", [SETTINGS, ROWS])
+def test_damaged_in_many_ways(folder, name):
+    """200 mutants of each file: continued, or refused by name; the folder is not locked afterwards."""
+    sound, refused = (folder / name).read_bytes(), 0
+    for k in range(200):
+        (folder / name).write_bytes(b"[" * 100_000 + b"\n" if k == 0 else mutant(sound, generator(5, k), values=True))
+        try:
+            StudyFolder(folder, PLAN, {"model": "m"}).close()
+        except DataFileError:
+            refused += 1
+    assert 20 < refused < 200
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_pipes_are_not_waited_for(tmp_path, folder):
+    """Opening a pipe waits for its other end, a device has no end: neither is opened."""
+    os.mkfifo(tmp_path / ".run.h5.lock")
+    assert holder(tmp_path / "run.h5") == ""
+    with pytest.raises(OSError, match="no regular file"):
+        Lock(tmp_path / "run.h5", "Solution")
+    os.mkfifo(tmp_path / "verification.json")
+    os.symlink("/dev/zero", tmp_path / "endless.json")
+    for name in ("verification.json", "endless.json"):
+        with pytest.raises(DataFileError, match="no regular file"):
+            fmb.Verification.load(tmp_path / name)
+    (folder / SETTINGS).unlink()
+    os.mkfifo(folder / SETTINGS)
+    with pytest.raises(DataFileError, match="it holds"):
+        StudyFolder(folder, PLAN, {"model": "m"})
+
+
+def test_a_lock_with_a_number_that_no_process_has(tmp_path):
+    (tmp_path / ".run.h5.lock").write_text(json.dumps({"pid": 10**30, "host": "x"}))
+    Lock(tmp_path / "run.h5", "Solution").release()
