@@ -417,3 +417,40 @@ def test_geometry_of_p_elements_and_k6rot_are_named(tmp_path, capsys):
     with pytest.warns(fem.MeshWarning, match=r"FEEDGE: curved edges"):
         fem.read_deck(path)
     assert "K6ROT" in capsys.readouterr().out
+
+
+NSM_DECK = (
+    "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nGRID,5,,3.,0.,0.\nGRID,6,,3.,1.,0.\n"
+    "CQUAD4,1,1,1,2,3,4\nCQUAD4,2,1,2,5,6,3\nPSHELL,1,1,.01,1\nCBAR,3,2,1,4,1.,0.,0.\nPBARL,2,1,,ROD\n,.02\n"
+    "CROD,4,3,5,6\nPROD,3,1,1.-4\nMAT1,1,2.1+11,,.3,0.\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("cards", "mass"),
+    [
+        ("NSM1,7,PSHELL,5.,1", 15.0),  # per area on 1 + 2 m2
+        ("NSM1,7,PSHELL,5.,ALL", 15.0),
+        ("NSM1,7,ELEMENT,5.,2", 10.0),
+        ("NSML1,7,PSHELL,6.,1", 6.0),  # a total
+        ("NSML1,7,ELEMENT,6.,1,THRU,2", 6.0),
+        ("NSM,7,PBARL,2,4.\nNSM,7,PROD,3,3.", 7.0),  # per length on 1 m each
+        ("NSML,7,PROD,3,2.5", 2.5),
+        ("NSMADD,7,11,12\nNSM1,11,PSHELL,1.,1\nNSML1,12,PBARL,2.,2", 5.0),
+        ("NSM1,8,PSHELL,5.,1", 0.0),  # not chosen
+    ],
+)
+def test_nonstructural_mass_of_lists(tmp_path, cards, mass):
+    fe = deck(tmp_path, f"{NSM_DECK}{cards}", control="NSM = 7")
+    assert mass_and_center(fe)[0] == pytest.approx(mass, rel=1e-12, abs=1e-20)
+
+
+def test_totals_are_shared_out_by_area(tmp_path):
+    """6 kg on plates of 1 and 2 m2 whose centres lie at x = 0.5 and 2."""
+    fe = deck(tmp_path, f"{NSM_DECK}NSML1,7,PSHELL,6.,1", control="NSM = 7", lumped=False)
+    np.testing.assert_allclose(mass_and_center(fe)[1], [(2 * 0.5 + 4 * 2.0) / 6, 0.5, 0.0], atol=1e-12)
+
+
+def test_nonstructural_mass_that_fits_nothing(tmp_path):
+    with pytest.raises(MeshError, match=r"NSM1 7: no elements of PBEAM 1"):
+        deck(tmp_path, f"{NSM_DECK}NSM1,7,PBEAM,5.,1", control="NSM = 7")

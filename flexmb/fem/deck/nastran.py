@@ -13,6 +13,7 @@ from flexmb.fem.deck.nastran_lines import add_beams, add_rods
 from flexmb.fem.deck.nastran_links import add_links, add_references, add_supports, thru
 from flexmb.fem.deck.nastran_lumped import add_masses, add_springs
 from flexmb.fem.deck.nastran_materials import Materials
+from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
 from flexmb.fem.deck.nastran_shells import add_shells, add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
 from flexmb.fem.deck.nastran_text import Bulk, read_bulk
@@ -120,6 +121,7 @@ def read_nastran_deck(path: Path) -> Deck:
         add_shells(bulk, deck, materials, systems)
         add_beams(bulk, deck, materials, frames)
         add_rods(bulk, deck, materials)
+        add_nonstructural_mass(bulk, deck)
         add_masses(bulk, deck, frames, systems)
         add_springs(bulk, deck, frames, systems)
         add_links(bulk, deck, frames)
@@ -154,11 +156,6 @@ def _parameters(bulk: Bulk, deck: Deck) -> None:
     for name in CURVED:
         if bulk.of(name):
             deck.inventory.left_out[f"{name}: curved edges and faces of p-elements"] += len(bulk.of(name))
-    for name in MASS_PARTS:
-        if bulk.of(name):
-            deck.inventory.left_out[f"{name}: non-structural mass by lists of properties and elements"] += len(
-                bulk.of(name)
-            )
 
 
 def _sets(bulk: Bulk, deck: Deck) -> None:

@@ -15,7 +15,7 @@ __all__ = ["PLACES", "Lines", "control", "deck_lines"]
 INCLUDE = re.compile(rb"""^\s*INCLUDE\s+(.*)$""", re.IGNORECASE)
 BEGIN = re.compile(rb"^\s*BEGIN\s*(BULK|SUPER|ARBMODEL|AUXMODEL)?\b\s*(.*)$", re.IGNORECASE)
 SUPER = re.compile(rb"^BEGIN[^\n]*SUPER", re.IGNORECASE | re.MULTILINE)
-CHOICE = re.compile(rb"^\s*(SPC|MPC)\s*(\([^)]*\))?\s*=\s*(\d+)", re.IGNORECASE)
+CHOICE = re.compile(rb"^\s*(SPC|MPC|NSM)\s*(\([^)]*\))?\s*=\s*(\d+)", re.IGNORECASE)
 PLACES = 10**9
 """More lines than a file has."""
 
