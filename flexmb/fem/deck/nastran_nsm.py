@@ -63,11 +63,12 @@ def _add(card: Card, kind: str, value: float, words: list[str], deck: Deck, kind
     """Add a value per area or length, or a total, to the elements of properties or of numbers."""
     if value < 0.0 or not words:
         raise card.refused(f"{value:g} for {len(words)} identifiers", "a mass >= 0 and its properties or elements")
-    found = []
+    found: list[tuple[Shells | Beams | Rods, np.ndarray]] = []
     every = any(word.upper() == "ALL" for word in words)
     known = sorted(kinds) if kind != "ELEMENT" else sorted({int(n) for group in deck.groups() for n in group.labels})
     numbers = set(known) if every else set(thru(card, words, known))
-    for group in (*deck.shells, *deck.beams, *deck.rods):
+    groups: list[Shells | Beams | Rods] = [*deck.shells, *deck.beams, *deck.rods]
+    for group in groups:
         if kind in ("ELEMENT", "CONROD"):
             rows = np.isin(group.labels, list(numbers)) if not every else np.ones(len(group.labels), bool)
             if kind == "CONROD" and group.group != "conrod":
