@@ -8,7 +8,14 @@ from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
 from flexmb.model.signal import as_signal
 
-__all__ = ["add_central_block", "add_follower_stiffness", "apply_central_force", "one_sided", "store_three_signals"]
+__all__ = [
+    "add_central_block",
+    "add_follower_stiffness",
+    "apply_central_force",
+    "one_sided",
+    "require_center_of_mass",
+    "store_three_signals",
+]
 
 
 @kernel
@@ -73,6 +80,26 @@ def store_three_signals(force, field: str) -> None:
             remedy=f"Write {field}=(0, 0, -100.0)",
         )
     object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(value)))
+
+
+def require_center_of_mass(force, model) -> None:
+    """Raise ModelError unless the field `body` names one with a centre of mass, and `source` is on the ground."""
+    body = model.body(force.body, force.title)
+    if not hasattr(body, "mass") or "center" not in body.marker_poses():
+        raise ModelError(
+            force.title,
+            found=f"'{force.body}', {type(body).__name__}",
+            expected="a RigidBody or a PointMass",
+            remedy="Name such a body; elastic ones take loads at their markers",
+        )
+    source = getattr(force, "source", None)
+    if source is not None and model.marker(source, force.title)[0].n_velocities:
+        raise ModelError(
+            force.title,
+            found=f"source = '{source}', on a body that moves",
+            expected="a centre on the ground",
+            remedy="Write source='ground.marker'",
+        )
 
 
 @kernel

@@ -37,6 +37,7 @@ _PART_REFERENCES = (
     "parts",
 )
 _MARKER_REFERENCES = (
+    "source",
     "marker",
     "markers",
     "axes",
@@ -83,13 +84,13 @@ def placed(model, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None):
 def _require_own_axes(model, prefix: str, pose: Pose) -> None:
     """Raise ModelError if an equation reads components in the axes of W, which would not move with the model."""
     moved = any(pose.at) or not np.array_equal(pose.matrix, np.eye(3))
-    for joint in model.joints if moved else ():
-        read = joint.in_world_axes(model) if hasattr(joint, "in_world_axes") else None
+    for part in (*model.joints, *model.forces) if moved else ():
+        read = part.in_world_axes(model) if hasattr(part, "in_world_axes") else None
         if read is not None:
             raise ModelError(
-                f"Assembly '{prefix}': {joint.title}",
+                f"Assembly '{prefix}': {part.title}",
                 found=f"'{read}' is a component in the axes of W, and the model is placed at {pose.at} or turned",
-                expected="equations that move with their model",
+                expected="quantities that move with their model",
                 remedy="Measure along the axes of a ground marker: Distance(along=...), Velocity(axes=...)",
             )
 

@@ -98,7 +98,7 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
-OF_NO_PAIR = ("Pressure", "LineLoad", "LineContact")
+OF_NO_PAIR = ("Pressure", "LineLoad", "LineContact", "CentralGravity", "OblateGravity", "ThirdBody")
 FORCES = [name for name in forces.KINDS if name not in OF_NO_PAIR]
 
 
