@@ -107,7 +107,7 @@ class CentralGravity(Force):
     name : str
     body : str
         A `RigidBody` or `PointMass`.
-    mu : float, m3/s2
+    mu : float, N m2/kg
         Gravitational constant times the mass of the centre; by default that of the Earth.
     source : str
         "ground.marker" of the centre.

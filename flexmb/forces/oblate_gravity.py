@@ -67,7 +67,7 @@ class OblateGravity(Force):
     name : str
     body : str
         A `RigidBody` or `PointMass`.
-    mu : float, m3/s2
+    mu : float, N m2/kg
         By default that of the Earth.
     radius : float, m
         Equatorial radius, by default that of the Earth.

@@ -63,7 +63,7 @@ class ThirdBody(Force):
     name : str
     body : str
         A `RigidBody` or `PointMass`.
-    mu : float, m3/s2
+    mu : float, N m2/kg
         Gravitational constant times the mass of the third body.
     at : three signals, m
         Its place in W. The origin of W falls freely: it is the centre of the central body.
