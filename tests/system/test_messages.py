@@ -1,9 +1,14 @@
 """Descriptions that do not fit together: which part, what was found, what was expected, what to do."""
 
+import re
+from dataclasses import replace
+
 import pytest
+from contracts.random_models import connected
 
 import flexmb as fmb
 from flexmb.errors import CompileError, FlexmbError, ModelError
+from flexmb.joints import KINDS
 
 GROUND = fmb.Ground(markers={"A": (0, 0, 0), "far": (5, 0, 0)})
 ROD = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.05)
@@ -158,3 +163,31 @@ def test_a_body_without_inertia_is_told_about_which_axes(inertia, axes):
     assert "Body 'bob'" in text
     assert "Give Body 'bob' inertia=(Jxx, Jyy, Jzz)" in text
     assert "flexmb.check" not in text
+
+
+INTERNAL = re.compile(
+    r"\b(Turn|Slide|Ball|Coordinate|Coincident|Perpendicular|InPlane|Distance|Angle|NoTwist|OnCurve)\("
+)
+
+
+@pytest.mark.parametrize("freedom", [None, "turn", "turn_b", "slide", "slide_x", "slide_y", "spin"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_messages_about_freedoms_are_in_words(kind, freedom, rng):
+    """Whatever of a joint is driven, sprung or read: what is refused is refused without names of the inside."""
+    model = connected(kind, "rigid-rigid", rng)
+    asked = [
+        lambda: replace(model, joints=(*model.joints, fmb.Drive("x", joint="j", angle=1.0, freedom=freedom))),
+        lambda: replace(model, joints=(*model.joints, fmb.Drive("x", joint="j", displacement=1.0, freedom=freedom))),
+        lambda: replace(model, sensors=[fmb.JointCoordinate("x", joint="j", freedom=freedom)]),
+        lambda: replace(model, forces=(*model.forces, fmb.TorsionSpring("x", joint="j", stiffness=1.0))),
+        lambda: replace(model, forces=(*model.forces, fmb.JointFriction("x", joint="j", moving=1.0))),
+    ]
+    refused = []
+    for ask in asked:
+        try:
+            ask()
+        except FlexmbError as error:
+            refused.append(str(error))
+    assert refused or kind == "Cylindrical"  # which has all that is asked for
+    for text in refused:
+        assert not INTERNAL.search(text), text
