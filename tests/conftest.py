@@ -55,6 +55,10 @@ def pytest_cmdline_main(config):
         options.dist = "worksteal" if options.dist == "no" else options.dist
 
 
+def pytest_configure(config):
+    os.environ.setdefault("FLEXMB_AHEAD", "0")  # the workers have the cores
+
+
 def pytest_sessionstart(session):
     """Compile all kernels once, in shares, before workers begin: each would compile the same ones in an empty cache."""
     if "PYTEST_XDIST_WORKER" in os.environ or not getattr(session.config.option, "numprocesses", None):

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from flexmb.cli.progress import ProgressBar
 from flexmb.errors import ModelError
+from flexmb.math.ahead import SWITCH, cores
 
 NAME = "warm"
 SUMMARY = "compile all kernels now, on all cores"
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    jobs = _cores() if arguments.jobs is None else arguments.jobs
+    jobs = cores() if arguments.jobs is None else arguments.jobs
     if jobs < 1:
         raise ModelError(
             "flexmb warm",
@@ -50,16 +51,13 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 @contextmanager
 def _environment(into: str | None, processor: str | None) -> Iterator[None]:
     """Let the processes that are started meanwhile compile for a processor and keep kernels below a folder."""
     wanted = {"NUMBA_CACHE_DIR": str(Path(into).resolve())} if into else {}
     wanted |= {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""} if processor else {}
     wanted |= {name: os.environ.get(name, "1") for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+    wanted[SWITCH] = "0"  # all cores are in use
     before = {name: os.environ.get(name) for name in wanted}
     os.environ.update(wanted)
     try:

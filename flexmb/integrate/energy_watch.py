@@ -22,6 +22,8 @@ SHARE = 0.05
 STANDING = 1e-4
 """Part of the potential and elastic energy that is there all the time which counts as one that moves: where a heavy
 mechanism hardly moves, a displacement within tolerance is all the energy that there is."""
+REST = 1e-7
+"""Lengths, or rad, in the time of the phase: slower motion is none, and its energy is compared with nothing."""
 SEEN = 10
 """Steps from sample to sample up to which the samples show what moves: a swing takes more."""
 REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Explicit to compare"
@@ -55,6 +57,7 @@ class EnergyWatch:
         self.start: np.ndarray | None = None
         self.left, self.moving, self.standing = 0.0, 0.0, 0.0
         self.samples, self.reach = 0, 0.0
+        self.began, self.rest = 0.0, np.inf
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
         self._inertia: np.ndarray | None = None
@@ -72,12 +75,13 @@ class EnergyWatch:
         if not np.all(np.isfinite(now)):
             return
         if self.start is None:
-            self.start = now[0]
+            self.start, self.began = now[0], float(rows["t"][0])
         moved = np.column_stack([now[:, :1], np.abs(now - self.start)[:, 1:6]])
         self.moving = max(self.moving, float(moved.max()))
         self.standing = max(self.standing, float(np.abs(energy[:, 1:]).sum(axis=1).max()))
         self.samples += len(now)
         self.reach = max(self.reach, float((np.abs(rows["a"]) @ self._levers(rows)).max()))
+        self.rest = self._rest(rows)
         left = now[:, 6] - self.start[6]
         k = int(np.argmax(np.abs(left)))
         if abs(left[k]) > abs(self.worst[0]):
@@ -110,8 +114,16 @@ class EnergyWatch:
         """Return what makes accelerations an energy (nu,): the work of inertia forces over the length of the model,
         or a radian.
         """
-        units = self.system.units
-        return self._inertias(rows) / np.where(units > 0.0, units, 1.0)
+        return self._inertias(rows) / self._units()
+
+    def _rest(self, rows: dict[str, np.ndarray]) -> float:
+        """Return the kinetic energy (J) of a motion that counts as none; that of a moment is not known."""
+        span = float(rows["t"][-1]) - self.began
+        return 0.5 * (REST / span) ** 2 * float(np.sum(self._levers(rows) / self._units())) if span > 0.0 else np.inf
+
+    def _units(self) -> np.ndarray:
+        """Return one over the length of the model for every velocity (nu,), 1 for rotations."""
+        return np.where(self.system.units > 0.0, self.system.units, 1.0)
 
     def _share(self, steps: int) -> float:
         """Return the part of the energy that moves which no law explains; where few samples show it, at the least."""
@@ -119,7 +131,7 @@ class EnergyWatch:
         return abs(self.worst[0]) / (max(moves, self.reach) if self._sparse(steps) else moves)
 
     def _moves(self) -> float:
-        return max(self.moving, STANDING * self.standing, 1e-300)  # of all that has moved: see SHARE
+        return max(self.moving, STANDING * self.standing, self.rest)  # of all that has moved: see SHARE
 
     def _sparse(self, steps: int) -> bool:
         return steps > SEEN * self.samples

@@ -71,6 +71,8 @@ class GeneralizedAlpha(metaclass=Described):
     rtol: float = 1e-6
     atol: float | None = None
     largest: float | None = None
+    entries: ClassVar[tuple] = (run_steps,)
+    """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
     remembers: ClassVar[bool] = True
     """Algorithmic accelerations carry the rate of the last step: a kink of a load ends what they know."""
 

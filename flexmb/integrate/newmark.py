@@ -10,13 +10,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.integrate.newmark_variables import Controls, Variables
 from flexmb.integrate.patience import PAUSED
 from flexmb.integrate.switches import keep_switches, part_of_step
 from flexmb.integrate.world_translation import move, to_body_axes, to_increment, turn
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.energies import powers
-from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.tables import State
+from flexmb.math.kernel import entry_kernel, inner_kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import array_type, numba_type
+from flexmb.math.tables import COUNT, FLOATS, WORK, State
 from flexmb.math.weights import weigh
 from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate, keep_branches
 
@@ -337,7 +340,16 @@ def _write_sample(program, work, v, c, u, a, lam):
             lam[:] = v.lam
 
 
-@kernel
+@entry_kernel(
+    PROGRAM,
+    WORK,
+    numba_type(Variables),
+    numba_type(Controls),
+    array_type(FLOATS),
+    *[COUNT] * 3,
+    array_type(FLOATS),
+    *[array_type(FLOATS, 2)] * 5,
+)
 def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam, works):
     """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason).
 

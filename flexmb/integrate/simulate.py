@@ -16,6 +16,7 @@ from flexmb.integrate.oversights import oversights
 from flexmb.integrate.phases import Phases, carried
 from flexmb.integrate.record import Recorder
 from flexmb.integrate.statics import statics
+from flexmb.math.ahead import compile_ahead
 from flexmb.model.described import is_number
 from flexmb.model.methods import is_integrator
 from flexmb.model.model import Model
@@ -168,6 +169,7 @@ def simulate(
     """
     integrator = _integrator(integrator, formulation)
     times = sample_times(t_start, t_end, samples)
+    compile_ahead(getattr(integrator, "entries", ()))
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []

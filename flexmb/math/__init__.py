@@ -53,18 +53,20 @@ def declared_kernels(package: str) -> list[Any]:
     """Return all kernels below a package whose signature is declared, in the order of their modules."""
     from flexmb.math.tables import PointerKernel
 
-    found: dict[int, PointerKernel] = {}
+    found: dict[int, Any] = {}
     for module in walk_packages(import_module(package).__path__, f"{package}."):
         if not module.name.endswith("__main__"):
             for value in vars(import_module(module.name)).values():
-                if isinstance(value, PointerKernel):
+                if isinstance(value, PointerKernel) or getattr(value, "entry", None) is not None:
                     found[id(value)] = value
     return list(found.values())
 
 
 def compile_declared(package: str, part: int = 0, parts: int = 1) -> int:
     """Compile every `parts`-th of these kernels from number `part` on; return how many that are."""
+    from flexmb.math.tables import PointerKernel
+
     kernels = declared_kernels(package)[part::parts]
     for kernel in kernels:
-        _ = kernel.compiled
+        _ = kernel.compiled if isinstance(kernel, PointerKernel) else kernel.compile(kernel.entry)
     return len(kernels)

@@ -7,7 +7,7 @@ from numba import njit
 from flexmb.math.kernel_cache import KernelCache
 from flexmb.math.kernel_library import KernelCompiler, register
 
-__all__ = ["inner_kernel", "kernel"]
+__all__ = ["entry_kernel", "inner_kernel", "kernel"]
 
 
 def kernel(function):
@@ -28,6 +28,20 @@ def inner_kernel(function):
     call from Python would end the process; a test of the architecture sees to it that there is none.
     """
     return _compiled(function, called_from_python=False)
+
+
+def entry_kernel(*arguments):
+    """Compile a function that Python calls with these argument types, numba's: it can be compiled before it is called.
+
+    The compiled function carries them as `entry` (`flexmb.math.ahead`).
+    """
+
+    def compiled(function):
+        made = kernel(function)
+        made.entry = arguments
+        return made
+
+    return compiled
 
 
 def _compiled(function, called_from_python: bool):

@@ -90,14 +90,12 @@ class KernelCache(_Cache):
         target_context.refresh()
         if not self._enabled:
             return None
-        native = target_context.codegen().magic_tuple()
-        baseline = _baseline(*native)
-        places = [(kernel_folder(), native)] + ([(SHIPPED, baseline)] if baseline else [])
-        for folder, target in places:
-            found = self._loaded(self._path(folder, sig, target), target_context)
+        paths = self._paths(sig, target_context)
+        for path in paths:
+            found = self._loaded(path, target_context)
             if found is not None:
                 return found
-        own = self._path(kernel_folder(), sig, native)
+        own = paths[0] if paths else None
         if own is not None and claim(own):
             found = self._loaded(own, target_context)
             if found is not None:
@@ -106,11 +104,24 @@ class KernelCache(_Cache):
             announce_compiling()
         return None
 
+    def holds(self, sig, target_context) -> bool:
+        """Is there a file for these argument types?"""
+        return any(path.exists() for path in self._paths(sig, target_context))
+
+    def _paths(self, sig, target_context) -> list[Path]:
+        """Return where machine code may be: made for this processor, and come with the package; none if it is not
+        kept."""
+        native = target_context.codegen().magic_tuple()
+        baseline = _baseline(*native)
+        places = [(kernel_folder(), native)] + ([(SHIPPED, baseline)] if baseline else [])
+        found = [self._path(folder, sig, target) for folder, target in places]
+        return [path for path in found if path is not None]
+
     @staticmethod
-    def _loaded(path: Path | None, target_context):
+    def _loaded(path: Path, target_context):
         """Return the machine code of a file, or None; a file that does not fit is removed."""
-        content = None if path is None else _read(path)
-        if path is None or content is None:
+        content = _read(path)
+        if content is None:
             return None
         try:
             return rebuilt(target_context, *pickle.loads(content))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flexmb.errors import FlexmbError, ModelError
+from flexmb.math.ahead import cores
 from flexmb.parts.watchers import Count, watching
 from flexmb.study.cluster import rows_by_executor
 from flexmb.study.folder import StudyFolder
@@ -105,7 +105,7 @@ def sweep(
     if executor is not None:
         rows = rows_by_executor(task, pending, executor)
     elif pending:
-        rows = rows_by_processes(task, pending, jobs or _cores(), timeout)
+        rows = rows_by_processes(task, pending, jobs or cores(), timeout)
     return _collected(rows, plan, known, kept, progress, count.reduced)
 
 
@@ -149,11 +149,6 @@ def _progress(known: Mapping[int, Row], plan: Plan, left: float | None) -> Progr
 def _again(row: Row, retry: bool) -> bool:
     """A process that died says nothing about the variant, an error does."""
     return row.status == DIED or (retry and row.status != DONE)
-
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _check(jobs, timeout, keep_runs, folder) -> None:

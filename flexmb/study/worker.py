@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from flexmb.math import watch_compilation
+from flexmb.math.ahead import SWITCH
 
 __all__ = ["Worker"]
 
@@ -66,9 +67,11 @@ class Worker:
 
 @contextmanager
 def _environment():
-    """What a new process inherits: one BLAS thread, and Ctrl-C ignored, because the parent handles it."""
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    """What a new process inherits: one BLAS thread, nothing compiled ahead (the other workers have the cores), and
+    Ctrl-C ignored, because the parent handles it."""
+    wanted = {**dict.fromkeys(ONE_THREAD, "1"), SWITCH: "0"}
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
     try:
         handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     except ValueError:  # not the main thread

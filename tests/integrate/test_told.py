@@ -189,3 +189,14 @@ def test_laws_that_steps_do_not_see_are_noted():
     assert fmb.simulate(model, 0.01, samples=2).statistics["notes"] == [note]
     spring = fmb.SpringDamper("k", markers=("ground.origin", "m.center"), stiffness=1.0, length=0.0)
     assert not fmb.check(fmb.Model(bodies=bodies, forces=[spring], gravity=(0, 0, -9.81))).notes
+
+
+def test_a_mechanism_that_gravity_cannot_move_has_no_energy_to_explain():
+    """The axis of the hinge is that of gravity: what moves is rounding, and no share of it is worth a warning."""
+    arm = fmb.RigidBody("arm", mass=1.0, inertia=(0.1,) * 3, at=(1, 0, 0), markers={"hinge": (-1, 0, 0)})
+    hinge = fmb.Revolute("hinge", markers=("ground.origin", "arm.hinge"))
+    place = fmb.Position("place", marker="arm.center")
+    model = fmb.Model(bodies=[fmb.Ground(), arm], joints=[hinge], gravity=(0, 0, -9.81), sensors=[place])
+    solution = fmb.simulate(model, 1.0, samples=11)
+    assert "warnings" not in solution.statistics
+    np.testing.assert_allclose(solution["place"][-1], (1, 0, 0), atol=1e-12)

@@ -1,0 +1,67 @@
+"""Compile kernels in other processes while this one compiles others: a first run uses more than one core.
+
+numba compiles under one lock, so threads would not help. An analysis names the entry kernels that it will call later;
+those whose machine code is not there are compiled in processes of their own. Whoever needs a kernel that another
+process is compiling waits for it (`kernel_claims`). The processes end with the one that has started them.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
+
+__all__ = ["SWITCH", "compile_ahead", "cores"]
+
+SWITCH = "FLEXMB_AHEAD"
+"""Environment variable; with 0, as in these processes and in the workers of a sweep, nothing is compiled ahead."""
+_started: list[subprocess.Popen] = []
+
+
+def compile_ahead(kernels: Iterable[Any]) -> int:
+    """Compile entry kernels in other processes, as far as their machine code is missing and cores are free.
+
+    Returns
+    -------
+    int
+        The number of processes that were started.
+    """
+    spare = cores() - 1
+    if os.environ.get(SWITCH) == "0" or spare < 1:
+        return 0
+    _started[:] = [process for process in _started if process.poll() is None]
+    missing = [kernel for kernel in kernels if not kernel.overloads and not _is_kept(kernel)]
+    spare = min(spare - len(_started), len(missing))
+    for part in range(spare):
+        names = [f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}" for kernel in missing[part::spare]]
+        command = [sys.executable, "-c", "from flexmb.math.ahead import main; main()", str(os.getpid()), *names]
+        quiet = subprocess.DEVNULL
+        environment = {**os.environ, SWITCH: "0", "FLEXMB_QUIET": "1"}
+        try:
+            _started.append(subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, env=environment))
+        except OSError:  # no memory or no process left: this one compiles all
+            return part
+    return max(spare, 0)
+
+
+def main() -> None:
+    """Compile the kernels that the command line names, until the process that has asked for them is gone."""
+    parent, *names = sys.argv[1:]
+    for name in names:
+        if os.name != "nt" and os.getppid() != int(parent):
+            return
+        module, _, function = name.partition(":")
+        kernel = getattr(import_module(module), function)
+        kernel.compile(kernel.entry)
+
+
+def _is_kept(kernel: Any) -> bool:
+    return kernel._cache.holds(kernel.entry, kernel.targetctx)
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,65 @@
+"""Entry kernels that are missing are compiled in another process, once, and found there by this one."""
+
+import importlib
+import sys
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.integrate.newmark import run_steps
+from flexmb.math import ahead, declared_kernels
+
+ENTRY = """
+from numba import types
+from flexmb.math.kernel import entry_kernel
+
+@entry_kernel(types.float64)
+def cube(x):
+    return x * x * x
+"""
+
+
+@pytest.fixture
+def cube(tmp_path, monkeypatch):
+    """An entry kernel of a module that other processes find, and an empty cache."""
+    (tmp_path / "cubes.py").write_text(ENTRY)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv(ahead.SWITCH, "1")
+    monkeypatch.setattr(ahead, "cores", lambda: 2)
+    monkeypatch.delitem(sys.modules, "cubes", raising=False)
+    yield importlib.import_module("cubes").cube
+    sys.modules.pop("cubes", None)
+
+
+def test_missing_kernels_are_compiled_elsewhere(cube):
+    assert ahead.compile_ahead([cube]) == 1
+    assert ahead._started[-1].wait(120) == 0
+    assert not cube.overloads
+    assert cube(3.0) == 27.0
+    assert sum(cube.stats.cache_hits.values()) == 1
+    assert ahead.compile_ahead([cube]) == 0
+
+
+def test_nothing_is_started_where_cores_are_not_free(cube, monkeypatch):
+    monkeypatch.setattr(ahead, "cores", lambda: 1)
+    assert ahead.compile_ahead([cube]) == 0
+    monkeypatch.setattr(ahead, "cores", lambda: 2)
+    monkeypatch.setenv(ahead.SWITCH, "0")
+    assert ahead.compile_ahead([cube]) == 0
+
+
+def test_entries_are_declared_with_the_types_they_are_called_with():
+    """A run calls the kernel that was compiled before it, and no other."""
+    run_steps.compile(run_steps.entry)
+    body = fmb.PointMass("ball", mass=1.0)
+    model = fmb.Model(
+        bodies=[fmb.Ground(), body], gravity=(0, 0, -9.81), sensors=[fmb.Position("place", marker="ball.center")]
+    )
+    solution = fmb.simulate(model, 0.1, integrator=fmb.GeneralizedAlpha(step=0.01))
+    assert len(run_steps.overloads) == 1
+    np.testing.assert_allclose(solution["place"][-1], (0, 0, -0.5 * 9.81 * 0.01), rtol=1e-9, atol=1e-15)
+    assert run_steps in declared_kernels("flexmb.integrate")
