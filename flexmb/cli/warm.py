@@ -21,7 +21,7 @@ from pathlib import Path
 
 from flexmb.cli.progress import ProgressBar
 from flexmb.errors import ModelError
-from flexmb.math.ahead import SWITCH, cores
+from flexmb.math import SWITCH, cores
 
 NAME = "warm"
 SUMMARY = "compile all kernels now, on all cores"

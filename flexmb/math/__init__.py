@@ -8,7 +8,9 @@ from pkgutil import walk_packages
 from time import perf_counter
 from typing import Any
 
-__all__ = ["compile_declared", "declared_kernels", "watch_compilation"]
+from flexmb.math.ahead import SWITCH, cores
+
+__all__ = ["SWITCH", "compile_declared", "cores", "declared_kernels", "watch_compilation"]
 
 
 def watch_compilation(

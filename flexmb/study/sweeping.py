@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flexmb.errors import FlexmbError, ModelError
-from flexmb.math.ahead import cores
+from flexmb.math import cores
 from flexmb.parts.watchers import Count, watching
 from flexmb.study.cluster import rows_by_executor
 from flexmb.study.folder import StudyFolder

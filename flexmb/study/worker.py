@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from flexmb.math import watch_compilation
-from flexmb.math.ahead import SWITCH
+from flexmb.math import SWITCH, watch_compilation
 
 __all__ = ["Worker"]
 
