@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 from architecture.sources import FILES, ROOT, name, tree
 
-COMPILED = {"kernel", "inner_kernel", "pointer_kernel", "row_kernel", "switch_kernel"}
+COMPILED = {"entry_kernel", "kernel", "inner_kernel", "pointer_kernel", "row_kernel", "switch_kernel"}
 OUTSIDE = [
     path for folder in ("tests", "benchmarks", "examples", "docs") for path in sorted((ROOT / folder).rglob("*.py"))
 ]
