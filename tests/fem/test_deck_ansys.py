@@ -313,6 +313,11 @@ def test_bad_archives(tmp_path, old, new, words):
     assert all(word in str(error.value) for word in words)
 
 
+def test_abbreviated_commands_are_the_same(tmp_path):
+    masses = [mass_and_center(read(tmp_path, text))[0] for text in (whole(), whole().replace("SECBLOCK", "SECBLO"))]
+    assert masses[0] == pytest.approx(masses[1])
+
+
 def test_what_is_not_known_is_named(tmp_path):
     points, cells = brick20((1, 1, 1), (0.1, 0.1, 0.1))
     rows = [(1, 1, 1, 1, 1, 0, cells[0]), (2, 2, 1, 1, 1, 0, cells[0][:4])]

@@ -143,7 +143,7 @@ def read_archive(path: Path) -> Archive:
         command = Command(head.upper(), tuple(words), where)
         if command.name in makers:
             makers[command.name](command, lines, out)
-        elif command.name == "SECBLOCK":
+        elif command.name.startswith("SECBLO"):  # names count by their first letters
             out.commands.append(command)
             count = command.integer(0, 0) if command.text(0).isdecimal() else 0
             rows = lines.data(min(count, MOST))
