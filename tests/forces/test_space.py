@@ -107,3 +107,42 @@ def test_what_has_no_centre_is_named():
         fmb.Model(bodies=[rigid()], forces=[fmb.OblateGravity("g", body="b", source="b.center")])
     with pytest.raises(ModelError, match="mu = -1"):
         fmb.CentralGravity("g", body="b", mu=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "within"), [(fmb.Explicit(), 1e-6), (fmb.GeneralizedAlpha(), 1e-4), (fmb.IDA(), 1e-4)]
+)
+def test_origin_that_follows_an_orbit_keeps_all_digits(integrator, within):
+    """Two points on a rod of 1.8 m, in axes that fall along a circular orbit: the centre is a `ThirdBody`.
+
+    By scipy: d'' = g_b - g_a - T d, T from d . d'' = -d' . d', each g the difference of attractions to the origin.
+    """
+    radius, masses = 6.9e6, (120.0, 40.0)
+    n = np.sqrt(MU / radius**3)
+    places = np.array([(0.0, 0.0, 0.0), (1.2, 1.2, 0.6)])
+    speeds = np.array([(0.0, 0.0, 0.0), (-0.002, 0.002, 0.0)])
+    centre = tuple(fmb.expression(f"-R*{f}(n*t)", R=radius, n=float(n)) for f in ("cos", "sin")) + (0.0,)
+    bodies = [
+        fmb.PointMass(k, mass=m, at=r, velocity=v) for k, m, r, v in zip("ab", masses, places, speeds, strict=True)
+    ]
+    model = fmb.Model(
+        bodies=bodies,
+        joints=[fmb.Rod("rod", markers=("a.center", "b.center"))],
+        forces=[fmb.ThirdBody(f"g{k}", body=k, mu=MU, at=centre) for k in "ab"],
+        sensors=[fmb.Position(k, marker=f"{k}.center") for k in "ab"],
+    )
+    run = fmb.simulate(model, 600.0, samples=4, integrator=integrator)
+
+    def rate(t, y):
+        r, v = y[:6].reshape(2, 3), y[6:].reshape(2, 3)
+        s = -radius * np.array((np.cos(n * t), np.sin(n * t), 0.0))
+        g = MU * ((s - r) / np.linalg.norm(s - r, axis=1)[:, None] ** 3 - s / np.linalg.norm(s) ** 3)
+        d, dv = r[1] - r[0], v[1] - v[0]
+        tension = (d @ (g[1] - g[0]) + dv @ dv) / (d @ d * (1 / masses[0] + 1 / masses[1]))
+        g += np.outer((1 / masses[0], -1 / masses[1]), d * tension)
+        return np.concatenate([v.ravel(), g.ravel()])
+
+    y0 = np.concatenate([places.ravel(), speeds.ravel()])
+    own = solve_ivp(rate, (0, 600), y0, method="DOP853", t_eval=run.t, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(run["b"] - run["a"], (own.y[3:6] - own.y[:3]).T, atol=within)
+    np.testing.assert_allclose(run["a"], own.y[:3].T, atol=10.0 * within)
