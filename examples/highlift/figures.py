@@ -12,12 +12,13 @@ import flexmb as fmb
 
 FOLDER = Path(__file__).parent
 BLUE, ORANGE, GREY = "tab:blue", "tab:orange", "0.6"
+FAILURE = 1.8  # s, until the stationary values after the failure show
 
 
-def run(case: str, rigid: bool) -> fmb.Solution:
-    """Return the solution of a case, the first second."""
+def run(case: str, rigid: bool, t_end: float = 1.0) -> fmb.Solution:
+    """Return the solution of a case, a thousand samples a second."""
     given = {"rigid": rigid}
-    settings = fmb.load_simulation(FOLDER / f"{case}.toml", given, t_end=1.0, samples=1001)
+    settings = fmb.load_simulation(FOLDER / f"{case}.toml", given, t_end=t_end, samples=round(1000 * t_end) + 1)
     return fmb.simulate(fmb.load_model(FOLDER / f"{case}.toml", given), **settings.keywords())
 
 
@@ -28,10 +29,12 @@ def draw(axes, operation: fmb.Solution, failure: fmb.Solution, style: str, label
     before = float(np.interp(0.645, failure.t, failure[forces[1]][:, 0]))
     for name, colour in (("inboard_t2", BLUE), ("outboard_t3", ORANGE)):
         lever, angle = (np.degrees(operation[f"{name}_{what} angle"]) for what in ("lever", "flap"))
-        axes[0].plot(lever, angle, style, color=colour, label=f"{name.split('_')[0]}{label}")
+        axes[0].plot(t, angle, style, color=colour, label=f"{name.split('_')[0]} flap{label}")
+        if not label:  # prescribed: the same in both variants
+            axes[0].plot(t, lever, "-.", color=colour, linewidth=0.9, label=f"{name.split('_')[0]} actuator")
     axes[1].plot(t, 1e3 * operation["interconnection travel"], style, color=BLUE, label=f"operation{label}")
     for k, colour in ((1, BLUE), (2, ORANGE)):
-        axes[2].plot(t, operation[forces[k]][:, 0] / 1e3, style, color=colour, label=f"track {k}{label}")
+        axes[2].plot(t, operation[forces[k]][:, 0] / before, style, color=colour, label=f"track {k}{label}")
         axes[3].plot(failure.t, failure[forces[k]][:, 0] / before, style, color=colour, label=f"track {k}{label}")
     axes[4].plot(t, 1e3 * operation["interconnection travel"], style, color=BLUE, label=f"operation{label}")
     axes[4].plot(failure.t, 1e3 * failure["interconnection travel"], style, color=ORANGE, label=f"failure{label}")
@@ -41,9 +44,9 @@ def draw(axes, operation: fmb.Solution, failure: fmb.Solution, style: str, label
 def dress(axes, titles) -> None:
     """Give the diagrams their titles, legends and grids."""
     for ax, title in zip(axes, titles):
-        ax.set_title(title, fontsize=9)
-        ax.legend(fontsize=6)
-        ax.tick_params(labelsize=7)
+        ax.set_title(title, fontsize=10)
+        ax.legend(fontsize=8, framealpha=0.7)
+        ax.tick_params(labelsize=8)
         ax.grid(color="0.9")
 
 
@@ -54,26 +57,29 @@ def main(picture: str = "high_lift.png") -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(2, 3, figsize=(11.0, 6.0), layout="constrained")
+    figure, axes = plt.subplots(2, 3, figsize=(13.0, 7.4), layout="constrained")
     axes = axes.ravel()
     strut = "interconnection strut"
     titles = (
-        "flap angle over lever angle [deg]",
+        "flaps and actuators [deg] over t [s]",
         f"{strut} [mm]",
-        "drive struts [kN]",
-        "drive struts / track 1 before",
+        "drive struts / track 1 at 0.645 s",
+        "the same, failure",
         f"{strut} [mm]",
         f"{strut} / track 1 before",
     )
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
-        draw(axes, run("operation", rigid), run("strut_2_breaks", rigid), style, label)
+        draw(axes, run("operation", rigid), run("strut_2_breaks", rigid, FAILURE), style, label)
     dress(axes, [f"{title}, cf. Fig. {number}" for number, title in enumerate(titles, 16)])
     for ax in (axes[1], axes[4]):
         for stop in (-28.0, 12.0):
             ax.axhline(stop, color=GREY, linewidth=0.8)
+    low, high = (f(ax.get_ylim()[k] for ax in axes[2:4]) for k, f in enumerate((min, max)))
+    for ax in axes[2:4]:  # operation and failure on one scale
+        ax.set_ylim(low, high)
     for ax in axes[3:]:
-        ax.set_xlim(0.5, 1.0)
-    figure.savefig(picture, dpi=70)
+        ax.set_xlim(0.5, FAILURE)
+    figure.savefig(picture, dpi=150)
 
 
 if __name__ == "__main__":

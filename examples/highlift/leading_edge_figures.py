@@ -15,7 +15,7 @@ FULL, SLAT = 25.0, 27.0  # degrees
 
 def draw(axes, rigid: bool, style: str, label: str) -> None:
     """Draw both figures of one variant."""
-    sound, broken = run("droop_operation", rigid), run("droop_strut_breaks", rigid)
+    sound, broken = run("droop_operation", rigid), run("droop_strut_breaks", rigid, 1.8)
     progress = sound["s2_lever angle"] / sound["s2_lever angle"][-1]
     angle = np.degrees(sound["s2_nose angle"])
     axes[0].plot(progress, angle / FULL, style, color=BLUE, label=f"droop nose{label}")
@@ -43,7 +43,7 @@ def main(picture: str = "leading_edge.png") -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.3), layout="constrained")
+    figure, axes = plt.subplots(1, 3, figsize=(13.0, 4.2), layout="constrained")
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
         draw(axes, rigid, style, label)
     draw_slat(axes)
@@ -53,8 +53,8 @@ def main(picture: str = "leading_edge.png") -> None:
         "drive struts / track 2 before, cf. Fig. 23",
     )
     dress(axes, titles)
-    axes[2].set_xlim(0.5, 1.0)
-    figure.savefig(picture, dpi=70)
+    axes[2].set_xlim(0.5, 1.8)
+    figure.savefig(picture, dpi=150)
 
 
 if __name__ == "__main__":

@@ -40,12 +40,12 @@ def main(picture: str = "slats.png") -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.3), layout="constrained")
+    figure, axes = plt.subplots(1, 3, figsize=(13.0, 4.2), layout="constrained")
     for rigid, style, label in ((True, "-", ""), (False, ":", ", elastic")):
         draw(axes, rigid, style, label)
     dress(axes, ("pairs of rollers, fixed and free track [kN]", "pinions [N m]", "front roller lost at 0.65 s [kN]"))
     axes[2].set_xlim(0.6, 1.0)
-    figure.savefig(picture, dpi=70)
+    figure.savefig(picture, dpi=150)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from flexmb.model.described import is_number
 __all__ = ["ELEMENTS", "check_count", "check_file", "largest_size"]
 
 ELEMENTS = 500_000
-"""Elements of one piece: some hours of reduction."""
+"""Elements of one piece, and about as many of a whole part: some hours of reduction."""
 BYTES = 4_000_000_000
 """Size of a mesh or deck."""
 

@@ -20,7 +20,7 @@ from flexmb.model.data_source import plain
 from flexmb.model.described import Described
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
-from flexmb.parts.limits import check_file
+from flexmb.parts.limits import check_count, check_file
 from flexmb.parts.nodal_loads import Each, Forces
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.cache import fingerprint
@@ -159,7 +159,11 @@ class Part(metaclass=Described):
         if self.deck is not None:
             fe = replace(read_deck(self.deck, units=self.units, show=False), name=self.name)
         else:
-            models = [_prefixed(piece) for piece in self.pieces]
+            models, nodes = [], 0
+            for piece in self.pieces:
+                models.append(_prefixed(piece))
+                nodes += len(models[-1].nodes)
+                check_count(nodes / 4.0, self.title, "elements")  # quadratic elements have up to as many nodes each
             fe = models[0] if len(models) == 1 else joined(*models)
             fe = replace(fe, name=self.name)
         for tie in (*self.links, *self.masses):
