@@ -7,19 +7,23 @@ interpolates as `ShellBlock` does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from flexmb.fem.nodal_assembly import scattered
-from flexmb.fem.shell_bending import curvature_rows
-from flexmb.fem.shell_block import DRILLING_INERTIA, ShellBlock
-from flexmb.fem.shell_functions import CORNERS, functions, mass_points
-from flexmb.fem.shell_membrane import displacement_rows, drilling_row, strain_rows
+from flexmb.fem.shell_block import ShellBlock
+from flexmb.fem.shell_membrane import strain_rows
 from flexmb.fem.shell_shear import edge_softness, shear_rows
 
 __all__ = ["LaminateBlock", "laminate", "shear_stiffness", "turned_plane"]
+
+
+ISOTROPIC = 1e-9
+"""Share of the largest elasticity by which that of turned axes may differ."""
+FLAT = 1e-9
+"""Share of the thickness by which offsets may differ."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,6 +55,10 @@ class LaminateBlock(ShellBlock):
     faces: np.ndarray
     depths: np.ndarray
     poisson: float = 0.3
+    ROWS: ClassVar[tuple[str, ...]] = (
+        *ShellBlock.ROWS,
+        *("membrane", "coupling", "bending", "shear", "surface_mass", "faces", "depths"),
+    )
     material: object = None  # type: ignore[assignment]
 
     @cached_property
@@ -71,102 +79,38 @@ class LaminateBlock(ShellBlock):
         return strain_rows(self.corners, stiff + floor * np.eye(3), self.poisson)
 
     @cached_property
-    def softness(self) -> np.ndarray:
+    def softness(self) -> np.ndarray:  # type: ignore[override]
         """Shear parameter phi (ne, c) of every edge."""
         return edge_softness(self.corners, self.bending, self.shear)
 
-    def stiffness(self) -> np.ndarray:
-        """Return the element stiffness matrices (ne, 6 c, 6 c) in body axes, N/m.
+    def sections(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """Return A, B and D (ne, 3, 3) of ``int e^T A e - e^T B w - w^T B e + w^T D w dA``, w = -k."""
+        return self.membrane, self.coupling, self.bending
 
-        ``int e^T A e - e^T B w - w^T B e + w^T D w + g^T H g dA`` with the curvatures w = (w_xx, w_yy, 2 w_xy) = -k.
-        """
-        total, shears = np.zeros(()), np.isfinite(self.shear).any()
-        stiff = np.where(np.isfinite(self.shear), self.shear, 0.0)
-        for at in self.points():
-            strain, curvature = self.strains(at.xi, at.eta), curvature_rows(self.corners, at, self.softness)
-            weight = at.weight[:, None, None]
-            cross = strain.swapaxes(1, 2) @ self.coupling @ curvature
-            total = total + weight * (
-                strain.swapaxes(1, 2) @ self.membrane @ strain
-                + curvature.swapaxes(1, 2) @ self.bending @ curvature
-                - cross
-                - cross.swapaxes(1, 2)
-            )
-            if shears:
-                sheared = shear_rows(self.corners, at, self.softness)
-                total = total + weight * stiff[:, None, None] * (sheared.swapaxes(1, 2) @ sheared)
-            if self.cell_type == "quad":
-                row = drilling_row(self.corners, at)[:, None, :]
-                total = total + weight * self.membrane[:, 2:, 2:] * (row.swapaxes(1, 2) @ row)
-        return self._in_body_axes(total)
+    def _sheared(self, at) -> np.ndarray | float:
+        """Return ``g^T H g`` at a point, (ne, 6 c, 6 c)."""
+        finite = np.isfinite(self.shear)
+        if not finite.any():
+            return 0.0
+        rows = shear_rows(self.corners, at, self.softness)
+        stiff = np.where(finite, self.shear, 0.0)
+        return (at.weight * stiff)[:, None, None] * (rows.swapaxes(1, 2) @ rows)
 
-    def mass(self, lumped: bool = False) -> np.ndarray:
-        """Return the element mass matrices (ne, 6 c, 6 c) in body axes, kg: as `ShellBlock.mass`, by mass per area.
+    def areal_mass(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return mass per area, depth and height of its middle; the mass lies in the middle between bottom and top."""
+        return self.surface_mass, self.depths[:, 1] - self.depths[:, 0], self.depths.mean(axis=1)
 
-        The mass lies in the middle between bottom and top.
-        """
-        count = self.connectivity.shape[1]
-        total, rotation = np.zeros(()), np.zeros((len(self.connectivity), count, count))
-        for point in mass_points(count):
-            at = functions(self.corners, *point)
-            share = np.diag(at.value) if lumped else np.outer(at.value, at.value)
-            rotation += at.weight[:, None, None] * share
-            if not lumped:
-                rows = displacement_rows(self.corners, at)
-                total = total + at.weight[:, None, None] * (rows.swapaxes(1, 2) @ rows)
-        matrix = np.zeros((len(rotation), count, 6, count, 6))
-        depth = self.depths[:, 1] - self.depths[:, 0]
-        inertia = rotation * (depth**2 / 12.0)[:, None, None]
-        for direction, factor in ((3, 1.0), (4, 1.0), (5, DRILLING_INERTIA)):
-            matrix[:, :, direction, :, direction] = factor * inertia
-        if lumped:
-            for direction in range(3):
-                matrix[:, :, direction, :, direction] = rotation
-        matrix = matrix.reshape(len(rotation), 6 * count, 6 * count) + total
-        moved = replace(self, heights=self.heights - self.depths.mean(axis=1)[:, None])
-        return moved._in_body_axes(self.surface_mass[:, None, None] * matrix)
-
-    def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> LaminateBlock:
-        """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
-        rows: tuple[str, ...] = (
-            "axes",
-            "corners",
-            "heights",
-            "thickness",
-            "membrane",
-            "coupling",
-            "bending",
-            "shear",
-            "surface_mass",
-        )
-        rows += ("faces", "depths")
-        return replace(
-            self,
-            connectivity=number[self.connectivity[chosen]],
-            number_of_nodes=len(nodes),
-            **{name: getattr(self, name)[chosen] for name in rows},
-        )
-
-    def surface_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
-        """Return the stress at nodes (n, 6, k), Pa, in body axes: side -1 bottom layer, 0 mean, +1 top layer."""
-        stress = self._corner_stress(np.asarray(displacements, float), side)
-        return scattered(stress, self.connectivity, self.number_of_nodes)
-
-    def _corner_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
-        local = self._local(displacements)
+    def layer(self, side: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return elasticity (ne, 3, 3), Pa, and height (ne,), m: side -1 bottom layer, 0 mean, +1 top layer."""
         height = 0.5 * (self.depths[:, 0] * (1.0 - side) + self.depths[:, 1] * (1.0 + side))
-        layer = self.elasticity if side == 0.0 else self.faces[:, 0 if side < 0.0 else 1]
-        corner_values = []
-        for xi, eta in CORNERS[self.connectivity.shape[1]]:
-            at = functions(self.corners, xi, eta)
-            strain = self.strains(xi, eta) - height[:, None, None] * curvature_rows(self.corners, at, self.softness)
-            plane = layer @ (strain @ local)  # (ne, 3, k)
-            tensor = np.zeros((len(plane), 3, 3, plane.shape[-1]))
-            tensor[:, 0, 0], tensor[:, 1, 1] = plane[:, 0], plane[:, 1]
-            tensor[:, 0, 1] = tensor[:, 1, 0] = plane[:, 2]
-            body = np.einsum("eia,eijk,ejb->eabk", self.axes, tensor, self.axes, optimize=True)
-            corner_values.append(body[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]])
-        return np.stack(corner_values, axis=1)
+        return self.elasticity if side == 0.0 else self.faces[:, 0 if side < 0.0 else 1], height
+
+    def fits(self, side: float) -> bool:
+        """Whether stress may be fitted over cells: isotropic layers, whose axes do not matter, and one offset."""
+        elasticity, _ = self.layer(side)
+        turned = turned_plane(elasticity, 0.5)
+        same = np.abs(turned - elasticity).max() <= ISOTROPIC * np.abs(elasticity).max()
+        return bool(same) and float(np.ptp(self.heights)) <= FLAT * float(self.thickness.max())
 
 
 def laminate(plies: list[tuple[np.ndarray, float, float]], bottom: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

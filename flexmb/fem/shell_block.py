@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy import sparse
@@ -44,6 +45,9 @@ class ShellBlock:
         Where `nodal_stress` is taken: -1 bottom, 0 middle, +1 top (the side local z points to).
     """
 
+    ROWS: ClassVar[tuple[str, ...]] = ("axes", "corners", "heights", "centers", "thickness")
+    """Fields with a row per element."""
+
     connectivity: np.ndarray
     axes: np.ndarray
     corners: np.ndarray
@@ -76,6 +80,22 @@ class ShellBlock:
         """Function (xi, eta) -> membrane strains per local displacement of the projected corners."""
         return strain_rows(self.corners, self.elasticity, self.material.poisson)
 
+    softness = None
+    """Shear parameter phi (ne, c) of every edge; None: no transverse shear."""
+
+    def sections(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """Return A, B and D (ne, 3, 3), N/m, N, N m, of the section; B None where it is zero."""
+        t = self.thickness[:, None, None]
+        return t * self.elasticity, None, t**3 / 12.0 * self.elasticity
+
+    def areal_mass(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return mass per area (ne,), kg/m2, depth over which it is spread (ne,), m, and its height over the plane."""
+        return self.material.density * self.thickness, self.thickness, np.zeros(len(self.thickness))
+
+    def layer(self, side: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the elasticity (3, 3) or (ne, 3, 3), Pa, and the height (ne,), m, of the material on a side."""
+        return self.elasticity, 0.5 * side * self.thickness
+
     def points(self) -> list:
         """Return the functions at the integration points."""
         return [functions(self.corners, *point) for point in integration_points(self.corners.shape[1])]
@@ -83,15 +103,23 @@ class ShellBlock:
     def stiffness(self) -> np.ndarray:
         """Return the element stiffness matrices (ne, 6 c, 6 c) in body axes, N/m (shells.md, eq.
         (shell-stiffness))."""
-        total, t = np.zeros(()), self.thickness
+        total = np.zeros(())
+        membrane, coupling, bending = self.sections()
         for at in self.points():
-            strain, curvature = self.strains(at.xi, at.eta), curvature_rows(self.corners, at)
-            total = total + _weighted(strain, self.elasticity, at.weight * t)
-            total = total + _weighted(curvature, self.elasticity, at.weight * t**3 / 12.0)
+            strain, curvature = self.strains(at.xi, at.eta), curvature_rows(self.corners, at, self.softness)
+            total = total + _weighted(strain, membrane, at.weight) + _weighted(curvature, bending, at.weight)
+            if coupling is not None:
+                cross = at.weight[:, None, None] * (strain.swapaxes(1, 2) @ coupling @ curvature)
+                total = total - cross - cross.swapaxes(1, 2)
+            total = total + self._sheared(at)
             if self.cell_type == "quad":
                 row = drilling_row(self.corners, at)[:, None, :]
-                total = total + _weighted(row, np.array([[self.material.shear]]), at.weight * t)
+                total = total + _weighted(row, membrane[:, 2:, 2:], at.weight)
         return self._in_body_axes(total)
+
+    def _sheared(self, at) -> np.ndarray | float:
+        """Return the stiffness of transverse shear at a point, (ne, 6 c, 6 c); 0 without."""
+        return 0.0
 
     def mass(self, lumped: bool = False) -> np.ndarray:
         """Return the element mass matrices (ne, 6 c, 6 c) in body axes, kg (eq. (shell-mass)).
@@ -108,27 +136,21 @@ class ShellBlock:
             if not lumped:
                 total = total + _weighted(displacement_rows(self.corners, at), np.eye(3), at.weight)
         matrix = np.zeros((len(rotation), count, 6, count, 6))
-        inertia = rotation * (self.thickness**2 / 12.0)[:, None, None]
+        per_area, depth, height = self.areal_mass()
+        inertia = rotation * (depth**2 / 12.0)[:, None, None]
         for direction, factor in ((3, 1.0), (4, 1.0), (5, DRILLING_INERTIA)):
             matrix[:, :, direction, :, direction] = factor * inertia
         if lumped:
             for direction in range(3):
                 matrix[:, :, direction, :, direction] = rotation
         matrix = matrix.reshape(len(rotation), 6 * count, 6 * count) + total
-        return self._in_body_axes((self.material.density * self.thickness)[:, None, None] * matrix)
+        moved = replace(self, heights=self.heights - height[:, None])
+        return moved._in_body_axes(per_area[:, None, None] * matrix)
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> ShellBlock:
         """Return the chosen elements (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
-        return replace(
-            self,
-            connectivity=number[self.connectivity[chosen]],
-            axes=self.axes[chosen],
-            corners=self.corners[chosen],
-            heights=self.heights[chosen],
-            centers=None if self.centers is None else self.centers[chosen],
-            thickness=self.thickness[chosen],
-            number_of_nodes=len(nodes),
-        )
+        rows = {name: getattr(self, name)[chosen] for name in self.ROWS if getattr(self, name) is not None}
+        return replace(self, connectivity=number[self.connectivity[chosen]], number_of_nodes=len(nodes), **rows)
 
     def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return K and M (ndof, ndof) of these elements, in the freedoms `dofs`."""
@@ -169,14 +191,19 @@ class ShellBlock:
         enough of them (docs/theory/shells.md, "Stress at nodes").
         """
         displacements = np.asarray(displacements, float)
-        if self.cell_type == "quad" or self.centers is None:
+        if self.cell_type == "quad" or self.centers is None or not self.fits(side):
             return scattered(self._corner_stress(displacements, side), self.connectivity, self.number_of_nodes)
         return self._fitted_stress(displacements, side)
+
+    def fits(self, side: float) -> bool:
+        """Whether stress may be fitted over cells: they are of one material and one plane."""
+        return True
 
     @cached_property
     def slopes(self) -> NodalSlopes:
         """Slopes along the surface at the nodes."""
-        nodes, local = np.zeros((self.number_of_nodes, 3)), np.dstack([self.corners, self.heights])
+        own = self.heights - self.heights.mean(axis=1)[:, None]  # without the offset of a layup
+        nodes, local = np.zeros((self.number_of_nodes, 3)), np.dstack([self.corners, own])
         centers = np.zeros((len(local), 3)) if self.centers is None else self.centers
         nodes[self.connectivity] = centers[:, None] + local @ self.axes
         return nodal_slopes(self.connectivity, self.axes[:, 2], self.thickness, nodes)
@@ -190,7 +217,10 @@ class ShellBlock:
         )
         strain = np.stack([u_x, v_y, u_y + v_x], axis=1)
         curvature = np.stack([-ty_x, tx_y, tx_x - ty_y], axis=1)  # w_x = -theta_y, w_y = theta_x
-        plane = self.elasticity @ (strain - (0.5 * side * at.thickness)[:, None, None] * curvature)
+        elasticity, height = self.layer(side)
+        over_nodes = (height - self.heights[:, 0])[at.cell]
+        layer = elasticity if elasticity.ndim == 2 else elasticity[at.cell]
+        plane = layer @ (strain - over_nodes[:, None, None] * curvature)
         total = np.zeros((self.number_of_nodes, 6, size))
         np.add.at(total, at.node, at.share[:, None, None] * _in_space(plane, at.axes))
         cells = np.bincount(self.connectivity.ravel(), minlength=self.number_of_nodes).astype(float)
@@ -209,13 +239,12 @@ class ShellBlock:
 
     def _corner_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
         local = self._local(displacements)
+        elasticity, height = self.layer(side)
         corner_values = []
         for xi, eta in CORNERS[self.connectivity.shape[1]]:
-            at = functions(self.corners, xi, eta)
-            strain = self.strains(xi, eta) - (0.5 * side * self.thickness)[:, None, None] * curvature_rows(
-                self.corners, at
-            )
-            plane = self.elasticity @ (strain @ local)  # (ne, 3, k)
+            curvature = curvature_rows(self.corners, functions(self.corners, xi, eta), self.softness)
+            strain = self.strains(xi, eta) - height[:, None, None] * curvature
+            plane = elasticity @ (strain @ local)  # (ne, 3, k)
             corner_values.append(_in_space(plane, self.axes))
         return np.stack(corner_values, axis=1)
 

@@ -36,7 +36,8 @@ class NodalSlopes:
         Share of its cells in the node's.
     axes : (nl, 3, 3)
         Rows: x and y along the surface, z normal, in body axes.
-    thickness : (nl,), m
+    cell : (nl,), int
+        One of its cells: all are of one thickness.
     along_x, along_y : (nl, n) csr, 1/m
         Derivatives at the node of a field at the nodes.
     left : (ne, c), bool
@@ -46,7 +47,7 @@ class NodalSlopes:
     node: np.ndarray
     share: np.ndarray
     axes: np.ndarray
-    thickness: np.ndarray
+    cell: np.ndarray
     along_x: sparse.csr_matrix
     along_y: sparse.csr_matrix
     left: np.ndarray
@@ -73,14 +74,14 @@ def nodal_slopes(
                 continue
             around, slopes = fit
             entries.append((np.full(len(around), len(found)), around, slopes))
-            found.append((node, len(leaf) / len(own), axes, thickness[leaf[0]]))
+            found.append((node, len(leaf) / len(own), axes, leaf[0]))
     rows, columns = (np.concatenate([entry[k] for entry in entries] or [np.zeros(0, int)]) for k in range(2))
     values = np.concatenate([entry[2] for entry in entries] or [np.zeros((2, 0))], axis=1)
     along = [sparse.csr_matrix((value, (rows, columns)), shape=(len(found), n)) for value in values]
-    places, shares, frames, thick = (
-        np.array([item[k] for item in found], kind) for k, kind in enumerate((int, float, float, float))
+    places, shares, frames, first = (
+        np.array([item[k] for item in found], kind) for k, kind in enumerate((int, float, float, int))
     )
-    return NodalSlopes(places, shares, frames.reshape(-1, 3, 3), thick, along[0], along[1], left)
+    return NodalSlopes(places, shares, frames.reshape(-1, 3, 3), first, along[0], along[1], left)
 
 
 def _row(matrix: sparse.csr_matrix, k: int) -> np.ndarray:

@@ -255,6 +255,37 @@ def test_laminate_of_one_ply_is_a_plate(tmp_path):
         assert energy == pytest.approx(0.5 * E * t**3 / 12 / (1 - 0.09) * curvature**2, rel=1e-9)
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.03])
+def test_stress_of_triangles_in_bending_is_exact(tmp_path, offset):
+    """w = (a x^2 + b y^2) / 2 + c x y on an irregular mesh: -E' (a + nu b) t / 2 on top, at edges and corners too."""
+    rng, n, thickness = np.random.default_rng(5), 5, 0.01
+    x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1)))
+    inside = (x > 0) & (x < 1) & (y > 0) & (y < 1)
+    x[inside] += rng.uniform(-0.05, 0.05, inside.sum())
+    rows = [f"GRID,{k + 1},,{a:.12f},{b:.12f},0." for k, (a, b) in enumerate(zip(x, y, strict=True))]
+    for k, (i, j) in enumerate((i, j) for i in range(n) for j in range(n)):
+        p = j * (n + 1) + i + 1
+        rows += [f"CTRIA3,{2 * k + 1},1,{p},{p + 1},{p + n + 2},,{offset}"]
+        rows += [f"CTRIA3,{2 * k + 2},1,{p},{p + n + 2},{p + n + 1},,{offset}"]
+    fe = deck(tmp_path, "\n".join([*rows, f"PSHELL,1,1,{thickness},1", f"MAT1,1,{E:.6e},,.3,{RHO}"]))
+    (block,) = (b for b in fe.blocks if b.cell_type == "triangle")
+    a, b, c = 0.3, -0.2, 0.15
+    w_x, w_y = a * x + c * y, b * y + c * x
+    field = np.zeros((len(x), 6, 1))
+    field[:, :, 0] = np.stack(  # nodes lie `offset` below the plane of the plate
+        [offset * w_x, offset * w_y, 0.5 * (a * x * x + b * y * y) + c * x * y, w_y, -w_x, 0 * x], axis=1
+    )
+    factor = -0.5 * thickness * E / (1 - 0.3**2)
+    expected = np.array([factor * (a + 0.3 * b), factor * (b + 0.3 * a), 0.0, factor * 0.7 * c, 0.0, 0.0])
+    for side, sign in ((1.0, 1.0), (-1.0, -1.0)):
+        found = block.surface_stress(field, side)[:, :, 0]
+        np.testing.assert_allclose(found, np.tile(sign * expected, (len(x), 1)), atol=1e-6 * np.abs(expected).max())
+    top = fem.read_deck(tmp_path / "part.bdf", show=False, stress_side=1)
+    np.testing.assert_allclose(top.blocks[0].nodal_stress(field)[0, :, 0], expected, atol=1e-6 * np.abs(expected).max())
+    with pytest.raises(MeshError, match="stress_side = 2"):
+        fem.read_deck(tmp_path / "part.bdf", show=False, stress_side=2)
+
+
 def test_missing_midside_node_and_pyramid(tmp_path):
     """Constant strain passes through hexahedra with left out midside nodes and split pyramids."""
     text = block().replace("CHEXA,1,1,1,2,4,3,5,6,+\n+,8,7", "CHEXA,1,1,1,2,4,3,5,6,+\n+,8,7,600")

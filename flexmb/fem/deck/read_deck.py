@@ -17,6 +17,7 @@ from flexmb.fem.deck.unit_doubts import doubt
 from flexmb.fem.deck.units import converted
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.told import keeping_warnings, tell
+from flexmb.model.described import is_number
 
 __all__ = ["DECK_READERS", "read_deck"]
 
@@ -34,7 +35,14 @@ DECK_READERS: dict[str, Callable[[Path], Deck]] = {
 
 
 @keeping_warnings
-def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None = None, show: bool = True) -> FEModel:
+def read_deck(
+    path: str | Path,
+    *,
+    units: str | None = None,
+    lumped: bool | None = None,
+    stress_side: float = 0.0,
+    show: bool = True,
+) -> FEModel:
     """Return the FE model that a deck describes: elements, properties, materials, links, springs and masses.
 
     The model is free: supports of the deck are kept by name in `FEModel.supports` and held only where asked for
@@ -50,6 +58,8 @@ def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None
         Without it the numbers stay as they are, and a warning is given where they cannot be SI.
     lumped : bool, optional
         Whether element masses are lumped at the nodes; default: as the program of the deck does it.
+    stress_side : float
+        Where the stress of shells is taken, as in `fem.shell`: -1 bottom, 0 middle (membrane stress), +1 top.
     show : bool
         Print the inventory: what was read, approximated, left out, and the mass.
 
@@ -95,8 +105,16 @@ def read_deck(path: str | Path, *, units: str | None = None, lumped: bool | None
             remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
         )
     part = f"Deck '{path}'"
+    if not is_number(stress_side) or abs(stress_side) > 1.0:
+        raise MeshError(
+            part,
+            found=f"stress_side = {stress_side!r}",
+            expected="-1 (bottom), 0 (middle) or +1 (top)",
+            remedy="Write stress_side=1 for the outer fibres on top",
+        )
     try:
         deck = converted(reader(path), units, part)
+        deck.stress_side = float(stress_side)
         fe = assembled(deck, deck.lumped if lumped is None else lumped)
     except MemoryError:
         raise MeshError(
