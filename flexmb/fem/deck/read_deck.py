@@ -105,13 +105,7 @@ def read_deck(
             remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
         )
     part = f"Deck '{path}'"
-    if not is_number(stress_side) or abs(stress_side) > 1.0:
-        raise MeshError(
-            part,
-            found=f"stress_side = {stress_side!r}",
-            expected="-1 (bottom), 0 (middle) or +1 (top)",
-            remedy="Write stress_side=1 for the outer fibres on top",
-        )
+    _check_side(stress_side, part)
     try:
         deck = converted(reader(path), units, part)
         deck.stress_side = float(stress_side)
@@ -128,3 +122,13 @@ def read_deck(
         left = "; ".join(f"{what} ({n})" for what, n in sorted(deck.inventory.left_out.items()) if n)
         tell(f"{part}: left out: {left}")
     return replace(fe, source=source_of(deck, path))
+
+
+def _check_side(stress_side: float, part: str) -> None:
+    if not is_number(stress_side) or abs(stress_side) > 1.0:
+        raise MeshError(
+            part,
+            found=f"stress_side = {stress_side!r}",
+            expected="-1 (bottom), 0 (middle) or +1 (top)",
+            remedy="Write stress_side=1 for the outer fibres on top",
+        )
