@@ -18,6 +18,7 @@ TIGHT = 1e-8
 INTEGRATORS = {
     "steps": lambda s: fmb.GeneralizedAlpha(step=STEP * s.time),
     "GeneralizedAlpha": lambda s: fmb.GeneralizedAlpha(rtol=1e-7),
+    "adaptive": lambda s: fmb.GeneralizedAlpha(rtol=1e-7),
     "IDA": lambda s: fmb.IDA(rtol=TIGHT, atol=1e-2 * TIGHT * min(1.0, s.length) * min(1.0, 1.0 / s.time)),
     "Explicit": lambda s: fmb.Explicit(rtol=TIGHT),
     "Implicit": lambda s: fmb.Implicit(rtol=1e-6),

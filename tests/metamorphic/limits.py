@@ -16,6 +16,7 @@ LIMITS = {
     "steps": 1e-4,
     # other steps for other rounding: what these tolerances leave after 0.1 s
     "GeneralizedAlpha": 2e-3,
+    "adaptive": 2e-3,
     "IDA": 1e-3,
     "Explicit": 1e-3,
     "Implicit": 1e-3,
@@ -27,6 +28,7 @@ KINDS_FOR = {
     "Implicit": ("rigid", "point"),
     # steps that resolve the vibrations of bars would take minutes
     "Recursive": ("rigid", "point"),
+    "adaptive": ("rigid", "point"),
     "Explicit": ("rigid", "point", "cable"),
 }
 """Bodies for analyses that do not take all, or not in a reasonable time."""

@@ -18,7 +18,7 @@ CASES = [
     *((k, how) for k, how in enumerate(("Augmented", "NullSpace", "UdwadiaPhohomsiri", "tree"))),
     *((k, "linearize") for k in range(2)),
     *((k, "steps") for k in range(3)),
-    *((k, how) for k, how in enumerate(("IDA", "Explicit", "Recursive", "Implicit"))),
+    *((k, how) for k, how in enumerate(("IDA", "Explicit", "Recursive", "Implicit", "adaptive"))),
     (0, "statics"),
 ]
 
