@@ -17,17 +17,18 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.integrate import body_steps, joint_steps
 from flexmb.integrate.drift import PATIENCE, VANISHING
-from flexmb.integrate.explicit_steps import STAGES, ExplicitRun, Steps, call_accepting, call_rates
+from flexmb.integrate.explicit_steps import STAGES, STEPS, ExplicitRun, Steps, call_accepting, call_rates
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.patience import PAUSED, Patience
-from flexmb.integrate.switches import allowed, keep_switches, new_switching, read_switches
-from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import counted
-from flexmb.math.tables import State
+from flexmb.integrate.switches import Switching, allowed, keep_switches, new_switching, read_switches
+from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import counted, numba_type
+from flexmb.math.tables import COUNT, NUMBER, WORK, State
 from flexmb.system.branches import branch_rates
 from flexmb.system.program import evaluate
-from flexmb.tree.link_tree import no_links
+from flexmb.tree.link_tree import LINK_TREE, no_links
 
 __all__ = ["AUGMENTED", "CompiledRun"]
 
@@ -111,8 +112,8 @@ def _part(program, work, tree, s, sw, h):
     return allowed(sw, h, True)
 
 
-@kernel
-def _run(program, work, tree, s, sw, goal, most, pause):
+@entry_kernel(PROGRAM, WORK, LINK_TREE, STEPS, numba_type(Switching), NUMBER, COUNT, COUNT)
+def run_to(program, work, tree, s, sw, goal, most, pause):
     """Integrate to the time `goal` in at most so many steps; return 0 or why it ends before.
 
     Having tried `pause` steps it returns PAUSED after the next one that is accepted, and goes on when it is called
@@ -302,7 +303,7 @@ class CompiledRun:
         reason = PAUSED
         while reason == PAUSED:
             most = self.settings.most_steps - (int(s.run[0].steps) - self.begun)
-            reason = _run(self.system.program, self.work, self.tree, s, self.switching, t, most, pace.steps())
+            reason = run_to(self.system.program, self.work, self.tree, s, self.switching, t, most, pace.steps())
             if pace.used_up:
                 break
         return reason

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.drift import PATIENCE, VANISHING
-from flexmb.integrate.eighth_order import ATOL, AUGMENTED, CompiledRun
+from flexmb.integrate.eighth_order import ATOL, AUGMENTED, CompiledRun, run_to
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.outcome import Outcome
@@ -214,6 +214,12 @@ class Explicit(metaclass=Described):
                     expected="a positive number",
                     remedy=f"Leave {name} out for its default",
                 )
+
+    @property
+    def entries(self) -> tuple:
+        """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
+        compiled = self.formulation.compiled or self.formulation.unknowns is not None
+        return (run_to,) if self.method == "DOP853" and compiled else ()
 
     def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
         """Return the solver at the start: compiled where method and formulation are."""

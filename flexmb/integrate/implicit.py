@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -221,6 +221,8 @@ class Implicit(metaclass=Described):
     largest: float | None = None
     drift: float = 1e-10
     formulation: Any = RECURSIVE
+    entries: ClassVar[tuple] = (run_step,)
+    """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
 
     def __post_init__(self):
         if not is_formulation(self.formulation) or self.formulation.unknowns is None:

@@ -18,13 +18,14 @@ import numpy as np
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.energies import powers
 from flexmb.math.jets import sample_signals
-from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record
-from flexmb.math.tables import State
+from flexmb.math.kernel import entry_kernel, inner_kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record, array_type, numba_type
+from flexmb.math.tables import FLOATS, NUMBER, WORK, State
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.relative_passes import move_bodies
-from flexmb.tree.settle import coordinate_rates, count_turns, prescribe, read_change, settle, unit_length
+from flexmb.tree.settle import Chart, coordinate_rates, count_turns, prescribe, read_change, settle, unit_length
 
 __all__ = ["COUNTED", "STAGES", "THIRD", "WEIGHTS", "Stages", "new_stages", "run_step"]
 
@@ -254,7 +255,17 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
     return False
 
 
-@kernel
+@entry_kernel(
+    numba_type(Chart),
+    PROGRAM,
+    WORK,
+    numba_type(Stages),
+    *[array_type(FLOATS)] * 2,
+    *[NUMBER] * 2,
+    array_type(FLOATS, 2),
+    array_type(FLOATS),
+    *[NUMBER] * 3,
+)
 def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, newton, settled):
     """Take a step from x, v, whose rates stand in the first stage; return whether its stages could be solved.
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.newmark import run_steps
 from flexmb.math import ahead, declared_kernels
 
 ENTRY = """
@@ -52,14 +51,25 @@ def test_nothing_is_started_where_cores_are_not_free(cube, monkeypatch):
     assert ahead.compile_ahead([cube]) == 0
 
 
-def test_entries_are_declared_with_the_types_they_are_called_with():
+@pytest.mark.parametrize(
+    "integrator",
+    [fmb.GeneralizedAlpha(), fmb.Explicit(), fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit()],
+    ids=["alpha", "explicit", "links", "implicit"],
+)
+def test_entries_are_declared_with_the_types_they_are_called_with(integrator):
     """A run calls the kernel that was compiled before it, and no other."""
-    run_steps.compile(run_steps.entry)
-    body = fmb.PointMass("ball", mass=1.0)
+    (entry,) = integrator.entries
+    entry.compile(entry.entry)
     model = fmb.Model(
-        bodies=[fmb.Ground(), body], gravity=(0, 0, -9.81), sensors=[fmb.Position("place", marker="ball.center")]
+        bodies=[fmb.Ground(), fmb.RigidBody("ball", mass=1.0, inertia=(1, 1, 1))],
+        gravity=(0, 0, -9.81),
+        sensors=[fmb.Position("place", marker="ball.center")],
     )
-    solution = fmb.simulate(model, 0.1, integrator=fmb.GeneralizedAlpha(step=0.01))
-    assert len(run_steps.overloads) == 1
-    np.testing.assert_allclose(solution["place"][-1], (0, 0, -0.5 * 9.81 * 0.01), rtol=1e-9, atol=1e-15)
-    assert run_steps in declared_kernels("flexmb.integrate")
+    solution = fmb.simulate(model, 0.1, integrator=integrator)
+    assert len(entry.overloads) == 1
+    np.testing.assert_allclose(solution["place"][-1], (0, 0, -0.5 * 9.81 * 0.01), rtol=1e-6, atol=1e-9)
+    assert entry in declared_kernels("flexmb.integrate")
+
+
+def test_methods_of_scipy_have_no_entries():
+    assert fmb.Explicit(method="Radau").entries == ()
