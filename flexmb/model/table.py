@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -35,11 +36,22 @@ class Table:
 
     def filled(self, part: Any, values: Mapping[str, Any]) -> tuple:
         """Return a row: fields by name from `values`, all others from what `part` has of the same name."""
-        unknown = values.keys() - set(self.row.names or ())
-        if unknown:
-            raise TypeError(f"rows of {self.name} have no {', '.join(sorted(unknown))}")
-        names = self.row.names or ()
-        return in_order(self.row, {name: values[name] if name in values else getattr(part, name) for name in names})
+        found, used = [], 0
+        for name, inner in self._entries:
+            if name in values:
+                value, used = values[name], used + 1
+            else:
+                value = getattr(part, name)
+            found.append(value if inner is None else in_order(inner, value))
+        if used < len(values):
+            unknown = sorted(values.keys() - set(self.row.names or ()))
+            raise TypeError(f"rows of {self.name} have no {', '.join(unknown)}")
+        return tuple(found)
+
+    @cached_property
+    def _entries(self) -> tuple[tuple[str, np.dtype | None], ...]:
+        """Names of the fields, with their types where they are records."""
+        return tuple((name, self.row[name] if self.row[name].names else None) for name in self.row.names or ())
 
 
 def in_order(kind: np.dtype, values: Mapping[str, Any]) -> tuple:

@@ -153,6 +153,17 @@ def stage(data: fmb.ModalNeutralData) -> fmb.Model:
     )
 
 
+def required(kind, given=()) -> dict:
+    """Return values of the required fields of a kind, those in `given` left out: by their names, numbers 0.25."""
+    found = {}
+    for f in fields(kind):
+        if f.init and f.default is MISSING and f.default_factory is MISSING and f.name not in given:
+            known = VALUES if f.type not in ("float", float) else {f.name: 0.25, **VALUES}
+            assert f.name in known, f"what is a value of {kind.__name__}.{f.name}? Add it to VALUES"
+            found[f.name] = known[f.name]
+    return found
+
+
 def model_with(table: str, name: str, ground: fmb.Model, data: fmb.ModalNeutralData):
     """Return the stage with one part of a kind, and the part."""
     kind, more = kind_lists.parts()[table][name], MORE.get(name, {})

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from contracts.every_kind import required
 
 import flexmb as fmb
 from flexmb import bodies, fem, forces, joints, reduction
@@ -97,8 +98,8 @@ FORCE_FIELDS = {
         "damping": (3.0, 2.0, 1.0, 0.3, 0.2, 0.1),
     },
 }
-"""Fields of forces beyond name and markers; a new kind that needs fields needs a line here."""
-OF_NO_PAIR = ("Pressure", "LineLoad", "LineContact", "CentralGravity", "OblateGravity", "ThirdBody")
+"""Fields of forces beyond name and markers, where values by the names of required fields would not do."""
+OF_NO_PAIR = ("Pressure", "LineLoad", "LineContact")
 FORCES = [name for name in forces.KINDS if name not in OF_NO_PAIR]
 
 
@@ -219,7 +220,8 @@ def joint_parts(kind: str, markers, rng) -> tuple:
     if kind in ("Coupler", "RackAndPinion"):
         fields = {"ratio": 0.4, "freedoms": ("slide", "turn")} if kind == "Coupler" else {"radius": 0.2}
         return joints.Cylindrical("j", markers=markers), joints.KINDS[kind]("c", joints=("j", "j"), **fields)
-    return (joints.KINDS[kind]("j", markers=markers),)
+    own = joints.KINDS[kind]
+    return (own("j", markers=markers, **required(own, ("name", "markers"))),)
 
 
 def slide_drive(markers) -> tuple:
@@ -230,10 +232,10 @@ def slide_drive(markers) -> tuple:
 
 def force_parts(kind: str, markers, rng) -> tuple:
     """Return the force of a kind between two markers, or on the second one in the axes of the first."""
-    fields = dict(FORCE_FIELDS[kind])
     own = forces.KINDS[kind].__dataclass_fields__
     names = {"joint": "j"} if "joint" in own else {"marker": markers[1], "axes": markers[0]}
-    names = {"markers": markers} if "markers" in own else names
+    names = {"markers": markers} if "markers" in own else {k: v for k, v in names.items() if k in own}
+    fields = FORCE_FIELDS[kind] if kind in FORCE_FIELDS else required(forces.KINDS[kind], ("name", *names))
     return (forces.KINDS[kind]("f", **names, **fields),)
 
 
@@ -268,8 +270,10 @@ def single(kind: str, rng) -> fmb.Model:
         bodies.AncfCable: "cable",
         bodies.AncfBeam: "beam",
         bodies.AncfPlate: "plate",
-    }[bodies.KINDS[kind]]
-    return fmb.Model(bodies=(fmb.Ground(), body(name, "b", rng)[0]), gravity=tuple(rng.normal(size=3) * 9.0))
+    }.get(bodies.KINDS[kind])
+    own = bodies.KINDS[kind]
+    part = own("b", **required(own, ("name",))) if name is None else body(name, "b", rng)[0]
+    return fmb.Model(bodies=(fmb.Ground(), part), gravity=tuple(rng.normal(size=3) * 9.0))
 
 
 def put_together(model: fmb.Model) -> fmb.Model:
