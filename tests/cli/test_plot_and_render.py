@@ -26,6 +26,20 @@ def test_plot(run, capsys):
     assert (run / "sensors.png").is_file()
 
 
+def test_plot_over_another_sensor(run, capsys):
+    """One sensor over another, beside another run, divided; the report shows the same diagram."""
+    assert main(["run", "fall.toml", "--set", "g=1.62", "--out", "two"]) == 0
+    over = ["--over", "place x", "--with", "two", "--per", "2", "-o", "path.png"]
+    assert main(["plot", "one", "place z", *over]) == 0
+    assert Path("path.png").stat().st_size > 5000
+    page = ["--no-pictures", "--diagram", "path = place z over place x / place z at 1", "-o", "both.html"]
+    assert main(["report", "one", "two", *page]) == 0
+    assert "<h2>Diagrams</h2>" in Path("both.html").read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert main(["plot", "one", "place z", "--over", "plac x"]) == 2
+    assert "Did you mean 'place x'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
