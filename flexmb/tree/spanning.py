@@ -109,7 +109,12 @@ def _edges(system, cut, allowed) -> tuple[dict[str, tuple[int, int]], dict[str, 
         span = system.joint_equations[joint.name]
         used = {m for e in range(span.start, span.stop) for m in of_equation[e]}
         leader = getattr(joint, "joint", joint.name) if joint.prescribes else joint.name
-        if joint.name in cut or (leader == joint.name and allowed is not None and leader not in allowed):
+        # what relates coordinates, or velocities against W, does not see the relative motion of two markers alone
+        if (
+            joint.couples
+            or joint.name in cut
+            or (leader == joint.name and allowed is not None and leader not in allowed)
+        ):
             continue
         places = tuple(system.marker_index[m] for m in joint.resolved_markers(system.model))
         if len(places) == 2 and used == set(places) and len({int(markers[m]["body"]) for m in used}) == 2:
