@@ -59,8 +59,13 @@ def replacing(path: str | Path, part: str = "", doing: str = "write", *, folder:
             temporary.unlink(missing_ok=True)
 
 
-def write_text(path: str | Path, text: str, *, encoding: str = "utf-8", errors: str = "strict", part: str = "") -> Path:
-    """Write a text file that appears whole or not at all, in a folder that is made for it; return its path."""
+def write_text(
+    path: str | Path, text: str, *, encoding: str = "utf-8", errors: str = "surrogateescape", part: str = ""
+) -> Path:
+    """Write a text file that appears whole or not at all, in a folder that is made for it; return its path.
+
+    Names of files that are no text are written as the bytes they are.
+    """
     with (
         replacing(path, part, folder=True) as temporary,
         temporary.open("w", encoding=encoding, errors=errors) as stream,

@@ -60,7 +60,7 @@ def write_deck_report(checks: DeckChecks, path: str | Path, *, picture: str | Pa
     found = deck_numbers(checks)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        web.write_text(_page(checks, found, picture), encoding="utf-8")
+        web.write_text(_page(checks, found, picture), encoding="utf-8", errors="replace")
         numbers.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise DataFileError(

@@ -56,7 +56,7 @@ def write_report(data, path: str | Path, *, picture: str | Path | None = None) -
     web, numbers = path.with_suffix(".html"), path.with_suffix(".json")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        web.write_text(_page(data, picture), encoding="utf-8")
+        web.write_text(_page(data, picture), encoding="utf-8", errors="replace")
         numbers.write_text(json.dumps(report_numbers(data), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise DataFileError(

@@ -35,6 +35,7 @@ class WrittenPhase:
     group: Any = None
     own: int = 0
     blocks: list[Record] = field(default_factory=list)
+    latest: float = -np.inf
     reached: Rows | None = None
     ended: str | None = None
     tables: dict[str, np.ndarray] = field(default_factory=dict)
@@ -44,6 +45,15 @@ class WrittenPhase:
     def count(self) -> int:
         """Number of samples."""
         return self.own + sum(block.says["n"] for block in self.blocks)
+
+    def add(self, block: Record, stream: BinaryIO) -> None:
+        """Add a block of samples; ValueError if it does not follow those before: blocks may have changed places."""
+        times = block.numbers(stream, 0, block.says["n"])
+        before = float(self.group["t"][self.own - 1]) if self.own and not self.blocks else self.latest
+        if not np.all(np.diff(np.concatenate([[before], times])) > 0.0):
+            raise ValueError(f"samples at t = {times.min():.9g} s that do not follow those up to {before:.9g} s")
+        self.blocks.append(block)
+        self.latest, self.reached = float(times[-1]), None
 
     def pieces(self, stream: BinaryIO, most: int) -> Iterator[list[Rows]]:
         """Yield the samples, and the state reached after them, as lists of blocks with about so many rows in all."""
@@ -99,8 +109,7 @@ def _add(written: Written, stream: BinaryIO, start: int) -> None:
         elif record.kind == GOES_ON:
             _go_on(written, record)
         elif record.kind == SAMPLES:
-            written.phases[-1].blocks.append(record)
-            written.phases[-1].reached = None
+            written.phases[-1].add(record, stream)
         elif record.kind == REACHED:
             written.phases[-1].reached = _rows_in(record, stream)
         elif record.kind == ENDED:

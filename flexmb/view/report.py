@@ -84,7 +84,7 @@ def report(
     text = _page(named, checks or {}, verified or {}, pictures, camera, diagrams)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8", errors="replace")
     except OSError as error:
         raise DataFileError(
             f"Report '{path}'",

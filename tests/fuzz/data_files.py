@@ -155,7 +155,7 @@ def _runs(originals: Path, data: fmb.ModalNeutralData) -> None:
         gravity=(0, 0, -9.81),
         bodies=[
             fmb.Ground(markers={"A": (0, 0, 0)}),
-            fmb.FloatingBody("part", data=data),
+            fmb.FloatingBody("part", data=data, at=(-0.05, -0.03, 0)),
             fmb.PointMass("m", mass=1.0),
         ],
         joints=[fmb.Revolute("hinge", markers=("ground.A", "part.a"))],

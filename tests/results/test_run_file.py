@@ -369,3 +369,25 @@ def test_the_disk_is_asked_now_and_then_while_samples_come(tmp_path, monkeypatch
         monkeypatch.undo()
     assert asked == [11.0, 22.0]
     assert len(Solution.load(tmp_path / "run.h5").t) == 30
+
+
+def test_records_that_have_changed_places(tmp_path):
+    """Each is whole, but they are not in the order of time: refused, never a solution whose time runs back."""
+    path = tmp_path / "run.h5"
+    run = RunFile(path, rows=1)
+    run.begin("text")
+    ends = [run._journal._end]
+    for k in range(4):
+        run.append(float(k), np.ones(9), np.ones(8), np.ones(8), np.ones(5), np.ones(3))
+        ends.append(run._journal._end)
+    run.flush()
+    whole = path.read_bytes()
+    first, second, *_, last = (whole[a:b] for a, b in zip(ends, [*ends[1:], len(whole)]))
+    for order in ([second, first], [first, first], [second, last, first]):
+        path.write_bytes(whole[: ends[0]] + b"".join(order))
+        with pytest.raises(DataFileError, match=r"makes no sense: samples at t = \S+ s that do not follow"):
+            Solution.load(path)
+    path.write_bytes(whole)
+    assert Solution.load(path).t.tolist() == [0.0, 1.0, 2.0, 3.0]
+    run._journal.close()
+    run._lock.release()

@@ -244,6 +244,8 @@ def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) 
         at += 1 + 3 * count
         sets = [flat.nodes_of(terms[3 * k], scope, block) for k in range(count)]
         size = max(len(s) for s in sets)
+        if any(len(s) not in (1, size) for s in sets):
+            raise block.wrong("sets of different size in an equation", "single nodes or sets of one size")
         for i in range(size):
             _one_equation(block, terms, sets, i, deck, frames)
         deck.inventory.read["*EQUATION"] += 1
@@ -252,8 +254,6 @@ def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) 
 def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int, deck: Deck, frames: Frames) -> None:
     columns, row, first = [], [], None
     for k, nodes in enumerate(sets):
-        if len(nodes) not in (1, max(len(s) for s in sets)):
-            raise block.wrong("sets of different size in an equation", "single nodes or sets of one size")
         node = nodes[0] if len(nodes) == 1 else nodes[i]
         direction = block.integers(terms[3 * k + 1 : 3 * k + 2], 1)[0]
         if not 1 <= direction <= 6:

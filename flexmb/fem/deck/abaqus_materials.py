@@ -173,6 +173,8 @@ def _orientation(block: Block, rotation: np.ndarray, origin: np.ndarray, points:
         raise block.wrong(f"SYSTEM={system}", "RECTANGULAR or CYLINDRICAL")
     if len(rows) > 1:
         axis, angle = block.reals(rows[1], 2, 0.0)
+        if axis not in (0.0, 1.0, 2.0, 3.0):
+            raise block.wrong(f"the axis {axis:g} of the additional rotation", "1, 2 or 3")
         k = int(axis or 1) - 1
         i, j = [(1, 2), (2, 0), (0, 1)][k]
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
