@@ -16,7 +16,7 @@ def swing() -> fmb.Model:
     """Return a driven crank with a rocker, a spring and all kinds of sensors that kernels recover."""
     link = {"inertia": (1e-3, 1e-2, 1e-2)}
     return fmb.Model(
-        gravity=(0, 0, -9.81),
+        gravity=(1.0, 0, 9.81),  # it hangs, and swings to the side
         bodies=[
             fmb.Ground(markers={"A": _hinge(0, 0), "D": _hinge(1, 0)}),
             fmb.RigidBody("crank", mass=1.0, markers={"A": _hinge(0, 0), "B": _hinge(0, 0.4)}, **link),
@@ -83,7 +83,7 @@ ANALYSES: Mapping[str, Callable[[], object]] = {
     "explicit": simulated(lambda: fmb.Explicit()),
     "flexible arm": simulated(lambda: fmb.Explicit(formulation=fmb.Recursive()), lambda: arm(beam())),
     "statics": lambda: fmb.statics(arm()),
-    "linearize": lambda: fmb.linearize(swing()),
+    "linearize": lambda: fmb.linearize(swing(), fmb.statics(swing())),
     "check": lambda: fmb.check(swing()),
     "accelerations": _accelerations,
 }
