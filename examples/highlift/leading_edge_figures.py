@@ -54,6 +54,7 @@ def main(picture: str = "leading_edge.png") -> None:
     )
     dress(axes, titles)
     axes[2].set_xlim(0.5, 1.8)
+    axes[2].legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.12))
     figure.savefig(picture, dpi=150)
 
 
