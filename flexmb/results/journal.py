@@ -5,7 +5,9 @@ leaves whole records and perhaps the beginning of one, which readers leave out. 
 own end, so the file is a sound HDF5 file at every moment.
 
 A record is a head (mark, kind, length of the rest, checksums of the rest and of the head), the length of a text, the
-text (JSON), and float64 numbers, all little-endian.
+text (JSON), and float64 numbers, all little-endian. Its text holds its number in the file, 0, 1, 2, ...: a record that
+is missing from the middle, dropped or damaged, is noticed by the first whole one behind it. Records of files of earlier
+states have no number; for them, only damage is noticed.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import time
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,18 +35,26 @@ _MARK = b"FLEXMB"
 _LENGTH = struct.Struct("<I")
 _PIECE = 1 << 20
 """Bytes that are read at a time to look at a checksum."""
+_SERIAL = "serial"
+"""What the number of a record is called in its text."""
+_STRAY = 1000
+"""Marks without a sound head that are passed by behind a damaged record: by chance there is not one."""
 SYNC = 10.0
 """Seconds after which the disk is made to have what is written: what a power cut may cost. A kill costs nothing."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One record: its kind (two letters), what its text says, and where its numbers are in the file."""
+    """One record: its kind (two letters), what its text says, and where its numbers are in the file.
+
+    missing: how many records there should be between the one before and this one; negative if it should stand before
+    """
 
     kind: str
     says: Mapping[str, Any]
     start: int
     end: int
+    missing: int = 0
 
     def numbers(self, stream: BinaryIO, first: int = 0, count: int | None = None) -> np.ndarray:
         """Return `count` numbers from number `first` on, by default all."""
@@ -58,22 +69,47 @@ class Record:
 
 
 def records(stream: BinaryIO, start: int) -> Iterator[Record]:
-    """Yield the whole records of an open file from byte `start` on."""
+    """Yield the whole records of an open file from byte `start` on, also those behind damaged or `missing` ones."""
     size = os.fstat(stream.fileno()).st_size
-    while start + _HEAD.size + _LENGTH.size <= size:
+    expected, stray, damaged = 0, 0, False
+    while start + _HEAD.size + _LENGTH.size <= size and stray < _STRAY:
         stream.seek(start)
         head = stream.read(_HEAD.size)
         mark, kind, length, checksum, own = _HEAD.unpack(head)
         body, end = start + _HEAD.size, start + _HEAD.size + length
-        if mark != _MARK or own != zlib.crc32(head[:-4]) or end > size or _checksum(stream, body, length) != checksum:
-            return
-        stream.seek(body)
-        (text,) = _LENGTH.unpack(stream.read(_LENGTH.size))
-        if body + _LENGTH.size + text > end:
-            return
-        says = json.loads(stream.read(text))
-        yield Record(kind.decode("ascii"), says, body + _LENGTH.size + text, end)
-        start = end
+        if mark != _MARK or own != zlib.crc32(head[:-4]) or end > size:
+            start, stray, damaged = _next_mark(stream, start + 1), stray + 1, True
+            continue
+        start = end  # also behind a wrong checksum: looked at from byte to byte, a hostile file would never end
+        found = _text(stream, body, end) if _checksum(stream, body, length) == checksum else None
+        if found is None:
+            damaged = True
+            continue
+        says, first = found
+        serial = says.get(_SERIAL, expected + damaged) if isinstance(says, dict) else expected
+        yield Record(kind.decode("ascii"), says, first, end, serial - expected)
+        expected, damaged = serial + 1, False
+
+
+def _text(stream: BinaryIO, body: int, end: int) -> tuple[Any, int] | None:
+    """Return what the text of a record says and where it ends; None if it does not fit."""
+    if body + _LENGTH.size > end:
+        return None
+    stream.seek(body)
+    (length,) = _LENGTH.unpack(stream.read(_LENGTH.size))
+    first = body + _LENGTH.size + length
+    return (json.loads(stream.read(length)), first) if first <= end else None
+
+
+def _next_mark(stream: BinaryIO, start: int) -> int:
+    """Return where the next mark is from byte `start` on, or the end of the file."""
+    while True:
+        stream.seek(start)
+        piece = stream.read(_PIECE)
+        at = piece.find(_MARK)
+        if at >= 0 or len(piece) < _PIECE:
+            return start + (at if at >= 0 else len(piece))
+        start += len(piece) - len(_MARK) + 1
 
 
 def _checksum(stream: BinaryIO, start: int, length: int) -> int:
@@ -88,7 +124,7 @@ def _checksum(stream: BinaryIO, start: int, length: int) -> int:
 
 
 class Journal:
-    """Adds records to a file, behind its HDF5 part and the whole records that it has.
+    """Adds records to a file, behind its HDF5 part and the whole records that it has up to the first gap.
 
     Parameters
     ----------
@@ -100,7 +136,9 @@ class Journal:
         start = hdf5.end_of(path)
         self._stream = Path(path).open("r+b", buffering=0)  # noqa: SIM115 - open until `close`
         with Path(path).open("rb") as stream:
-            self._end = max((record.end for record in records(stream, start)), default=start)
+            whole = list(takewhile(lambda record: record.missing <= 0, records(stream, start)))
+        self._end = max((record.end for record in whole), default=start)
+        self._serial = len(whole)
         self._stream.truncate(self._end)  # the beginning of a record, or space that an older release had reserved
         self._synced = time.monotonic()
 
@@ -112,7 +150,7 @@ class Journal:
         OSError
             It cannot be written; what was there before stays.
         """
-        text = json.dumps(says).encode()
+        text = json.dumps({**says, _SERIAL: self._serial}).encode()
         start = _HEAD.size + _LENGTH.size + len(text)
         whole = memoryview(bytearray(start + 8 * sum(x.size for x in numbers)))
         whole[_HEAD.size : start] = _LENGTH.pack(len(text)) + text
@@ -134,6 +172,7 @@ class Journal:
                 self._stream.truncate(self._end)
             raise
         self._end += len(whole)
+        self._serial += 1
 
     def close(self) -> None:
         """Close the file."""

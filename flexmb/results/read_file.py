@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +17,7 @@ from flexmb.model import modal_neutral_file
 from flexmb.results.phase import Phase
 from flexmb.results.run_file import SCHEMA, VERSION, read_written
 from flexmb.results.status import Status
-from flexmb.results.written import WrittenPhase
+from flexmb.results.written import Written, WrittenPhase
 
 __all__ = ["read_solution_file", "stored_body"]
 
@@ -40,6 +41,12 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
     ------
     DataFileError
         Missing, foreign, truncated, or of another version; or no phase has a sample.
+
+    Warns
+    -----
+    UserWarning
+        Samples follow a gap: part of the file was dropped or damaged. They are left out, and the run counts as
+        interrupted at the gap.
     """
     with _opened(path) as (file, stream):
         bodies = _read_bodies(file) if model is None and read_model is not None else {}
@@ -50,22 +57,40 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
             phases.append(_read_phase(phase, stream, own))
             columns.update(phase.columns)
         status = Status.from_text(written.status) if written.status is not None else None
-        statistics = json.loads(written.statistics)
+        statistics, lost = json.loads(written.statistics), _lost(written)
     phases = [phase for phase in phases if len(phase.t)]
     running = holder(path)
     if not phases:
         raise DataFileError(
             f"Solution file '{path}'",
-            found="there are no samples",
+            found=f"there are no samples{f' ({lost})' if lost else ''}",
             expected="at least one",
-            remedy=f"The run has not come to its first sample yet: {running} is writing it"
+            remedy="Copy the file once more from where it was written, or run the model again"
+            if lost
+            else f"The run has not come to its first sample yet: {running} is writing it"
             if running
             else "The run was cut off before its first sample: run it again",
         )
+    if lost:
+        remedy = "Copy the file once more from where it was written; `flexmb resume` computes what is missing again"
+        warnings.warn(f"Solution file '{path}': {lost}. {remedy}.", stacklevel=3)
+        status = Status("interrupted", lost, remedy)
     if status is None:
         t = float(phases[-1].t[-1])
         status = Status.running(t, running) if running else Status.interrupted(t)
     return tuple(phases), status, statistics, columns
+
+
+def _lost(written: Written) -> str:
+    """Return what is known of the samples behind a gap in the records; empty if there is none."""
+    if not written.behind:
+        return ""
+    last = next((phase.latest_time for phase in reversed(written.phases) if phase.count), None)
+    count = sum(phase.count for phase in written.behind)
+    return (
+        f"part of the file is missing or damaged {'at its start' if last is None else f'behind t = {last:.9g} s'}, and "
+        f"{count} samples that follow there are left out"
+    )
 
 
 @contextmanager

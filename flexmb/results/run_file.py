@@ -217,8 +217,8 @@ class RunFile:
             try:
                 _fold(self.path, self._part)
             except (DataFileError, MemoryError) as error:
-                # nothing is lost: every sample is there, and is read as well from the records
-                warnings.warn(f"{error} All samples are kept.", stacklevel=2)
+                # nothing is lost: what was written is there, and is read as well from the records
+                warnings.warn(f"{error} The file stays as it is, with every sample that is in it.", stacklevel=2)
             finally:
                 self._lock.release()
 
@@ -261,6 +261,13 @@ def _fold(path: Path, part: str) -> None:
         # closed before the new file takes the place: Windows would refuse
         with hdf5.reading(path, schema=SCHEMA, version=VERSION) as old, path.open("rb") as stream:
             written = read_written(old, stream)
+            if written.behind:  # whoever saves the rest of the file finds the samples behind the gap
+                raise DataFileError(
+                    part,
+                    found="records that were written during the run are missing or damaged",
+                    expected="a file that nothing else changes",
+                    remedy="Look after the disk; reading the file tells how many samples are lost",
+                )
             file.attrs["bodies"] = old.attrs["bodies"]
             old.copy("data", file)
             phases = file.create_group("phases")

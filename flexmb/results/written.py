@@ -46,10 +46,15 @@ class WrittenPhase:
         """Number of samples."""
         return self.own + sum(block.says["n"] for block in self.blocks)
 
+    @property
+    def latest_time(self) -> float:
+        """Time of the last sample, s; -inf without samples."""
+        return float(self.group["t"][self.own - 1]) if self.own and not self.blocks else self.latest
+
     def add(self, block: Record, stream: BinaryIO) -> None:
         """Add a block of samples; ValueError if it does not follow those before: blocks may have changed places."""
         times = block.numbers(stream, 0, block.says["n"])
-        before = float(self.group["t"][self.own - 1]) if self.own and not self.blocks else self.latest
+        before = self.latest_time
         if not np.all(np.diff(np.concatenate([[before], times])) > 0.0):
             raise ValueError(f"samples at t = {times.min():.9g} s that do not follow those up to {before:.9g} s")
         self.blocks.append(block)
@@ -78,11 +83,15 @@ class WrittenPhase:
 
 @dataclass
 class Written:
-    """Phases, and how the run ended: status and statistics as text, None while it runs or after it was cut off."""
+    """Phases, and how the run ended: status and statistics as text, None while it runs or after it was cut off.
+
+    behind: the phases, or pieces of them, that follow a gap in the records; they are no part of the run that is read
+    """
 
     phases: list[WrittenPhase]
     status: str | None = None
     statistics: str = "{}"
+    behind: list[WrittenPhase] = field(default_factory=list)
 
 
 def add_records(written: Written, stream: BinaryIO, start: int) -> None:
@@ -101,19 +110,34 @@ def _sound() -> Iterator[None]:
 
 
 def _add(written: Written, stream: BinaryIO, start: int) -> None:
-    for record in records(stream, start):
-        if record.kind == PHASE:
-            written.phases.append(WrittenPhase(str(record.says["model"])))
-        elif record.kind == FINISHED:
-            written.status, written.statistics = record.says["status"], record.says["statistics"]
-        elif record.kind == GOES_ON:
-            _go_on(written, record)
+    for number, record in enumerate(records(stream, start)):
+        if record.missing > 0 and not written.behind:
+            written.behind.append(WrittenPhase(""))
+            written.status, written.statistics = None, "{}"
+        if not written.behind:
+            _take(written, record, stream)
+        elif record.kind == PHASE:
+            written.behind.append(WrittenPhase(""))
         elif record.kind == SAMPLES:
-            written.phases[-1].add(record, stream)
-        elif record.kind == REACHED:
-            written.phases[-1].reached = _rows_in(record, stream)
-        elif record.kind == ENDED:
-            _end(written.phases[-1], record, stream)
+            written.behind[-1].add(record, stream)
+        if record.missing < 0:
+            raise ValueError(f"record {number} should stand {-record.missing} places before")
+
+
+def _take(written: Written, record: Record, stream: BinaryIO) -> None:
+    """Add what one record says."""
+    if record.kind == PHASE:
+        written.phases.append(WrittenPhase(str(record.says["model"])))
+    elif record.kind == FINISHED:
+        written.status, written.statistics = record.says["status"], record.says["statistics"]
+    elif record.kind == GOES_ON:
+        _go_on(written, record)
+    elif record.kind == SAMPLES:
+        written.phases[-1].add(record, stream)
+    elif record.kind == REACHED:
+        written.phases[-1].reached = _rows_in(record, stream)
+    elif record.kind == ENDED:
+        _end(written.phases[-1], record, stream)
 
 
 def _go_on(written: Written, record: Record) -> None:

@@ -391,3 +391,114 @@ def test_records_that_have_changed_places(tmp_path):
     assert Solution.load(path).t.tolist() == [0.0, 1.0, 2.0, 3.0]
     run._journal.close()
     run._lock.release()
+
+
+def one_by_one(path, count=6, continued=False):
+    """Return the content of a file that is being written, and where its samples begin and end."""
+    run = RunFile.continued(path) if continued else RunFile(path, rows=1)
+    if not continued:
+        run.begin("text")
+    ends = [run._journal._end]
+    first = 10.0 if continued else 0.0
+    for k in range(count):
+        run.append(first + k, np.ones(9), np.ones(8), np.ones(8), np.ones(5), np.ones(3))
+        run.flush()
+        ends.append(run._journal._end)
+    run._journal.close()
+    run._lock.release()
+    return path.read_bytes(), ends
+
+
+@pytest.mark.parametrize(
+    ("dropped", "read", "lost"),
+    [((3, 4), 3, 2), ((2, 5), 2, 1), ((4, 5), 4, 1), ((5, 6), 5, 0)],
+)
+def test_records_that_are_missing_from_the_middle(tmp_path, dropped, read, lost):
+    """Those behind a gap are left out and counted; what is missing at the end cannot be told from a kill."""
+    path = tmp_path / "run.h5"
+    whole, ends = one_by_one(path)
+    first, last = dropped
+    path.write_bytes(whole[: ends[first]] + whole[ends[last] :])
+    if not lost:
+        assert len(Solution.load(path).t) == read
+        return
+    with pytest.warns(
+        UserWarning, match=rf"missing or damaged behind t = {read - 1} s, and {lost} samples that follow"
+    ):
+        solution = Solution.load(path)
+    assert solution.t.tolist() == [float(k) for k in range(read)]
+    assert solution.status.kind == "interrupted"
+    assert f"{lost} samples" in solution.status.message
+
+
+@pytest.mark.parametrize("at", [0, 7, 12, 30, 70])
+def test_a_changed_byte_in_the_middle_tells_what_follows(tmp_path, at):
+    path = tmp_path / "run.h5"
+    whole, ends = one_by_one(path)
+    content = bytearray(whole)
+    content[ends[2] + at] ^= 0xFF
+    path.write_bytes(content)
+    with pytest.warns(UserWarning, match=r"behind t = 1 s, and 3 samples that follow"):
+        assert Solution.load(path).t.tolist() == [0.0, 1.0]
+
+
+def test_a_run_goes_on_before_the_gap(tmp_path):
+    path = tmp_path / "run.h5"
+    whole, ends = one_by_one(path)
+    path.write_bytes(whole[: ends[2]] + whole[ends[3] :])
+    with RunFile.continued(path) as run:
+        run.append(10.0, np.ones(9), np.ones(8), np.ones(8), np.ones(5), np.ones(3))
+    assert Solution.load(path).t.tolist() == [0.0, 1.0, 10.0]
+
+
+def test_a_run_without_its_first_record(tmp_path):
+    path = tmp_path / "run.h5"
+    run = RunFile(path, rows=1)
+    start = run._journal._end
+    run.begin("text")
+    second = run._journal._end
+    run.append(0.0, np.ones(9), np.ones(8), np.ones(8), np.ones(5), np.ones(3))
+    run.flush()
+    whole = path.read_bytes()
+    path.write_bytes(whole[:start] + whole[second:])
+    with pytest.raises(DataFileError, match=r"no samples \(part of the file is missing .* its start, and 1 samples"):
+        Solution.load(path)
+    path.write_bytes(whole)
+    run.close()
+
+
+def test_a_file_that_is_damaged_while_it_is_written_stays_as_it_is(tmp_path):
+    path = tmp_path / "run.h5"
+    run = RunFile(path, rows=1)
+    run.begin("text")
+    for k in range(3):
+        place = run._journal._end
+        run.append(float(k), np.ones(9), np.ones(8), np.ones(8), np.ones(5), np.ones(3))
+        if k == 1:
+            damaged = place + 70
+    with path.open("r+b") as stream:
+        stream.seek(damaged)
+        stream.write(b"\xff")
+    with pytest.warns(UserWarning, match="records that were written during the run are missing or damaged"):
+        run.close()
+    with pytest.warns(UserWarning, match=r"behind t = 0 s, and 1 samples that follow"):
+        assert Solution.load(path).t.tolist() == [0.0]
+
+
+def test_records_without_numbers_are_read(tmp_path, monkeypatch):
+    """Files of earlier states, also when a run goes on in them; a gap behind them is noticed from then on."""
+    path, dumps = tmp_path / "run.h5", journal.json.dumps
+
+    def plain(says):
+        return dumps({key: value for key, value in says.items() if key != "serial"})
+
+    with monkeypatch.context() as patch:
+        patch.setattr(journal.json, "dumps", plain)
+        whole, _ = one_by_one(path)
+    assert b"serial" not in whole
+    assert len(Solution.load(path).t) == 6
+    whole, ends = one_by_one(path, 3, continued=True)
+    assert Solution.load(path).t.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 10.0, 11.0, 12.0]
+    path.write_bytes(whole[: ends[1]] + whole[ends[2] :])
+    with pytest.warns(UserWarning, match=r"behind t = 10 s, and 1 samples that follow"):
+        assert len(Solution.load(path).t) == 7
