@@ -15,7 +15,7 @@ from flexmb.errors import MeshError
 from flexmb.fem.matrices_nastran import MASS, STIFFNESS
 from flexmb.fem.matrix_files import FileMatrices
 
-__all__ = ["read_op4"]
+__all__ = ["read_op4", "stiffness_and_mass"]
 
 
 def read_op4(path: Path, mass: Path | None) -> FileMatrices:
@@ -33,6 +33,11 @@ def read_op4(path: Path, mass: Path | None) -> FileMatrices:
     found = {name.upper(): matrix for name, matrix in op4.read(str(path), sparse=True).items()}
     if mass is not None:
         found = {**{name.upper(): matrix for name, matrix in op4.read(str(mass), sparse=True).items()}, **found}
+    return stiffness_and_mass(part, found, "OUTPUT4 KGG,MGG//0/11")
+
+
+def stiffness_and_mass(part: str, found: dict, statement: str) -> FileMatrices:
+    """Choose stiffness and mass by their names among the matrices of a file; `statement` writes them in Nastran."""
     chosen = []
     for names in (STIFFNESS, MASS):
         name = next((name for name in names if name in found), None)
@@ -41,7 +46,7 @@ def read_op4(path: Path, mass: Path | None) -> FileMatrices:
                 part,
                 found=f"the matrices {', '.join(found) or 'none'}",
                 expected=f"one of {', '.join(names)}",
-                remedy="Write both: OUTPUT4 KGG,MGG//0/11, or give mass='...'",
+                remedy=f"Write both: {statement}, or give mass='...'",
             )
         matrix = sparse.csr_matrix(found[name])
         if matrix.shape[0] != matrix.shape[1] or np.iscomplexobj(matrix.data):

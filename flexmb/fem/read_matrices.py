@@ -17,6 +17,7 @@ from flexmb.fem.matrices import from_matrices
 from flexmb.fem.matrices_abaqus import read_abaqus
 from flexmb.fem.matrices_calculix import read_calculix
 from flexmb.fem.matrices_nastran import read_nastran
+from flexmb.fem.matrices_op2 import read_op2
 from flexmb.fem.matrices_op4 import read_op4
 from flexmb.fem.matrix_files import FileMatrices
 from flexmb.fem.node_table import NodeTable, node_table
@@ -47,7 +48,8 @@ def read_matrices(
     .sti             CalculiX ``SOLVER=MATRIXSTORAGE``     .mas, .dof and .inp of the same name
     .pch .dmig       Nastran DMIG punch (KAAX, MAAX)       in the same file (GRID cards), or `nodes`
     .bdf .dat
-    .op4             Nastran OUTPUT4 (KGG, MGG), by pyYeti in the same file, or `mass`; `nodes` must be given
+    .op2 .op4        Nastran OUTPUT2, OUTPUT4 (KGG, MGG),  in the same file, or `mass`; `nodes` must be given
+                     by pyYeti
     ================ ===================================== =========================================
 
     Parameters
@@ -124,13 +126,14 @@ def _reader(path: Path) -> Callable[[Path, Path | None], FileMatrices]:
         ".dmig": read_nastran,
         ".bdf": read_nastran,
         ".dat": read_nastran,
+        ".op2": read_op2,
         ".op4": read_op4,
     }
     if suffix not in readers:
         raise MeshError(
             f"Matrix file '{path}'",
             found=f"the suffix '{suffix}'",
-            expected="One of: .npz, .mtx, .sti, .pch, .dmig, .bdf, .dat, .op4",
+            expected="One of: .npz, .mtx, .sti, .pch, .dmig, .bdf, .dat, .op2, .op4",
             remedy="Read K and M with scipy and call fem.from_matrices",
         )
     return readers[suffix]

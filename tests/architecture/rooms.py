@@ -80,7 +80,7 @@ DOORS = {
     "skfem": ("fem/",),
     "meshio": ("fem/",),
     "gmsh": ("fem/gmsh_solids.py",),
-    "pyyeti": ("fem/matrices_op4.py",),
+    "pyyeti": ("fem/matrices_op2.py", "fem/matrices_op4.py"),
     "sksundae": ("integrate/",),
     "tomllib": ("io/",),
     "vtk": ("io/", "view/"),

@@ -1,0 +1,73 @@
+"""Matrices of Nastran in OUTPUT2 files (.op2), read by pyYeti: stiffness and mass of all grid points.
+
+Rows are as in OUTPUT4 files: the six freedoms of every grid point in ascending order of the numbers. The tables of the
+file (geometry, results) are passed over.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError
+from flexmb.fem.matrices_nastran import MASS, STIFFNESS
+from flexmb.fem.matrices_op4 import stiffness_and_mass
+from flexmb.fem.matrix_files import FileMatrices
+
+__all__ = ["read_op2"]
+
+MOST = 30_000
+"""Rows of a matrix; pyYeti makes it full, which is 7 GB here."""
+
+
+def read_op2(path: Path, mass: Path | None) -> FileMatrices:
+    """Return the stiffness and the mass matrix, from one file or two."""
+    found = _matrices(path, (*STIFFNESS, *MASS))
+    if mass is not None:
+        found = {**_matrices(mass, MASS), **found}
+    return stiffness_and_mass(f"Matrix file '{path}'", found, "OUTPUT2 KGG,MGG//0/11")
+
+
+def _matrices(path: Path, wanted: tuple[str, ...]) -> dict[str, np.ndarray | None]:
+    """Return the wanted matrices of a file by name; others have a name only."""
+    part = f"Matrix file '{path}'"
+    try:
+        from pyyeti.nastran.op2 import OP2
+    except ImportError:
+        raise MeshError(
+            part,
+            found="no package that reads OUTPUT2 files",
+            expected="pyYeti",
+            remedy="pip install 'flexmb[op2]', or punch the matrices as DMIG",
+        ) from None
+    with OP2(str(path)) as file:
+        matrices = [block for block in file.dblist if block.dbtype > 0]
+        if not matrices:
+            tables = ", ".join(dict.fromkeys(block.name for block in file.dblist)) or "nothing"
+            raise MeshError(
+                part,
+                found=f"no matrices, only tables: {tables[:200]}",
+                expected="stiffness and mass matrices, such as KGG and MGG",
+                remedy="Add OUTPUT2 KGG,MGG//0/11 by DMAP, or punch the matrices with EXTSEOUT(DMIGPCH)",
+            )
+        names = [block.name.upper() for block in matrices]
+        for name in wanted:
+            if names.count(name) > 1:
+                raise MeshError(
+                    part,
+                    found=f"{names.count(name)} matrices named {name}",
+                    expected="one of each name",
+                    remedy="Write the matrices of every superelement to a file of its own",
+                )
+        found: dict[str, np.ndarray | None] = {}
+        for name, block in zip(names, matrices):
+            if name in wanted and max(block.size) > MOST:
+                raise MeshError(
+                    part,
+                    found=f"{name} with {block.size[0]} rows and {block.size[1]} columns",
+                    expected=f"at most {MOST}: the matrix is made full while it is read",
+                    remedy="Write large matrices with OUTPUT4, which are read as sparse ones",
+                )
+            found[name] = file.rdop2mats([name])[name] if name in wanted else None
+    return found
