@@ -61,7 +61,7 @@ def test_files_without_matrices_and_with_several_of_a_name(tmp_path):
             written(tmp_path, matrix("KAAX", K), matrix("KAAX", 2 * K), matrix("MAAX", M)), tmp_path / "part.bdf"
         )
     large = (101, 40_000, 40_000, 6, 2, 2, 0)
-    with pytest.raises(MeshError, match="KGG with 40000 rows.*OUTPUT4"):
+    with pytest.raises(MeshError, match=r"KGG with 40000 rows.*OUTPUT4"):
         fem.read_matrices(written(tmp_path, matrix("KGG", K, large), matrix("MGG", M)), tmp_path / "part.bdf")
 
 
