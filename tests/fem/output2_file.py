@@ -1,7 +1,7 @@
 """Writes matrices to an OUTPUT2 file of Nastran, 32-bit words, as NX Nastran 9.1 lays them out.
 
-Every record stands between its lengths in bytes; a record of one word before it is a key: the number of its words, 0 or a
-negative counter at an end. Columns are strings of values that are not zero, each with the row of its first value.
+Every record stands between its lengths in bytes; a record of one word before it is a key: the number of its words, 0
+or a negative counter at an end. Columns are strings of values that are not zero, each with the row of its first value.
 """
 
 import struct
