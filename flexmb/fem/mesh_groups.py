@@ -21,7 +21,17 @@ from flexmb.fem.nastran_mesh import read_nastran_mesh
 from flexmb.fem.repeated_cells import merged_copies
 from flexmb.model.numbering import Numbering
 
-__all__ = ["GroupedMesh", "from_abaqus", "from_gmsh", "from_nastran", "from_vtu", "to_mesh"]
+__all__ = [
+    "GroupedMesh",
+    "check_once",
+    "from_abaqus",
+    "from_gmsh",
+    "from_nastran",
+    "from_vtu",
+    "known_nodes",
+    "rows_of",
+    "to_mesh",
+]
 
 
 @dataclass(kw_only=True)
@@ -31,7 +41,7 @@ class GroupedMesh:
     ``cell_sets[name]`` is a list with one array of row numbers per block; ``facet_sets`` holds facets that the
     file defines by element faces. ``left_out`` names what carries mass or stiffness and is not part of a mesh;
     ``notes`` are sentences on what else was not taken over. A file may write a cell ``once_per_group``. ``labels`` (n,)
-    are the numbers of the nodes in the file, where it has any.
+    are the numbers of the nodes in the file, where it has any; ``unit``, m, is its unit of length, where it names one.
     """
 
     points: np.ndarray
@@ -43,6 +53,7 @@ class GroupedMesh:
     notes: list[str] = field(default_factory=list)
     once_per_group: bool = False
     labels: np.ndarray | None = None
+    unit: float | None = None
 
 
 def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
@@ -197,8 +208,8 @@ def from_nastran(path: Path) -> GroupedMesh:
     mesh = read_nastran_mesh(path)
     cards = read_nastran_cards(path, mesh.ids, np.concatenate([np.zeros(0, np.int64), *mesh.elements.values()]))
     place = {int(number): i for i, number in enumerate(mesh.ids)}
-    _check_once(path, mesh.ids, mesh.points)
-    blocks = [(kind, _rows(path, cells, mesh.ids)) for kind, cells in mesh.cells.items()]
+    check_once(path, mesh.ids, mesh.points)
+    blocks = [(kind, rows_of(path, cells, mesh.ids)) for kind, cells in mesh.cells.items()]
     sets: dict[str, list[np.ndarray]] = {}
     for b, properties in enumerate(mesh.properties.values()):
         for pid in np.unique(properties):
@@ -208,10 +219,10 @@ def from_nastran(path: Path) -> GroupedMesh:
             rows[b] = np.union1d(rows[b], np.flatnonzero(properties == pid))
     for name, numbers in cards.element_sets.items():
         sets[name] = [np.flatnonzero(np.isin(ids, numbers)) for ids in mesh.elements.values()]
-    nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
+    nodes = {name: known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
     spiders, left_out = nastran_connectors(path)
     left_out += [f"{number} {name}" for name, number in sorted(mesh.unknown.items())]
-    nodes |= {name: _known_nodes(name, numbers, place, path) for name, numbers in spiders.items() if len(numbers)}
+    nodes |= {name: known_nodes(name, numbers, place, path) for name, numbers in spiders.items() if len(numbers)}
     return GroupedMesh(
         points=mesh.points,
         blocks=blocks,
@@ -223,7 +234,7 @@ def from_nastran(path: Path) -> GroupedMesh:
     )
 
 
-def _rows(path: Path, cells: np.ndarray, ids: np.ndarray) -> np.ndarray:
+def rows_of(path: Path, cells: np.ndarray, ids: np.ndarray) -> np.ndarray:
     """Return cells of file numbers as rows of the table of grid points."""
     order = np.argsort(ids, kind="stable")
     place = np.minimum(np.searchsorted(ids[order], cells), max(len(ids) - 1, 0))
@@ -238,7 +249,7 @@ def _rows(path: Path, cells: np.ndarray, ids: np.ndarray) -> np.ndarray:
     return order[place]
 
 
-def _check_once(path: Path, numbers: np.ndarray, points: np.ndarray) -> None:
+def check_once(path: Path, numbers: np.ndarray, points: np.ndarray) -> None:
     """Raise MeshError if a grid point is given twice at different places; the same twice is allowed in Nastran."""
     order = np.argsort(numbers, kind="stable")
     same = numbers[order][1:] == numbers[order][:-1]
@@ -253,14 +264,16 @@ def _check_once(path: Path, numbers: np.ndarray, points: np.ndarray) -> None:
         )
 
 
-def _known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Path) -> np.ndarray:
+def known_nodes(name: str, numbers: np.ndarray, place: dict[int, int], path: Path) -> np.ndarray:
     missing = [int(n) for n in numbers if int(n) not in place]
     if missing:
         raise MeshError(
             f"Mesh file '{path}'",
             found=f"the set '{name}' names the node {missing[0]}, which does not exist ({len(missing)} such nodes)",
             expected="sets of existing nodes",
-            remedy="If it is a set of elements, say so in its $HMSET comment (type 2) or use SET3",
+            remedy="If it is a set of elements, say so in its $HMSET comment (type 2) or use SET3"
+            if path.suffix.lower() in (".bdf", ".nas", ".fem")
+            else "Write the file again, complete",
         )
     return np.array([place[int(n)] for n in numbers], np.int64)
 
@@ -276,7 +289,7 @@ def from_abaqus(path: Path) -> GroupedMesh:
         for name, numbers in cards.element_sets.items()
         if not name.startswith("_")
     }  # "_" marks internal sets
-    nodes = {name: _known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
+    nodes = {name: known_nodes(name, numbers, place, path) for name, numbers in cards.node_sets.items()}
     for name, wanted in cards.nodes_of.items():
         rows = [cells[np.isin(ids, np.concatenate(wanted))] for (_, cells), ids in zip(blocks, cards.element_ids)]
         nodes[name] = np.unique(np.concatenate([nodes.get(name, np.zeros(0, np.int64)), *(r.ravel() for r in rows)]))

@@ -17,6 +17,7 @@ from flexmb.fem.foreign_files import understood
 from flexmb.fem.mesh import Mesh
 from flexmb.fem.mesh_groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
 from flexmb.fem.told import keeping_warnings, tell
+from flexmb.fem.universal_mesh import from_universal
 from flexmb.model.described import is_number
 
 __all__ = ["read_mesh"]
@@ -29,6 +30,8 @@ READERS: dict[str, Callable[[Path], GroupedMesh]] = {
     ".inp": from_abaqus,
     ".vtu": from_vtu,
     ".vtk": from_vtu,
+    ".unv": from_universal,
+    ".uff": from_universal,
 }
 """Readers by file suffix."""
 
@@ -38,7 +41,8 @@ COINCIDENT = 1e-7
 
 @keeping_warnings
 def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
-    """Read a Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp) or VTK (.vtu .vtk) mesh.
+    """Read a mesh of Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp), VTK (.vtu .vtk), or universal
+    (.unv .uff).
 
     Nodes that belong to no cell are dropped and the rest renumbered.
 
@@ -46,7 +50,8 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     ----------
     path : path
     scale : float
-        Metres per unit of the file: 1e-3 for a mesh in millimetres.
+        Metres per unit of the file: 1e-3 for a mesh in millimetres. A universal file that names its unit (dataset 164)
+        needs none; a scale other than 1 counts more, with a warning if they differ.
 
     Returns
     -------
@@ -103,11 +108,20 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         grouped = reader(path)
         mesh = to_mesh(grouped, path.stem, part)
     _warn_about_losses(part, grouped)
-    kept = mesh.without_unused_nodes().scaled(float(scale))
+    kept = mesh.without_unused_nodes().scaled(_unit(part, grouped, float(scale)))
     for name in sorted(set(mesh.node_sets) - set(kept.node_sets)):
         tell(f"{part}: the set '{name}' holds only nodes without cells; it was dropped")
     _warn_about_coincident_nodes(part, kept)
     return kept
+
+
+def _unit(part: str, grouped: GroupedMesh, scale: float) -> float:
+    """Return the metres per unit of the file."""
+    if grouped.unit is None or scale == 1.0:
+        return scale if grouped.unit is None else grouped.unit
+    if abs(scale - grouped.unit) > 1e-6 * scale:
+        tell(f"{part}: its unit of length is {grouped.unit:g} m by dataset 164, but scale={scale:g} was used")
+    return scale
 
 
 def _warn_about_losses(part: str, grouped: GroupedMesh) -> None:
