@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from flexmb.errors import MeshError
 from flexmb.fem.abaqus_surfaces import SIDES
+from flexmb.fem.ranges import LARGEST, MANY, members_in
 
 __all__ = ["AbaqusCards", "read_abaqus_cards"]
 
@@ -131,9 +134,11 @@ def read_abaqus_cards(path: Path) -> AbaqusCards:
             wanted = _known(path, options["ELSET"], cards.element_sets)
             cards.nodes_of.setdefault(options["NSET"], []).append(wanted)
         elif keyword == "NSET":
-            add(cards.node_sets, options["NSET"], _members(path, options, data, cards.node_sets))
+            numbers = _members(path, options, data, cards.node_sets, [cards.node_ids])
+            add(cards.node_sets, options["NSET"], numbers)
         elif keyword == "ELSET":
-            add(cards.element_sets, options["ELSET"], _members(path, options, data, cards.element_sets))
+            numbers = _members(path, options, data, cards.element_sets, cards.element_ids)
+            add(cards.element_sets, options["ELSET"], numbers)
         elif keyword == "SURFACE":
             _surface(path, cards, options, data)
     if len(nodes) == 1:
@@ -223,13 +228,19 @@ def _elements(path: Path, options: dict[str, str], data: list[str], text: list[s
     return table[:, 0]
 
 
-def _members(path: Path, options: dict[str, str], data: list[str], known: dict[str, np.ndarray]) -> np.ndarray:
+def _members(
+    path: Path,
+    options: dict[str, str],
+    data: list[str],
+    known: dict[str, np.ndarray],
+    ids: Sequence[ArrayLike],
+) -> np.ndarray:
+    """Return the numbers of a set; of long ranges those of `ids`, the nodes or elements so far."""
     found = [np.zeros(0, np.int64)]
     for line in data:
         words = [word.strip() for word in line.split(",") if word.strip()]
         if "GENERATE" in options:
-            first, last, *step = map(int, words)
-            found.append(np.arange(first, last + 1, step[0] if step else 1))
+            found.append(members_in(_span(path, words), ids, sum(map(len, found))))
             continue
         for word in words:
             if word.isdigit():
@@ -237,6 +248,23 @@ def _members(path: Path, options: dict[str, str], data: list[str], known: dict[s
                 continue
             found.append(_known(path, word, known))
     return np.concatenate(found)
+
+
+def _span(path: Path, words: list[str]) -> range:
+    """Return the range of a line of GENERATE: first, last and increment, as decks have it."""
+    try:
+        given = words * 2 if len(words) == 1 else words
+        first, last, step = map(int, given if len(given) > 2 else [*given, "1"])
+        if step > 0 and 0 < first <= last < LARGEST and (last - first) // step <= MANY:
+            return range(first, last + 1, step)
+    except ValueError:
+        pass
+    raise MeshError(
+        f"Mesh file '{path}'",
+        found=f"a set with GENERATE {', '.join(words)[:60]}",
+        expected=f"first, last and a positive increment, {MANY} numbers at most",
+        remedy="Correct the file, or write the mesh again",
+    )
 
 
 def _known(path: Path, word: str, known: dict[str, np.ndarray]) -> np.ndarray:

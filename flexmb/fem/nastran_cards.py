@@ -11,6 +11,7 @@ command that uses it (``STRESS = 3`` takes elements, ``DISP = 3`` grid points), 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.nastran_lines import nastran_lines
+from flexmb.fem.ranges import LARGEST, members_in
 
 __all__ = ["NastranCards", "read_nastran_cards"]
 
@@ -96,8 +98,10 @@ def read_nastran_cards(path: Path, node_ids: np.ndarray, element_ids: np.ndarray
             uses = {"GRID"} if kind else requests.get(number, set())  # SET1 lists grid points of splines, mostly
             _sort_by_use(cards, path, name, words, uses, node_ids, element_ids)
             continue
-        target = cards.element_sets if kind == "ELEM" or (kind in ("", "SET1") and code == 2) else cards.node_sets
-        target[name] = expanded(path, name, words)
+        if kind == "ELEM" or (kind in ("", "SET1") and code == 2):
+            cards.element_sets[name] = expanded(path, name, words, [element_ids])
+        else:
+            cards.node_sets[name] = expanded(path, name, words, [node_ids])
     return cards
 
 
@@ -112,7 +116,7 @@ def _sort_by_use(
 ) -> None:
     """Add a set whose card and comments do not say what it holds; such a set never stops the reading."""
     try:
-        numbers = expanded(path, name, words)
+        numbers = expanded(path, name, words, [node_ids, element_ids])
     except MeshError:
         cards.notes.append(
             f"the set '{name}' reads '{' '.join(words)[:40]}'; it is not a list of numbers and was omitted"
@@ -150,8 +154,8 @@ def bulk_set(words: list[str]) -> tuple[int, str, list[str]]:
     return int(words[1]), "SET1", words[2:]
 
 
-def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
-    """Return the numbers of a list such as ``1 5 THRU 9 EXCEPT 7 20``."""
+def expanded(path: Path, name: str, words: list[str], known: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the numbers of a list such as ``1 5 THRU 9 EXCEPT 7 20``; of long ranges those `known`."""
     numbers: list[int] = []
     excluded: set[int] = set()
     i, except_until = 0, -1
@@ -159,7 +163,9 @@ def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
         while i < len(words):
             if words[i].upper() == "THRU":
                 last = int(words[i + 1])
-                numbers += range(numbers[-1] + 1, last + 1)
+                if not 0 <= last - numbers[-1] < LARGEST:
+                    raise ValueError("descending, or too long")
+                numbers += members_in(range(numbers[-1] + 1, last + 1), known, len(numbers)).tolist()
                 except_until, i = last, i + 2
             elif words[i].upper() == "EXCEPT":
                 i += 1
@@ -169,11 +175,13 @@ def expanded(path: Path, name: str, words: list[str]) -> np.ndarray:
             else:
                 numbers.append(int(words[i]))
                 i += 1
+        if any(not 0 < number < LARGEST for number in numbers):
+            raise ValueError("numbers of nodes or elements")
     except (ValueError, IndexError):
         raise MeshError(
             f"Mesh file '{path}'",
             found=f"the set '{name}' reads '{' '.join(words)[:60]}'",
-            expected="numbers, THRU and EXCEPT",
+            expected=f"numbers from 1 to {LARGEST - 1}, ascending with THRU, and EXCEPT",
             remedy="Write the set as a list of numbers",
         ) from None
     return np.array([n for n in numbers if n not in excluded], np.int64)

@@ -1,6 +1,7 @@
 """Mesh files of every format: the same part gives the same model; groups; every message."""
 
 import re
+import tracemalloc
 import warnings
 from pathlib import Path
 
@@ -178,6 +179,20 @@ def test_nastran_sets_names_and_formats(write):
     }
     assert mesh.cell_set("bar")[0].tolist() == mesh.cell_set("brick")[0].tolist() == [0]
     assert fem.solid(mesh, STEEL).facet_sets["foot of it"].tolist() == [[0, 3, 2, 1]]
+
+
+def test_long_ranges_of_nastran_sets_cost_nothing(write):
+    """THRU 99999999 means all, many times over; a set that leaves the numbers of a file is refused by its name."""
+    text = NASTRAN.replace("SET3,4,GRID,5,THRU,7", "SET3,4,GRID,5,THRU,99999999,1,THRU,99999999,1,THRU,99999999")
+    tracemalloc.start()
+    mesh = fem.read_mesh(write("a.bdf", text))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert mesh.node_sets["set_4"].tolist() == list(range(8))
+    assert peak < 20e6
+    for members in ("5,THRU,9999999999999999", "7,THRU,5", "0,5", "99999999999999999999"):
+        with pytest.raises(MeshError, match=r"set 'set_4' reads .* Expected: numbers from 1 to 9{15}, ascending"):
+            fem.read_mesh(write("b.bdf", NASTRAN.replace("GRID,5,THRU,7", f"GRID,{members}")))
 
 
 ABAQUS = """*HEADING
@@ -378,3 +393,19 @@ def test_mesh_from_arrays_is_checked():
             fem.Mesh(**arguments)
     with pytest.raises(MeshError, match=r"'cor' does not exist.*core.*Did you mean 'core'"):
         fem.Mesh(points=np.eye(4, 3), cells=(), cell_sets={"core": ()}).cell_set("cor")
+
+
+def test_long_ranges_of_abaqus_sets_cost_nothing(write):
+    """GENERATE to 40 million is all that there is; one that cannot be meant is refused as in decks."""
+    text = ABAQUS.replace("1, 3, 1\n", "1, 40000001, 4\n3, 40000000, 1\n")
+    text = text.replace("*Elset, elset=upper\n5", "*Elset, elset=upper, generate\n2, 40000000, 1")
+    tracemalloc.start()
+    mesh = fem.read_mesh(write("a.inp", text))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert mesh.node_sets["foot"].tolist() == [0, *range(2, 12)]
+    assert mesh.cell_set("upper")[0].tolist() == [1]
+    assert peak < 20e6
+    for line in ("1, 100000000, 1", "1, 3, 0", "1, 3, -1", "3, 1", "1, x", "1, 2, 1, 1", "1, 99999999999999999999"):
+        with pytest.raises(MeshError, match=r"GENERATE .* Expected: first, last and a positive increment, 50000000"):
+            fem.read_mesh(write("b.inp", ABAQUS.replace("1, 3, 1\n", f"{line}\n")))

@@ -10,13 +10,12 @@ import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.deck.abaqus_text import Block, is_number
+from flexmb.fem.ranges import MANY
 
 __all__ = ["Element", "Flat", "Scope", "flattened_deck", "instance_pose", "members"]
 
 NOT_STRUCTURAL = frozenset(("D", "F3D4", "F3D6", "F3D8", "DC3D4", "DC3D6", "DC3D8", "DC3D10", "DC3D15", "DC3D20"))
 """Elements of fluid networks, fluids and heat."""
-MANY = 50_000_000
-"""More numbers than a set of any deck holds: GENERATE with a wrong increment."""
 
 
 @dataclass(slots=True, eq=False)

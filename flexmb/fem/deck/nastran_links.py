@@ -12,13 +12,11 @@ import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
-from flexmb.fem.deck.nastran_text import LARGEST, Bulk, Card
+from flexmb.fem.deck.nastran_text import Bulk, Card
 from flexmb.fem.deck.supports import held_directions
+from flexmb.fem.ranges import LARGEST, RANGE
 
 __all__ = ["add_links", "add_references", "add_supports", "thru"]
-
-RANGE = 1_000_000
-"""Numbers that a THRU may span where it cannot be compared with the deck's numbers."""
 
 
 def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:

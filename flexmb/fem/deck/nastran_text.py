@@ -18,6 +18,7 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import HUGE
 from flexmb.fem.deck.nastran_source import PLACES, Lines, control, deck_lines
+from flexmb.fem.ranges import LARGEST
 
 __all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
 
@@ -31,8 +32,6 @@ FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
 CHUNK = 4_000
 """Cards that are cut together: their text is copied once more meanwhile."""
-LARGEST = 10**15
-"""Integers stay below."""
 
 
 @dataclass(slots=True, eq=False)
