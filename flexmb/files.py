@@ -12,7 +12,16 @@ from pathlib import Path
 
 from flexmb.errors import DataFileError
 
-__all__ = ["check_folder", "complaints", "on_disk", "remove_parts", "replacing", "text_of", "write_text"]
+__all__ = [
+    "check_folder",
+    "check_regular",
+    "complaints",
+    "on_disk",
+    "remove_parts",
+    "replacing",
+    "text_of",
+    "write_text",
+]
 
 _PREFIX, _SUFFIX = ".flexmb.", ".part"
 
@@ -40,6 +49,7 @@ def replacing(path: str | Path, part: str = "", doing: str = "write", *, folder:
         The folder does not exist or cannot be written, or the disk is full.
     """
     path = Path(path)
+    _check_name(path, part or f"File '{path}'")
     with complaints(part or f"File '{path}'", doing):
         if path.exists() and not path.is_file() and not path.is_dir():
             yield path
@@ -110,12 +120,37 @@ def complaints(part: str, doing: str, kept: str = "") -> Iterator[None]:
 
 def check_folder(path: Path, part: str) -> None:
     """Raise DataFileError if there is no folder for a file."""
+    _check_name(path, part)
     if not path.parent.is_dir():
         raise DataFileError(
             part,
             found=f"the folder '{path.parent}' does not exist",
             expected="an existing folder",
             remedy="Create the folder or give another path",
+        )
+
+
+def check_regular(path: str | Path, part: str) -> None:
+    """Raise DataFileError if something else than a regular file has the name: writing to a pipe waits for a reader."""
+    path = Path(path)
+    if path.exists() and not path.is_file():
+        kind = "a folder" if path.is_dir() else "a pipe or a device"
+        raise DataFileError(
+            part,
+            found=f"{path.name} is {kind}",
+            expected="a regular file of this name, or none",
+            remedy="Remove it, or move it elsewhere",
+        )
+
+
+def _check_name(path: Path, part: str) -> None:
+    """Raise DataFileError for a name that no system can have."""
+    if "\0" in str(path):
+        raise DataFileError(
+            part.replace("\0", "\\0"),
+            found="its name holds a zero byte",
+            expected="a name without one",
+            remedy="Correct the name",
         )
 
 

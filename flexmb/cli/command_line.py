@@ -37,7 +37,7 @@ from flexmb.cli import (
     warm,
 )
 from flexmb.cli.reduction_lines import ReductionLines
-from flexmb.errors import FlexmbError
+from flexmb.errors import FlexmbError, ModelError
 
 __all__ = ["VERBS", "main"]
 
@@ -63,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _require_memory()
         given = _parser().parse_args(arguments)
         command = f"flexmb {given.verb}"
+        _check_names(given)
         from flexmb.parts import watching  # numba comes with it, which nobody waits for who asks for help
 
         with watching(ReductionLines()):
@@ -92,6 +93,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return FAILED
     finally:
         warnings.showwarning, sys.unraisablehook = shown, lost
+
+
+def _check_names(given: argparse.Namespace) -> None:
+    """Raise ModelError for an argument that no file and no parameter can be called: a program may pass one."""
+    for name, value in vars(given).items():
+        for text in value if isinstance(value, list | tuple) else [value]:
+            if isinstance(text, str) and "\0" in text:
+                raise ModelError(
+                    f"Argument '{name}'",
+                    found=f"{text[:60]!r}, with a zero byte",
+                    expected="a text without one",
+                    remedy="Correct the name",
+                )
 
 
 def _told(error: OSError) -> str:

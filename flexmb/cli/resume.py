@@ -16,6 +16,7 @@ import flexmb as fmb
 from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.run import computed, exit_code, kept, summary
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, alone, open_run
+from flexmb.files import check_regular
 
 NAME = "resume"
 SUMMARY = "continue a run that was cut off, or past its end"
@@ -31,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
     open_run(folder, trust=arguments.trust)  # says what is wrong with the folder
+    for name in (TABLE, LOG):
+        check_regular(folder / name, f"Run folder '{folder}'")
     with alone(folder):
         return _continued(folder, arguments)
 

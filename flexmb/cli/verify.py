@@ -18,6 +18,7 @@ import flexmb as fmb
 from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.run_folder import VERIFICATION, open_run
 from flexmb.errors import ModelError
+from flexmb.files import check_regular
 
 NAME = "verify"
 SUMMARY = "say how far a run can be trusted"
@@ -45,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
     solution = open_run(folder, trust=arguments.trust)
+    check_regular(folder / VERIFICATION, f"Run folder '{folder}'")  # before the work, which takes long
     found = fmb.verify(
         solution,
         within=arguments.within,

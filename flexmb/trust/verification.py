@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError
-from flexmb.files import text_of, write_text
+from flexmb.files import check_regular, text_of, write_text
 
 __all__ = ["Answer", "Check", "Verification"]
 
@@ -169,7 +169,8 @@ class Verification:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> Path:
-        """Write it to a JSON file and return the path."""
+        """Write it to a JSON file and return the path; DataFileError where that is a pipe or a device."""
+        check_regular(path, f"Verification '{path}'")
         text = json.dumps({"version": VERSION, **asdict(self)}, indent=1)
         return write_text(path, text, part=f"Verification '{path}'")
 

@@ -1,6 +1,7 @@
 """The command itself: verbs, help, version, exit codes."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -134,3 +135,13 @@ def test_an_interruption_that_is_lost_comes_again(monkeypatch, capsys):
     monkeypatch.setattr(command_line.check, "execute", execute)
     assert main(["check", "any.toml"]) == 130
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["run", "a.toml", "--out", "x\0y"], ["reduce", "a\0.msh"], ["plot", "runs/a", "F\0", "--out", "p.png"]],
+)
+def test_a_zero_byte_has_a_name(arguments, capsys):
+    """No shell passes one, but a program that calls `main` may; before, a traceback of the file system."""
+    assert main(arguments) == 2
+    assert re.search(r"Argument '\w+': '.*\\x00.*', with a zero byte\. Expected", capsys.readouterr().err)

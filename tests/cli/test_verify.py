@@ -1,9 +1,13 @@
 """`flexmb verify`: the table, the file it leaves, the section of the report."""
 
+import os
 from pathlib import Path
 
+import pytest
+
 import flexmb as fmb
-from flexmb.cli import main
+from flexmb.cli import main, resume
+from flexmb.errors import DataFileError
 
 
 def test_a_run_is_verified_and_reported(fall, capsys):
@@ -38,3 +42,28 @@ def test_messages(fall, capsys):
     assert main(["run", "fall.toml", "--out", "runs/one"]) == 0
     assert main(["verify", "runs/one", "--window", "now"]) == 2
     assert "--window: 'now'. Expected: two times in s, FROM:TO" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_pipe_among_the_files_of_a_run_is_refused_before_the_work(fall, capsys, monkeypatch):
+    """Opening it would wait for a reader, after a verification that takes ten times as long as the run."""
+    monkeypatch.setattr(fmb, "verify", lambda *_, **__: pytest.fail("verified"))
+    monkeypatch.setattr(resume, "_continued", lambda *_: pytest.fail("continued"))
+    assert main(["run", "fall.toml", "--out", "runs/one"]) == 0
+    os.mkfifo("runs/one/verification.json")
+    assert main(["verify", "runs/one"]) == 2
+    assert "'runs/one': verification.json is a pipe or a device. Expected: a regular" in capsys.readouterr().err
+    for name in ("log.txt", "sensors.csv"):
+        Path("runs/one", name).unlink()
+        os.mkfifo(f"runs/one/{name}")
+        assert main(["resume", "runs/one"]) == 2
+        assert f"{name} is a pipe or a device" in capsys.readouterr().err
+        os.unlink(f"runs/one/{name}")
+        Path("runs/one", name).touch()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_verification_is_not_saved_into_a_pipe(tmp_path):
+    os.mkfifo(tmp_path / "verification.json")
+    with pytest.raises(DataFileError, match=r"verification.json is a pipe or a device"):
+        fmb.Verification.save(object(), tmp_path / "verification.json")

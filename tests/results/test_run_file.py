@@ -14,6 +14,7 @@ from results.spinning import block_data, spinning_phase
 
 from flexmb import hdf5, hdf5_seal
 from flexmb.errors import DataFileError, FlexmbError
+from flexmb.files import replacing
 from flexmb.results import RunFile, Solution, Status, journal
 from flexmb.results.run_file import SCHEMA, VERSION
 from flexmb.sensors import Position
@@ -138,6 +139,14 @@ def test_other_schema_versions(tmp_path):
 def test_no_folder(tmp_path):
     with pytest.raises(DataFileError, match=r"folder '.*nowhere' does not exist"):
         RunFile(tmp_path / "nowhere" / "run.h5")
+
+
+def test_a_name_with_a_zero_byte(tmp_path):
+    with pytest.raises(DataFileError, match=r"its name holds a zero byte\. Expected: a name without one"):
+        RunFile(tmp_path / "run\0.h5")
+    for folder in (False, True):
+        with pytest.raises(DataFileError, match="holds a zero byte"), replacing(tmp_path / "a\0" / "b", folder=folder):
+            pass
 
 
 def test_a_place_that_cannot_be_written(tmp_path):
