@@ -10,8 +10,9 @@ from flexmb.model.described import is_number
 
 __all__ = ["ELEMENTS", "check_count", "check_file", "largest_size"]
 
-ELEMENTS = 500_000
-"""Elements of one piece, and about as many of a whole part: some hours of reduction."""
+ELEMENTS = 100_000
+"""Elements of one piece, and about as many of a whole part, as of a cable. Tetrahedra have some 150 000 nodes then: a
+reduction of minutes with less than 10 GB (100 000 nodes take 2 min and 5 GB), not of hours."""
 BYTES = 4_000_000_000
 """Size of a mesh or deck."""
 
@@ -33,9 +34,10 @@ def check_count(count: float, title: str, what: str) -> None:
     if not count <= ELEMENTS:
         raise ModelError(
             title,
-            found=f"about {count:.3g} {what}",
-            expected=f"at most {ELEMENTS}",
-            remedy="Give a larger size of elements, or look at its unit: metres",
+            found=f"about {count:.6g} {what}",
+            expected=f"at most {ELEMENTS} in a model file",
+            remedy="Give a larger size of elements, or look at its unit: metres. Reduce a larger part once with "
+            "`flexmb reduce` and name the file that it writes as data",
         )
 
 
