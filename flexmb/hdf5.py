@@ -21,7 +21,7 @@ from flexmb.hdf5_seal import BROKEN, WHOLE, end_of, probe, seal, state_of
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["end_of", "reading", "writing"]
+__all__ = ["end_of", "reading", "reading_foreign", "writing"]
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LIBVER = ("earliest", "v110")  # 'latest' of a new HDF5 writes objects that the HDF5 inside VTK cannot read
@@ -64,6 +64,30 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
             raise
         except Exception as error:  # h5py raises whatever its library says, and what is read may have any shape
             raise _damaged(part, " ".join(str(error).strip("'\"").split()) or type(error).__name__) from error
+
+
+@contextmanager
+def reading_foreign(path: str | Path, kind: str, part: str) -> Iterator[h5py.File]:
+    """Open the HDF5 file of another program for reading, after a child process has read all of it.
+
+    Raises
+    ------
+    DataFileError
+        The file is missing, is not HDF5, is truncated or damaged, links to other files, or is larger than it may be.
+    """
+    import h5py
+
+    path = Path(path)
+    _check_signature(path, part, kind)
+    try:
+        reason = probe(path)
+        if reason:
+            raise _unreadable(part, OSError(reason))
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise _unreadable(part, error) from error
+    with file:
+        yield file
 
 
 @contextmanager
@@ -117,7 +141,9 @@ def _check_signature(path: Path, part: str, schema: str) -> None:
             part,
             found=f"this is not an HDF5 file (it begins with {head!r})",
             expected=f"an HDF5 file of kind '{schema}'",
-            remedy="Give the .h5 file that flexmb wrote; meshes are read with fem.read_mesh",
+            remedy="Give the .h5 file that flexmb wrote; meshes are read with fem.read_mesh"
+            if schema.startswith("flexmb.")
+            else "Write the file again, or give it the suffix of its format",
         )
 
 

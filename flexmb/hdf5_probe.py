@@ -64,7 +64,7 @@ def attributes(thing) -> None:
 
 def dataset(data, name: str) -> None:
     """Read a dataset piece by piece."""
-    if data.is_virtual or data.external or data.dtype.kind not in "fiub":
+    if data.is_virtual or data.external or data.dtype.base.kind not in "fiub":
         raise Refused(f"the dataset '{name}' is stored elsewhere, or holds no numbers ({data.dtype})")
     if data.ndim == 0 or data.size == 0:
         data[()]

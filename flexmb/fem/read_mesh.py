@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.foreign_files import understood
+from flexmb.fem.med_mesh import from_med
 from flexmb.fem.mesh import Mesh
 from flexmb.fem.mesh_groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
 from flexmb.fem.told import keeping_warnings, tell
@@ -30,6 +31,7 @@ READERS: dict[str, Callable[[Path], GroupedMesh]] = {
     ".inp": from_abaqus,
     ".vtu": from_vtu,
     ".vtk": from_vtu,
+    ".med": from_med,
     ".unv": from_universal,
     ".uff": from_universal,
 }
@@ -41,8 +43,8 @@ COINCIDENT = 1e-7
 
 @keeping_warnings
 def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
-    """Read a mesh of Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp), VTK (.vtu .vtk), or universal
-    (.unv .uff).
+    """Read a mesh of Gmsh (.msh 2 and 4), Nastran (.bdf .nas .fem), Abaqus (.inp), VTK (.vtu .vtk), Salome
+    (.med), or a universal file (.unv .uff).
 
     Nodes that belong to no cell are dropped and the rest renumbered.
 
@@ -50,7 +52,7 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
     ----------
     path : path
     scale : float
-        Metres per unit of the file: 1e-3 for a mesh in millimetres. A universal file that names its unit (dataset 164)
+        Metres per unit of the file: 1e-3 for a mesh in millimetres. A universal or MED file that names its unit
         needs none; a scale other than 1 counts more, with a warning if they differ.
 
     Returns
@@ -120,7 +122,7 @@ def _unit(part: str, grouped: GroupedMesh, scale: float) -> float:
     if grouped.unit is None or scale == 1.0:
         return scale if grouped.unit is None else grouped.unit
     if abs(scale - grouped.unit) > 1e-6 * scale:
-        tell(f"{part}: its unit of length is {grouped.unit:g} m by dataset 164, but scale={scale:g} was used")
+        tell(f"{part}: its unit of length is {grouped.unit:g} m by the file itself, but scale={scale:g} was used")
     return scale
 
 

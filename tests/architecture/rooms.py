@@ -14,7 +14,7 @@ MAY_KNOW = {
     "hdf5": ("files", "drain", "hdf5_seal"),
     "math": ("lock",),
     "model": ("files", "hdf5", "math"),
-    "fem": ("files", "math", "model.described", "model.material", "model.numbering", "model.plausibility"),
+    "fem": ("files", "hdf5", "math", "model.described", "model.material", "model.numbering", "model.plausibility"),
     "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
     "parts": ("files", "lock", "math", "model", "fem", "reduction"),
     "constraints": ("math", "model"),

@@ -157,7 +157,7 @@ def test_units_of_the_file_are_honoured(tmp_path):
     path = written(tmp_path, unit(1000.0), nodes_15(100.0 * BRICK), brick)
     np.testing.assert_allclose(fem.read_mesh(path).points, 0.1 * BRICK, rtol=1e-12)
     np.testing.assert_allclose(fem.read_mesh(path, scale=1e-3).points, 0.1 * BRICK, rtol=1e-12)
-    with pytest.warns(MeshWarning, match=r"0\.001 m by dataset 164, but scale=0\.01"):
+    with pytest.warns(MeshWarning, match=r"0\.001 m by the file itself, but scale=0\.01"):
         assert fem.read_mesh(path, scale=0.01).points.max() == pytest.approx(3.0)
     with pytest.raises(MeshError, match=r"units of 0\.001 m and of 0\.0254 m"):
         fem.read_mesh(written(tmp_path, unit(1000.0), unit(1 / 0.0254), nodes_15(BRICK), brick))
