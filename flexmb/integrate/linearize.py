@@ -13,10 +13,10 @@ leaves ``P^T (...) N`` in the independent coordinates z, dx = N z. Theory: formu
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from flexmb.integrate.formulations import RANK
 from flexmb.integrate.imbalance import imbalance
 from flexmb.integrate.independent import independent
 from flexmb.integrate.observer import OWN_AXES, coefficients, constant_observer
+from flexmb.integrate.plant import Plant, plant_of
 from flexmb.integrate.spectrum import first_order, modes_of, state_matrix
 from flexmb.integrate.steady import steady_motion
 from flexmb.model.model import Model
@@ -180,7 +181,27 @@ class Linearization:
         return self.markers[name]
 
 
-def linearize(model: Model, about: Any = None) -> Linearization:
+@overload
+def linearize(model: Model, about: Any = None) -> Linearization: ...
+
+
+@overload
+def linearize(
+    model: Model, about: Any = None, *, inputs: Iterable[str] | str, outputs: Iterable[str] | str | None = None
+) -> Plant: ...
+
+
+@overload
+def linearize(model: Model, about: Any = None, *, inputs: None = None, outputs: Iterable[str] | str) -> Plant: ...
+
+
+def linearize(
+    model: Model,
+    about: Any = None,
+    *,
+    inputs: Iterable[str] | str | None = None,
+    outputs: Iterable[str] | str | None = None,
+) -> Linearization | Plant:
     """Linearise a model about a state.
 
     Parameters
@@ -189,15 +210,20 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     about : Solution or Instant, optional
         An equilibrium or steady motion: the result of `statics` (its last sample), or an instant of a solution;
         by default the assembled start at rest.
+    inputs : names, optional
+        Signals of forces and drives, "part.field" ("motor.angle"), "part.field.z" of vectors ("push.force.z"), or
+        "part" if it has only one. With inputs or outputs the result is the state space between them, of the others all.
+    outputs : names, optional
+        Sensors, or one column of a sensor: "tip z".
 
     Returns
     -------
-    Linearization
+    Linearization, or a Plant between inputs and outputs
 
     Raises
     ------
     ModelError
-        If `about` is no state of this model.
+        If `about` is no state of this model, an input or output does not exist, or the state of a plant moves.
     """
     system, state = (assemble_as_drawn if about is None else assemble)(model)
     if about is not None:
@@ -219,7 +245,7 @@ def linearize(model: Model, about: Any = None) -> Linearization:
     fastest = max((float(np.linalg.norm(w)) for w in motion.spins.values()), default=0.0)
     equations = first_order(seen, basis, fastest, system.lengths.digits)
     values, vectors = modes_of(equations)
-    return Linearization(
+    linear = Linearization(
         M=equations.M,
         C=equations.C,
         K=equations.K,
@@ -232,6 +258,9 @@ def linearize(model: Model, about: Any = None) -> Linearization:
         markers=_jacobians(system, work),
         observer=observer.name,
     )
+    if inputs is None and outputs is None:
+        return linear
+    return plant_of(system, state, linear, inputs, outputs)
 
 
 def _jacobians(system, work) -> dict[str, tuple[int, np.ndarray]]:

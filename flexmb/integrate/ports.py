@@ -1,0 +1,150 @@
+"""Ports of a linear plant: signals of forces and drives by name, and columns of sensors by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from flexmb.errors import ModelError, did_you_mean, listed
+from flexmb.model.kinds import Sensor
+from flexmb.model.model import Model
+from flexmb.model.signal import Signal
+
+__all__ = ["InputPort", "OutputPort", "input_ports", "output_ports"]
+
+AXES = "xyz"
+
+
+class InputPort(NamedTuple):
+    """A signal: its name "part.field" or "part.field.x", the family and number of the part, field and component."""
+
+    name: str
+    family: str
+    number: int
+    field: str
+    component: int | None
+
+    def signal(self, model: Model) -> Signal:
+        """Return the signal of the model."""
+        value = getattr(getattr(model, self.family)[self.number], self.field)
+        return value if self.component is None else value[self.component]
+
+    def added(self, model: Model, more: Signal) -> Model:
+        """Return the model with another signal added to this one."""
+        parts = list(getattr(model, self.family))
+        part, value = parts[self.number], self.signal(model) + more
+        if self.component is not None:
+            row = list(getattr(part, self.field))
+            row[self.component] = value
+            value = tuple(row)
+        parts[self.number] = part.replaced(**{self.field: value})
+        changed: dict[str, Any] = {self.family: tuple(parts)}
+        return replace(model, **changed)
+
+
+class OutputPort(NamedTuple):
+    """A column of a sensor: "sensor" or "sensor column", the sensor, the number of the column and its unit."""
+
+    name: str
+    sensor: Sensor
+    column: int
+    unit: str
+
+
+def _signals(model: Model) -> list[InputPort]:
+    found = []
+    for family in ("forces", "joints"):
+        for number, part in enumerate(getattr(model, family)):
+            for field in part.fields():
+                value = getattr(part, field)
+                if isinstance(value, Signal):
+                    found.append(InputPort(f"{part.name}.{field}", family, number, field, None))
+                elif isinstance(value, tuple) and value and all(isinstance(v, Signal) for v in value):
+                    found += [
+                        InputPort(f"{part.name}.{field}.{axis}", family, number, field, k)
+                        for k, axis in enumerate(AXES[: len(value)])
+                    ]
+    return found
+
+
+def _asked(names: Iterable[str] | str, what: str) -> list[str]:
+    asked = [names] if isinstance(names, str) else list(names)
+    if not asked or not all(isinstance(name, str) for name in asked):
+        raise ModelError(
+            "linearize",
+            found=f"{what} = {names!r}",
+            expected="a name or a list of names",
+            remedy=f"Leave {what} out for all",
+        )
+    return asked
+
+
+def _unknown(what: str, name: str, known: list[str], of: str) -> ModelError:
+    return ModelError(
+        "linearize",
+        found=f"{what} '{name}' does not exist",
+        expected=f"One of: {listed(name, known)}" if known else f"a model with {of}",
+        remedy=did_you_mean(name, known) or f"Name {of}",
+    )
+
+
+def input_ports(model: Model, names: Iterable[str] | str | None) -> list[InputPort]:
+    """Return the signals of these names: of a part that has one only, "part" will do; all by default.
+
+    Raises
+    ------
+    ModelError
+        There is no such signal, or there are several.
+    """
+    signals = _signals(model)
+    if names is None:
+        asked = [port.name for port in signals]
+    else:
+        asked = _asked(names, "inputs")
+    known, found = list(dict.fromkeys(port.name for port in signals)), []
+    for name in asked:
+        matching = [port for port in signals if port.name == name]
+        own = matching or [port for port in signals if port.name.startswith(f"{name}.")]
+        if not own:
+            raise _unknown("input", name, known, "a signal of a force or a drive, 'part.field'")
+        if len(own) > 1:
+            raise ModelError(
+                "linearize",
+                found=f"input '{name}' may be {len(own)} signals",
+                expected=f"One of: {', '.join(port.name for port in own)}",
+                remedy="Name one of them; parts of the same name need different names",
+            )
+        found.append(own[0])
+    return found
+
+
+def output_ports(model: Model, names: Iterable[str] | str | None) -> list[OutputPort]:
+    """Return the columns of these names: "sensor" names all its columns, "sensor fx" one of them; all by default.
+
+    Raises
+    ------
+    ModelError
+        There is no such sensor or column.
+    """
+    columns: dict[str, list[OutputPort]] = {}
+    for sensor in model.sensors:
+        own = []
+        for number, title in enumerate(map(str, sensor.columns(model))):
+            label, _, unit = title.partition("[")
+            own.append((number, label.strip(), unit.rstrip("]").strip()))
+        single = len(own) == 1
+        ports = [
+            OutputPort(sensor.name if single else f"{sensor.name} {label}", sensor, number, unit)
+            for number, label, unit in own
+        ]
+        columns[sensor.name] = ports
+        for port in ports:
+            columns.setdefault(port.name, [port])
+    asked = [sensor.name for sensor in model.sensors] if names is None else _asked(names, "outputs")
+    found = []
+    for name in asked:
+        if name not in columns:
+            raise _unknown("output", name, list(columns), "a sensor of the model")
+        found += columns[name]
+    return found
