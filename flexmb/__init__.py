@@ -20,7 +20,7 @@ _ROOMS = {
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte LoadSteps NullSpace UdwadiaPhohomsiri accelerations campbell "
-    "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize "
+    "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize mode_motion "
     "resume simulate statics",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",

@@ -20,10 +20,13 @@ from pathlib import Path
 from types import ModuleType
 
 from flexmb.cli import (
+    bode,
     cache,
     check,
     demo,
     export,
+    linearize,
+    modes,
     plot,
     reduce,
     render,
@@ -31,6 +34,7 @@ from flexmb.cli import (
     resume,
     run,
     show,
+    statics,
     sweep,
     verify,
     view,
@@ -43,6 +47,7 @@ __all__ = ["VERBS", "main"]
 
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
+    *(statics, modes, linearize, bode),
     *(export, plot, render, view, report, cache, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""

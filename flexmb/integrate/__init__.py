@@ -15,6 +15,8 @@ from flexmb.integrate.implicit import Implicit
 from flexmb.integrate.kinematics import inverse_dynamics, kinematics
 from flexmb.integrate.linearize import Linearization, linearize
 from flexmb.integrate.load_path import ArcLength, LimitPoint, LoadPath, LoadSteps
+from flexmb.integrate.mode_motion import mode_motion
+from flexmb.integrate.plant import Plant
 from flexmb.integrate.resume import resume
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.statics import statics
@@ -40,6 +42,7 @@ __all__ = [
     "LoadPath",
     "LoadSteps",
     "NullSpace",
+    "Plant",
     "Report",
     "UdwadiaPhohomsiri",
     "accelerations",
@@ -52,6 +55,7 @@ __all__ = [
     "inverse_dynamics",
     "kinematics",
     "linearize",
+    "mode_motion",
     "resume",
     "simulate",
     "statics",

@@ -23,8 +23,8 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, ValidityWarning
 from flexmb.files import replacing
-from flexmb.integrate.ports import input_ports, output_ports
 from flexmb.integrate.port_slopes import signal_slopes, state_slopes
+from flexmb.integrate.ports import input_ports, output_ports
 from flexmb.integrate.spectrum import state_matrix
 
 __all__ = ["Plant", "plant_of"]
@@ -183,7 +183,7 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
     for what, ports, part in (("input", sources, "a signal"), ("output", targets, "a sensor")):
         if not ports:
             raise ModelError(
-                "linearize", found=f"the model has no {what}", expected=f"{part} at least", remedy=f"Add {part}"
+                "linearize", found=f"no {what}", expected=f"{part} of the model at least", remedy=f"Name or add {part}"
             )
     if np.any(state.u):
         raise ModelError(

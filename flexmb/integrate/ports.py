@@ -70,7 +70,7 @@ def _signals(model: Model) -> list[InputPort]:
 
 def _asked(names: Iterable[str] | str, what: str) -> list[str]:
     asked = [names] if isinstance(names, str) else list(names)
-    if not asked or not all(isinstance(name, str) for name in asked):
+    if not all(isinstance(name, str) for name in asked):
         raise ModelError(
             "linearize",
             found=f"{what} = {names!r}",
@@ -85,7 +85,7 @@ def _unknown(what: str, name: str, known: list[str], of: str) -> ModelError:
         "linearize",
         found=f"{what} '{name}' does not exist",
         expected=f"One of: {listed(name, known)}" if known else f"a model with {of}",
-        remedy=did_you_mean(name, known) or f"Name {of}",
+        remedy=did_you_mean(name, [*known, *(port.partition(".")[0] for port in known)]) or f"Name {of}",
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +103,13 @@ class Solution:
     def final(self) -> Instant:
         """The last sample."""
         return self.phases[-1].instant(-1)
+
+    def last(self) -> Solution:
+        """Return the last sample alone, as a solution: of `statics` the equilibrium without the way to it."""
+        phase = self.phases[-1]
+        rows: dict[str, Any] = {name: getattr(phase, name)[-1:] for name in ("t", "q", "u", "a", "lam", "works")}
+        tables = {name: values[-1:] for name, values in phase.tables.items()}
+        return replace(self, phases=(replace(phase, **rows, tables=tables),))
 
     def series(self, phase: int = 0) -> Series:
         """Return what sensors read in one phase; evaluated once."""

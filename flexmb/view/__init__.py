@@ -1,5 +1,6 @@
 """Pictures, animations and plots of a solution, mode shapes of a body."""
 
+from flexmb.view.bode import bode
 from flexmb.view.diagrams import Diagram, draw_diagrams
 from flexmb.view.graphics import require_graphics
 from flexmb.view.interactive import KEYS, window
@@ -13,6 +14,7 @@ from flexmb.view.report import report
 __all__ = [
     "KEYS",
     "Diagram",
+    "bode",
     "draw_diagrams",
     "mode_sheet",
     "model_picture",

@@ -1,0 +1,42 @@
+"""Write the state space between signals and sensors of a model, x' = A x + B u, y = C x + D u, for MATLAB and scipy.
+
+Examples:
+  flexmb linearize crane.toml --statics --input winch --output "load x" -o crane.mat
+  flexmb linearize car.toml
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.cli.state_arguments import add_ports, add_state_arguments, plant
+
+NAME = "linearize"
+SUMMARY = "write the state space between signals and sensors (.mat)"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_state_arguments(parser)
+    add_ports(parser)
+    parser.add_argument("-o", "--out", metavar="FILE", help="MATLAB file; default: <model>_plant.mat")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    found = plant(arguments)
+    print(f"{len(found.A)} states")
+    print(f"  inputs: {', '.join(found.inputs)}")
+    for name, unit, share in zip(found.outputs, found.units, found.accuracy, strict=True):
+        print(f"  output: {name} [{unit}], slopes accurate to {share:.1e}")
+    for pole in sorted(found.poles, key=lambda s: (abs(s.imag), s.real)):
+        if pole.imag >= 0.0:
+            print(f"  pole: {_written(pole)} 1/s")
+    target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_plant.mat")
+    print(f"State space: {found.save_mat(target)}")
+    return 0
+
+
+def _written(pole: complex) -> str:
+    return f"{pole.real:.6g}" if pole.imag == 0.0 else f"{pole.real:.6g} +- {np.abs(pole.imag):.6g}i"

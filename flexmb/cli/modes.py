@@ -1,0 +1,50 @@
+"""Print the natural frequencies and damping of a whole mechanism, and write its mode shapes for ParaView.
+
+Examples:
+  flexmb modes crane.toml --statics
+  flexmb modes crane.toml --vtk crane_modes --count 4
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import flexmb as fmb
+from flexmb.cli.state_arguments import add_state_arguments, model_and_state
+from flexmb.errors import ModelError
+
+NAME = "modes"
+SUMMARY = "print frequencies and damping of a mechanism, write its mode shapes for ParaView"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_state_arguments(parser)
+    parser.add_argument("--count", type=int, metavar="N", help="the first so many oscillations; default: all")
+    parser.add_argument("--vtk", metavar="FOLDER", help="write each oscillation over one period: FOLDER/mode_<n>.pvd")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    if arguments.count is not None and arguments.count < 1:
+        raise ModelError(
+            "flexmb modes",
+            found=f"--count {arguments.count}",
+            expected="a whole number >= 1",
+            remedy="Leave it out for all",
+        )
+    model, about = model_and_state(arguments)
+    linear = fmb.linearize(model, about)
+    chosen = [k for k, f in enumerate(linear.frequencies) if f > 0.0]
+    chosen = chosen if arguments.count is None else chosen[: arguments.count]
+    print(f"  {'mode':>4} {'frequency [Hz]':>16} {'damping ratio':>14}")
+    for n, k in enumerate(chosen, start=1):
+        print(f"  {n:4d} {linear.frequencies[k]:16.6g} {linear.damping_ratios[k]:14.4g}")
+    without = int((linear.frequencies == 0.0).sum())
+    if without:
+        print(f"  {without} without oscillation")
+    print("stable" if linear.stable else "unstable: a mode grows")
+    if arguments.vtk:
+        for n, k in enumerate(chosen, start=1):
+            motion = fmb.mode_motion(model, about, mode=k)
+            print(f"Open in ParaView: {fmb.write_vtk(motion, Path(arguments.vtk) / f'mode_{n}.pvd')}")
+    return 0

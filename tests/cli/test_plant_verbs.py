@@ -1,0 +1,138 @@
+"""statics, modes, linearize and bode on the command line: a mass on a spring and a damper."""
+
+import csv
+
+import numpy as np
+import pytest
+import scipy.io
+
+from flexmb.cli import main
+
+K, DAMPING, MASS, GRAVITY = 400.0, 3.0, 2.0, 9.81
+
+OSCILLATOR = """
+name = "oscillator"
+gravity = [0, 0, -9.81]
+
+[parameters]
+stiffness = 400.0
+
+[[body]]
+kind = "Ground"
+markers = { foot = [0, 0, 0], above = [0, 0, 1] }
+
+[[body]]
+kind = "RigidBody"
+name = "ball"
+mass = 2.0
+inertia = [1, 1, 1]
+
+[[joint]]
+kind = "Prismatic"
+name = "guide"
+markers = ["ground.foot", "ball.center"]
+
+[[force]]
+kind = "SpringDamper"
+name = "spring"
+markers = ["ground.above", "ball.center"]
+stiffness = "= stiffness"
+damping = 3.0
+length = 1.0
+
+[[force]]
+kind = "PointLoad"
+name = "push"
+marker = "ball.center"
+force = [0, 0, 0]
+
+[[sensor]]
+kind = "Position"
+name = "place"
+marker = "ball.center"
+"""
+
+
+@pytest.fixture
+def oscillator(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "oscillator.toml").write_text(OSCILLATOR)
+    return tmp_path
+
+
+def rows(path):
+    with path.open(encoding="utf-8") as file:
+        table = list(csv.reader(file))
+    return table[0], np.array(table[1:], float)
+
+
+def test_statics(oscillator, capsys):
+    """z = -m g / k."""
+    assert main(["statics", "oscillator.toml", "-o", "rest.csv", "--vtk", "rest.pvd"]) == 0
+    assert "place: x [m] = 0, y [m] = 0, z [m] = -0.04905" in capsys.readouterr().out
+    titles, values = rows(oscillator / "rest.csv")
+    assert titles == ["t [s]", "place x [m]", "place y [m]", "place z [m]"]
+    assert values.shape == (1, 4)
+    assert values[0, 3] == pytest.approx(-MASS * GRAVITY / K, rel=1e-6)
+    assert len(list((oscillator / "rest").glob("ball_*.vtu"))) == 1
+
+
+def test_modes(oscillator, capsys):
+    """w = sqrt(k / m - (d / 2 m)^2), zeta = d / (2 sqrt(k m)); a parameter changes them."""
+    for stiffness in (400.0, 900.0):
+        arguments = ["--set", f"stiffness={stiffness}", "--statics", "--vtk", f"shapes{stiffness:g}"]
+        assert main(["modes", "oscillator.toml", *arguments]) == 0
+        printed = capsys.readouterr().out
+        number, frequency, ratio = printed.splitlines()[1].split()
+        assert number == "1"
+        damped = np.sqrt(stiffness / MASS - (DAMPING / (2 * MASS)) ** 2) / (2 * np.pi)
+        assert float(frequency) == pytest.approx(damped, rel=1e-5)
+        assert float(ratio) == pytest.approx(DAMPING / (2 * np.sqrt(stiffness * MASS)), rel=1e-3)
+        assert "\nstable\n" in printed
+        assert (oscillator / f"shapes{stiffness:g}" / "mode_1.pvd").exists()
+
+
+def test_linearize(oscillator, capsys):
+    arguments = ["--statics", "--input", "push.force.z", "--output", "place z"]
+    assert main(["linearize", "oscillator.toml", *arguments]) == 0
+    printed = capsys.readouterr().out
+    assert "2 states" in printed
+    assert "State space: oscillator_plant.mat" in printed
+    found = scipy.io.loadmat(oscillator / "oscillator_plant.mat")
+    s = 2j * np.pi * 1.7
+    response = found["C"] @ np.linalg.solve(s * np.eye(2) - found["A"], found["B"]) + found["D"]
+    np.testing.assert_allclose(response[0, 0], 1 / (K + DAMPING * s + MASS * s**2), rtol=1e-6)
+
+
+def test_bode(oscillator, capsys):
+    arguments = ["--statics", "--input", "push.force.z", "--output", "place", "--from", "0.5", "--to", "20"]
+    assert main(["bode", "oscillator.toml", *arguments, "--points", "50", "-o", "plots/push.png"]) == 0
+    assert (oscillator / "plots/push.png").read_bytes().startswith(b"\x89PNG")
+    titles, values = rows(oscillator / "plots/push.csv")
+    assert titles[5:] == ["gain place z / push.force.z [m]", "phase place z / push.force.z [deg]"]
+    s = 2j * np.pi * values[:, 0]
+    assert values[[0, -1], 0] == pytest.approx([0.5, 20.0])
+    closed = 1 / (K + DAMPING * s + MASS * s**2)
+    np.testing.assert_allclose(values[:, 5], np.abs(closed), rtol=1e-6)
+    np.testing.assert_allclose(values[:, 6], np.degrees(np.angle(closed)), atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["bode", "--input", "pusch.force.z"], "Did you mean 'push.force.z'?"),
+        (["bode", "--output", "plase"], "Did you mean 'place'?"),
+        (["bode", "--from", "0"], "600 frequencies from 0 to 100 Hz"),
+        (["bode", "--points", "1"], "1 frequencies"),
+        (["bode", "--input", "push.force.z", "-o", "a.xyz"], "the ending '.xyz'"),
+        (["bode", "--input", "push.force.x"], "no output answers any input"),
+        (["linearize", "--input", "push"], "input 'push' may be 6 signals"),
+        (["linearize", "-o", "plant.txt"], "the ending '.txt'"),
+        (["modes", "--count", "0"], "--count 0"),
+        (["statics", "--time", "nan"], "t = nan"),
+    ],
+)
+def test_what_cannot_be_asked(oscillator, capsys, arguments, told):
+    verb, *rest = arguments
+    assert main([verb, "oscillator.toml", *rest]) == 2
+    assert told in capsys.readouterr().err
