@@ -25,6 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    from flexmb import io
+
     found = plant(arguments)
     print(f"{len(found.A)} states")
     print(f"  inputs: {', '.join(found.inputs)}")
@@ -34,7 +36,7 @@ def execute(arguments: argparse.Namespace) -> int:
         if pole.imag >= 0.0:
             print(f"  pole: {_written(pole)} 1/s")
     target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_plant.mat")
-    print(f"State space: {found.save_mat(target)}")
+    print(f"State space: {io.write_plant(found, target)}")
     return 0
 
 

@@ -16,13 +16,11 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, ValidityWarning
-from flexmb.files import replacing
 from flexmb.integrate.port_slopes import signal_slopes, state_slopes
 from flexmb.integrate.ports import input_ports, output_ports
 from flexmb.integrate.spectrum import state_matrix
@@ -120,12 +118,12 @@ class Plant:
         """Return a `scipy.signal.StateSpace`; ModelError if an output follows the rates of an input."""
         from scipy.signal import StateSpace
 
-        self._require_proper()
+        self.require_proper()
         return StateSpace(self.A, self.B, self.C, self.D)
 
     def to_control(self) -> Any:
         """Return a `control.StateSpace` with the names (python-control: ``pip install control``)."""
-        self._require_proper()
+        self.require_proper()
         try:
             import control
         except ImportError:
@@ -138,29 +136,8 @@ class Plant:
         plain = [[_signal_name(name) for name in names] for names in (self.inputs, self.outputs)]
         return control.ss(self.A, self.B, self.C, self.D, inputs=plain[0], outputs=plain[1])
 
-    def save_mat(self, path: str | Path) -> Path:
-        """Write A, B, C, D and the names to a MATLAB file and return the path.
-
-        In MATLAB: ``p = load('plant.mat'); sys = ss(p.A, p.B, p.C, p.D, 'InputName', p.inputs, 'OutputName',
-        p.outputs)``.
-        """
-        from scipy.io import savemat
-
-        self._require_proper()
-        path = Path(path)
-        if path.suffix != ".mat":
-            raise ModelError(
-                f"MATLAB file '{path}'", found=f"the ending '{path.suffix}'", expected=".mat", remedy="Write plant.mat"
-            )
-        content = {name: getattr(self, name) for name in "ABCD"}
-        content |= {
-            name: np.array(getattr(self, name), object).reshape(-1, 1) for name in ("inputs", "outputs", "units")
-        }
-        with replacing(path, f"MATLAB file '{path}'", folder=True) as file:
-            savemat(file, content, appendmat=False, oned_as="column")
-        return path
-
-    def _require_proper(self) -> None:
+    def require_proper(self) -> None:
+        """Raise ModelError with the names if an output follows the rates of an input."""
         rates = np.argwhere((self.D1 != 0.0) | (self.D2 != 0.0))
         if len(rates):
             output, source = self.outputs[rates[0, 0]], self.inputs[rates[0, 1]]

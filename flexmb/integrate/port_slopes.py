@@ -35,6 +35,8 @@ KINK = 3.0
 """Growth of the even part from one step to the double one: 4 of smooth quantities, 2 at a kink."""
 EVEN = 1e-6
 """Even part, relative to the values, below which it is rounding."""
+ROUNDED = 1e-15
+"""Change, relative to the largest column of a sensor, that is rounding: the moments in a hinge without friction."""
 POLYNOMIALS = ("e", "e * (t - t0)", "0.5 * e * (t - t0) ** 2")
 
 
@@ -106,6 +108,11 @@ class _Probe:
                 )
         return np.array(columns).reshape(len(columns), n).T
 
+    def _largest(self, values: np.ndarray) -> np.ndarray:
+        """Return for each output the largest of the values (ny,) of its sensor."""
+        own = np.array([port.sensor.name for port in self.outputs])
+        return np.array([values[own == name].max() for name in own])
+
     def slopes(self, changes: list[tuple[np.ndarray, np.ndarray, float]], systems: Callable) -> Slopes:
         """Return the derivatives by changes (dx, du, step); `systems(k, way)` is the system that is changed so."""
         nu, ny = self.system.nu, len(self.outputs)
@@ -119,7 +126,9 @@ class _Probe:
             found.y[:, k] = (8.0 * (y[0] - y[1]) - (y[2] - y[3])) / (12.0 * step)
             found.error[:, k] = np.abs(found.y[:, k] - (y[0] - y[1]) / (2.0 * step))
             near, far = (np.abs(y[i] + y[i + 1] - 2.0 * middle[0]) for i in (0, 2))
-            size = np.abs(middle[0]) + np.abs(y).max(axis=0)
+            size = self._largest(np.abs(middle[0]) + np.abs(y).max(axis=0))
+            nothing = np.abs(y - middle[0]).max(axis=0) <= ROUNDED * size
+            found.y[nothing, k] = found.error[nothing, k] = 0.0
             bent = (near > EVEN * size) & (far < KINK * near)
             kinks |= {port.name for port, is_bent in zip(self.outputs, bent, strict=True) if is_bent}
         if kinks:
