@@ -178,15 +178,15 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
     p, m = len(targets), len(sources)
     B, D = np.zeros((3, nz + n, m)), np.zeros((3, p, m))
     error, size = own.error.max(axis=1, initial=0.0), np.abs(own.y).max(axis=1, initial=0.0)
-    for k, port in enumerate(sources):
-        _, slopes = signal_slopes(system, state, port, targets)
+    for k, source in enumerate(sources):
+        _, slopes = signal_slopes(system, state, source, targets)
         B[:, nz:, k], D[:, :, k] = (inverse @ slopes.a).T, slopes.y.T
         error = np.maximum(error, slopes.error.max(axis=1))
         size = np.maximum(size, np.abs(slopes.y).max(axis=1))
     accuracy = np.divide(error, size, out=np.zeros(p), where=size > 0.0)
-    for port, share in zip(targets, accuracy, strict=True):
+    for target, share in zip(targets, accuracy, strict=True):
         if share > ACCURATE:
-            _warn(system.model.name, f"the slopes of '{port.name}' are accurate to {share:.1e} only")
+            _warn(system.model.name, f"the slopes of '{target.name}' are accurate to {share:.1e} only")
     C = own.y
     rates = [D[1] + C @ B[2], D[2]]
     scale = [np.abs(D[1]) + np.abs(C) @ np.abs(B[2]), np.abs(D[2]).max(axis=1, keepdims=True) + 0.0 * D[2]]
