@@ -218,3 +218,22 @@ def test_killed_before_the_table_was_written(tmp_path, monkeypatch):
     assert main(["resume", "run"]) == 0
     assert (tmp_path / "run" / "sensors.csv").read_text() == table
     assert main(["resume", "run"]) == 2
+
+
+def test_a_run_that_lost_samples_from_its_middle_is_computed_again_from_there(whole, tmp_path):
+    """Without a word the run would go on behind its last sample, with a hole of ten samples."""
+    path, phase = tmp_path / "run.h5", whole.phases[0]
+    file = RunFile(path, rows=10)
+    file.begin(fmb.model_text(whole.model))
+    places = []
+    for k in range(0, 60, 10):
+        places.append(path.stat().st_size)
+        file.append(*(getattr(phase, name)[k : k + 10] for name in ("t", "q", "u", "a", "lam", "works")))
+    file._journal.close()  # a kill
+    file._lock.release()
+    content = path.read_bytes()
+    path.write_bytes(content[: places[3]] + content[places[4] :])
+    with pytest.warns(UserWarning, match=r"behind t = 0\.58 s, and 20 samples that follow there are left out"):
+        found = resume(path, 2.0, samples=101, read_model=fmb.read_model_text, write_model=fmb.model_text)
+    assert_same(found, whole)
+    assert_same(fmb.Solution.load(path, read_model=fmb.read_model_text), whole)
