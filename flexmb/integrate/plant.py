@@ -27,8 +27,8 @@ from flexmb.integrate.spectrum import state_matrix
 
 __all__ = ["Plant", "plant_of"]
 
-NOTHING = 1e-9
-"""Share of the largest rate terms that is rounding."""
+FASTER, NOTHING, DOUBTFUL = 1.1, 1e-9, 30.0
+"""A frequency beyond the fastest pole, the share of the response that is rounding there, and error bounds that are."""
 ACCURATE = 1e-5
 """Error of differences, relative to the largest of an output, and of accelerations beside the exact A, that is told."""
 
@@ -176,11 +176,13 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
     inverse = np.linalg.pinv(velocities)
     _compare(system.model.name, linear, inverse @ own.a)
     p, m = len(targets), len(sources)
-    B, D = np.zeros((3, nz + n, m)), np.zeros((3, p, m))
+    B, D, doubt = np.zeros((3, nz + n, m)), np.zeros((3, p, m)), np.zeros((3, p, m))
     error, size = own.error.max(axis=1, initial=0.0), np.abs(own.y).max(axis=1, initial=0.0)
     for k, source in enumerate(sources):
         _, slopes = signal_slopes(system, state, source, targets)
         B[:, nz:, k], D[:, :, k] = (inverse @ slopes.a).T, slopes.y.T
+        doubt[:, :, k] = slopes.error.T
+        doubt[1, :, k] += own.error @ np.abs(B[2, :, k])
         error = np.maximum(error, slopes.error.max(axis=1))
         size = np.maximum(size, np.abs(slopes.y).max(axis=1))
     accuracy = np.divide(error, size, out=np.zeros(p), where=size > 0.0)
@@ -188,14 +190,14 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
         if share > ACCURATE:
             _warn(system.model.name, f"the slopes of '{target.name}' are accurate to {share:.1e} only")
     C = own.y
-    rates = [D[1] + C @ B[2], D[2]]
-    scale = [np.abs(D[1]) + np.abs(C) @ np.abs(B[2]), np.abs(D[2]).max(axis=1, keepdims=True) + 0.0 * D[2]]
-    D1, D2 = (np.where(np.abs(x) > NOTHING * s, x, 0.0) for x, s in zip(rates, scale, strict=True))
+    direct = D[0] + C @ (B[1] + A @ B[2])
+    entering = B[0] + A @ (B[1] + A @ B[2])
+    D1, D2 = _rates(A, entering, C, direct, [D[1] + C @ B[2], D[2]], doubt)
     return Plant(
         A=A,
-        B=B[0] + A @ (B[1] + A @ B[2]),
+        B=entering,
         C=C,
-        D=D[0] + C @ (B[1] + A @ B[2]),
+        D=direct,
         D1=D1,
         D2=D2,
         inputs=tuple(port.name for port in sources),
@@ -204,6 +206,20 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
         accuracy=accuracy,
         name=system.model.name,
     )
+
+
+def _rates(A, B, C, D, found, doubt) -> list[np.ndarray]:
+    """Return the terms (p, m) of first and second rates, zero where they are rounding.
+
+    That is where they are not larger than their doubt, or beyond the fastest pole still nothing beside the response.
+    """
+    w = FASTER * float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)) or 1.0
+    size = np.abs(C @ np.linalg.solve(1j * w * np.eye(len(A)) - A, B) + D)
+    size = size + w * np.abs(found[0]) + w * w * np.abs(found[1])
+    return [
+        np.where((np.abs(x) > DOUBTFUL * doubt[k]) & (w**k * np.abs(x) > NOTHING * size), x, 0.0)
+        for k, x in enumerate(found, start=1)
+    ]
 
 
 def _compare(name: str, linear, found: np.ndarray) -> None:

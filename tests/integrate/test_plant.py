@@ -1,6 +1,7 @@
 """Linear plants between signals and sensors, against closed forms and scipy.signal."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,6 +111,49 @@ def test_quarter_car_on_a_driven_road():
     assert plant.proper
     found = plant.frequency_response(f)[:, :, 0]
     np.testing.assert_allclose(found, np.stack([body, s**2 * body, TYRE * (1 - wheel)], axis=1), rtol=1e-9)
+
+
+def test_gravity_makes_no_rates():
+    """Accelerations that are differences of large forces follow no rate of the road but for rounding."""
+    car = replace(quarter_car(), gravity=(0.3, 0.2, -9.81))
+    plant = fmb.linearize(car, fmb.statics(car), inputs="profile", outputs=["body z", "ride", "tyre load"])
+    assert plant.proper
+    f = np.array([0.5, 1.2, 5.0, 10.8, 40.0])
+    body, _ = quarter_car_closed_form(2j * np.pi * f)
+    np.testing.assert_allclose(plant.frequency_response(f)[:, 0, 0], body, rtol=1e-9)
+
+
+def test_a_driven_crank_leaves_no_states():
+    """Slider crank in line, r at 30 degrees: dx/dtheta = -r sin t (1 + r cos t / sqrt(l^2 - r^2 sin^2 t))."""
+    r, length, t = 0.1, 0.3, np.radians(30.0)
+    pin, foot = r * np.array([np.cos(t), 0, np.sin(t)]), np.sqrt(length**2 - (r * np.sin(t)) ** 2)
+    slider = np.array([pin[0] + foot, 0, 0])
+    along = fmb.Pose.axes(tuple(slider), z=(1, 0, 0), x=(0, 0, 1))
+    block = {"s": fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, 1)), "q": hinge(np.zeros(3))}
+    crank_end = fmb.Pose.axes((0, 0, 0), z=(0, -1, 0), x=(1, 0, 0))
+    crank = {"o": crank_end, "p": hinge(pin)}
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(markers={"o": crank_end, "s": along}),
+            fmb.RigidBody("crank", mass=0.4, inertia=(1e-3, 1e-3, 1e-3), markers=crank),
+            hinged_bar("rod", pin, slider, 0.7),
+            fmb.RigidBody("block", mass=2.0, inertia=(1e-3, 1e-3, 1e-3), at=tuple(slider), markers=block),
+        ],
+        joints=[
+            fmb.Revolute("main", markers=("ground.o", "crank.o")),
+            fmb.Revolute("big end", markers=("crank.p", "rod.p")),
+            fmb.Revolute("small end", markers=("rod.q", "block.q")),
+            fmb.Prismatic("guide", markers=("ground.s", "block.s")),
+            fmb.Drive("motor", joint="main", angle=0.0),
+        ],
+        sensors=[fmb.Position("place", marker="block.q"), fmb.Velocity("speed", marker="block.q")],
+    )
+    plant = fmb.linearize(model, inputs="motor", outputs=["place x", "speed vx"])
+    slope = -r * np.sin(t) * (1 + r * np.cos(t) / foot)
+    assert plant.A.shape == (0, 0)
+    np.testing.assert_allclose(plant.frequency_response(2.0)[0, :, 0], [slope, 4j * np.pi * slope], rtol=1e-8)
+    assert plant.D1[0, 0] == 0.0
 
 
 def test_outputs_that_follow_the_rates_of_a_drive():
