@@ -207,7 +207,10 @@ class Constraint(Joint):
         given = self._given(sizes, read)
         scalars = tuple(self._scalar(one, measured) for one in read)
         self._require_smooth(program)
-        return Formula(scalars, program, self._level(scalars[:of_equation]), given)
+        level = self._level(scalars[:of_equation])
+        if level == 0:
+            self._require_two_derivatives(read[:of_equation])
+        return Formula(scalars, program, level, given)
 
     def _of_function(self, measured: Mapping[str, tuple[Measured, ...]]) -> Formula:
         """Return the equation of the function: positions, then their rates and velocities, then what forces read."""
@@ -266,6 +269,18 @@ class Constraint(Joint):
                 remedy=f"Integrate the equation once: it then restricts {one.name} itself",
             )
         return scalar.of_rate() if one.rate else scalar
+
+    def _require_two_derivatives(self, read: list[Input]) -> None:
+        """Raise ModelError for the rate of a signal in an equation of positions: accelerations need its third one."""
+        rates = [one.name for one in read if one.signal is not None and one.rate]
+        if rates:
+            raise ModelError(
+                self.title,
+                found=f"rate({rates[0]}) of a signal in '{self.equation}', which restricts positions",
+                expected="quantities with two derivatives by time: of a signal only two are known, of its rate one",
+                remedy=f"Give the rate a signal of its own, fmb.expression(...) or fmb.table(...),"
+                " or write it out in t",
+            )
 
     def _require_smooth(self, program: SignalProgram) -> None:
         """Raise ModelError for functions of measured quantities that have no second derivative everywhere."""

@@ -1,11 +1,14 @@
 """`Constraint` in whole models: joints written as equations, formulations, redundancy, model files, messages."""
 
+import math
+
 import numpy as np
 import pytest
 from numba import njit
 from scipy.linalg import sqrtm
 
 import flexmb as fmb
+from flexmb.constraints.by_function import FunctionOfScalars
 from flexmb.errors import CompileError, ModelError
 
 L = 0.7
@@ -184,6 +187,10 @@ POINT = [fmb.Position("p", marker="bob.center"), fmb.Velocity("v", marker="bob.c
         ({"equation": "p + 1"}, r"'p', which has 3 components.*Write p\[0\]"),
         ({"equation": "p[3]"}, r"p\[3\] of a quantity with 3 components"),
         ({"equation": "rate(v[0])"}, "an acceleration"),
+        (
+            {"equation": "p[0] = rate(s)", "parameters": {"s": fmb.expression("-0.01*cos(10*t)")}},
+            r"rate\(s\) of a signal in 'p\[0\] = rate\(s\)', which restricts positions.*Give the rate a signal",
+        ),
         ({"equation": "abs(p[0]) = 1"}, "'abs' of a measured quantity"),
         ({"equation": "where(p[0] > 0, p[1], p[2])"}, "'where' of a measured quantity"),
         ({"equation": "2*t"}, "reads no measured quantity"),
@@ -283,3 +290,54 @@ def test_function_of_velocities():
 def test_functions_that_fail_are_named(function, message):
     with pytest.raises(CompileError, match=f"joint 'c' has no value.*{message}"):
         fmb.check(pendulum(fmb.Constraint("c", over=[fmb.Position("q", marker="bob.center")], function=function)))
+
+
+def ramped(steep, w):
+    """Point mass on p2 = a sin(k p0) + a sin(w t)."""
+
+    def surface(t, x):
+        return x[2] - 0.001 * np.sin(steep * x[0]) - 0.001 * np.sin(w * t)
+
+    def real_time(t, x):
+        return x[2] - 0.001 * np.sin(steep * x[0]) - 0.001 * math.sin(w * t)
+
+    def slope(t, x):
+        return [-0.001 * steep * np.cos(steep * x[0]), 0.0, 1.0]
+
+    return {"plain": (surface, None), "jacobian": (surface, slope), "real time": (real_time, slope)}
+
+
+@pytest.mark.parametrize("how", ["plain", "jacobian", "real time"])
+@pytest.mark.parametrize(("steep", "w", "within"), [(60, 50, 1e-8), (600, 300, 1e-8), (1000, 1000, 2e-6)])
+@pytest.mark.parametrize("at", [0.02, 40.0])
+def test_drift_of_short_waves_late_and_far_away(how, steep, w, within, at):
+    """p2'' = -a k^2 v^2 sin(k x) - a w^2 sin(w t) and dg/dt = -a w cos(w t), by hand, however late and far away."""
+    function, jacobian = ramped(steep, w)[how]
+    equation = FunctionOfScalars(function, jacobian, 3, 3, 0)
+    jets = np.array([[at, 1.3, 0.0], [0.0, 0.2, 0.0], [0.1, 0.0, 0.0]])
+    _, _, drift, by_time = equation.derivatives(at, jets, False)[:4]
+    assert by_time == pytest.approx(-0.001 * w * np.cos(w * at), rel=within, abs=1e-3 * w * within)
+    largest = 0.001 * ((1.3 * steep) ** 2 + w**2)
+    expected = 0.001 * ((1.3 * steep) ** 2 * np.sin(steep * at) + w**2 * np.sin(w * at))
+    assert drift == pytest.approx(expected, abs=within * largest + 1e-6)
+
+
+def test_derivatives_are_looked_at_beside_the_start():
+    """Where the slope is zero a function that drops imaginary parts looks right."""
+    point = [fmb.Position("q", marker="bob.center")]
+    bowl = fmb.Constraint("c", over=point, function=lambda t, x: x[2] - 0.5 * np.abs(x[1]) ** 2)
+    with pytest.raises(CompileError, match=r"the derivative by argument 1 is .* by a complex step and"):
+        fmb.check(pendulum(bowl))
+    moving = fmb.Constraint("c", over=point, function=lambda t, x: x[2] - np.real(t) ** 2)
+    with pytest.raises(CompileError, match="the derivative by time is 0 by a complex step and"):
+        fmb.check(pendulum(moving))
+
+
+def test_a_function_may_end_beside_the_start():
+    """sqrt(x - 0.7) at x = 0.7 + 0 has no value to one side; a large circle has large terms that cancel."""
+    point = [fmb.Position("q", marker="bob.center")]
+    edge = fmb.Constraint("c", over=point, function=lambda t, x: x[2] * np.sqrt(x[0] - 0.6999))
+    assert fmb.check(pendulum(edge)).mobility == 2
+    far = FunctionOfScalars(lambda t, x: x[0] ** 2 + x[1] ** 2 - 1e6, None, 2, 2, 0)
+    found = far.derivatives(0.0, np.array([[1e3, 0.0, 0.0], [0.0, 2.0, 0.0]]), False)
+    assert found[2] == pytest.approx(8.0, rel=1e-6)
