@@ -278,8 +278,7 @@ class Constraint(Joint):
                 self.title,
                 found=f"rate({rates[0]}) of a signal in '{self.equation}', which restricts positions",
                 expected="quantities with two derivatives by time: of a signal only two are known, of its rate one",
-                remedy=f"Give the rate a signal of its own, fmb.expression(...) or fmb.table(...),"
-                " or write it out in t",
+                remedy="Give the rate a signal of its own, fmb.expression(...) or fmb.table(...), or write it out in t",
             )
 
     def _require_smooth(self, program: SignalProgram) -> None:
