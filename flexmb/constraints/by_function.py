@@ -197,4 +197,4 @@ class FunctionOfScalars:
 def _contradict(difference: float, found: float, terms: float) -> bool:
     """Do a central difference and a derivative differ by more than errors of the difference? `terms` is their size."""
     rounding = 8.0 * np.finfo(float).eps * terms / LOOK
-    return abs(difference - found) > 1e-4 * max(abs(difference), abs(found), 1e-3) + rounding
+    return bool(abs(difference - found) > 1e-4 * max(abs(difference), abs(found), 1e-3) + rounding)
