@@ -1,4 +1,4 @@
-"""`SpringDamper`: a linear spring and damper along the line between two markers."""
+"""`SpringDamper`: a spring, linear or with a cubic part, and a damper along the line between two markers."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ ROW = np.dtype(
         ("b", np.int64),
         ("pair", np.int64),
         ("stiffness", float),  # N/m
+        ("cubic", float),  # N/m3
         ("damping", float),  # N s/m
         ("length", float),  # m, unstretched
         ("preload", np.int64),  # signal, N
@@ -33,7 +34,7 @@ ROW = np.dtype(
 
 @row_kernel
 def apply(raw, data, state, work):
-    """F = k (l - l0) + c l' + F0(t), positive in tension; l = |d|, l' = e . d'."""
+    """F = k x + k3 x^3 + c l' + F0(t), x = l - l0, positive in tension; l = |d|, l' = e . d'."""
     rows = raw.view(ROW)
     d = np.empty(3)
     rate = np.empty(3)
@@ -49,20 +50,21 @@ def apply(raw, data, state, work):
             d[i] /= length
         speed = dot(d, rate)
         preload = state.signals[row.preload, 0]
-        force = row.stiffness * (length - row.length) + row.damping * speed + preload
+        x = length - row.length
+        force = (row.stiffness + row.cubic * x**2) * x + row.damping * speed + preload
         apply_central_force(a, b, d, force)
-        work.energy[0].potential += 0.5 * row.stiffness * (length - row.length) ** 2
+        work.energy[0].potential += (0.5 * row.stiffness + 0.25 * row.cubic * x**2) * x**2
         work.energy[0].load_power -= preload * speed
         work.energy[0].dissipation += row.damping * speed**2
         if work.weights[0].wanted == 1:
             pair = work.pairs[row.pair]
-            add_central_block(pair.K, row.stiffness, force / length, d)
+            add_central_block(pair.K, row.stiffness + 3.0 * row.cubic * x**2, force / length, d)
             add_central_block(pair.D, row.damping, 0.0, d)
 
 
 @dataclass(frozen=True, eq=False)
 class SpringDamper(Force):
-    """Pull two markers together with F = stiffness (l - length) + damping l' + preload(t), positive in tension.
+    """Pull two markers together: F = stiffness x + cubic x^3 + damping l' + preload(t), x = l - length, tension positive.
 
     Parameters
     ----------
@@ -70,6 +72,8 @@ class SpringDamper(Force):
     markers : (str, str)
     stiffness : float, N/m
     damping : float, N s/m
+    cubic : float, N/m3
+        Makes the spring stiffer in both senses.
     length : float, m, optional
         Unstretched length; by default the distance of the markers as described.
     preload : signal, N
@@ -81,6 +85,7 @@ class SpringDamper(Force):
     markers: tuple[str, str]
     stiffness: float
     damping: float = 0.0
+    cubic: float = 0.0
     length: float | None = None
     preload: Any = 0.0
 
@@ -88,7 +93,7 @@ class SpringDamper(Force):
 
     def __post_init__(self):
         super().__post_init__()
-        self.require_positive("stiffness", "damping", zero=True)
+        self.require_positive("stiffness", "damping", "cubic", zero=True)
         if self.length is not None:
             self.require_positive("length", zero=True)
         object.__setattr__(self, "preload", as_signal(self.preload, self.title, "preload"))
@@ -105,7 +110,7 @@ class SpringDamper(Force):
         length = self.length
         if length is None:
             length = float(np.linalg.norm(compiler.position(b) - compiler.position(a)))
-        elif length == 0.0 and not self.stiffness:
+        elif length == 0.0 and not self.stiffness and not self.cubic:
             raise ModelError(
                 self.title,
                 found="length = 0 m and no stiffness",

@@ -1,6 +1,7 @@
 """`ThirdBody`: the attraction of a further body (the Sun, the Moon) in axes that fall with the central one.
 
-F = m mu ((s - r) / |s - r|^3 - s / |s|^3), s its place from the origin of W (Vallado 2013, section 8.6).
+F = m mu ((s - r) / |s - r|^3 - s / |s|^3), s its place from the origin of W (Vallado 2013, section 8.6), and what the
+field does to the size of the body, see `attract`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.forces.attraction import attract, inertia_of
 from flexmb.forces.rows import require_center_of_mass, store_three_signals
 from flexmb.math.tables import STIFF, row_kernel
 from flexmb.math.vectors import norm
@@ -22,7 +24,9 @@ ROW = np.dtype(
     [
         ("marker", np.int64),
         ("pair", np.int64),
-        ("strength", float),  # mu m, N m2
+        ("mu", float),  # m3/s2
+        ("mass", float),  # kg
+        ("inertia", float, (3, 3)),  # kg m2, about the centre of mass, in body axes
         ("at", np.int64, 3),  # signals, m
     ],
     align=True,
@@ -31,32 +35,34 @@ ROW = np.dtype(
 
 @row_kernel
 def apply(raw, data, state, work):
-    """F = m mu ((s - r) / |s - r|^3 - s / |s|^3); its power is that of a load, the potential moves."""
+    """The attraction less what the origin gets; its power is that of a load, the potential moves."""
     rows = raw.view(ROW)
-    d, s = np.empty(3), np.empty(3)
+    r, s, field, K = np.empty(3), np.empty(3), np.empty(6), np.empty((6, 6))
+    wanted = work.weights[0].wanted
     for n in range(rows.shape[0]):
         row = rows[n]
         marker = work.markers[row.marker]
         for i in range(3):
             s[i] = state.signals[row.at[i], 0]
-            d[i] = s[i] - marker.r[i]
-        far, away = norm(d), norm(s)
+            r[i] = marker.r[i] - s[i]
+        attract(r, marker.R, row.mu, row.mass, row.inertia, wanted, field, K)
+        away = norm(s)
         for i in range(3):
-            force = row.strength * (d[i] / far**3 - s[i] / away**3)
+            force = field[i] - row.mu * row.mass * s[i] / away**3
             marker.wrench[i] += force
-            work.energy[0].load_power += force * marker.v[i]
-        if work.weights[0].wanted == 0:
-            continue
-        K = work.pairs[row.pair].K
-        for i in range(3):
-            K[i, i] += row.strength / far**3
-            for j in range(3):
-                K[i, j] -= 3.0 * row.strength * d[i] * d[j] / far**5
+            marker.wrench[3 + i] += field[3 + i]
+            work.energy[0].load_power += force * marker.v[i] + field[3 + i] * marker.w[i]
+        if wanted != 0:
+            for i in range(6):
+                for j in range(6):
+                    work.pairs[row.pair].K[i, j] += K[i, j]
 
 
 @dataclass(frozen=True, eq=False)
 class ThirdBody(Force):
     """Attract a rigid body or point mass to a body that moves as given, less what it gives the origin of W.
+
+    A rigid body feels the gradient of the field too, its torque and its force to second order, as by `CentralGravity`.
 
     Parameters
     ----------
@@ -96,8 +102,8 @@ class ThirdBody(Force):
 
     def record(self, compiler):
         """Return the row."""
-        mass = float(compiler.model.body(self.body).mass)
+        body = compiler.model.body(self.body)
         marker = compiler.marker(f"{self.body}.center")
         at = tuple(compiler.signal(signal) for signal in self.at)
         pair = compiler.pair(marker, marker, STIFF)
-        return {"marker": marker, "pair": pair, "strength": self.mu * mass, "at": at}
+        return {"marker": marker, "pair": pair, "mass": float(body.mass), "inertia": inertia_of(body), "at": at}

@@ -55,6 +55,24 @@ def test_field_over_the_body_is_the_sum_over_its_points():
     np.testing.assert_allclose(found[3:], torque, atol=2e-3 * np.linalg.norm(torque))
 
 
+def test_third_body_turns_what_has_a_size():
+    """In axes that fall with the orbit force and torque are those of the centre, less the pull on the origin."""
+    arms = np.array([(0.9, 0, 0), (-0.9, 0, 0), (0, 0.5, 0), (0, -0.5, 0), (0, 0, 0.3), (0, 0, -0.3)])
+    m, mu = 0.4, 5e4
+    J = m * np.sum([a @ a * np.eye(3) - np.outer(a, a) for a in arms], axis=0)
+    R, at, centre = Rotation.from_rotvec((0.4, -0.7, 0.9)), np.array((0.3, -0.2, 0.5)), np.array((-30.0, -40.0, 20.0))
+    body = fmb.RigidBody("b", mass=6 * m, inertia=J, at=at, rotation=R)
+    force = fmb.ThirdBody("g", body="b", mu=mu, at=tuple(centre))
+    model = fmb.Model(bodies=[fmb.Ground(), body], forces=[force], sensors=[fmb.ForceOf("f", force="g")])
+    found = fmb.simulate(model, 1e-6, samples=2)["f"][0]
+    points = at + R.apply(arms) - centre
+    pulls = -mu * m * points / np.linalg.norm(points, axis=1)[:, None] ** 3
+    pulls -= mu * m * centre / np.linalg.norm(centre) ** 3
+    np.testing.assert_allclose(found[:3], pulls.sum(axis=0), atol=1e-6 * mu * 6 * m / np.linalg.norm(centre) ** 2)
+    torque = np.cross(points - points.mean(axis=0), pulls).sum(axis=0)
+    np.testing.assert_allclose(found[3:], torque, atol=2e-3 * np.linalg.norm(torque))
+
+
 def test_flattening_and_third_body_by_components():
     r, s = np.array((6.9e6, 1.2e6, 3.1e6)), np.array((3.0e8, -2.0e8, 1.0e8))
     point = fmb.PointMass("b", mass=3.0, at=r)

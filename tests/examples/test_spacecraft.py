@@ -1,0 +1,154 @@
+"""The spacecraft against an integration of its own: quaternions, singular mass matrices, doubled constraints, by scipy.
+
+Equations of Schutte & Udwadia, Journal of Applied Mechanics 78 (2011) 021018: seven coordinates of each body, (r, p),
+with the mass matrix diag(m, m, m, 4 E^T J E), whose rank is six, and the unit norm as one more constraint. Constraints
+are stabilised by Baumgarte's method; their gradients are by complex steps, their second derivatives along the motion by
+a difference formula that is exact for polynomials of degree five.
+"""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import flexmb as fmb
+
+CRAFT = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "spacecraft.py"))
+SECOND = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0  # of f'' at steps of one
+RATE = 0.5  # 1/s, of Baumgarte's method
+# R = sum of p_i p_j TURN[i, j], as (16, 9)
+QUADRATIC = {
+    (0, 0): {(0, 0): 1, (1, 1): 1, (2, 2): -1, (3, 3): -1},
+    (1, 1): {(0, 0): 1, (1, 1): -1, (2, 2): 1, (3, 3): -1},
+    (2, 2): {(0, 0): 1, (1, 1): -1, (2, 2): -1, (3, 3): 1},
+    (0, 1): {(1, 2): 2, (0, 3): -2},
+    (1, 0): {(1, 2): 2, (0, 3): 2},
+    (0, 2): {(1, 3): 2, (0, 2): 2},
+    (2, 0): {(1, 3): 2, (0, 2): -2},
+    (1, 2): {(2, 3): 2, (0, 1): -2},
+    (2, 1): {(2, 3): 2, (0, 1): 2},
+}
+TURN = np.zeros((16, 9))
+for (row, column), terms in QUADRATIC.items():
+    for (i, j), factor in terms.items():
+        TURN[4 * i + j, 3 * row + column] = factor
+
+
+def matrices(p):
+    """Rotation matrices of quaternions (..., 4), polynomials of degree two."""
+    return ((p[..., :, None] * p[..., None, :]).reshape(*p.shape[:-1], 16) @ TURN).reshape(*p.shape[:-1], 3, 3)
+
+
+def rates(p):
+    """E (n, 3, 4) with w = 2 E p' in the axes of the body."""
+    a, b, c, d = p.T
+    return np.array([[-b, a, d, -c], [-c, -d, a, b], [-d, c, -b, a]]).transpose(2, 0, 1)
+
+
+class Quaternions:
+    """Equations of motion of the spacecraft's first bodies."""
+
+    def __init__(self, panel=True):
+        self.names = names = list(CRAFT["BODIES"]) if panel else ["bus", "module"]
+        self.panel, self.n = panel, len(names)
+        self.m = np.array([CRAFT["BODIES"][name][0] for name in names])
+        self.J = np.array([CRAFT["BODIES"][name][1] for name in names])
+        springs = [(ends, k) for k, (ends, _) in enumerate(CRAFT["SPRINGS"]) if panel or "panel" not in str(ends)]
+        self.length = np.array([CRAFT["lengths"]()[k] for _, k in springs])
+        self.ends = np.array([[names.index(end.split(".")[0]) for end in ends] for ends, _ in springs])
+        self.levers = np.array([[self.point(end) for end in ends] for ends, _ in springs])
+        self.rod = self.point("bus.rod"), self.point("module.rod")
+        self.hinge = self.point("bus.hinge"), self.point("panel.hinge")
+
+    @staticmethod
+    def point(marker):
+        body, name = marker.split(".")
+        return np.array(CRAFT["POINTS"][body][name])
+
+    def start(self):
+        r = np.array([CRAFT["BODIES"][name][2] for name in self.names]) - CRAFT["center_of_mass"](self.names)
+        p = np.tile((1.0, 0.0, 0.0, 0.0), (self.n, 1))
+        turn = CRAFT["TURN"]
+        dp = np.tile(0.5 * np.concatenate([[0.0], turn]), (self.n, 1))
+        return np.concatenate([np.hstack([r, p]).ravel(), np.hstack([np.cross(turn, r), dp]).ravel()])
+
+    def open(self, q):
+        """Residuals (k, ng) of states q (k, 7 n): unit norms, the rod twice, the hinge."""
+        q = q.reshape(len(q), self.n, 7)
+        r, R = q[..., :3], matrices(q[..., 3:])
+        d = r[:, 1] + R[:, 1] @ self.rod[1] - r[:, 0] - R[:, 0] @ self.rod[0]
+        rod = (d * d).sum(1)[:, None] - CRAFT["ROD"] ** 2
+        found = [(q[..., 3:] ** 2).sum(2) - 1.0, rod, 3.0 * rod]
+        if self.panel:
+            found.append(r[:, 2] + R[:, 2] @ self.hinge[1] - r[:, 0] - R[:, 0] @ self.hinge[0])
+            found.append((R[:, 0, :, :2] * R[:, 2, :, 2:]).sum(1))
+        return np.concatenate(found, axis=1)
+
+    def loads(self, t, r, R, v, w):
+        """Forces (n, 3) in the axes that fall, torques (n, 3) in those of the bodies."""
+        angle = CRAFT["MEAN_MOTION"] * t
+        s = -CRAFT["RADIUS"] * np.array((np.cos(angle), np.sin(angle), 0.0))
+        mu, x = CRAFT["MU"], r - s
+        far = np.sqrt((x * x).sum(1))[:, None]
+        own = np.einsum("nji,nj->ni", R, x / far)
+        Je = self.J * own
+        e_J_e = (own * Je).sum(1)[:, None]
+        pull = -mu * self.m[:, None] * (x / far**3 + s / CRAFT["RADIUS"] ** 3)
+        uneven = self.J.sum(1)[:, None] * own + 2.0 * Je - 5.0 * e_J_e * own
+        pull -= 1.5 * mu / far**4 * np.einsum("nij,nj->ni", R, uneven)
+        torque = 3.0 * mu / far**3 * np.cross(own, Je)
+        a, b = self.ends.T
+        d = r[b] - r[a] + np.einsum("sij,sj->si", R[b], self.levers[:, 1])
+        d -= np.einsum("sij,sj->si", R[a], self.levers[:, 0])
+        length = np.sqrt((d * d).sum(1))
+        x = length - self.length
+        speed = v[b] - v[a] + np.einsum("sij,sj->si", R[b], np.cross(w[b], self.levers[:, 1]))
+        speed -= np.einsum("sij,sj->si", R[a], np.cross(w[a], self.levers[:, 0]))
+        lengthening = (d * speed).sum(1) / length
+        tension = (CRAFT["STIFFNESS"] + CRAFT["CUBIC"] * x**2) * x + CRAFT["DAMPING"] * lengthening
+        F = (tension / length)[:, None] * d
+        for end, bodies, sign in ((0, a, 1.0), (1, b, -1.0)):
+            np.add.at(pull, bodies, sign * F)
+            np.add.at(torque, bodies, np.cross(self.levers[:, end], sign * np.einsum("sji,sj->si", R[bodies], F)))
+        return pull, torque
+
+    def __call__(self, t, y):
+        """Rates: the explicit equation with M + A^T A, regular as [M; A] has full rank, and a generalised inverse."""
+        size, n = 7 * self.n, self.n
+        q, dq = y[:size], y[size:]
+        h = 1e-30
+        A = self.open(q + 1j * h * np.eye(size)).imag.T / h
+        along = self.open(q + np.outer(np.arange(-2.0, 3.0), dq))
+        b = -SECOND @ along - 2.0 * RATE * A @ dq - RATE**2 * along[2]
+        state, rate = q.reshape(n, 7), dq.reshape(n, 7)
+        E, dE = rates(state[:, 3:]), rates(rate[:, 3:])
+        w = 2.0 * np.einsum("nij,nj->ni", E, rate[:, 3:])
+        pull, torque = self.loads(t, state[:, :3], matrices(state[:, 3:]), rate[:, :3], w)
+        M = A.T @ A
+        Q = A.T @ b
+        for k in range(n):
+            i = 7 * k
+            M[[i, i + 1, i + 2], [i, i + 1, i + 2]] += self.m[k]
+            M[i + 3 : i + 7, i + 3 : i + 7] += 4.0 * (E[k].T * self.J[k]) @ E[k]
+            Q[i : i + 3] += pull[k]
+            Q[i + 3 : i + 7] += 2.0 * E[k].T @ torque[k] - 8.0 * dE[k].T @ (self.J[k] * (E[k] @ rate[k, 3:]))
+        solved = np.linalg.solve(M, np.column_stack([Q, A.T]))
+        multipliers = np.linalg.lstsq(A @ solved[:, 1:], b - A @ solved[:, 0], rcond=1e-11)[0]
+        return np.concatenate([dq, solved[:, 0] + solved[:, 1:] @ multipliers])
+
+
+def reference(times, panel=True, rtol=1e-11):
+    """Places of the bodies by name, (nt, 3), m."""
+    equations = Quaternions(panel)
+    found = solve_ivp(
+        equations, (0.0, times[-1]), equations.start(), method="DOP853", t_eval=times, rtol=rtol, atol=0.1 * rtol
+    )
+    states = found.y[: 7 * equations.n].T.reshape(len(times), equations.n, 7)
+    return {name: states[:, k, :3] for k, name in enumerate(equations.names)}
+
+
+def apart(motion, expected):
+    """Largest error of the places of bodies relative to the bus, m."""
+    return max(np.abs(motion[n] - motion["bus"] - expected[n] + expected["bus"]).max() for n in expected)
