@@ -180,7 +180,8 @@ def main(orbits=10):
     apart = np.linalg.norm(motion["module"] - motion["bus"], axis=1)
     print(f"{orbits} orbits of {ORBIT:.0f} s, {seconds:.2f} s of computing for each")
     print(f"module {apart.min():.4f} to {apart.max():.4f} m from the bus")
-    print(f"energy within {energy:.1e} J of {motion['energy'][0]:.4f} J, angular momentum within {turning:.1e} N m s")
+    print(f"balance of energy within {energy:.1e} J of {motion['energy'][0]:.4f} J")
+    print(f"balance of angular momentum within {turning:.1e} N m s")
     print(f"constraints open by {motion['open'].max():.1e} m, opening by {motion['opening'].max():.1e} m/s")
     return motion["open"].max()
 

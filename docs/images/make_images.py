@@ -146,6 +146,54 @@ def snapping_strip(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
+def spacecraft(path: Path) -> None:
+    """The parts of the spacecraft in the axes of its bus, and how they move in them."""
+    import runpy
+
+    from scipy.spatial.transform import Rotation
+
+    craft = runpy.run_path(str(FOLDER.parents[1] / "examples" / "spacecraft.py"))
+    motion, _ = craft["run"](0.15, samples=401)
+    axes = {n: Rotation.from_quat(motion[f"axes of {n}"], scalar_first=True) for n in craft["BODIES"]}
+    own = {n: axes["bus"].inv().apply(motion[n] - motion["bus"]) for n in axes}
+
+    def seen(marker, k):
+        body, point = marker.split(".")
+        return own[body][k] + (axes["bus"].inv() * axes[body])[k].apply(craft["POINTS"][body][point])
+
+    figure, (parts, over) = plt.subplots(1, 2, figsize=(8.4, 3.6), layout="constrained")
+    k = int(np.argmin(own["module"][:, 1]))
+    outline = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (-1, -1, 0)], float)
+    for name, half, color in (
+        ("bus", (0.5, 0.5, 0), "C0"),
+        ("module", (0.3, 0.35, 0), "C1"),
+        ("panel", (0.2, 0.7, 0), "C2"),
+    ):
+        for when, style in ((0, ":"), (k, "-")):
+            turned = (axes["bus"].inv() * axes[name])[when].apply(outline * half) + own[name][when]
+            parts.plot(turned[:, 0], turned[:, 1], style, color=color, linewidth=1.6 if when else 0.9)
+        parts.text(*own[name][0, :2], name, ha="center", va="center", color=color)
+    for ends, _ in craft["SPRINGS"]:
+        parts.plot(*np.array([seen(end, k)[:2] for end in ends]).T, color="0.5", linewidth=0.8)
+    parts.plot(*np.array([seen(end, k)[:2] for end in ("bus.rod", "module.rod")]).T, "ko-", markersize=3)
+    parts.set(
+        xlabel="x of the bus, m",
+        ylabel="y of the bus, m",
+        aspect="equal",
+        title=f"start (dotted) and after {motion.t[k]:.0f} s",
+    )
+    for name, color in (("module", "C1"), ("panel", "C2")):
+        for axis, style in ((0, "-"), (1, "--"), (2, ":")):
+            moved = 1e3 * (own[name][:, axis] - own[name][0, axis])
+            over.plot(motion.t, moved, style, color=color, linewidth=1.0, label=f"{name}, {'xyz'[axis]}")
+    over.set(
+        xlabel="time, s", ylabel="displacement in the axes of the bus, mm", title="the parts swing on their springs"
+    )
+    over.grid(True, alpha=0.3)
+    over.legend(fontsize=7, ncols=2, loc="lower left")
+    figure.savefig(path, dpi=120)
+
+
 def swept_sections(path: Path) -> None:
     """Beams of several sections and a rope, as they are drawn: bent by loads at their ends."""
     import flexmb as fmb
@@ -278,6 +326,7 @@ DIAGRAMS = {
     "rod_modes": rod_modes,
     "snapping_strip": snapping_strip,
     "soft_crank": soft_crank,
+    "spacecraft": spacecraft,
     "swept_sections": swept_sections,
     "which_body": which_body,
 }

@@ -20,7 +20,7 @@ __all__ = ["attract", "inertia_of"]
 def attract(r, R, mu, mass, inertia, wanted, field, K):
     """Set the force and the torque (6,) and, if wanted, minus their derivatives (6, 6) by place and turn; return V.
 
-    r (3,) leads from the centre to the centre of mass, R (3, 3) are the axes of the body, in which its inertia is given.
+    r (3,) leads from the centre to the centre of mass, R (3, 3) are the axes of the body, which its inertia refers to.
     """
     h, t, unit = np.empty(3), np.empty(3), np.empty(3)
     dr, dh, dF, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3)

@@ -64,7 +64,7 @@ def apply(raw, data, state, work):
 
 @dataclass(frozen=True, eq=False)
 class SpringDamper(Force):
-    """Pull two markers together: F = stiffness x + cubic x^3 + damping l' + preload(t), x = l - length, tension positive.
+    """Pull two markers together with F = stiffness x + cubic x^3 + damping l' + preload(t), x = l - length.
 
     Parameters
     ----------

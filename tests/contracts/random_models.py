@@ -51,6 +51,7 @@ FORCE_FIELDS = {
     "SpringDamper": {
         "stiffness": 300.0,
         "damping": 7.0,
+        "cubic": 900.0,
         "length": 0.4,
         "preload": fmb.expression("5*sin(3*t)"),
     },

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import ellipj
 from tolerances import SOLVER
 
 import flexmb as fmb
@@ -29,6 +30,20 @@ def block(joint=fmb.Prismatic, at=(0.0, 0, 0), gravity=(0.0, 0, 0), **parts):
         ],
         **parts,
     )
+
+
+def test_cubic_spring_is_the_oscillator_of_duffing():
+    """m x'' + k x + k3 x^3 = 0 from rest at A: x = A cn(W t | s), W^2 = (k + k3 A^2) / m, s = k3 A^2 / (2 m W^2)."""
+    m, k, k3, A = 2.0, 30.0, 4000.0, 0.15
+    bodies = [fmb.Ground(), fmb.RigidBody("b", mass=m, inertia=(1, 1, 1), at=(1.0 + A, 0, 0))]
+    spring = fmb.SpringDamper("s", markers=("ground.origin", "b.center"), stiffness=k, cubic=k3, length=1.0)
+    sensors = [fmb.Position("x", marker="b.center"), fmb.Energy("energy")]
+    model = fmb.Model(bodies=bodies, forces=[spring], sensors=sensors, gravity=(0, 0, 0))
+    found = fmb.simulate(model, 2.0, samples=41, integrator=fmb.Explicit(rtol=1e-10))
+    W = np.sqrt((k + k3 * A**2) / m)
+    expected = A * ellipj(W * found.t, 0.5 * k3 * A**2 / (m * W**2))[1]
+    np.testing.assert_allclose(found["x"][:, 0] - 1.0, expected, atol=1e-7 * A)
+    np.testing.assert_allclose(found["energy"], 0.5 * k * A**2 + 0.25 * k3 * A**4, rtol=1e-8)
 
 
 @pytest.mark.parametrize("integrator", [FINE, fmb.IDA(rtol=1e-9, atol=1e-11)], ids=["alpha", "IDA"])
