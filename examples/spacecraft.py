@@ -161,8 +161,8 @@ def run(orbits, samples=201, integrator=None, panel=True):
 def balance(motion):
     """Return the largest error of energy, J, and of angular momentum about the Earth's centre, N m s.
 
-    The energy grows by the work of the Earth, less what the springs take. What the orbit itself has of the angular momentum is left out, sum m
-    (R x V), a number a hundred thousand million times larger.
+    The energy grows by the work of the Earth, less what the springs take. The share of the orbit itself in the angular
+    momentum, sum m (R x V), is left out: it is a million million times larger.
     """
     energy = motion["energy"] - motion["energy"][0] - motion["work"] + motion["dissipated"]
     names = [body.name for body in motion.model.bodies]
