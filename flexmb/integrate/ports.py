@@ -58,14 +58,26 @@ def _signals(model: Model) -> list[InputPort]:
         for number, part in enumerate(getattr(model, family)):
             for field in part.fields():
                 value = getattr(part, field)
-                if isinstance(value, Signal):
+                if _of_time(value):
                     found.append(InputPort(f"{part.name}.{field}", family, number, field, None))
                 elif isinstance(value, tuple) and value and all(isinstance(v, Signal) for v in value):
                     found += [
                         InputPort(f"{part.name}.{field}.{axis}", family, number, field, k)
                         for k, axis in enumerate(AXES[: len(value)])
+                        if _of_time(value[k])
                     ]
     return found
+
+
+def _of_time(value: Any) -> bool:
+    """Is it a signal of time? Tables over the coordinate of a joint are none: nothing can be added to them."""
+    if not isinstance(value, Signal):
+        return False
+    try:
+        value.program()
+    except ModelError:
+        return False
+    return True
 
 
 def _asked(names: Iterable[str] | str, what: str) -> list[str]:

@@ -302,6 +302,17 @@ def test_python_control():
     )
 
 
+def test_a_load_over_a_joint_is_no_input_but_stiffness():
+    """F = 50 - 100 z on the mass adds 100 N/m to the spring; it is no function of time that could be an input."""
+    law = fmb.table([-1.0, 0.0, 1.0], [150.0, 50.0, -50.0], of="guide")
+    model = oscillator().changed("push", force=(0, 0, law), moment=(0, 0, 0))
+    plant = fmb.linearize(model, fmb.statics(model), outputs="place z")
+    assert "push.force.z" not in plant.inputs
+    assert "push.force.x" in plant.inputs
+    size = np.abs(plant.poles[0])
+    assert size == pytest.approx(np.sqrt((K + 100.0) / MASS), rel=1e-6)
+
+
 def test_a_kink_is_told():
     """The distance of two points that coincide grows whichever way they part."""
     with pytest.warns(ValidityWarning, match=r"way has a kink at this state"):
