@@ -6,6 +6,7 @@ file (geometry, results) are passed over.
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,7 @@ def _matrices(path: Path, wanted: tuple[str, ...]) -> dict[str, np.ndarray | Non
             expected="pyYeti",
             remedy="pip install 'flexmb[op2]', or punch the matrices as DMIG",
         ) from None
+    _check_records(part, path)
     with OP2(str(path)) as file:
         matrices = [block for block in file.dblist if block.dbtype > 0]
         if not matrices:
@@ -71,3 +73,27 @@ def _matrices(path: Path, wanted: tuple[str, ...]) -> dict[str, np.ndarray | Non
                 )
             found[name] = file.rdop2mats([name])[name] if name in wanted else None
     return found
+
+
+def _check_records(part: str, path: Path) -> None:
+    """Raise MeshError unless the records follow each other to the end of the file, each between its lengths in bytes.
+
+    In a damaged file pyYeti may go back to a place where it was before, without end.
+    """
+    with path.open("rb") as file:
+        data, place = file.read(4), 0
+        length = struct.Struct("<i" if data in (b"\4\0\0\0", b"\10\0\0\0") else ">i")
+        size = file.seek(0, 2)
+        while place < size:
+            file.seek(place)
+            head = file.read(4)
+            count = length.unpack(head)[0] if len(head) == 4 else -1
+            file.seek(max(count, 0), 1)
+            if count < 0 or file.read(4) != head:
+                raise MeshError(
+                    part,
+                    found=f"a record at byte {place} of {size} that does not end where it should",
+                    expected="an OUTPUT2 file, unformatted and complete",
+                    remedy="Copy it in binary mode, or write it again: it is damaged, cut off or of another kind",
+                )
+            place += count + 8

@@ -73,3 +73,14 @@ def test_damaged_files_are_named(tmp_path):
         path.write_bytes(whole[:length])
         with pytest.raises(MeshError, match=r"part\.op2"):
             fem.read_matrices(path, tmp_path / "part.bdf")
+
+
+def test_lengths_that_do_not_fit_are_found_before_the_reading(tmp_path):
+    """A record that claims another length leads a reader astray, without end in some cases."""
+    K, M, _ = chain()
+    path = written(tmp_path, matrix("KGG", K), matrix("MGG", M))
+    whole = bytearray(path.read_bytes())
+    whole[92:96] = (-64).to_bytes(4, "little", signed=True)
+    path.write_bytes(whole)
+    with pytest.raises(MeshError, match="a record at byte 92 of"):
+        fem.read_matrices(path, tmp_path / "part.bdf")
