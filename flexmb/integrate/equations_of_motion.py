@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import null_space, pinv
+from scipy.linalg import null_space, pinv, svd
 
 from flexmb.errors import ModelError
 from flexmb.integrate.matrices import equations_at
@@ -15,6 +15,7 @@ from flexmb.math.udwadia import Accelerated, solve
 from flexmb.model.model import Model
 from flexmb.system import assemble
 from flexmb.system.given_state import given_state
+from flexmb.system.mobility import DEPENDENT, DRIFTS, mass_metric
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 from flexmb.tree.joint_tree import JointTree
@@ -48,6 +49,9 @@ class EquationsOfMotion:
     B : (nu, n), Bdot_u : (nu,)
         Velocities of the bodies are B u + (what drives of the coordinates give), their rates B u' + Bdot_u: partial
         velocities of the system and what their rates give.
+    rank : int, optional
+        Number of independent rows of A, where some depend on others if only up to the digits of a mesh file; None:
+        singular values tell it.
     """
 
     system: System
@@ -63,6 +67,7 @@ class EquationsOfMotion:
     velocity: np.ndarray
     B: np.ndarray
     Bdot_u: np.ndarray
+    rank: int | None = None
 
     def __repr__(self):
         return (
@@ -78,12 +83,20 @@ class EquationsOfMotion:
     @property
     def complement(self) -> np.ndarray:
         """Orthonormal basis (n, n - rank) of the motions that the constraints leave, A complement = 0."""
-        return null_space(self.A, rcond=RANK) if len(self.A) else np.eye(len(self.u))
+        if not len(self.A):
+            return np.eye(len(self.u))
+        if self.rank is None:
+            return null_space(self.A, rcond=RANK)
+        norms = np.linalg.norm(self.A, axis=1)
+        return svd(self.A / np.where(norms > 0.0, norms, 1.0)[:, None])[2][self.rank :].T
 
     @property
     def A_pinv(self) -> np.ndarray:
         """Pseudo-inverse of A, (n, m)."""
-        return pinv(self.A, rtol=RANK)
+        if self.rank is None:
+            return pinv(self.A, rtol=RANK)
+        N = self.complement
+        return pinv(self.A - (self.A @ N) @ N.T, rtol=RANK)  # dependent to all digits
 
     def partial_velocity(self, marker: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the partial velocities (6, n) of a marker in W, and the acceleration (6,) at u' = 0.
@@ -111,7 +124,7 @@ class EquationsOfMotion:
                 expected="constraint forces A^T lam",
                 remedy="Give the bodies geometric_stiffness=False, or use fmb.accelerations",
             )
-        return solve(self.M, self.Q, self.A, self.b, C=C)
+        return solve(self.M, self.Q, self.A, self.b, C=C, rank=self.rank)
 
     def in_euler_parameters(self) -> EquationsOfMotion:
         """Return the equations in rates of positions in W and of Euler parameters, with ``|p| = 1`` as constraints.
@@ -168,7 +181,8 @@ class EquationsOfMotion:
         rate = tree.absolute(here.q, here.v, zero, self.state.t).a
         found = self._in(B, rate, here.v.copy(), tree.rate_names, (np.zeros((0, len(zero))), np.zeros(0), ()))
         size = np.max(np.abs(self.A), axis=1, initial=0.0)
-        kept = np.flatnonzero(np.max(np.abs(found.A), axis=1, initial=0.0) > 1e-9 * np.where(size > 0.0, size, 1.0))
+        least = 1e-9 if self.rank is None else DRIFTS * DEPENDENT
+        kept = np.flatnonzero(np.max(np.abs(found.A), axis=1, initial=0.0) > least * np.where(size > 0.0, size, 1.0))
         return replace(
             found,
             A=found.A[kept],
@@ -203,6 +217,7 @@ class EquationsOfMotion:
             velocity=np.concatenate([self.velocity, np.zeros(len(second))]),
             B=B,
             Bdot_u=rate,
+            rank=None if self.rank is None else self.rank + B.shape[1] - B.shape[0],
         )
 
 
@@ -255,4 +270,11 @@ def equations(model: Model, state: Any = None) -> EquationsOfMotion:
         velocity=e.velocity,
         B=np.eye(nu),
         Bdot_u=np.zeros(nu),
+        rank=_rank(e.independent().G.toarray() / np.sqrt(mass_metric(e.M))) if len(e.dependent) else None,
     )
+
+
+def _rank(A: np.ndarray) -> int:
+    """Return the rank of a matrix whose rows are of different size."""
+    norms = np.linalg.norm(A, axis=1)
+    return int(np.linalg.matrix_rank(A / np.where(norms > 0.0, norms, 1.0)[:, None], rtol=RANK)) if A.size else 0

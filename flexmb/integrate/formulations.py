@@ -31,6 +31,8 @@ SOFT = 1e-9
 """Compliance of equations in large models, relative to G M^-1 G^T."""
 EXACT = 1e-12
 """Change of the multipliers, relative, at which they end; of all unknowns in the last correction of a factorisation."""
+FITS = 1e-4
+"""Part of the force of a dependent equation that others may leave: geometric stiffness can make it larger."""
 DENSE = 200
 """Number of unknowns up to which least squares by singular values are affordable."""
 
@@ -96,6 +98,26 @@ def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
     return x[:nu], x[nu:]
 
 
+def _shared(e: Equations, lam: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the multipliers (ng,) of least norm whose forces are those of the independent equations, `lam`.
+
+    Multipliers (-y, 1) with L (-y, 1) = 0 are states of self-stress: what `lam` contains of them is removed.
+    """
+    if sum(e.L.shape) > DENSE:
+        return _softened(replace(e, b=e.G @ a))[1]
+    of_lam = 1.0 / np.sqrt(e.weight)
+    kept = np.setdiff1d(np.arange(len(of_lam)), e.dependent)
+    found = np.zeros(len(of_lam))
+    found[kept] = lam / of_lam[kept]
+    L = e.L.toarray() * of_lam
+    stress = np.zeros((len(of_lam), len(e.dependent)))
+    for k, own in enumerate(e.dependent):
+        y = _least(L[:, kept], L[:, own])
+        if np.linalg.norm(L[:, own] - L[:, kept] @ y) <= FITS * np.linalg.norm(L[:, own]):
+            stress[kept, k], stress[own, k] = -y, 1.0
+    return of_lam * (found - stress @ _least(stress, found))
+
+
 class _Formulation(metaclass=Described):
     """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
 
@@ -103,7 +125,18 @@ class _Formulation(metaclass=Described):
     unknowns: ClassVar[None] = None
 
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
-        """Return accelerations (nu,) and multipliers (ng,) of linear equations."""
+        """Return accelerations (nu,) and multipliers (ng,) of linear equations.
+
+        Equations that depend on others are left out: deviations of 1e-8 rad would lock a mechanism. Then the
+        multipliers of all equations share the forces, with least norm.
+        """
+        if not len(e.dependent):
+            return self._solve(e)
+        a, lam = self._solve(e.independent())
+        return a, _shared(e, lam, a)
+
+    def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations (nu,) and multipliers (ng,) of linear equations; dependent ones are so to all digits."""
         raise TypeError(f"{type(self).__name__} solves no equations")
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
@@ -146,7 +179,7 @@ class Augmented(_Formulation):
                 return own.a, own.lam
         return super().accelerate(system, state, work)
 
-    def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+    def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
         nu, ng = e.M.shape[0], e.G.shape[0]
         if nu + ng <= DENSE:
@@ -166,7 +199,7 @@ class NullSpace(_Formulation):
     solution of G a0 = b. The multipliers follow by least squares. Source: Wang & Huston 1988.
     """
 
-    def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+    def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
         M, L, G, f, scale = _balanced(e)
         N = null_space(G, rcond=RANK) if len(G) else np.eye(len(M))
@@ -186,7 +219,7 @@ class UdwadiaPhohomsiri(_Formulation):
     Source: Udwadia & Phohomsiri 2006, eq. 3.13; unique if [M; G] has full column rank, which is checked.
     """
 
-    def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+    def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
         M, L, G, f, scale = _balanced(e)
         if len(G):

@@ -231,7 +231,7 @@ def linearize(
     work = system.workspace()
     motion = steady_motion(system, state, work, known=True)
     own = coefficients(system, state, work, motion)
-    rank = DEPENDENT if system.misfits else RANK  # axes parallel but for the digits of a mesh
+    rank = DEPENDENT if system.redundant else RANK  # axes parallel but for the digits of a mesh
     bases = partial(independent, level=system.program.equation_level, rank=rank)
     observer = constant_observer(system, state, motion, own, bases)
     told: str | None = CHANGE_WITH_TIME

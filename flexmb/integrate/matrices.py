@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
 
-from flexmb.math.block_lu import stored
+from flexmb.math.block_lu import blocks, stored
 from flexmb.math.weights import weigh
+from flexmb.system.mobility import still_dependent
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 __all__ = ["Equations", "Tangent", "adjoint", "equations_at", "stiffness_at", "tangent_at"]
@@ -36,6 +37,8 @@ class Equations:
         Residual of the constraints, zero for those at velocity level.
     weight : (ng,)
         Of the multipliers in the norm that is least where equations are dependent (see System).
+    dependent : (k,) of int
+        Equations that depend on others, if only up to the digits of a mesh file: no motion has to obey them.
     """
 
     M: sparse.csr_matrix
@@ -46,6 +49,13 @@ class Equations:
     velocity: np.ndarray
     position: np.ndarray
     weight: np.ndarray
+    dependent: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+
+    def independent(self) -> Equations:
+        """Return the equations without the dependent ones."""
+        kept = np.setdiff1d(np.arange(self.G.shape[0]), self.dependent)
+        vectors = {name: getattr(self, name)[kept] for name in ("b", "velocity", "position", "weight")}
+        return replace(self, L=self.L[:, kept], G=self.G[kept], dependent=np.zeros(0, int), **vectors)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,16 +88,20 @@ def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equation
     constraint_acceleration(work, rest.a, drift)
     constraint_velocity(work, state.u, velocity)
     position = np.where(system.program.equation_level == 0, work.equations["g"], 0.0)
-    L = -S[:nu, nu:]
+    M, L, G = S[:nu, :nu], -S[:nu, nu:], S[nu:, :nu]
+    dependent = np.zeros(0, int)
+    if system.redundant:
+        dependent = still_dependent(M, G, blocks(system.program.pattern), system.redundant)
     return Equations(
-        M=S[:nu, :nu],
+        M=M,
         L=L,
-        G=S[nu:, :nu],
+        G=G,
         f=-work.residual - L @ rest.lam,
         b=-drift,
         velocity=velocity,
         position=position,
         weight=system.multiplier_weights,
+        dependent=dependent,
     )
 
 

@@ -25,6 +25,10 @@ RANK = 1e-10
 """Singular values below this, relative to the largest, are zero."""
 CONSISTENT = 1e-8
 """Part of b outside the range of A, relative, from which constraints contradict each other."""
+MISFIT = 100.0
+"""The same, in multiples of the part of dependent rows of A that lies outside the span of the others."""
+ROUNDING = 1e-13
+"""The same, relative to the accelerations without constraints: digits that the terms of b have lost."""
 SYMMETRIC = 1e-10
 
 
@@ -79,7 +83,7 @@ def _array(value: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
     return array
 
 
-def solve(M, Q, A, b, weights=None, *, C=None) -> Accelerated:
+def solve(M, Q, A, b, weights=None, *, C=None, rank: int | None = None) -> Accelerated:
     """Return the accelerations of a constrained system.
 
     Parameters
@@ -95,6 +99,9 @@ def solve(M, Q, A, b, weights=None, *, C=None) -> Accelerated:
         the diagonal of M.
     C : (n,), optional
         Forces of constraints that are not ideal: their virtual work is C^T v.
+    rank : int, optional
+        How many constraints are independent, where it is known: the others depend on them but for the digits of their
+        data. By default singular values below 1e-10 of the largest count as zero.
 
     Raises
     ------
@@ -121,10 +128,15 @@ def solve(M, Q, A, b, weights=None, *, C=None) -> Accelerated:
     right = b / np.where(norms > 0.0, norms, 1.0)
     _require_mass(mass)
     U, s, Vt = svd(rows) if m else (np.zeros((0, 0)), np.zeros(0), np.eye(n))
-    rank = int(np.sum(s > RANK * np.max(s, initial=0.0)))
+    load = scale * (Q + C)
+    by_size = int(np.sum(s > RANK * np.max(s, initial=0.0)))
+    rank = by_size if rank is None else min(_count(rank, min(m, n)), by_size)
+    digits = float(s[rank] / s[0]) if rank < by_size else 0.0
     U, V1, V2 = U[:, :rank], Vt[:rank].T, Vt[rank:].T
     left = right - U @ (U.T @ right)
-    if np.any(np.abs(left) > CONSISTENT * max(np.max(np.abs(right), initial=0.0), np.finfo(float).tiny)):
+    size, free = np.max(np.abs(right), initial=0.0), _freely(mass, load, rows)
+    allowed = max(CONSISTENT * size, ROUNDING * free, MISFIT * digits * max(size, free), np.finfo(float).tiny)
+    if np.any(np.abs(left) > allowed):
         k = int(np.argmax(np.abs(left)))
         raise FlexmbError(
             "udwadia.solve",
@@ -136,7 +148,6 @@ def solve(M, Q, A, b, weights=None, *, C=None) -> Accelerated:
     own = V1 @ ((U.T @ right) / s[:rank])
     own += V1 @ ((U.T @ (right - rows @ own)) / s[:rank])
     both = _rank_of_both(mass, V1, V2)
-    load = scale * (Q + C)
     a = own
     if V2.shape[1]:
         reduced = V2.T @ mass @ V2
@@ -148,6 +159,28 @@ def solve(M, Q, A, b, weights=None, *, C=None) -> Accelerated:
     return Accelerated(
         a=scale * a, force=force, ideal=ideal / scale, multipliers=multipliers, rank=rank, rank_of_both=both, free=V2
     )
+
+
+def _count(rank: Any, most: int) -> int:
+    """Return a given rank; FlexmbError if it is none."""
+    if not isinstance(rank, (int, np.integer)) or isinstance(rank, bool) or not 0 <= rank <= most:
+        raise FlexmbError(
+            "udwadia.solve",
+            found=f"rank = {rank!r}",
+            expected=f"a whole number from 0 to {most}, the smaller side of A",
+            remedy="Leave it out: singular values tell it",
+        )
+    return int(rank)
+
+
+def _freely(mass: np.ndarray, load: np.ndarray, rows: np.ndarray) -> float:
+    """Return the size of A a without constraints: what the terms of b are rounded to, however small their sum is."""
+    if not rows.size:
+        return 0.0
+    values, vectors = eigh(0.5 * (mass + mass.T))
+    moves = values > RANK * max(values[-1], 0.0)
+    free = vectors[:, moves] @ ((vectors[:, moves].T @ load) / values[moves])
+    return float(np.max(np.abs(rows) @ np.abs(free)))
 
 
 def _scale(M: np.ndarray, weights: Any, n: int) -> np.ndarray:

@@ -15,6 +15,7 @@ from flexmb.system.system import System
 
 __all__ = [
     "DEPENDENT",
+    "DRIFTS",
     "Mobility",
     "constraint_matrix",
     "dependent_equations",
@@ -23,11 +24,16 @@ __all__ = [
     "mass_metric",
     "mobility",
     "shared_reactions",
+    "still_dependent",
 ]
 
 DEPENDENT = 1e-6
 """An equation whose gradient has a smaller part than this (relative) outside the span of the others is dependent: axes
 that are parallel but for the digits of a mesh file count as parallel."""
+DRIFTS = 10.0
+"""Growth of that part, from position to position, up to which an equation remains dependent."""
+RANK = 1e-10
+"""Singular values below this, relative to the largest, are zero but for rounding."""
 FEATHER = 1e-6
 """Least mass of a body in the metric of that, relative to the heaviest."""
 SHARE = 1e-5
@@ -79,11 +85,40 @@ def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.nd
     Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable; `block` (nu + ng,) are the
     bodies and joints to which velocities and equations belong.
     """
+    A = _unit_gradients(M, G, block)
+    return dependent_rows(A, block[G.shape[1] :], block[: G.shape[1]], DEPENDENT)
+
+
+def still_dependent(
+    M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray, found: tuple[int, ...]
+) -> np.ndarray:
+    """Return which of the equations `found` at an assembled position depend on the others at this one, (k,) of int.
+
+    Those of a dead centre do not, once it is left. Deviations of a mesh file change a little with the position.
+    """
+    A = _unit_gradients(M, G, block).toarray()
+    others = A[np.setdiff1d(np.arange(len(A)), found)]
+    s, Vt = np.linalg.svd(others, full_matrices=False)[1:] if len(others) else (np.zeros(0), np.zeros((0, A.shape[1])))
+    span = list(Vt[s > RANK * np.max(s, initial=0.0)])
+    dependent = []
+    for k in found:
+        basis = np.array(span).reshape(len(span), A.shape[1])
+        apart = A[k] - basis.T @ (basis @ A[k])
+        apart -= basis.T @ (basis @ apart)
+        distance = float(np.linalg.norm(apart))
+        if distance <= DRIFTS * DEPENDENT:
+            dependent.append(k)
+        else:
+            span.append(apart / distance)
+    return np.array(dependent, int)
+
+
+def _unit_gradients(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> sparse.csr_matrix:
+    """Return the gradients (ng, nu) in the metric of the masses, each of length one."""
     metric = _without_feathers(mass_metric(M), block[: G.shape[1]])
     A = _beyond_rounding(G) @ sparse.diags(1.0 / np.sqrt(metric))
     norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    A = sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A
-    return dependent_rows(A, block[G.shape[1] :], block[: G.shape[1]], DEPENDENT)
+    return (sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A).tocsr()
 
 
 def _without_feathers(metric: np.ndarray, body: np.ndarray) -> np.ndarray:
