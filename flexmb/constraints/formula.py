@@ -47,6 +47,8 @@ ROW = np.dtype(
 )
 WORDS = MEASURED.itemsize // 8
 _STACK = op.STACK
+ROUNDING = 1e-14
+"""Relative to the terms of an equation of velocities: what is left of it without them is rounding below this."""
 
 
 @inner_kernel
@@ -198,10 +200,13 @@ def _equation(row, work, inputs, sorts, jets, push, slope, by_input, answer):
     equation.drift = answer[2] if row.own_level == 0 else answer[1]
     equation.rate = answer[3]
     if row.own_level == 1:
-        equation.rate = equation.g
+        equation.rate, terms = equation.g, abs(equation.g)
         for k in range(row.n):
             if sorts[k] == VELOCITY:
                 equation.rate -= by_input[k] * jets[k, 0]
+                terms += abs(by_input[k] * jets[k, 0])
+        if abs(equation.rate) <= ROUNDING * terms:  # no work: a step's error must not be compared with rounding
+            equation.rate = 0.0
     gradient, by_place = np.zeros((row.n_legs, 6)), np.zeros((row.n_legs, 6))
     for k in range(row.n):
         if sorts[k] == VELOCITY:

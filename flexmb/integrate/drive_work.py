@@ -13,7 +13,7 @@ __all__ = ["WorkOfDrives"]
 
 
 class WorkOfDrives:
-    """Sums up the work of the drives from step to step.
+    """Sums up the work of the drives, and of equations of the user that move by themselves, from step to step.
 
     Parameters
     ----------
@@ -26,14 +26,14 @@ class WorkOfDrives:
     Attributes
     ----------
     act : bool
-        Are there drives?
+        Are there joints that can do work?
     t, work : float, s and J
         The time that was reached, and the work until then.
     """
 
     def __init__(self, system, state, work):
         self.system, self.scratch = system, work
-        self.act = any(joint.prescribes for joint in system.model.joints)
+        self.act = any(joint.works for joint in system.model.joints)
         self.t, self.work = float(state.t), 0.0
         self._right = np.zeros(system.nu + system.ng)
         self._powers = [(self.t, self._power(state))] if self.act else []

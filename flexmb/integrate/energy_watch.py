@@ -152,9 +152,10 @@ class EnergyWatch:
         if not share > SHARE:
             return []
         owner = max(self.blame, key=lambda title: self.blame[title])
+        percent = f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}" if share < 100 else "over 10 000"
         made = "added" if left > 0.0 else "removed"
         return [
             f"{owner}: until t = {t:.4g} s the integration has {made} {abs(left):.3g} J that no law explains, "
-            f"{100.0 * share:.2g} % of the largest energy that moves, most of it there; expected: less than "
+            f"{percent} % of the largest energy that moves, most of it there; expected: less than "
             f"{100.0 * SHARE:g} %. {REMEDY}."
         ]

@@ -52,7 +52,7 @@ class _Run:
         extent, reach = extents(system, state, work, settings.atol)
         reach = reaches(system, reach, settings.rtol)
         self.t, self.works, self.projections = state.t, np.zeros(3), 0
-        self.driven = any(joint.prescribes for joint in system.model.joints)
+        self.driven = any(joint.works for joint in system.model.joints)
         self.turned = 0.0
         self.goal, self.span = state.t, 0.0
         self.x, self.v, a = self.unknowns.of(state)

@@ -70,6 +70,7 @@ class Constraint(Joint):
 
     imports: ClassVar[tuple[str, ...]] = ("function", "jacobian")
     couples: ClassVar[bool] = True
+    works: ClassVar[bool] = True
 
     def __post_init__(self):
         Part.__post_init__(self)
@@ -187,6 +188,10 @@ class Constraint(Joint):
     def equations_in(self, model):
         """Return the one equation."""
         return (self._formula(model),)
+
+    def places(self, model) -> tuple[str, ...]:
+        """Return the markers whose coordinates in W the equation reads."""
+        return tuple(z.markers[0] for z in self._formula(model).inputs if z.what == "place")
 
     def in_world_axes(self, model) -> str | None:
         """Return the name of a quantity that is a component in the axes of W, or None."""

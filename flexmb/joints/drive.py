@@ -43,6 +43,7 @@ class Drive(Joint):
     markers: tuple[str, str] = ("", "")
 
     prescribes: ClassVar[bool] = True
+    works: ClassVar[bool] = True
 
     def __post_init__(self):
         super().__post_init__()

@@ -253,6 +253,9 @@ class Joint(Part):
     forbids: ClassVar[tuple[Equation, ...]] = ()
     permits: ClassVar[tuple[Freedom, ...]] = ()
     prescribes: ClassVar[bool] = False
+    """Does it drive the coordinate of another joint?"""
+    works: ClassVar[bool] = False
+    """Can its ideal force do work on what moves as it demands, by its equations alone?"""
     couples: ClassVar[bool] = False
     """Does it relate the coordinates of other joints?"""
 
@@ -287,6 +290,10 @@ class Joint(Part):
     def resolved(self, positions: np.ndarray):
         """Return the joint with its defaults taken from the marker positions (2, 3), m, in W, as described."""
         return self
+
+    def places(self, model) -> tuple[str, ...]:
+        """Return the markers whose coordinates in W it relates: those of joints between bodies do not count."""
+        return ()
 
     def resolved_markers(self, model) -> tuple[str, ...]:
         """Return the names of the two markers (a drive has its joint's markers, a coupler the four of both joints)."""

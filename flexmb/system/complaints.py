@@ -74,11 +74,11 @@ def open_joint(system: System, work) -> CompileError:
     turned = f" and {radians:.3g} rad" if radians > 0.0 else ""
     is_open = f"stays open by {metres:.3g} m{turned}"
     if not np.isfinite(metres + radians):
+        failed = _failed_function(system)
+        if failed is not None:
+            return failed
         formula = "Formula" in system.equation_names[system.joint_equations[name].start]
-        why = getattr(system.model.joint(name), "complaint", str)()
-        is_open = (
-            f"has no value (nan){': ' * bool(why)}{why}" if formula else "has its point beyond the end of its curve"
-        )
+        is_open = "has no value (nan)" if formula else "has its point beyond the end of its curve"
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
     remedy = (
@@ -94,6 +94,20 @@ def open_joint(system: System, work) -> CompileError:
         expected=f"positions near the described ones that satisfy all joints{allowed}",
         remedy=remedy,
     )
+
+
+def _failed_function(system: System) -> CompileError | None:
+    """Return the error about a function of the user that failed, if one did: no mechanism is to blame then."""
+    for joint in system.model.joints:
+        why = getattr(joint, "complaint", str)()
+        if why:
+            return CompileError(
+                joint.title,
+                found=f"the function of joint '{joint.name}' has no value: {why}",
+                expected="a finite number with derivatives at every place that the motion may reach",
+                remedy="Correct the function, or its Jacobian",
+            )
+    return None
 
 
 def flat_equation(system: System, work) -> CompileError | None:

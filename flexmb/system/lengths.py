@@ -4,7 +4,8 @@ A tolerance is a share of a length. The box around everything says nothing about
 is the centre of the Earth, nor about an elastic body whose only marker coincides with its hub's. Bodies that joints and
 forces connect are one assembly. Its length is the largest distance between markers of its bodies and nodes of the
 elastic ones. It does not depend on the axes of W. Where these have no extent (a point mass on a rod or a spring, a
-rotor), the distances over which joints hold it count; then the distances of forces; then the radius of gyration (a body
+rotor), the distances over which joints hold it count (of an equation that reads coordinates in W, that from its
+origin); then the distances of forces; then the radius of gyration (a body
 that flies by itself); then the largest distance between all markers; then 1 m.
 """
 
@@ -95,13 +96,14 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     own = [markers["r"][markers["body"] == k] for k in range(len(bodies))]
     points = [np.vstack([r, _nodes(system, body)]) for r, body in zip(own, bodies, strict=True)]
     _require_places(bodies, points)
+    held = np.array([system.marker_index[m] for j in system.model.joints for m in j.places(system.model)], int)
     ties, holds = _ties(system), np.stack([system.tables["pairs"][x] for x in "ab"], axis=1)
     moves = np.array([body.n_velocities > 0 for body in bodies])
     assembly = _assemblies(markers["body"], np.vstack([ties, holds]), moves)
     found = np.zeros(len(bodies))
     for number in np.unique(assembly[moves]):
         members = np.flatnonzero(moves & (assembly == number))
-        found[members] = _length(system, members, points, ties, holds, inertia)
+        found[members] = _length(system, members, points, ties, holds, held, inertia)
     whole = float(np.max(found, initial=0.0)) or _diameter(markers["r"]) or 1.0
     found[found == 0.0] = whole
     equations = np.ones(system.ng)
@@ -190,14 +192,16 @@ def _assemblies(body: np.ndarray, pairs: np.ndarray, moves: np.ndarray) -> np.nd
     return connected_components(graph, directed=False)[1]
 
 
-def _length(system, members, points, ties, holds, inertia: np.ndarray) -> float:
-    """Return the length (m) of the assembly of some bodies, 0 if it has none."""
+def _length(system, members, points, ties, holds, held, inertia: np.ndarray) -> float:
+    """Return the length (m) of the assembly of some bodies, 0 if it has none; `held` are markers tied to the origin."""
     markers = system.tables["markers"]
     distances = []
     for pairs in (ties, holds):
         own = pairs[np.any(np.isin(markers["body"][pairs], members), axis=1)]
         apart = np.linalg.norm(markers["r"][own[:, 0]] - markers["r"][own[:, 1]], axis=1)
         distances.append(float(np.max(apart, initial=0.0)))
+    of_members_held = markers["r"][held[np.isin(markers["body"][held], members)]]
+    distances[0] = max(distances[0], float(np.linalg.norm(of_members_held, axis=1).max(initial=0.0)))
     of_members = np.vstack([points[k] for k in members])
     rounded = max(NOTHING * max(distances), ROUNDED * float(np.abs(of_members).max(initial=0.0)))
     for length in (_diameter(of_members), *distances, _gyration(system, members, inertia)):

@@ -51,12 +51,13 @@ def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None
     require_fit(model)
     system, state = assemble(model, t=t)
     size = system.lengths.whole
-    name, metres, _ = max(
-        _drawn_open(system, system.workspace(), t), key=lambda found: found[1], default=("", 0.0, 0.0)
-    )
+    work = system.workspace()
+    name, metres, _ = max(_drawn_open(system, work, t), key=lambda found: found[1], default=("", 0.0, 0.0))
     if metres > WRONG * size:
         joint = model.joint(name)
-        places = ", ".join(f"'{m}' at {_place(system, m)}" for m in joint.resolved_markers(model))
+        own = _own_equation(system, work, name)
+        places = f"{own}, " if own else ""
+        places += ", ".join(f"'{m}' at {_place(system, m)}" for m in dict.fromkeys(joint.resolved_markers(model)))
         raise CompileError(
             joint.title,
             found=f"as described it is open by {metres:.3g} m: {places}; the model is {size:.3g} m in size",
@@ -81,11 +82,13 @@ def openings(system: System, state) -> list[str]:
     for name, metres, radians in _drawn_open(system, work, state.t):
         if max(metres / size, radians / (2.0 * np.pi)) <= OPEN:
             continue
-        joint = system.model.joint(name)
+        joint, own = system.model.joint(name), _own_equation(system, work, name)
+        markers = " and ".join(repr(m) for m in joint.resolved_markers(system.model))
+        wanted = "bodies where the equation is satisfied" if own else f"markers {markers} that meet"
         found.append(
-            f"{joint.title}: as described it is open by {_distance(metres, radians)}, and assembly has closed "
-            f"it; expected: markers {' and '.join(repr(m) for m in joint.resolved_markers(system.model))} that meet, "
-            f"within {OPEN:g} of the model's size ({size:.3g} m). Check the places of its bodies and markers."
+            f"{joint.title}: as described it is open by {_distance(metres, radians)}{': ' * bool(own)}{own}, and "
+            f"assembly has closed it; expected: {wanted}, within {OPEN:g} of the model's size ({size:.3g} m). "
+            "Check the places of its bodies and markers."
         )
     return found + _velocities(system, system.state(state.t), state, work)
 
@@ -101,6 +104,16 @@ def _drawn_open(system: System, work, t: float) -> list[tuple[str, float, float]
         if not system.model.joint(name).prescribes and np.isfinite(metres + radians):
             found.append((name, metres, radians))
     return found
+
+
+def _own_equation(system: System, work, name: str) -> str:
+    """Return the equation of the user and its residual as drawn, or an empty text for joints of the library."""
+    k = system.joint_equations[name].start
+    if not system.equation_names[k].endswith(": Formula"):
+        return ""
+    text = getattr(system.model.joint(name), "equation", None)
+    what = f"its equation '{text}'" if text else "its function"
+    return f"{what} has the residual {work.equations['g'][k]:.3g}"
 
 
 def _distance(metres: float, radians: float) -> str:

@@ -1,6 +1,7 @@
 """`Constraint` in whole models: joints written as equations, formulations, redundancy, model files, messages."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -341,3 +342,41 @@ def test_a_function_may_end_beside_the_start():
     far = FunctionOfScalars(lambda t, x: x[0] ** 2 + x[1] ** 2 - 1e6, None, 2, 2, 0)
     found = far.derivatives(0.0, np.array([[1e3, 0.0, 0.0], [0.0, 2.0, 0.0]]), False)
     assert found[2] == pytest.approx(8.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("equation", ["p[0]**2 + p[1]**2 + p[2]**2 = L**2", None])
+@pytest.mark.parametrize(("drawn", "length"), [(1000.2, 1000.0), (1.5e-3, 1.4e-3)])
+def test_length_of_an_equation_in_axes_of_the_world_is_that_of_the_rod(equation, drawn, length):
+    """A point mass on a circle of 1 km, and on one of a millimetre, drawn a little beside it."""
+    bodies = [fmb.Ground(markers={"A": (0, 0, 0)}), fmb.PointMass("b", mass=1.0, at=(drawn, 0, 0))]
+    over = [fmb.Position("p", marker="b.center")]
+    if equation is None:
+        joint = fmb.Rod("c", markers=("ground.A", "b.center"), length=length)
+    else:
+        joint = fmb.Constraint("c", over=over, equation=equation, parameters={"L": length})
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        fmb.accelerations(fmb.Model(bodies=bodies, joints=[joint]))
+    assert len(told) == (length < 1.0)
+    if told and equation:
+        assert f"its equation '{equation}' has the residual 2.9e-07" in str(told[0].message)
+        assert "that meet" not in str(told[0].message)
+
+
+def test_small_circle_drawn_at_twice_its_radius_is_refused():
+    """As a rod would be; the message names the equation and its residual, and the marker once."""
+    equation = "p[0]**2 + p[1]**2 + p[2]**2 = 1e-6"
+    own = fmb.Constraint("c", over=[fmb.Position("p", marker="b.center")], equation=equation)
+    model = fmb.Model(bodies=[fmb.PointMass("b", mass=1.0, at=(2e-3, 0, 0))], joints=[own])
+    with pytest.raises(
+        CompileError, match=r"open by 0.00075 m: its equation '.*' has the residual 3e-06, 'b.center' at"
+    ):
+        fmb.accelerations(model)
+
+
+def test_function_that_raises_is_blamed_itself():
+    point = [fmb.Position("q", marker="bob.center")]
+    model = pendulum(fmb.Constraint("c", over=point, function=lambda t, x: {}["missing"]))
+    with pytest.raises(CompileError, match=r"^Joint 'c'.*KeyError: 'missing' at t = 0 s") as told:
+        fmb.check(model)
+    assert "assembled" not in str(told.value)
