@@ -237,6 +237,61 @@ def test_bushing_between_coincident_nodes(tmp_path):
     assert fe.C[0, 0] == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize(
+    ("place", "x"),
+    [
+        (",,", 0.2),
+        ("0.,,", 0.0),
+        (".25,,", 0.1),
+        ("1.,,", 0.4),
+        ("0.,-1,.3", 0.0),
+        (".25,0,.3,0.,0.", 0.3),
+        (",7,.3,0.,0.", 0.35),
+    ],
+)
+def test_place_of_a_bushing_on_an_arm(tmp_path, place, x):
+    """A force at node 2, node 1 held: F / k + F (0.4 - x)^2 / k_r, where S, or OCID with S1 .. S3, puts the spring."""
+    rows = ["GRID,1,,0.,0.,0.", "GRID,2,,.4,0.,0.", "CORD2R,7,,.05,0.,0.,.05,0.,1.,+\n+,1.05,0.,0."]
+    rows += [f"CBUSH,1,1,1,2,,,,0,+\n+,{place}", "PBUSH,1,K,1.+5,2.+5,3.+5,1.+3,2.+3,3.+3"]
+    fe = deck(tmp_path, "\n".join([*rows, "CONM2,9,2,,1.", "CONM2,8,1,,1."]))
+    free = np.flatnonzero(fe.dofs[:, 0] == 1)
+    force = (fe.dofs[free, 1] == 2) * 10.0
+    moved = np.linalg.solve(fe.K.toarray()[np.ix_(free, free)], force)
+    expected = 10.0 / 3e5 + 10.0 * (0.4 - x) ** 2 / 2e3
+    assert moved[fe.dofs[free, 1] == 2] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.parametrize(
+    ("cards", "words"),
+    [
+        ("CBUSH,1,4,1,2,,,,0\nPBUSH,4,K,1.,1.,1.,1.,1.,1.,+\n+,,M,5.", r"PBUSH 4: mass M = 5 \(1\)"),
+        ("CBUSH1D,1,4,1,2\nPBUSH1D,4,7.,,5.", r"PBUSH1D 4: mass M = 5 \(1\)"),
+        ("CBUSH,1,4,1,2,,,,0\nPBUSH,4,KMAG,,3.", r"PBUSH 4: stiffness KMAG = 0, 3 \(1\)"),
+    ],
+)
+def test_masses_of_bushings_are_left_out_by_name(tmp_path, cards, words):
+    rows = ["GRID,1,,0.,0.,0.", "GRID,2,,.4,0.,0.", cards, "CELAS2,8,1.,1,1,2,1", "CONM2,9,2,,1.", "CONM2,8,1,,1."]
+    with pytest.warns(fem.MeshWarning, match=words):
+        fe = deck(tmp_path, "\n".join(rows))
+    assert mass_and_center(fe)[0] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("kind", "flag", "factor"), [(8, "", 0.5), (8, 1, 5.0), (6, "", 0.25), (6, 1, 2.5)])
+def test_thicknesses_at_corners_of_second_order_shells(tmp_path, kind, flag, factor):
+    """T1 .. T4 are thicknesses, with TFLAG = 1 shares of the property's: the last field of CQUAD8 and of CTRIA6."""
+    corners, middles = ["0.,0.", "1.,0.", "1.,1.", "0.,1."], [".5,0.", "1.,.5", ".5,1.", "0.,.5"]
+    if kind == 8:  # the last node has number 1, as the flag has
+        places = dict(zip((2, 3, 4, 5, 6, 7, 8, 1), [*corners, *middles], strict=True))
+        card = f"CQUAD8,1,1,2,3,4,5,6,7,+\n+,8,1,.5,.5,.5,.5,,,+\n+,{flag}"
+    else:
+        places = dict(zip((2, 3, 5, 6, 7, 8), [*corners[:2], corners[3], ".5,0.", ".5,.5", "0.,.5"], strict=True))
+        card = f"CTRIA6,1,1,2,3,5,6,7,8,+\n+,,,.5,.5,.5,{flag}"
+    rows = [f"GRID,{k},,{xy},0." for k, xy in places.items()]
+    fe = deck(tmp_path, "\n".join([*rows, card, "PSHELL,1,1,10.,1", "MAT1,1,7.+10,,.3,1."]))
+    assert mass_and_center(fe)[0] == pytest.approx(factor)
+
+
 def test_laminate_of_one_ply_is_a_plate(tmp_path):
     """A PCOMP of four plies of steel equals the PSHELL of their sum; one above the nodes equals an offset."""
     grids = "\n".join(f"GRID,{k + 1},,{x},{y},0." for k, (x, y) in enumerate([(0, 0), (1, 0), (1, 1), (0, 1)]))

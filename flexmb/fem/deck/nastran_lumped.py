@@ -131,25 +131,23 @@ def _bush(card: Card, deck: Deck, frames: Frames, systems: Systems, properties: 
     pid = card.integer(2, card.integer(1))
     if pid not in properties or properties[pid].name != "PBUSH":
         raise card.refused(f"the property {pid}, which does not exist", "a PBUSH card")
-    values = _pbush(properties[pid])
+    values = _pbush(properties[pid], deck)
     a = _node(card, deck, 3)
     b = _node(card, deck, 4) if card.text(4) and card.integer(4) else None
     axes = _bush_axes(card, deck, frames, systems, a, b)
-    s = card.real(10, 0.5)
-    if card.text(11) and card.integer(11, -1) >= 0:
-        system = systems.system(card.integer(11), card.where)
-        place = system.points(np.array([[card.real(12 + k, 0.0) for k in range(3)]]))[0]
+    s = card.real(9, 0.5)  # S, OCID, S1, S2, S3 are the first fields of the continuation
+    if card.text(10) and card.integer(10) >= 0:
+        system = systems.system(card.integer(10), card.where)
+        place = system.points(np.array([[card.real(11 + k, 0.0) for k in range(3)]]))[0]
     elif b is None:
         place = deck.points[a]
     else:
         place = (1.0 - s) * deck.points[a] + s * deck.points[b]
-    for kind in ("stiffness", "damping", "mass"):
+    for kind in ("stiffness", "damping"):
         diagonal = values.get(kind)
         if diagonal is None or not diagonal.any():
             continue
         matrix = np.diag(diagonal)
-        if kind == "mass":
-            continue
         if b is None:
             full = _grounded(matrix, axes, place - deck.points[a])
             _add(deck, card, kind, (a,), full, count=kind == "stiffness")
@@ -158,14 +156,22 @@ def _bush(card: Card, deck: Deck, frames: Frames, systems: Systems, properties: 
             _add(deck, card, kind, (a, b), full, count=kind == "stiffness")
 
 
-def _pbush(card: Card) -> dict[str, np.ndarray]:
-    """Return the diagonals of stiffness and damping of a PBUSH: rows of K, B, GE, RCV, M in any order."""
+def _pbush(card: Card, deck: Deck) -> dict[str, np.ndarray]:
+    """Return the diagonals of stiffness and damping of a PBUSH: rows of K, B, GE, RCV, M in any order.
+
+    Programs do not agree on M, one lumped mass or six that add no weight: the inventory names it, a CBUSH at a time.
+    """
     out: dict[str, np.ndarray] = {}
-    names = {"K": "stiffness", "B": "damping", "M": "mass"}
+    names = {"K": "stiffness", "B": "damping"}
     for at in range(2, len(card.fields), 8):
-        kind = names.get(card.text(at).upper())
-        if kind is not None:
-            out[kind] = np.array([card.real(at + 1 + k, 0.0) for k in range(6)])
+        word = card.text(at).upper()
+        values = np.array([card.real(at + 1 + k, 0.0) for k in range(6)]) if word in ("K", "B", "M", "KMAG") else None
+        if word in names and values is not None:
+            out[names[word]] = values
+        elif values is not None and values.any():
+            shown = ", ".join(f"{x:g}" for x in values[: np.flatnonzero(values)[-1] + 1])
+            what = "mass" if word == "M" else "stiffness"
+            deck.inventory.left_out[f"PBUSH {card.text(1)}: {what} {word} = {shown}"] += 1
     return out
 
 
@@ -207,6 +213,8 @@ def _bush1d(card: Card, deck: Deck, systems: Systems, properties: dict[int, Card
         raise card.refused(f"the property {pid}, which does not exist", "a PBUSH1D card")
     a, b = _node(card, deck, 3), _node(card, deck, 4)
     source = properties[pid]
+    if source.name == "PBUSH1D" and source.real(4, 0.0):
+        deck.inventory.left_out[f"PBUSH1D {source.text(1)}: mass M = {source.real(4):g}"] += 1
     axes = np.zeros((3, 3))
     axes[0] = systems.system(card.integer(5), card.where).axes[0] if card.text(5) else _along(card, deck, a, b)
     for kind, value in (("stiffness", source.real(2, 0.0)), ("damping", source.real(3, 0.0))):

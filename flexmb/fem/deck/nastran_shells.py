@@ -116,7 +116,8 @@ def _stretch(table: FieldTable, corners: np.ndarray, layup: Layup, deck: Deck) -
     own = corners.any(axis=1)
     if not own.any():
         return np.ones(len(corners))
-    relative = table.integers(10, 0) == 1  # TFLAG: fractions of the property's thickness
+    flag_at = {"CTRIA6": 14, "CQUAD8": 17}.get(table.name, 10)
+    relative = table.integers(flag_at, 0) == 1  # TFLAG: fractions of the property's thickness
     full = np.where(corners > 0.0, corners, np.where(relative[:, None], 1.0, layup.thickness))
     if (np.ptp(full[own], axis=1) > 1e-6 * full[own].max()).any():
         deck.inventory.approximated[f"{table.name} with thicknesses that differ at the corners, their mean"] += int(
