@@ -25,12 +25,17 @@ __all__ = ["STEP", "Branching", "Neighbourhood", "branching", "require_motion_to
 
 STEP = 1e-2
 """Length of the step, relative to the assembly, or rad."""
+SHORT = 1e-3
+"""A shorter one, tried first: soft bodies bend within the other so much that closing changes it, a regular place or
+not, while beside a singular place the part that is changed does not fall with the step."""
 BENT = 0.1
 """Part of a step that closing may change beside a regular configuration."""
 DIRECTIONS = 12
 """Most velocities tried to count finite freedoms."""
 BOUND = 1e-10
 """Residual of the constraints, relative to lengths, at which closing ends."""
+NONE = 1e-6
+"""Part of a wished velocity, below which what the equations leave of it is rounding."""
 CLOSED = 1e-2
 """Largest residual after a step, relative to its square, by which equations open along it in a singular place."""
 MOST = 5000
@@ -72,19 +77,22 @@ class Neighbourhood:
         if not np.any(self.moves):
             self.moves[:] = True
 
-    def velocity(self, wish: np.ndarray) -> np.ndarray:
-        """Return the velocity nearest to a wish that the equations permit at rest, of unit size."""
+    def velocity(self, wish: np.ndarray) -> np.ndarray | None:
+        """Return the velocity nearest to a wish that the equations permit at rest, of unit size; None if none is."""
         found = []
         for u in (wish, np.zeros(self.system.nu)):
             state = self.at(self.state.q, u)
             self._project(state)
             found.append(state.u)
         change = found[0] - found[1]
-        return change / max(float(np.max(np.abs(change * self.system.units))), 1e-300)
+        size, wished = (float(np.max(np.abs(x * self.system.units))) for x in (change, wish))
+        return change / size if size > NONE * wished else None
 
-    def any_velocity(self, rng) -> np.ndarray:
-        """Return a random velocity of the bodies with frames that the equations permit."""
-        return self.velocity(np.where(self.moves, rng.normal(size=self.system.nu) / self.system.units, 0.0))
+    def any_velocity(self, rng) -> np.ndarray | None:
+        """Return a random velocity that the equations permit, of the bodies with frames where they can move; or None."""
+        wish = rng.normal(size=self.system.nu) / self.system.units
+        framed = self.velocity(np.where(self.moves, wish, 0.0))
+        return self.velocity(wish) if framed is None else framed
 
     def closed(self, change: np.ndarray, t: float):
         """Return the state after a change of the configuration, closed again, or None; and what closing changed of it.
@@ -139,15 +147,19 @@ def branching(system: System, state, work) -> Branching | None:
     if not freedoms or not here:
         return None
 
-    def step():
-        return near.closed(STEP * near.any_velocity(rng), state.t)
+    def step(size: float):
+        way = near.any_velocity(rng)
+        return None if way is None else near.closed(size * way, state.t)
 
-    beside, changed, _ = step()
-    if beside is not None and changed <= BENT and len(near.dependent(beside)) == len(here):
-        return None
+    for size in (SHORT, STEP):
+        first = step(size)
+        if first is None:  # what is free is not seen in the velocities tried: nothing can be said
+            return None
+        beside, changed, _ = first
+        if beside is not None and changed <= BENT and len(near.dependent(beside)) == len(here):
+            return None
     found, reached = [] if beside is None else [beside], []
-    for _ in range(min(freedoms + 2, DIRECTIONS)):
-        other, _, way = step()
+    for other, _, way in filter(None, (step(STEP) for _ in range(min(freedoms + 2, DIRECTIONS)))):
         reached.append(np.zeros(system.nu) if other is None else way * system.units / STEP)
         if other is not None:
             found.append(other)
