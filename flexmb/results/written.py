@@ -52,10 +52,11 @@ class WrittenPhase:
         return float(self.group["t"][self.own - 1]) if self.own and not self.blocks else self.latest
 
     def add(self, block: Record, stream: BinaryIO) -> None:
-        """Add a block of samples; ValueError if it does not follow those before: blocks may have changed places."""
+        """Add a block of samples; ValueError if it has changed places: by its serial number, in old files by its times."""
         times = block.numbers(stream, 0, block.says["n"])
         before = self.latest_time
-        if not np.all(np.diff(np.concatenate([[before], times])) > 0.0):
+        follows = "serial" in block.says or np.all(np.diff(np.concatenate([[before], times])) > 0.0)
+        if block.missing < 0 or not follows:
             raise ValueError(f"samples at t = {times.min():.9g} s that do not follow those up to {before:.9g} s")
         self.blocks.append(block)
         self.latest, self.reached = float(times[-1]), None

@@ -89,7 +89,7 @@ class Neighbourhood:
         return change / size if size > NONE * wished else None
 
     def any_velocity(self, rng) -> np.ndarray | None:
-        """Return a random velocity that the equations permit, of the bodies with frames where they can move; or None."""
+        """Return a random velocity that the equations permit, of bodies with frames where they can move; or None."""
         wish = rng.normal(size=self.system.nu) / self.system.units
         framed = self.velocity(np.where(self.moves, wish, 0.0))
         return self.velocity(wish) if framed is None else framed

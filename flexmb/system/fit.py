@@ -12,6 +12,8 @@ import numpy as np
 
 from flexmb.constraints import Coincident
 from flexmb.errors import CompileError
+from flexmb.model.described import check_kind
+from flexmb.model.model import Model
 
 __all__ = ["misfits", "require_fit"]
 
@@ -39,6 +41,7 @@ def require_fit(model) -> None:
     Two interfaces that one rigid body, or the ground, holds must be as far apart as its markers. Two fixed markers must
     lie near each other in the drawing.
     """
+    check_kind(model, Model, "Model", "Give a flexmb.Model(bodies=[...]), or flexmb.load_model('file.toml')")
     for body, size, places in _elastic(model):
         for one, two in combinations(places, 2):
             gap, own, other = _misfit(one, two)

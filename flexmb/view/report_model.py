@@ -157,8 +157,6 @@ def _damping_shares(body) -> np.ndarray:
     What counts is the body in its model: the damping proposed at reduction and the body's own.
     """
     data = body.reduced
-    if body.reduced is None:
-        return data.damping_ratios
     critical = 2.0 * np.sqrt(np.maximum(np.diag(data.stiffness), 0.0) * np.diag(data.invariants.nn))
     own = np.diag(body.damping_matrix())
     return np.divide(own, critical, out=np.zeros(len(own)), where=critical > 0.0)

@@ -101,7 +101,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
     os.killpg(child.pid, signal.SIGINT)
     error = child.communicate(timeout=30.0)[1]
     assert child.returncode == 130
-    assert "The rows so far are in out; the same command goes on from there" in error
+    assert "The rows so far are in out; the same command continues from there" in error
     assert "Traceback" not in error
     workers = [int(path.stem) for path in tmp_path.glob("*.pid")]
     assert workers

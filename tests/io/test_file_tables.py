@@ -165,7 +165,7 @@ def test_lists_in_expressions():
     assert evaluate("where(not on, 1, 2)", known) == 2.0
     for text, message in (
         ("x[2]", "x[2] of a list of 2"),
-        ("x[on]", "something else than a whole number"),
+        ("x[on]", "something other than a whole number"),
         ("on[0]", "which is not a list"),
         ("q[0]", "which is not a list"),
         ("z[0]", "z[0] is (1, 2)"),

@@ -13,7 +13,7 @@ from numba.core.caching import NullCache, _Cache
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
-from numba.core.funcdesc import FunctionDescriptor, PythonFunctionDescriptor
+from numba.core.funcdesc import FunctionDescriptor
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 from numba.core.typed_passes import BaseNativeLowering
@@ -78,7 +78,7 @@ def test_a_library_of_ours_takes_the_place_of_numbas():
     assert isinstance(cpu_target.target_context.codegen()._engine._defined_symbols, set)
     symbol = inspect.getsource(FunctionDescriptor.__init__)
     assert "abi_tags=abi_tags, uid=uid" in symbol
-    assert "uid=func_ir.func_id.unique_id" in inspect.getsource(PythonFunctionDescriptor)
+    assert "uid=func_ir.func_id.unique_id" in inspect.getsource(FunctionDescriptor._from_python_function)
 
 
 def test_what_the_code_was_made_for_is_known():

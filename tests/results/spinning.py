@@ -86,6 +86,10 @@ class Block(Body):
     def n_vector(self):
         return self.reduced.n_modes
 
+    def damping_matrix(self):
+        critical = 2.0 * np.sqrt(np.diag(self.reduced.stiffness) * np.diag(self.reduced.invariants.nn))
+        return np.diag(self.reduced.damping_ratios * critical)
+
     def marker_poses(self):
         return {name: Pose(at) for name, at in zip(self.data.marker_names, self.data.marker_positions)}
 
