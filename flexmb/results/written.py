@@ -52,7 +52,7 @@ class WrittenPhase:
         return float(self.group["t"][self.own - 1]) if self.own and not self.blocks else self.latest
 
     def add(self, block: Record, stream: BinaryIO) -> None:
-        """Add a block of samples; ValueError if it has changed places: by its serial number, in old files by its times."""
+        """Add a block of samples; ValueError if it has changed places: by its number, in old files by its times."""
         times = block.numbers(stream, 0, block.says["n"])
         before = self.latest_time
         follows = "serial" in block.says or np.all(np.diff(np.concatenate([[before], times])) > 0.0)
