@@ -46,7 +46,10 @@ def disturbed(model: Model, *, size: float = STEP, seed: int = 0) -> Model:
     system, state = assemble(model)
     near, rng = Neighbourhood(system, state, system.workspace()), np.random.default_rng(seed)
     for _ in range(TRIES):
-        beside, changed, reached = near.closed(size * near.any_velocity(rng), state.t)
+        way = near.any_velocity(rng)
+        if way is None:
+            continue
+        beside, changed, reached = near.closed(size * way, state.t)
         if beside is not None and np.max(np.abs(reached * system.units)) > 0.1 * size and changed < 1.0:
             break
     else:
