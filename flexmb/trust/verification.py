@@ -54,11 +54,16 @@ class Answer:
     largest : float
         Largest magnitude in the run, in this unit.
     course : mapping of rerun to float
-        Largest difference over time, relative to `largest`.
+        Largest difference over time of any component, relative to what that component varies by, or to its largest
+        value where that is smaller.
     peak : mapping of rerun to float
-        Difference of the largest magnitudes, relative to `largest`.
+        Largest difference of the greatest magnitudes of a component, relative to the same.
     within : float
         The requested tolerance, as a share.
+    component : str
+        The column that is furthest apart.
+    scale : float
+        What its differences are relative to, in this unit; 0: not known.
     """
 
     name: str
@@ -67,6 +72,8 @@ class Answer:
     course: Mapping[str, float]
     peak: Mapping[str, float]
     within: float
+    component: str = ""
+    scale: float = 0.0
 
     @property
     def verdict(self) -> str:
@@ -81,6 +88,12 @@ class Answer:
         if self.peak_holds:
             return f"its greatest value holds ({_percent(self.peak[highest])} by {highest}), its course does not: {how}"
         return f"DOES NOT HOLD: {how}"
+
+    @property
+    def compared_with(self) -> str:
+        """What the shares are relative to, and the component that is furthest apart."""
+        own = self.component.removeprefix(self.name).strip()
+        return (f"{self.scale:.3g}" + (f" ({own})" if own else "")) if self.scale else "-"
 
     @property
     def title(self) -> str:
@@ -158,12 +171,16 @@ class Verification:
             ]
             lines += ["", *_aligned(rows, left=(0, 3, 4))]
         if self.answers:
-            rows = [["answer", "unit", "largest", *names, "verdict"]]
+            rows = [["answer", "unit", "largest", "relative to", *names, "verdict"]]
             rows += [
-                [a.name, a.unit, f"{a.largest:.5g}", *(_percent(a.course.get(n)) for n in names), a.verdict]
+                [
+                    *(a.name, a.unit, f"{a.largest:.5g}", a.compared_with),
+                    *(_percent(a.course.get(n)) for n in names),
+                    a.verdict,
+                ]
                 for a in self.answers
             ]
-            lines += ["", *_aligned(rows, left=(0, 1, len(names) + 3))]
+            lines += ["", *_aligned(rows, left=(0, 1, 3, len(names) + 4))]
         lines += ["", *(f"Compared with: {text}" for text in self.runs)] if self.runs else []
         lines += [f"Note: {text}" for text in self.notes]
         return "\n".join(lines)

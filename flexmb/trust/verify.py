@@ -12,7 +12,7 @@ from flexmb.integrate import NullSpace, accelerations
 from flexmb.model.described import is_number
 from flexmb.results import Solution
 from flexmb.tree import Recursive
-from flexmb.trust.answers import differences, quantities, turned_over
+from flexmb.trust.answers import Difference, differences, quantities, turned_over
 from flexmb.trust.balance import unexplained
 from flexmb.trust.levels import constraint_levels
 from flexmb.trust.reruns import Rerun, reruns, whole_window
@@ -49,7 +49,8 @@ def verify(
     solution : Solution
         With its model, in memory or from a run folder.
     within : float
-        Tolerance of an answer, as a share of its largest value; also the limit for unexplained forces and energy.
+        Tolerance of an answer, as a share of what it varies by, or of its largest value where that is smaller; also
+        the limit for unexplained forces and energy.
         Constraints must hold within a hundredth of it.
     integrator : integrator, optional
         By which the solution was made; one of `simulate` knows it.
@@ -219,6 +220,7 @@ def _energy(solution: Solution, number: int, within: float) -> list[Check]:
 def _finished(solution, within, checks, found: list[Rerun], notes) -> Verification:
     course: dict[tuple[str, str], dict[str, float]] = {}
     peak: dict[tuple[str, str], dict[str, float]] = {}
+    worst: dict[tuple[str, str], Difference] = {}
     for rerun in found:
         if rerun.solution is None:
             notes.append(f"no comparison: {rerun.what}: {rerun.failure}")
@@ -226,6 +228,7 @@ def _finished(solution, within, checks, found: list[Rerun], notes) -> Verificati
         for key, apart in differences(solution, rerun.solution).items():
             course.setdefault(key, {})[rerun.name] = apart.course
             peak.setdefault(key, {})[rerun.name] = apart.peak
+            worst[key] = max(worst.get(key, apart), apart)
     known = {rerun.name for rerun in found}
     flexible = [b.name for b in solution.model.bodies if b.reduced is not None and b.reduced.n_modes]
     if found and flexible:
@@ -243,6 +246,8 @@ def _finished(solution, within, checks, found: list[Rerun], notes) -> Verificati
             course=course.get((q.name, q.unit), {}),
             peak=peak.get((q.name, q.unit), {}),
             within=within,
+            component=worst[q.name, q.unit].title if (q.name, q.unit) in worst else "",
+            scale=worst[q.name, q.unit].scale if (q.name, q.unit) in worst else 0.0,
         )
         for q in quantities(solution)
     ]

@@ -37,12 +37,19 @@ def _checks(found: Any) -> str:
 
 def _answers(found: Any) -> str:
     names = list(dict.fromkeys(name for answer in found.answers for name in answer.course))
-    titles = [("answer", True), ("unit", True), ("largest", False), *((f"by {name}", False) for name in names)]
+    titles = [
+        ("answer", True),
+        ("unit", True),
+        ("largest", False),
+        ("relative to", True),
+        *((f"by {name}", False) for name in names),
+    ]
     rows = [
         [
             escape(answer.name),
             escape(answer.unit),
             number(answer.largest),
+            escape(answer.compared_with),
             *(f"{100.0 * answer.course[name]:.2g} %" if name in answer.course else "-" for name in names),
             escape(answer.verdict) if answer.holds else f"<b>{escape(answer.verdict)}</b>",
         ]
