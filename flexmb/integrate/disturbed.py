@@ -21,8 +21,9 @@ TRIES = 20
 def disturbed(model: Model, *, size: float = STEP, seed: int = 0) -> Model:
     """Return the model with its bodies moved a little, onto its joints again: a start beside a singular one.
 
-    The direction is random: in a singular configuration another `seed` may lead onto another branch. Velocities stay
-    those described. Bodies made of nodes keep their shape and place as described; assembly closes them.
+    The direction is random: in a singular configuration another `seed` may lead onto another branch. Velocities turn
+    with their bodies, and become the nearest ones that the joints permit there. Bodies made of nodes keep their shape,
+    place and velocities as described; assembly closes them.
 
     Parameters
     ----------
@@ -59,15 +60,18 @@ def disturbed(model: Model, *, size: float = STEP, seed: int = 0) -> Model:
             expected="a mechanism that can move",
             remedy="Look at flexmb.check(model): a flat toggle has a velocity, but no motion",
         )
+    moving = near.moving(beside.q, state.u)
     bodies = []
     for body in model.bodies:
-        q, known = beside.q[system.body_slices[body.name][0]], body.fields()
+        own, known = system.body_slices[body.name], body.fields()
+        q, u = beside.q[own[0]], moving[own[1]]
         if body.has_frame and "rotation" in known and len(q):
             R = np.empty((3, 3))
             euler_to_matrix(q[3:7], R)
-            bodies.append(body.replaced(at=tuple(q[:3]), rotation=R))
+            velocities = {"velocity": tuple(R @ u[:3]), "angular_velocity": tuple(R @ u[3:6])} if len(u) else {}
+            bodies.append(body.replaced(at=tuple(q[:3]), rotation=R, **velocities))
         elif len(q) == 3 and "at" in known:
-            bodies.append(body.replaced(at=tuple(q)))
+            bodies.append(body.replaced(at=tuple(q), velocity=tuple(u)))
         else:
             bodies.append(body)
     return replace(model, bodies=tuple(bodies))

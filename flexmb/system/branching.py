@@ -118,6 +118,12 @@ class Neighbourhood:
         system = self.system
         project(system.program, state, self.work, self.right, state.q, self.bounds, system.gaps, system.units, 60)
 
+    def moving(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return the velocity nearest to `u` that the equations permit at the closed configuration `q`."""
+        state = self.at(q.copy(), u.copy())
+        self._project(state)
+        return state.u
+
     def dependent(self, state) -> tuple[int, ...]:
         """Return the equations that depend on others at a state."""
         M, G = self.matrices(state)

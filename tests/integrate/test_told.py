@@ -5,6 +5,7 @@ import pytest
 
 import flexmb as fmb
 from flexmb.cli.command_line import main
+from flexmb.integrate.energy_watch import EnergyWatch
 
 
 def spinner(stiffness):
@@ -134,6 +135,16 @@ def test_energy_of_a_contact_is_told_with_the_contact():
     )
     with pytest.warns(fmb.ValidityWarning, match=r"Force 'floor': until t = .* J that no law explains"):
         fmb.simulate(model, 2.0, integrator=fmb.GeneralizedAlpha(step=0.005))
+
+
+@pytest.mark.parametrize(
+    ("left", "said"), [(0.0567, "5.7 %"), (0.9999, "100 %"), (1.2345, "123 %"), (1e3, "over 10 000 %")]
+)
+def test_share_of_the_energy_is_a_plain_number(left, said):
+    """Percent without a power of ten."""
+    watch = EnergyWatch(None, None)
+    watch.worst, watch.moving, watch.rest, watch.blame = (left, 0.5), 1.0, 0.0, {"Body 'b'": left}
+    assert f" {said} of the largest energy" in watch.sentences(0)[0]
 
 
 def test_a_loaded_and_damped_mechanism_balances():

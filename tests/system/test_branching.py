@@ -141,6 +141,27 @@ def test_disturbed_start_is_beside_and_closed(seed):
     assert 1e-4 < np.max(np.abs(places)) < 2e-2
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_disturbed_start_moves_as_its_joints_permit(seed):
+    """Ends of links that are pinned together move alike, by their velocities as described: v + w x r."""
+    flat = parallelogram(0.0)
+    speeds = {"crank": (0.0, 2.0), "rocker": (0.0, 2.0), "rod": (0.6, 0.0)}
+    moving = [
+        b.replaced(velocity=(0, speeds[b.name][0], 0), angular_velocity=(0, 0, speeds[b.name][1]))
+        for b in flat.bodies[1:]
+    ]
+    model = fmb.disturbed(fmb.Model(bodies=[flat.bodies[0], *moving], joints=flat.joints), size=0.1, seed=seed)
+    found = {"ground": {name: np.zeros(3) for name in flat.bodies[0].markers}}
+    for body in model.bodies[1:]:
+        w, R = np.asarray(body.angular_velocity), np.asarray(body.rotation)
+        ends = {"s": np.zeros(3), "e": np.asarray(flat.body(body.name).markers["e"].at, float)}
+        found[body.name] = {name: np.asarray(body.velocity) + np.cross(w, R @ r) for name, r in ends.items()}
+    assert np.linalg.norm(found["crank"]["e"]) > 0.1
+    for joint in model.joints:
+        one, two = (found[m.split(".")[0]][m.split(".")[1]] for m in joint.markers)
+        np.testing.assert_allclose(one, two, atol=1e-9)
+
+
 def test_what_cannot_be_disturbed_is_named():
     with pytest.raises(CompileError, match=r"no motion of 0\.01 of its size"):
         fmb.disturbed(toggle(False))
