@@ -391,3 +391,32 @@ def test_nodal_thickness(tmp_path):
         f"{STEEL}*SHELL SECTION, ELSET=ALL, MATERIAL=STEEL\n0.01\n*NODAL THICKNESS\n3, 0.03\n4, 0.03\n"
     )
     assert mass_and_center(read(tmp_path, text))[0] == pytest.approx(7850 * 0.02)
+
+
+@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+def test_misspelt_density_is_told(tmp_path, capsys):
+    """One of two materials has no density: the warning names it and the keyword that nobody knows."""
+    rows = bricks((1, 1, 1), (1, 1, 1), sets="A") + bricks((1, 1, 1), (1, 1, 1), (1, 0, 0), first=20, sets="B")
+    foam = STEEL.replace("STEEL", "Foam").replace("*DENSITY", "*Densty")
+    sections = "*SOLID SECTION, ELSET=A, MATERIAL=STEEL\n*SOLID SECTION, ELSET=B, MATERIAL=foam\n"
+    text = f"*HEADING\nx\n{rows}{sections}{STEEL}{foam}"
+    path = tmp_path / "two.inp"
+    path.write_text(text)
+    with pytest.warns(fem.MeshWarning) as told:
+        fe = fem.read_deck(path, units="m, kg, s")
+    words = " ".join(str(w.message) for w in told)
+    assert "materials without density, whose elements weigh nothing: Foam" in words
+    assert re.search(r"left out: \*DENSTY, a keyword that is not known: .*DENSITY", words)
+    assert fe.source["without_density"] == ["Foam"]
+    assert fe.source["not_needed"] == {"*HEADING": 1}
+    assert "no density    Foam" in capsys.readouterr().out
+    assert fem.deck_checks(fe).mass == pytest.approx(7850.0)
+
+
+@pytest.mark.parametrize(
+    ("constants", "words"), [("-1., .3", "Young's modulus E = -1"), ("7e10, .51", "ratio nu = 0.51")]
+)
+def test_constants_of_elasticity_are_named(tmp_path, constants, words):
+    text = f"{bricks((1, 1, 1), (1, 1, 1))}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
+    with pytest.raises(MeshError, match=words):
+        read(tmp_path, text.replace("210e9, .3", constants))

@@ -540,3 +540,14 @@ def test_totals_are_shared_out_by_area(tmp_path):
 def test_nonstructural_mass_that_fits_nothing(tmp_path):
     with pytest.raises(MeshError, match=r"NSM1 7: no elements of PBEAM 1"):
         deck(tmp_path, f"{NSM_DECK}NSM1,7,PBEAM,5.,1", control="NSM = 7")
+
+
+@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+def test_materials_without_density_are_named(tmp_path):
+    """MAT1 2 of the bar weighs nothing; MAT1 3, which only bends and shears the plate, has no mass to give."""
+    rows = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,1.,1.,0.", "GRID,4,,0.,1.,0.", "CQUAD4,1,1,1,2,3,4"]
+    rows += ["PSHELL,1,1,.01,3,,3", "MAT1,1,7.+10,,.3,2700.", "MAT1,2,7.+10,,.3", "MAT1,3,7.+10,,.3"]
+    rows += ["CROD,2,2,1,2", "PROD,2,2,1.-4"]
+    with pytest.warns(fem.MeshWarning, match=r"materials without density, .*: MAT1 2$"):
+        fe = deck(tmp_path, "\n".join(rows))
+    assert mass_and_center(fe)[0] == pytest.approx(27.0)

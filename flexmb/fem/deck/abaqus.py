@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.deck.abaqus_keywords import told
 from flexmb.fem.deck.abaqus_links import add_abaqus_links, add_boundary
 from flexmb.fem.deck.abaqus_materials import Materials
 from flexmb.fem.deck.abaqus_model import Flat, flattened_deck
@@ -16,30 +17,6 @@ from flexmb.fem.deck.abaqus_text import read_blocks
 from flexmb.fem.deck.contents import Deck
 
 __all__ = ["read_abaqus_deck"]
-
-LEFT_OUT = frozenset(
-    (
-        "SHELL TO SOLID COUPLING",
-        "EMBEDDED ELEMENT",
-        "FASTENER",
-        "CONNECTOR SECTION",
-        "NONSTRUCTURAL MASS",
-        "PRE-TENSION SECTION",
-        "CYCLIC SYMMETRY MODEL",
-        "SUBMODEL",
-        "GAP",
-        "JOINT",
-        "USER ELEMENT",
-        "COHESIVE SECTION",
-        "GASKET SECTION",
-        "SURFACE SECTION",
-        "REBAR LAYER",
-        "FLUID SECTION",
-        "SHELL GENERAL SECTION",
-        "MATRIX INPUT",
-    )
-)
-"""Keywords that change the structure and have no counterpart here: a message names them."""
 
 ON_AXIS = 1e-9
 """Distance from the axis of a cylindrical *TRANSFORM, in lengths of the axis, that counts as none."""
@@ -123,8 +100,7 @@ def _model_data(flat: Flat, deck: Deck) -> list:
                 first.append((block, scope))
         else:
             kept.append((block, scope))
-            if block.name in LEFT_OUT:
-                deck.inventory.left_out[f"*{block.name}"] += 1
+            told(block.name, deck.inventory)
     flat.blocks = kept
     return first
 

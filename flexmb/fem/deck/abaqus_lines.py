@@ -67,6 +67,8 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
             young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
         else:
             poisson = young / (2.0 * shear) - 1.0 if shear > 0.0 else 0.0
+            if density == 0.0:
+                deck.inventory.weightless.add(f"*BEAM GENERAL SECTION of {block.parameters.get('ELSET', '')}")
     else:
         section = _section(shape, block, block.reals([w for w in rows[0] if w]))
         elastic = materials.get(block)

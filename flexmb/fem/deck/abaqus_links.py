@@ -84,8 +84,14 @@ def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: De
         raise block.wrong(f"the surface '{block.parameters['SURFACE']}', which does not exist", f"One of: {known}")
     nodes = [n for n in surface_nodes(flat, surface).tolist() if n != reference]
     kind = next((b for b in after if b.name in ("KINEMATIC", "DISTRIBUTING")), None)
-    if kind is None or not nodes:
-        raise block.wrong("neither *KINEMATIC nor *DISTRIBUTING behind it" if nodes else "no nodes", "both")
+    if kind is None:
+        raise block.wrong(
+            "no kind: neither *KINEMATIC nor *DISTRIBUTING follows it",
+            "one of them on the next line",
+            "Write *KINEMATIC to tie the surface rigidly, *DISTRIBUTING to let the node follow its mean",
+        )
+    if not nodes:
+        raise block.wrong(f"no nodes on the surface '{block.parameters['SURFACE']}'", "a surface with nodes")
     label = block.parameters.get("CONSTRAINTNAME", "") or f"coupling_{word}"
     own = dict(frames)
     if "ORIENTATION" in block.parameters:

@@ -35,6 +35,7 @@ class Materials:
         self.heads: dict[str, Block] = {}
         self.orientations: dict[str, tuple[Block, str]] = {}
         self.made: dict[str, Elastic] = {}
+        self.inventory = deck.inventory
         current = None
         for block, scope in flat.blocks:
             if block.name == "MATERIAL":
@@ -56,6 +57,8 @@ class Materials:
                 known = ", ".join(sorted(self.heads)) or "none"
                 raise block.wrong(f"the material '{wanted}', which does not exist", f"One of: {known}")
             self.made[wanted] = _elastic(wanted, self.heads[wanted], self.blocks[wanted])
+            if self.made[wanted].density == 0.0:
+                self.inventory.weightless.add(self.heads[wanted].need("NAME"))
         return self.made[wanted]
 
     def axes(self, word: str, scope: str, block: Block, flat: Flat, points: np.ndarray) -> np.ndarray:
@@ -87,8 +90,10 @@ def _elastic(name: str, head: Block, blocks: list[Block]) -> Elastic:
     values = [x for row in elastic.rows()[:3] for x in elastic.reals([w for w in row if w])]
     if kind == "ISOTROPIC":
         e, nu = (*elastic.reals([w for w in elastic.rows()[0][:2] if w]), 0.0)[:2]
-        if not e > 0.0 or not -1.0 < nu <= 0.5:
-            raise elastic.wrong(f"E = {e:g}, nu = {nu:g}", "E > 0, -1 < nu < 0.5")
+        if not e > 0.0:
+            raise elastic.wrong(f"Young's modulus E = {e:g}", "E > 0")
+        if not -1.0 < nu <= 0.5:
+            raise elastic.wrong(f"Poisson's ratio nu = {nu:g}", "-1 < nu < 0.5")
         nu, g = min(nu, 0.4999), e / (2.0 * (1.0 + min(nu, 0.4999)))
         solid = np.diag([2.0 * g] * 3 + [g] * 3)
         solid[:3, :3] += e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))

@@ -11,7 +11,7 @@ from flexmb.errors import MeshError
 from flexmb.fem.deck.ansys_materials import AnsysSection, Solid
 from flexmb.fem.deck.ansys_text import Archive
 from flexmb.fem.deck.cells import SolidCells, first_order_shells
-from flexmb.fem.deck.contents import Deck, Shells, Solids
+from flexmb.fem.deck.contents import Deck, Inventory, Shells, Solids
 from flexmb.fem.deck.nastran_shells import turned_solid
 from flexmb.fem.deck.nastran_systems import System
 from flexmb.fem.laminate_block import laminate, shear_stiffness, turned_plane
@@ -57,11 +57,14 @@ class Group:
     esys: int
     materials: dict[int, Solid | str]
     part: str
+    inventory: Inventory
 
     def need(self, number: int | None = None) -> Solid:
         """Return the material; MeshError if there is none with linear elasticity."""
         found = self.material if not number else self.materials.get(number)
         if isinstance(found, Solid):
+            if found.density == 0.0:
+                self.inventory.weightless.add(found.name)
             return found
         number = number or self.number
         raise self.refused(
@@ -128,6 +131,7 @@ def groups(
             esys=system,
             materials=made,
             part=part,
+            inventory=deck.inventory,
         )
 
 

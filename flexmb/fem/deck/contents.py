@@ -152,12 +152,13 @@ class Reference:
 
 @dataclass(kw_only=True, eq=False)
 class Inventory:
-    """What became of a deck: counts by card, and sentences on what was approximated or left out."""
+    """What became of a deck: counts by card, what was approximated or left out, materials without density."""
 
     read: Counter[str] = field(default_factory=Counter)
     approximated: Counter[str] = field(default_factory=Counter)
     left_out: Counter[str] = field(default_factory=Counter)
     unused: Counter[str] = field(default_factory=Counter)
+    weightless: set[str] = field(default_factory=set)
 
 
 @dataclass(kw_only=True, eq=False)

@@ -24,6 +24,8 @@ def inventory_text(deck: Deck, fe: FEModel) -> str:
         for text, count in sorted(counter.items()):
             if count:
                 lines.append(f"  {title:<13} {text} ({count})")
+    if found.weightless:
+        lines.append(f"  no density    {_few(sorted(found.weightless))}")
     unused = ", ".join(f"{count} {name}" for name, count in sorted(found.unused.items()) if count)
     if unused:
         lines.append(f"  not needed    {unused}")
@@ -45,7 +47,14 @@ def source_of(deck: Deck, path: Path) -> dict[str, Any]:
     counters = {"read": found.read, "approximated": found.approximated, "left_out": found.left_out}
     counters["not_needed"] = found.unused
     listed = {name: {text: int(n) for text, n in sorted(c.items()) if n} for name, c in counters.items()}
-    return {"program": deck.source, "file": path.name, "units": deck.units, "nodes": len(deck.labels), **listed}
+    return {
+        "program": deck.source,
+        "file": path.name,
+        "units": deck.units,
+        "nodes": len(deck.labels),
+        **listed,
+        "without_density": sorted(found.weightless),
+    }
 
 
 def mass_and_center(fe: FEModel) -> tuple[float, np.ndarray]:

@@ -115,7 +115,7 @@ def read_nastran_deck(path: Path) -> Deck:
         deck.inventory.read["GRID"] = len(labels)
         for card in bulk.of("SPOINT", "EPOINT"):
             deck.scalar_points |= set(thru(card, [word for word in card.fields[1:] if word]))
-        materials = Materials(bulk)
+        materials = Materials(bulk, deck.inventory)
         _parameters(bulk, deck)
         add_solids(bulk, deck, materials, systems)
         add_shells(bulk, deck, materials, systems)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.deck.contents import Inventory
 from flexmb.fem.deck.nastran_text import Bulk, Card
 
 __all__ = ["MaterialCard", "Materials"]
@@ -44,7 +45,8 @@ class MaterialCard:
 class Materials:
     """The materials by number."""
 
-    def __init__(self, bulk: Bulk):
+    def __init__(self, bulk: Bulk, inventory: Inventory):
+        self.inventory = inventory
         self.made: dict[int, MaterialCard] = {}
         self.cards: dict[int, Card] = {}
         for name in sorted(bulk.cards):
@@ -55,8 +57,11 @@ class Materials:
                         raise card.refused(f"material {number} a second time", "one card per number")
                     self.cards[number] = card
 
-    def get(self, number: int, who: str) -> MaterialCard:
-        """Return a material; MeshError if it does not exist or is of a kind that is not known."""
+    def get(self, number: int, who: str, weighs: bool = True) -> MaterialCard:
+        """Return a material; MeshError if it does not exist or is of a kind that is not known.
+
+        Where it `weighs`, its elements take their mass from it, and the inventory names it if it has no density.
+        """
         if number not in self.made:
             if number not in self.cards:
                 raise MeshError(
@@ -66,6 +71,8 @@ class Materials:
                     remedy="Add its MAT card",
                 )
             self.made[number] = _material(self.cards[number])
+        if weighs and self.made[number].density == 0.0:
+            self.inventory.weightless.add(self.made[number].name)
         return self.made[number]
 
 

@@ -165,7 +165,12 @@ def _pshell(card: Card, materials: Materials, deck: Deck) -> Layup:
     t = card.real(3, 0.0)
     if not t > 0.0:
         raise card.refused(f"T = {t:g}", "a positive thickness")
-    used = {k: materials.get(card.integer(i), who) for k, i in (("m", 2), ("b", 4), ("s", 6)) if card.text(i)}
+    heavy = "m" if card.text(2) else "b"  # MID1 gives the mass; MID2 does where it is alone
+    used = {
+        k: materials.get(card.integer(i), who, weighs=k == heavy)
+        for k, i in (("m", 2), ("b", 4), ("s", 6))
+        if card.text(i)
+    }
     if card.text(4) and card.integer(4) == -1:
         used.pop("b", None)
     if "m" not in used and "b" not in used:
@@ -181,7 +186,7 @@ def _pshell(card: Card, materials: Materials, deck: Deck) -> Layup:
     assert q_b is not None
     coupling = zero
     if card.text(11) and card.integer(11):
-        coupled = materials.get(card.integer(11), who).plane
+        coupled = materials.get(card.integer(11), who, weighs=False).plane
         coupling = zero if coupled is None else coupled * t**2
     shear = float("inf")
     if "s" in used and "b" in used:

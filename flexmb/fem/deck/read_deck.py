@@ -78,7 +78,7 @@ def read_deck(
     Warns
     -----
     MeshWarning
-        Something was left out; the units cannot be SI.
+        Something was left out; materials have no density; the units cannot be SI.
     """
     if not isinstance(path, str | Path):
         raise MeshError(
@@ -121,6 +121,8 @@ def read_deck(
     if deck.inventory.left_out:
         left = "; ".join(f"{what} ({n})" for what, n in sorted(deck.inventory.left_out.items()) if n)
         tell(f"{part}: left out: {left}")
+    if weightless := sorted(deck.inventory.weightless):
+        tell(f"{part}: materials without density, whose elements weigh nothing: {', '.join(weightless)}")
     return replace(fe, source=source_of(deck, path))
 
 
