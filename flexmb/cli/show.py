@@ -47,6 +47,13 @@ def execute(arguments: argparse.Namespace) -> int:
     source = Path(arguments.data)
     if source.suffix.lower() in fem.DECK_READERS:
         return _show_deck(arguments, source)
+    if source.suffix.lower() == ".toml":
+        raise ModelError(
+            "flexmb show",
+            found=f"the model file '{source}'",
+            expected="a reduced body (.h5), or a deck (.bdf, .dat, .inp)",
+            remedy=f"For a model: flexmb check {source}, flexmb view {source}; to show a body, name its data file",
+        )
     data = fmb.ModalNeutralData.load(source)
     print(data.report())
     print()

@@ -10,6 +10,7 @@ without stiffness and for stiff ones, eq. (band-filter).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -18,7 +19,8 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator
 from flexmb.integrate.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
-from flexmb.system import assemble_as_drawn
+from flexmb.system import assemble, assemble_as_drawn
+from flexmb.system.given_state import given_state
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import accelerations
 
@@ -71,28 +73,34 @@ class FirstFrequencies:
         return "; ".join(text for text in texts if text)
 
 
-def first_frequencies(model: Model, count: int = 6) -> FirstFrequencies:
-    """Return the lowest natural frequencies about the assembled start.
+def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> FirstFrequencies:
+    """Return the lowest natural frequencies about the assembled start, or about another state.
 
     Parameters
     ----------
     model : Model
         A large one (more than 300 velocities) is taken at rest.
     count : int
+    about : Solution or Instant, optional
+        A state of this model, for example its equilibrium (`statics`); default: the start as described.
 
     Raises
     ------
     CompileError
         If the mechanism cannot be assembled.
+    ModelError
+        If `about` is no state of this model.
 
     Examples
     --------
     >>> print(first_frequencies(model))                                              # doctest: +SKIP
     1.592, 10.07, 28.33, ... Hz; 2 without oscillation
     """
-    system, state = assemble_as_drawn(model)
+    system, state = (assemble_as_drawn if about is None else assemble)(model)
+    if about is not None:
+        state = given_state(about, system, "first_frequencies")
     if system.nu <= DENSE:
-        found = linearize(model).frequencies
+        found = linearize(model, about).frequencies
         positive = found[found > UNSEEN * found.max(initial=0.0)]
         return FirstFrequencies(
             frequencies=positive[:count], free=len(found) - len(positive), more=len(positive) > count

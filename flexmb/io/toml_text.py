@@ -41,7 +41,8 @@ def read_toml(path: Path) -> dict[str, Any]:
                 part,
                 found="it is not text in UTF-8",
                 expected="a TOML file",
-                remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"',
+                remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"; flexmb show tells what is '
+                "in them",
             ) from None
         raise ModelError(
             part,
@@ -49,7 +50,22 @@ def read_toml(path: Path) -> dict[str, Any]:
             expected="a readable text file",
             remedy="Give the path of a .toml file",
         ) from None
+    _require_no_deck(path, part)
     return parse_toml(text, part)
+
+
+def _require_no_deck(path: Path, part: str) -> None:
+    """Raise ModelError for a deck: it is text too, but what TOML says of it helps nobody."""
+    from flexmb.fem import DECK_READERS
+
+    if path.suffix.lower() in DECK_READERS:
+        raise ModelError(
+            part,
+            found="its ending says that it is a deck of finite elements",
+            expected="a model file (.toml), which may name decks",
+            remedy=f"Look at it with flexmb show {path}; as a body of a model: "
+            f'data = {{ deck = "{path.name}", units = "mm, t, s", interfaces = "all", modes = 8 }}',
+        )
 
 
 def parse_toml(text: str, part: str) -> dict[str, Any]:

@@ -1,0 +1,69 @@
+"""`flexmb check`: the state that its frequencies belong to; and files that belong to other verbs."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from flexmb.cli import main
+
+MASS, STIFFNESS, LENGTH, G = 1.0, 100.0, 0.5, 9.81
+
+HANGING = f"""
+name = "hanging"
+gravity = [0, 0, {-G}]
+[[body]]
+kind = "Ground"
+markers = {{ O = [0, 0, 0] }}
+[[body]]
+kind = "PointMass"
+name = "bob"
+mass = {MASS}
+at = [0, 0, {-LENGTH}]
+[[force]]
+kind = "SpringDamper"
+name = "spring"
+markers = ["ground.O", "bob.center"]
+stiffness = {STIFFNESS}
+length = {LENGTH}
+"""
+
+
+def test_frequencies_about_the_equilibrium_that_the_file_asks_for(tmp_path, capsys):
+    """A mass on a spring sags by m g / k: it swings as a pendulum of that length, and bobs with sqrt(k / m)."""
+    path = tmp_path / "hanging.toml"
+    path.write_text(HANGING + '[simulation]\nt_end = 1.0\nstart = "equilibrium"\n')
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # that the state is no equilibrium
+        assert main(["check", str(path)]) == 0
+    printed = capsys.readouterr().out
+    assert "frequencies about the equilibrium at the start:" in printed
+    found = printed.partition("at the start: ")[2].partition(" Hz")[0].split(", ")
+    swings, bobs = np.sqrt(G / (LENGTH + MASS * G / STIFFNESS)), np.sqrt(STIFFNESS / MASS)
+    np.testing.assert_allclose([float(f) for f in found], np.array([swings, swings, bobs]) / (2.0 * np.pi), rtol=5e-4)
+
+
+@pytest.mark.parametrize("table", ["", "[simulation]\nt_end = 1.0\n"])
+def test_frequencies_about_the_start_as_drawn(tmp_path, capsys, table):
+    path = tmp_path / "hanging.toml"
+    path.write_text(HANGING.replace(f"gravity = [0, 0, {-G}]", "") + table)
+    assert main(["check", str(path)]) == 0
+    assert "frequencies about the start: 1.592 Hz; 2 without oscillation" in capsys.readouterr().out
+
+
+def test_show_names_the_verb_for_model_files(tmp_path, capsys):
+    path = tmp_path / "hanging.toml"
+    path.write_text(HANGING)
+    assert main(["show", str(path)]) != 0
+    assert f"flexmb show: the model file '{path}'" in (told := capsys.readouterr().err)
+    assert f"flexmb check {path}" in told
+
+
+@pytest.mark.parametrize("verb", ["run", "check"])
+def test_verbs_of_models_name_the_verb_for_decks(tmp_path, capsys, verb):
+    path = tmp_path / "panel.bdf"
+    path.write_text("BEGIN BULK\nGRID,1,,0.,0.,0.\nENDDATA\n")
+    assert main([verb, str(path)]) != 0
+    told = capsys.readouterr().err
+    assert "it is a deck of finite elements" in told
+    assert f"flexmb show {path}" in told
