@@ -41,8 +41,8 @@ def read_toml(path: Path) -> dict[str, Any]:
                 part,
                 found="it is not text in UTF-8",
                 expected="a TOML file",
-                remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"; flexmb show tells what is '
-                "in them",
+                remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"; '
+                "flexmb show tells what is in them",
             ) from None
         raise ModelError(
             part,
