@@ -420,3 +420,18 @@ def test_constants_of_elasticity_are_named(tmp_path, constants, words):
     text = f"{bricks((1, 1, 1), (1, 1, 1))}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
     with pytest.raises(MeshError, match=words):
         read(tmp_path, text.replace("210e9, .3", constants))
+
+
+@pytest.mark.filterwarnings("error::flexmb.fem.mesh.MeshWarning")
+def test_poissons_ratio_of_a_half_is_named(tmp_path):
+    """Rubber of E = 5 MPa: its modulus is no reason to doubt the units, and its ratio is told."""
+    text = f"{bricks((1, 1, 1), (1, 1, 1))}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
+    fe = read(tmp_path, text.replace("210e9, .3", "5e6, .5").replace("7850.", "1100."), units="m, kg, s")
+    assert list(fe.source["approximated"]) == ["STEEL: Poisson's ratio near 0.5, taken as 0.4999"]
+
+
+def test_coupling_without_kind(tmp_path):
+    mesh = f"{bricks((1, 1, 1), (1, 1, 1))}*SURFACE, NAME=TOP\nALL, S2\n*NODE, NSET=REF\n99, .5, .5, 2.\n"
+    text = f"{mesh}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}*COUPLING, REFNODE=REF, SURFACE=TOP\n"
+    with pytest.raises(MeshError, match=r"neither \*KINEMATIC nor \*DISTRIBUTING follows it.*one of them"):
+        read(tmp_path, text)

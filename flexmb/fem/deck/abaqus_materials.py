@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.fem.deck.abaqus_model import Flat
 from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.contents import Deck
+from flexmb.fem.deck.nastran_materials import INCOMPRESSIBLE
 
 __all__ = ["Elastic", "Materials"]
 
@@ -57,8 +58,11 @@ class Materials:
                 known = ", ".join(sorted(self.heads)) or "none"
                 raise block.wrong(f"the material '{wanted}', which does not exist", f"One of: {known}")
             self.made[wanted] = _elastic(wanted, self.heads[wanted], self.blocks[wanted])
+            own = self.heads[wanted].need("NAME")
             if self.made[wanted].density == 0.0:
-                self.inventory.weightless.add(self.heads[wanted].need("NAME"))
+                self.inventory.weightless.add(own)
+            if self.made[wanted].poisson == INCOMPRESSIBLE:
+                self.inventory.approximated[f"{own}: Poisson's ratio near 0.5, taken as {INCOMPRESSIBLE:g}"] += 1
         return self.made[wanted]
 
     def axes(self, word: str, scope: str, block: Block, flat: Flat, points: np.ndarray) -> np.ndarray:
@@ -94,7 +98,8 @@ def _elastic(name: str, head: Block, blocks: list[Block]) -> Elastic:
             raise elastic.wrong(f"Young's modulus E = {e:g}", "E > 0")
         if not -1.0 < nu <= 0.5:
             raise elastic.wrong(f"Poisson's ratio nu = {nu:g}", "-1 < nu < 0.5")
-        nu, g = min(nu, 0.4999), e / (2.0 * (1.0 + min(nu, 0.4999)))
+        nu = min(nu, INCOMPRESSIBLE)
+        g = e / (2.0 * (1.0 + nu))
         solid = np.diag([2.0 * g] * 3 + [g] * 3)
         solid[:3, :3] += e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
         plane = e / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])

@@ -10,10 +10,13 @@ from flexmb.errors import MeshError
 from flexmb.fem.deck.contents import Inventory
 from flexmb.fem.deck.nastran_text import Bulk, Card
 
-__all__ = ["MaterialCard", "Materials"]
+__all__ = ["INCOMPRESSIBLE", "MaterialCard", "Materials"]
 
 LOWEST = 1e-30
 """Density of a material without one: `Material` wants a positive number, and this adds nothing to any mass."""
+
+INCOMPRESSIBLE = 0.4999
+"""Poisson's ratio that stands for one up to 0.5, at which a solid has no finite stiffness against pressure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +73,9 @@ class Materials:
                     expected=f"One of: {', '.join(map(str, sorted(self.cards))) or 'none'}",
                     remedy="Add its MAT card",
                 )
-            self.made[number] = _material(self.cards[number])
+            made = self.made[number] = _material(self.cards[number])
+            if made.poisson == INCOMPRESSIBLE:
+                self.inventory.approximated[f"{made.name}: Poisson's ratio near 0.5, taken as {INCOMPRESSIBLE:g}"] += 1
         if weighs and self.made[number].density == 0.0:
             self.inventory.weightless.add(self.made[number].name)
         return self.made[number]
@@ -104,7 +109,7 @@ def _isotropic(card: Card, name: str) -> MaterialCard:
         raise card.refused(f"E = {e:g}, G = {g:g}, rho = {card.real(5, 0.0):g}", "E, G, rho >= 0")
     if not -1.0 < nu <= 0.5:  # E and G of a bar that fit no single material: no plate or solid has them
         return MaterialCard(name, card.real(5, 0.0), None, None, e, g, nu, (g, g))
-    nu = min(nu, 0.4999)
+    nu = min(nu, INCOMPRESSIBLE)
     plane = e / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.0]])
     plane[2, 2] = e / (2.0 * (1.0 + nu))
     solid = np.diag([e / (1.0 + nu)] * 3 + [e / (2.0 * (1.0 + nu))] * 3)

@@ -98,12 +98,21 @@ def _numbers(deck: Deck, mass: float) -> tuple[list[tuple[float, float | None]],
 
 def _materials(deck: Deck) -> list[tuple[float, float | None]]:
     """Return modulus and density of every group of elements, as they stand in the deck; None without a density."""
-    pairs = [(float(np.abs(s.elasticity).max()), s.density) for s in deck.solids]
+    pairs = [(_young(s.elasticity), s.density) for s in deck.solids]
     pairs += [
         (float(np.abs(s.faces).max()), float(np.median(s.mass / np.maximum(s.thickness, 1e-300)))) for s in deck.shells
     ]
     pairs += [(b.material.young, b.material.density) for b in deck.beams]
     return [(e, rho * deck.mass_factor if rho > 1e-25 else None) for e, rho in pairs if e > 0.0]
+
+
+def _young(elasticity: np.ndarray) -> float:
+    """Return the largest Young's modulus of an elasticity (6, 6); its entries grow without bounds with nu at 0.5."""
+    try:
+        compliance = np.diag(np.linalg.inv(elasticity))[:3]
+    except np.linalg.LinAlgError:
+        compliance = np.zeros(3)
+    return float(1.0 / compliance.min()) if compliance.min() > 0.0 else float(np.abs(elasticity).max())
 
 
 def _fit(units: str, stuffs: list[tuple[float, float | None]], size: float, mass: float, weights: bool = False) -> Fit:
