@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.model.expression import Reader, SignalProgram, parse
 from flexmb.model.signal import Expression, Signal
@@ -54,6 +54,12 @@ class _EquationReader(Reader):
 
     def node(self, node: ast.expr) -> list[tuple[int, float]]:
         used = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+        if isinstance(node, ast.Compare) and used & {*self.sizes}:
+            raise self.error(
+                f"the comparison '{ast.unparse(node)}' of a measured quantity",
+                "What holds on one side only is a force: Contact or BiStop",
+                "an equation, left = right",
+            )
         if "t" in used and not used & {*self.sizes, *self.signals}:
             text = ast.unparse(node)
             super().node(node)  # its messages name the whole equation
@@ -89,6 +95,12 @@ class _EquationReader(Reader):
         if not isinstance(node, ast.Subscript) or not isinstance(node.value, ast.Name):
             return None
         name = node.value.id
+        if name not in self.sizes and name not in self.parameters and name not in self.signals:
+            raise self.error(
+                f"the name '{name}' is unknown",
+                did_you_mean(name, self.known) or f"Add a sensor of the name {name} to over",
+                f"Measured: {', '.join(self.sizes)}",
+            )
         if name not in self.sizes:
             return None
         index = node.slice.value if isinstance(node.slice, ast.Constant) else None

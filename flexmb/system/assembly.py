@@ -84,7 +84,7 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
         state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
     system = _with_lengths(system, state, work)
     system = _assemble(system, state, work, tolerance)
-    flat = flat_equation(system, work)
+    flat = flat_equation(system, state, work)
     if flat is not None:
         raise flat
     system = replace(system, misfits=_misfits(system, work, tolerance))

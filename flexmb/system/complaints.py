@@ -8,7 +8,7 @@ from flexmb.errors import CompileError
 from flexmb.math.weights import weigh
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.observe import observe
-from flexmb.system.program import evaluate
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 from flexmb.system.system import System
 
 __all__ = [
@@ -33,13 +33,17 @@ KNOWN = 1e-8
 def worst_equations(system: System, work, count: int = 3) -> str:
     """Return the names and residuals of the equations that are satisfied worst."""
     g = work.equations["g"]
-    order = np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
     return ", ".join(
         f"{system.equation_names[k]} = {g[k]:.3g}"
         if np.isfinite(g[k]) or np.all(np.isnan(g))
         else f"{system.equation_names[k]} has no value{_why_no_value(system, k)}"
-        for k in order
+        for k in _worst(work, count)
     )
+
+
+def _worst(work, count: int = 1) -> np.ndarray:
+    g = work.equations["g"]
+    return np.argsort(-np.where(np.isfinite(g), np.abs(g), np.inf), kind="stable")[:count]
 
 
 def _why_no_value(system: System, k: int) -> str:
@@ -81,9 +85,13 @@ def open_joint(system: System, work) -> CompileError:
         is_open = "has no value (nan)" if formula else "has its point beyond the end of its curve"
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
+    told = any(system.equation_names[k].endswith(": Formula") for k in _worst(work))  # no markers that could be moved
     remedy = (
         "Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
         "less (Spherical, Cylindrical, Universal)"
+        if system.redundant and not told
+        else "These equations contradict each other, or one of them cannot be satisfied alone: remove one, or make "
+        "their numbers agree"
         if system.redundant
         else "Check lengths and marker positions of these joints, or move the parts nearer to their places"
     )
@@ -110,12 +118,14 @@ def _failed_function(system: System) -> CompileError | None:
     return None
 
 
-def flat_equation(system: System, work) -> CompileError | None:
+def flat_equation(system: System, state, work) -> CompileError | None:
     """Return the error about an equation of the user whose gradient vanishes where it is satisfied, if there is one.
 
     The square of a length that should be zero: it has one direction beside the place, and none at it. Newton's method
     then creeps, and ends where the residual is small but not yet the distance to the place, residual over gradient.
     """
+    speeds = np.zeros(system.ng)
+    constraint_velocity(work, state.u, speeds)
     for k, name in enumerate(system.equation_names):
         if not name.endswith(": Formula"):
             continue
@@ -123,6 +133,7 @@ def flat_equation(system: System, work) -> CompileError | None:
         own = np.max(np.abs(work.legs["gradient"][legs]), initial=0.0)
         left = abs(work.equations["g"][k]) if system.program.equation_level[k] == 0 else 0.0
         if own <= FLAT or left > KNOWN * system.lengths.whole * own:
+            left = work.equations["g"][k] if system.program.equation_level[k] == 0 else speeds[k]
             return CompileError(
                 f"Equation '{name}'",
                 found=f"it has no gradient at the start (largest entry {own:.2g}, residual {left:.2g}): it restricts "
@@ -158,8 +169,14 @@ def singular(system: System, state, work, place: int) -> CompileError:
     unknown_force = _without_number(system, state)
     if unknown_force is not None:
         return unknown_force
+    endless = _without_rate(system, state, work)
+    if endless is not None:
+        return endless
     unknown = int(system.program.pattern.order[max(place, 0)])
     if unknown >= system.nu:
+        formula = _idle_formula(system, state, work, unknown - system.nu)
+        if formula is not None:
+            return formula
         return CompileError(
             system.owner(unknown),
             found="the equations of motion are singular: it contradicts or repeats others",
@@ -167,6 +184,45 @@ def singular(system: System, state, work, place: int) -> CompileError:
             remedy="Replace this joint by one that forbids less, or remove a drive of the same loop",
         )
     return without_inertia(system, state, work, unknown)
+
+
+def _idle_formula(system: System, state, work, k: int) -> CompileError | None:
+    """Return the error about an equation of the user that stays open where no motion changes it, if `k` is one."""
+    name = system.equation_names[k]
+    if not name.endswith(": Formula"):
+        return None
+    weigh(work.weights, 1.0)
+    evaluate(system.program, state, work)
+    left = float(work.equations["g"][k])
+    own = float(np.max(np.abs(work.legs["gradient"][work.legs["equation"] == k]), initial=0.0))
+    if not abs(left) > KNOWN * max(system.lengths.whole * own, FLAT):
+        return None
+    return CompileError(
+        f"Equation '{name}'",
+        found=f"its residual stays open by {left:.3g}, and hardly any motion changes it there (largest entry of its "
+        f"gradient {own:.2g})",
+        expected="an equation that the bodies can satisfy near their described places",
+        remedy="Correct the equation and its numbers (p**2 = -1 has no solution), or start nearer to where it holds",
+    )
+
+
+def _without_rate(system: System, state, work) -> CompileError | None:
+    """Return the error about an equation whose first or second rate is no finite number, if there is one."""
+    weigh(work.weights, 1.0)
+    evaluate(system.program, state, work)
+    first, second = np.zeros((2, system.ng))
+    constraint_velocity(work, state.u, first)
+    constraint_acceleration(work, np.zeros(system.nu), second)
+    for rates, which in ((first, "rate"), (second, "second rate")):
+        endless = np.flatnonzero(~np.isfinite(rates) & np.isfinite(work.equations["g"]))
+        if len(endless):
+            return CompileError(
+                f"Equation '{system.equation_names[endless[0]]}'",
+                found=f"its {which} is no finite number at t = {state.t:.6g} s",
+                expected="an equation, and signals in it, with two finite rates by time",
+                remedy="Use signals that begin smoothly: t**0.5 has an infinite rate at t = 0, smooth(t/T) has none",
+            )
+    return None
 
 
 def _without_number(system: System, state) -> CompileError | None:

@@ -1,0 +1,47 @@
+"""What is said about equations of the user that cannot be satisfied, or that are none."""
+
+import pytest
+
+import flexmb as fmb
+from flexmb.errors import CompileError, ModelError
+
+
+def model(*equations: str, **fields) -> fmb.Model:
+    over = [fmb.Position("p", marker="q.center")]
+    joints = [fmb.Constraint(f"c{k}", over=over, equation=text, **fields) for k, text in enumerate(equations)]
+    bodies = [fmb.Ground(), fmb.PointMass("q", mass=1.0, at=(0.5, 0, 0))]
+    return fmb.Model(gravity=(0, 0, -9.81), bodies=bodies, joints=joints)
+
+
+@pytest.mark.parametrize(
+    ("equations", "said", "unsaid"),
+    [
+        (["p[0] = 0.5 + t**0.5"], r"Equation 'c0.*its rate is no finite number at t = 0 s.*begin smoothly", "inertia"),
+        (["p[0]**2 = -1"], r"c0.* stays open by 1\b", "contradicts or repeats"),
+        (["p[0] = 0.5", "p[0] = 0.7"], "contradict each other.*make their numbers agree", "Spherical"),
+    ],
+)
+def test_what_stays_open_is_named(equations, said, unsaid):
+    with pytest.raises(CompileError, match=said) as caught:
+        fmb.check(model(*equations))
+    assert unsaid not in str(caught.value)
+
+
+def test_the_residual_of_speeds_is_told():
+    """v**2 = 1 at rest: 0 - 1, and no gradient."""
+    over = [fmb.Velocity("v", marker="q.center")]
+    joint = fmb.Constraint("c", over=over, equation="v[0]**2 + v[1]**2 + v[2]**2 = 1")
+    with pytest.raises(CompileError, match=r"no gradient at the start.*residual -1"):
+        fmb.check(model().with_parts(joints=[joint]))
+
+
+def test_inequalities_are_no_equations():
+    with pytest.raises(ModelError, match=r"comparison 'p.0. <= 0.5' of a measured quantity.*a force") as caught:
+        model("p[0] <= 0.5")
+    assert "where(" not in str(caught.value)
+
+
+def test_forces_on_what_is_not_measured():
+    with pytest.raises(ModelError, match=r"'v' is unknown. Measured: p") as caught:
+        model("p[0] = 0.5", forces={"v[0]": "-3*p[1]"})
+    assert "list" not in str(caught.value)
