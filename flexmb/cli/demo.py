@@ -44,7 +44,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _shown(folder: Path, run: Path) -> int:
     """Go from the mesh to the pictures, and tell about it."""
+    from flexmb.math import compile_ahead
+
     clock = _Clock()
+    compile_ahead(fmb.GeneralizedAlpha.entries)  # for the third part, during the first and second
     for name in (STATION, MESH):
         shutil.copyfile(DATA / name, folder / name)
 

@@ -8,9 +8,9 @@ from pkgutil import walk_packages
 from time import perf_counter
 from typing import Any
 
-from flexmb.math.ahead import SWITCH, cores
+from flexmb.math.ahead import SWITCH, compile_ahead, cores
 
-__all__ = ["SWITCH", "compile_declared", "cores", "declared_kernels", "watch_compilation"]
+__all__ = ["SWITCH", "compile_ahead", "compile_declared", "cores", "declared_kernels", "watch_compilation"]
 
 
 def watch_compilation(
