@@ -49,8 +49,8 @@ def execute(arguments: argparse.Namespace) -> int:
         return _show_deck(arguments, source)
     if source.suffix.lower() == ".toml":
         raise ModelError(
-            "flexmb show",
-            found=f"the model file '{source}'",
+            f"Model file '{source}'",
+            found="it describes a model",
             expected="a reduced body (.h5), or a deck (.bdf, .dat, .inp)",
             remedy=f"For a model: flexmb check {source}, flexmb view {source}; to show a body, name its data file",
         )

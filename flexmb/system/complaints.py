@@ -90,6 +90,8 @@ def open_joint(system: System, work) -> CompileError:
         "Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
         "less (Spherical, Cylindrical, Universal)"
         if system.redundant and not told
+        else "Start where the equation has a value: no division by zero, no root or logarithm of what is not positive"
+        if told and not np.isfinite(metres + radians)
         else "These equations contradict each other, or one of them cannot be satisfied alone: remove one, or make "
         "their numbers agree"
         if system.redundant
@@ -199,8 +201,7 @@ def _idle_formula(system: System, state, work, k: int) -> CompileError | None:
         return None
     return CompileError(
         f"Equation '{name}'",
-        found=f"its residual stays open by {left:.3g}, and hardly any motion changes it there (largest entry of its "
-        f"gradient {own:.2g})",
+        found=f"its residual stays open by {left:.3g} where the search ends (largest entry of its gradient {own:.2g})",
         expected="an equation that the bodies can satisfy near their described places",
         remedy="Correct the equation and its numbers (p**2 = -1 has no solution), or start nearer to where it holds",
     )
@@ -220,7 +221,8 @@ def _without_rate(system: System, state, work) -> CompileError | None:
                 f"Equation '{system.equation_names[endless[0]]}'",
                 found=f"its {which} is no finite number at t = {state.t:.6g} s",
                 expected="an equation, and signals in it, with two finite rates by time",
-                remedy="Use signals that begin smoothly: t**0.5 has an infinite rate at t = 0, smooth(t/T) has none",
+                remedy="Use signals that begin smoothly: t**0.5 has an infinite rate at t = 0, smooth(t/T) has none; start away from "
+                "places such as sqrt(0)",
             )
     return None
 

@@ -55,7 +55,7 @@ def test_show_names_the_verb_for_model_files(tmp_path, capsys):
     path = tmp_path / "hanging.toml"
     path.write_text(HANGING)
     assert main(["show", str(path)]) != 0
-    assert f"flexmb show: the model file '{path}'" in (told := capsys.readouterr().err)
+    assert f"Model file '{path}': it describes a model" in (told := capsys.readouterr().err)
     assert f"flexmb check {path}" in told
 
 

@@ -18,6 +18,7 @@ def model(*equations: str, **fields) -> fmb.Model:
     [
         (["p[0] = 0.5 + t**0.5"], r"Equation 'c0.*its rate is no finite number at t = 0 s.*begin smoothly", "inertia"),
         (["p[0]**2 = -1"], r"c0.* stays open by 1\b", "contradicts or repeats"),
+        (["1/p[1] = 3"], "has no value.*no division by zero", "contradict"),
         (["p[0] = 0.5", "p[0] = 0.7"], "contradict each other.*make their numbers agree", "Spherical"),
     ],
 )
