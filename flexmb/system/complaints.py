@@ -221,8 +221,8 @@ def _without_rate(system: System, state, work) -> CompileError | None:
                 f"Equation '{system.equation_names[endless[0]]}'",
                 found=f"its {which} is no finite number at t = {state.t:.6g} s",
                 expected="an equation, and signals in it, with two finite rates by time",
-                remedy="Use signals that begin smoothly: t**0.5 has an infinite rate at t = 0, smooth(t/T) has none; start away from "
-                "places such as sqrt(0)",
+                remedy="Use signals that begin smoothly: t**0.5 has an infinite rate at t = 0, smooth(t/T) has none; "
+                "start away from places such as sqrt(0)",
             )
     return None
 
