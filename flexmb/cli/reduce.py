@@ -45,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="do not lump the masses of a deck's elements at their nodes, as Nastran does without PARAM, COUPMASS",
     )
     parser.add_argument(
+        "--stress-side",
+        type=float,
+        metavar="SIDE",
+        help="side of shells whose stress is kept: 1 top, -1 bottom, 0 middle (default), which has none of bending",
+    )
+    parser.add_argument(
         "--thickness",
         action="append",
         default=[],
@@ -124,11 +130,15 @@ def execute(arguments: argparse.Namespace) -> int:
         progress("reading the mesh", 0.0)
         if material is None:
             fe = fem.read_deck(
-                arguments.mesh, units=arguments.units, lumped=False if arguments.consistent_mass else None
+                arguments.mesh,
+                units=arguments.units,
+                lumped=False if arguments.consistent_mass else None,
+                stress_side=arguments.stress_side,
             )
         else:
             mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
-            fe = fem.shell(mesh, material, thickness) if thickness else fem.solid(mesh, material)
+            side = arguments.stress_side or 0.0
+            fe = fem.shell(mesh, material, thickness, stress_side=side) if thickness else fem.solid(mesh, material)
         data = reduction.reduce(
             fe,
             interfaces=interfaces,
@@ -161,6 +171,8 @@ def _is_deck(arguments: argparse.Namespace) -> bool:
     wrong = ""
     if deck and (arguments.thickness or arguments.scale != 1.0):
         wrong = "--thickness or --scale for a deck"
+    elif not deck and arguments.stress_side is not None and not arguments.thickness:
+        wrong = "--stress-side for solids"
     elif not deck and (arguments.units or arguments.consistent_mass):
         wrong = "--units or --consistent-mass for a plain mesh"
     if wrong:

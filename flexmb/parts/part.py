@@ -17,7 +17,7 @@ from flexmb.fem.deck import read_deck
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.joined import joined
 from flexmb.model.data_source import plain
-from flexmb.model.described import Described
+from flexmb.model.described import Described, is_number
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.limits import check_count, check_file
@@ -40,6 +40,8 @@ class Part(metaclass=Described):
         What the finite elements are; nodes of different pieces at the same place become one.
     deck, units : path and str, instead of pieces
         A whole deck of Nastran, Abaqus or CalculiX, as in `flexmb.fem.read_deck`.
+    lumped, stress_side : bool and float, of a deck
+        As in `read_deck`: masses lumped at nodes, and the side of shells (-1, 0, +1) whose stress is kept.
     links : list of Arm, RigidLink, AveragingLink
         In this order, after the pieces are joined.
     masses : list of Mass, Spring
@@ -63,6 +65,8 @@ class Part(metaclass=Described):
     pieces: Any = ()
     deck: Any = None
     units: str | None = None
+    lumped: bool | None = None
+    stress_side: float | None = None
     links: Any = ()
     masses: Any = ()
     interfaces: Any = field(default_factory=dict)
@@ -107,12 +111,13 @@ class Part(metaclass=Described):
             )
         if self.deck is not None:
             check_file(Path(self.deck), f"{self.title}, deck")
-        elif self.units is not None:
+            self._check_of_deck()
+        elif given := [name for name in ("units", "lumped", "stress_side") if getattr(self, name) is not None]:
             raise ModelError(
                 self.title,
-                found=f"units = {self.units!r} without a deck",
-                expected="SI units everywhere else; a MeshFile has scale",
-                remedy="Remove units",
+                found=f"{given[0]} = {getattr(self, given[0])!r} without a deck",
+                expected="SI units everywhere else, a MeshFile has scale; lumped and stress_side are fields of pieces",
+                remedy=f"Remove {given[0]}",
             )
         names = [piece.name for piece in self.pieces if piece.name]
         twice = next((name for name in names if names.count(name) > 1), None)
@@ -146,18 +151,34 @@ class Part(metaclass=Described):
                 entry["file"] = Path(piece.file).name
         return {"part": described, "files": files}
 
+    def _check_of_deck(self) -> None:
+        if self.lumped is not None and not isinstance(self.lumped, bool):
+            raise ModelError(
+                self.title, found=f"lumped = {self.lumped!r}", expected="true or false", remedy="Write lumped = false"
+            )
+        if self.stress_side is not None and not (is_number(self.stress_side) and abs(self.stress_side) <= 1.0):
+            raise ModelError(
+                self.title,
+                found=f"stress_side = {self.stress_side!r}",
+                expected="-1 (bottom), 0 (middle) or +1 (top)",
+                remedy="Write stress_side = 1 for the outer fibres on top",
+            )
+
+    def _read(self) -> FEModel:
+        return read_deck(self.deck, units=self.units, lumped=self.lumped, stress_side=self.stress_side, show=False)
+
     def _deck_content(self) -> dict[str, str]:
         data = Path(self.deck).read_bytes()
         found = {"sha256": hashlib.sha256(data).hexdigest()}
         upper = data.upper()
         if b"INCLUDE" in upper or b"INPUT" in upper:  # what it includes counts too
-            found["read"] = fingerprint(read_deck(self.deck, units=self.units, show=False), ())
+            found["read"] = fingerprint(self._read(), ())
         return found
 
     def finite_elements(self) -> FEModel:
         """Return the FE model: pieces joined, links, masses and springs in place."""
         if self.deck is not None:
-            fe = replace(read_deck(self.deck, units=self.units, show=False), name=self.name)
+            fe = replace(self._read(), name=self.name)
         else:
             models, nodes = [], 0
             for piece in self.pieces:

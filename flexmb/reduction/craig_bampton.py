@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +28,7 @@ from flexmb.reduction.markers import MarkerMotion, interface_motions, station_mo
 from flexmb.reduction.mode_choice import UpTo, choose_modes, parse_modes
 from flexmb.reduction.quality import quality_numbers
 from flexmb.reduction.statics import HeldBody
-from flexmb.reduction.stress import stress_modes
+from flexmb.reduction.stress import middle_surface, stress_modes
 
 __all__ = ["reduce"]
 
@@ -172,6 +173,9 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
     quality = quality_numbers(body, normal, basis, exact, clamped, markers[len(couplings) :], band)
+    if words := middle_surface(fe) if asked.stress else "":
+        warnings.warn(words, UserWarning, stacklevel=3)
+        quality["warnings"].append(words)
     data = _data(fe, markers, basis, names, forces, asked.stress)
     data = replace(
         data,

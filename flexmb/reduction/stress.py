@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["stress_modes"]
+__all__ = ["middle_surface", "stress_modes"]
 
 SAME = 1e-9
 """Relative difference of moduli below which two blocks are of one material."""
@@ -29,3 +29,16 @@ def stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
         weight[there] += cells[there]
         shown[there] = np.maximum(shown[there], block.modulus)
     return total / np.maximum(weight, 1.0)[:, None, None]
+
+
+def middle_surface(fe: FEModel) -> str:
+    """Return a warning where a deck's shells bend, but their stress is the middle's and nobody chose it; else ""."""
+    if fe.source is None or "program" not in fe.source or "stress_side" in fe.source:
+        return ""
+    bare = [getattr(block, "block", block) for block in fe.blocks]
+    if not any(getattr(b, "side", None) == 0.0 and np.any(getattr(b, "bending", 0.0)) for b in bare):
+        return ""
+    return (
+        f"'{fe.name}': stress of shells is that of the middle surface, without bending; "
+        "give stress_side=1 or -1 to fem.read_deck or the part, --stress-side to flexmb reduce (0 where it is meant)"
+    )

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.kinds import Sensor
+from flexmb.model.numbering import named_numbers
 
 __all__ = ["Stress"]
 
@@ -68,17 +69,29 @@ class Stress(Sensor):
         if self.node is None:
             return
         nodes = data.nodes_named(self.node, self.title)
+        if line := next((word for word in self._words() if _is_line(data, word)), None):
+            raise ModelError(
+                self.title,
+                found=f"'{line}', a beam, rod or spring, which has no stress modes",
+                expected="elements that are solids or shells",
+                remedy="See results.recover.section_forces; name its nodes for the stress of shells there",
+            )
         if not len(_stressed(data, nodes)) and data.n_modes:
             raise ModelError(
                 self.title,
                 found=f"{len(nodes)} nodes, first {data.node_name(nodes[0])}, at which no element gives stress"
                 if len(nodes)
                 else f"no nodes by node = {self.node!r}",
-                expected="nodes of solids, shells or beams",
-                remedy="Rods, springs and reference points of links have forces: results.recover.section_forces",
+                expected="nodes of solids or shells",
+                remedy="Beams, rods, springs and reference points of links have forces: results.recover.section_forces",
             )
         if self.component == "tensor" and len(nodes) != 1:
             raise self._no_tensor(f"the {len(nodes)} nodes of '{self.node}'")
+
+    def _words(self) -> list[str]:
+        """Return the names among the places."""
+        given = self.node if isinstance(self.node, list | tuple) else [self.node]
+        return [word for word in given if isinstance(word, str)]
 
     def _no_tensor(self, where: str) -> ModelError:
         return ModelError(
@@ -106,6 +119,15 @@ class Stress(Sensor):
         if self.component == "von_mises":
             return series.largest_von_mises(self.body, self._nodes(series))
         return series.stress(self.body, self._nodes(series))[:, :, COMPONENTS.index(self.component)].max(axis=1)
+
+
+def _is_line(data, word: str) -> bool:
+    """Whether a word is the number of an element that is a line."""
+    named = named_numbers(word)
+    if word in data.node_sets or named is None or named[0] != "element" or data.numbering is None:
+        return False
+    kinds = {kind for (kind, _), labels in zip(data.cells, data.numbering.cells) if (labels == named[2]).any()}
+    return bool(kinds) and all(kind.startswith("line") for kind in kinds)
 
 
 def _stressed(data, nodes: np.ndarray) -> np.ndarray:

@@ -54,6 +54,25 @@ def test_reduce_takes_materials_and_interfaces_from_the_deck(deck, tmp_path):
     np.testing.assert_allclose(data.marker_positions, [[2, 0, 0.2], [0, 0, 0.2]], atol=1e-12)
 
 
+def test_side_of_stress(deck, tmp_path):
+    """A plate on the mast: its faces bend against each other, as far as they are from the middle."""
+    plate = "GRID,4,,1000.,500.,0.\nGRID,5,,2000.,500.,0.\nCQUAD4,9,9,2,3,5,4\nPSHELL,9,1,10.,1\nENDDATA"
+    (tmp_path / "mast.bdf").write_text(DECK.replace("ENDDATA", plate))
+    sides = {}
+    for side in ("0", "1", "-1"):
+        words = ["--stress-side", side, "--modes", "2", "--no-report", "--overwrite"]
+        assert main(["reduce", deck, "--units", UNITS, *words]) == 0
+        sides[side] = fmb.ModalNeutralData.load(tmp_path / "mast.h5").stress_modes
+    bending = sides["1"] - sides["0"]
+    assert np.abs(bending).max() > 0.0
+    np.testing.assert_allclose(sides["-1"] - sides["0"], -bending, atol=1e-6 * np.abs(bending).max())
+
+
+def test_side_of_stress_needs_shells(tmp_path, capsys):
+    assert main(["reduce", str(tmp_path / "a.msh"), "--material", "steel", "--stress-side", "1"]) != 0
+    assert "--stress-side for solids" in capsys.readouterr().err
+
+
 def test_options_of_meshes_and_decks_do_not_mix(deck, capsys):
     assert main(["reduce", deck, "--scale", "0.001"]) != 0
     assert "--units and --consistent-mass with a deck" in capsys.readouterr().err

@@ -96,7 +96,9 @@ def test_sets_of_the_deck_are_places_of_stress(reduced):
         ("set_13", r"'set_13', which is no set of 'plate'.*Did you mean 'set_12'"),
         ("node 7", r"'node 7', which the deck does not have.*2063 to 9003"),
         ("element 502", r"the deck does not have.*numbers of elements"),
-        ("node 9003", r"node 9003 of the deck, at which no element gives stress"),
+        ("node 9003", r"node 9003 of the deck, at which no element gives stress.*nodes of solids or shells"),
+        ("element 89", r"'element 89', a beam, rod or spring, which has no stress modes"),
+        (["element 511", "element 89"], r"'element 89', a beam, rod or spring"),
         (4711, r"node = 4711.*the name of a set"),
     ],
 )

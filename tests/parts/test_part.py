@@ -5,6 +5,7 @@ References: closed forms of beams; the same body reduced by hand with `flexmb.fe
 
 import multiprocessing
 import os
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -163,6 +164,43 @@ def test_a_deck(tmp_path):
     assert data.mass == pytest.approx(7850.0 * area, rel=1e-6)
     deck.write_text(text.format(outer="20.", inner="16."))
     assert counted(part())[0].mass == pytest.approx(7850.0 * np.pi * (0.02**2 - 0.016**2), rel=1e-6)
+
+
+@pytest.mark.parametrize(("side", "lumped"), [(1.0, None), (-1.0, False), (0.0, True), (None, None)])
+def test_side_of_the_stress_of_a_deck(tmp_path, side, lumped):
+    """A cantilever strip with a force at its tip: the faces carry +-6 F (L - x) / (b t^2), the middle nothing."""
+    deck, n = tmp_path / "strip.bdf", 10
+    rows = [f"GRID,{2 * i + j + 1},,{0.1 * i:.1f},{0.1 * j:.1f},0." for i in range(n + 1) for j in range(2)]
+    rows += [f"CQUAD4,{i + 1},1,{2 * i + 1},{2 * i + 3},{2 * i + 4},{2 * i + 2}" for i in range(n)]
+    rows += ["PSHELL,1,1,.01,1", "MAT1,1,7.+10,,0.,2700.", "GRID,90,,0.,.05,0.", "GRID,91,,1.,.05,0."]
+    rows += ["RBE2,95,90,123456,1,2", f"RBE2,96,91,123456,{2 * n + 1},{2 * n + 2}"]
+    deck.write_text("\n".join(["BEGIN BULK", *rows, "ENDDATA"]))
+    part = parts.Part(
+        name="strip", deck=deck, units="m, kg, s", interfaces="all", modes=2, stress_side=side, lumped=lumped
+    )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        data = part.reduced()
+    words = [str(w.message) for w in told if "middle surface, without bending" in str(w.message)]
+    assert len(words) == (side is None)
+    assert sum("middle surface" in w for w in data.quality["warnings"]) == (side is None)
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"r": (0, 0.05, 0)}), fmb.FloatingBody("strip", data=data)],
+        joints=[fmb.Fixed("root", markers=("ground.r", "strip.rbe2_95"))],
+        forces=[fmb.PointLoad("tip", marker="strip.rbe2_96", force=(0, 0, -1.0))],
+        sensors=[fmb.Stress("s", body="strip", node="node 11", component="xx")],
+    )
+    found = np.ravel(fmb.statics(model)["s"])[-1]
+    assert found == pytest.approx((side or 0.0) * 6.0 * 0.5 / (0.1 * 0.01**2), rel=1e-4, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"), [({"stress_side": 2}, "stress_side = 2"), ({"lumped": "no"}, "lumped = 'no'")]
+)
+def test_options_of_decks_that_cannot_be(tmp_path, options, words):
+    (tmp_path / "a.bdf").write_text("BEGIN BULK\nENDDATA\n")
+    with pytest.raises(ModelError, match=words):
+        parts.Part(name="a", deck=tmp_path / "a.bdf", interfaces="all", **options)
 
 
 class Told:

@@ -40,7 +40,7 @@ def read_deck(
     *,
     units: str | None = None,
     lumped: bool | None = None,
-    stress_side: float = 0.0,
+    stress_side: float | None = None,
     show: bool = True,
 ) -> FEModel:
     """Return the FE model that a deck describes: elements, properties, materials, links, springs and masses.
@@ -59,7 +59,8 @@ def read_deck(
     lumped : bool, optional
         Whether element masses are lumped at the nodes; default: as the program of the deck does it.
     stress_side : float
-        Where the stress of shells is taken, as in `fem.shell`: -1 bottom, 0 middle (membrane stress), +1 top.
+        Where the stress of shells is taken, as in `fem.shell`: -1 bottom, 0 middle (membrane stress), +1 top. Default:
+        the middle, and the reduction of shells that bend warns of it.
     show : bool
         Print the inventory: what was read, approximated, left out, and the mass.
 
@@ -105,10 +106,11 @@ def read_deck(
             remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
         )
     part = f"Deck '{path}'"
-    _check_side(stress_side, part)
+    if stress_side is not None:
+        _check_side(stress_side, part)
     try:
         deck = converted(reader(path), units, part)
-        deck.stress_side = float(stress_side)
+        deck.stress_side = float(stress_side or 0.0)
         fe = assembled(deck, deck.lumped if lumped is None else lumped)
     except MemoryError:
         raise MeshError(
@@ -116,6 +118,13 @@ def read_deck(
         ) from None
     if show:
         print(inventory_text(deck, fe))
+    _tell(deck, fe, part)
+    source = source_of(deck, path)
+    return replace(fe, source=source if stress_side is None else {**source, "stress_side": deck.stress_side})
+
+
+def _tell(deck: Deck, fe: FEModel, part: str) -> None:
+    """Warn of doubtful units, of what was left out and of materials without density."""
     if words := doubt(deck, mass_and_center(fe)[0]):
         tell(f"{part}: {words}")
     if deck.inventory.left_out:
@@ -123,7 +132,6 @@ def read_deck(
         tell(f"{part}: left out: {left}")
     if weightless := sorted(deck.inventory.weightless):
         tell(f"{part}: materials without density, whose elements weigh nothing: {', '.join(weightless)}")
-    return replace(fe, source=source_of(deck, path))
 
 
 def _check_side(stress_side: float, part: str) -> None:
