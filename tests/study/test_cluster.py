@@ -1,8 +1,8 @@
 """Sweeps on executors: threads, a pool whose process dies, a Dask cluster."""
 
+import os
+import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import pytest
 from study import formulas
@@ -11,12 +11,26 @@ import flexmb as fmb
 from flexmb import study
 from flexmb.errors import FlexmbError
 
-
-def test_a_broken_pool_leaves_rows_with_its_error():
+BROKEN = """
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+import flexmb as fmb
+from study import formulas
+if __name__ == "__main__":
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
         results = fmb.sweep(formulas.square, {"x": [13, 2]}, executor=executor)
-    assert results.rows[0].status == "died"
-    assert results.rows[0].error.startswith("BrokenProcessPool")
+    print(results.rows[0].status, results.rows[0].error)
+"""
+
+
+def test_a_broken_pool_leaves_rows_with_its_error(tmp_path):
+    """In a process of its own: a pool whose workers are killed may take the process that tests with it."""
+    script = tmp_path / "broken.py"
+    script.write_text(BROKEN)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    child = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, timeout=120)
+    assert child.returncode == 0, child.stderr
+    assert child.stdout.startswith("died BrokenProcessPool")
 
 
 @pytest.fixture
