@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import base64
-import json
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from flexmb.errors import DataFileError
 from flexmb.fem.deck.checks import DeckChecks
+from flexmb.io.page_files import write_page
 from flexmb.io.quality_page import source_section
 from flexmb.io.web_page import page, table, vector
 
@@ -55,21 +54,8 @@ def write_deck_report(checks: DeckChecks, path: str | Path, *, picture: str | Pa
     picture : path, optional
         A PNG to show in the page, such as the one of `flexmb.view.model_picture`.
     """
-    path = Path(path)
-    web, numbers = path.with_suffix(".html"), path.with_suffix(".json")
     found = deck_numbers(checks)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        web.write_text(_page(checks, found, picture), encoding="utf-8", errors="replace")
-        numbers.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise DataFileError(
-            f"Report '{web}'",
-            found=f"cannot write it ({error})",
-            expected="a writable folder with free space",
-            remedy="Free space, or choose another folder",
-        ) from error
-    return web, numbers
+    return write_page(path, lambda: _page(checks, found, picture), lambda: found)
 
 
 def _page(checks: DeckChecks, found: dict[str, Any], picture) -> str:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import base64
-import json
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from flexmb.errors import DataFileError
+from flexmb.io.page_files import write_page
 from flexmb.io.web_page import page, percent, table, vector
 from flexmb.model.mode_table import mode_table
 
@@ -52,20 +51,7 @@ def write_report(data, path: str | Path, *, picture: str | Path | None = None) -
     picture : path, optional
         A PNG to show in the page, such as the one of `flexmb.view.mode_sheet`.
     """
-    path = Path(path)
-    web, numbers = path.with_suffix(".html"), path.with_suffix(".json")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        web.write_text(_page(data, picture), encoding="utf-8", errors="replace")
-        numbers.write_text(json.dumps(report_numbers(data), indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise DataFileError(
-            f"Report '{web}'",
-            found=f"cannot write it ({error})",
-            expected="a writable folder with free space",
-            remedy="Free space, or choose another folder",
-        ) from error
-    return web, numbers
+    return write_page(path, lambda: _page(data, picture), lambda: report_numbers(data))
 
 
 def _page(data, picture) -> str:
