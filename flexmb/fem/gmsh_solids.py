@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flexmb.broken_pipes import keep_broken_pipes_errors
 from flexmb.errors import MeshError
 from flexmb.fem.mesh import Mesh
 from flexmb.fem.read_mesh import read_mesh
@@ -113,6 +114,7 @@ def _session(part: str) -> Iterator:
     own = not gmsh.isInitialized()
     if own:
         gmsh.initialize(["-noenv"], readConfigFiles=False, interruptible=False)
+        keep_broken_pipes_errors()
     before = None if own else gmsh.model.getCurrent()
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.add("flexmb part")

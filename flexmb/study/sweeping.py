@@ -9,6 +9,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from flexmb.broken_pipes import keep_broken_pipes_errors
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.math import cores
 from flexmb.parts.watchers import Count, watching
@@ -100,6 +101,7 @@ def sweep(
         kept = _opened(folder, plan, origin, outputs, keep_runs)
     known = {} if kept is None else {k: row for k, row in kept.rows.items() if not _again(row, retry)}
     pending = [(k, plan.variant(k - 1)) for k in range(1, len(plan) + 1) if k not in known]
+    keep_broken_pipes_errors()  # a worker that dies must not take this process with it
     task = Task(origin, outputs, str(kept.runs.resolve()) if kept is not None and keep_runs else "")
     rows: Iterator[Row] = iter(())
     if executor is not None:

@@ -3,6 +3,9 @@
 References: Timoshenko & Young, Vibration Problems in Engineering (beams, plates); volumes and areas of solids.
 """
 
+import ctypes
+import signal
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +16,7 @@ from flexmb import fem, parts
 from flexmb.errors import FlexmbError
 
 STEEL = fmb.MATERIALS["steel"]
+TUBE = {"material": "steel", "size": 0.02, "around": 40, "outer_diameter": 0.06, "wall": 0.005, "length": 0.1}
 MESHES = Path(__file__).parents[2] / "meshes"
 
 
@@ -87,7 +91,7 @@ def test_extrusions():
     plate = parts.Extrusion.plate(
         length=0.2, width=0.1, thickness=0.01, bores=[{"name": "pin", "at": (0.05, 0.05), "diameter": 0.03}], **common
     )
-    tube = parts.Extrusion.tube(outer_diameter=0.06, wall=0.005, length=0.1, around=40, **common)
+    tube = parts.Extrusion.tube(**TUBE)
     lug = parts.Extrusion.lug(length=0.1, width=0.06, thickness=0.02, bore=0.025, **common)
     volumes = {
         plate: 0.2 * 0.1 * 0.01 - np.pi * 0.015**2 * 0.01,
@@ -100,6 +104,16 @@ def test_extrusions():
     radius = np.linalg.norm(fe.nodes[fe.node_sets["bore"]][:, :2], axis=1)
     assert np.allclose(radius, 0.0125, rtol=1e-9)
     assert set(fe.facet_sets) >= {"bore", "bottom", "top", "sides"}
+
+
+def test_a_broken_pipe_is_an_error_after_a_mesh_too():
+    """Gmsh sets SIGPIPE to its default, by which a process that writes to a dead one ends; Python ignores it."""
+    pytest.importorskip("gmsh")
+    handler = ctypes.pythonapi.PyOS_getsig  # what C has: Python does not hear of the change
+    ignored = handler(signal.SIGPIPE)
+    with ThreadPoolExecutor(1) as other:  # where Python itself cannot set signals
+        other.submit(parts.Extrusion.tube(**TUBE).finite_elements).result()
+    assert handler(signal.SIGPIPE) == ignored == 1
 
 
 def test_a_stretched_mesh():
