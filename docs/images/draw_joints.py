@@ -169,6 +169,21 @@ def point_on_curve() -> Drawing:
     return drawing
 
 
+def point_on_path() -> Drawing:
+    """A ball on a rail through markers, straight as described and bent."""
+    drawing, s = Drawing(), np.linspace(-0.95, 0.95, 40)
+    points = np.column_stack([s, 0 * s, 0.35 * s**2 - 0.3])
+    for k in range(39):
+        drawing.solid(tube(points[k], points[k + 1], 0.3 * E), GREY)
+    for k in range(3, 40, 11):
+        drawing.solid(sphere(0.6 * E), GREY, at=points[k])
+        drawing.line([points[k] + (0, 0, 0.1), (points[k, 0], 0, 0.3)], both=True)
+    drawing.solid(sphere(1.1 * E), BLUE, at=points[20])
+    bar(drawing, points[20], points[20] + (0, 0, 0.55), BLUE)
+    drawing.line(points[22:32] + (0, -0.15, -0.15))
+    return drawing
+
+
 def rolling() -> Drawing:
     """A disc on a plane."""
     drawing = Drawing()
@@ -249,6 +264,7 @@ OTHERS = {
     "Rod": rod,
     "Screw": screw,
     "PointOnCurve": point_on_curve,
+    "PointOnPath": point_on_path,
     "Rolling": rolling,
     "Drive": drive,
     "Coupler": lambda: gears(rack=False),

@@ -13,6 +13,7 @@ from flexmb.constraints.measured import Measured
 from flexmb.constraints.meshing import Meshing
 from flexmb.constraints.no_twist import NoTwist
 from flexmb.constraints.on_curve import OnCurve, OnTrace
+from flexmb.constraints.on_path import OnPath, OnStrip
 from flexmb.constraints.perpendicular import Perpendicular
 from flexmb.constraints.rolling_contact import NoSlip, Touching
 from flexmb.model.kinds import Equation
@@ -34,6 +35,8 @@ __all__ = [
     "NoSlip",
     "NoTwist",
     "OnCurve",
+    "OnPath",
+    "OnStrip",
     "OnTrace",
     "Perpendicular",
     "RollAbout",
@@ -53,6 +56,7 @@ EQUATIONS: tuple[type[Equation], ...] = (
     Angle,
     Coupled,
     OnCurve,
+    OnPath,
     Touching,
     NoSlip,
     Meshing,

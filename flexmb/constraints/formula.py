@@ -16,7 +16,7 @@ from flexmb.constraints.measured import (
     add_measured_curvature,
     measure_scalar,
 )
-from flexmb.constraints.rows import HEADER
+from flexmb.constraints.rows import HEADER, add_to_pairs, pair_blocks
 from flexmb.math import operations as op
 from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
@@ -140,21 +140,7 @@ def _add_tangent(work, row, data, inputs, sorts, push, slope, forces, change):
                     for j in range(6):
                         K[at[i], 6 * leg + j] -= push[k, i] * by_place[leg, j]
                         D[at[i], 6 * leg + j] -= push[k, i] * by_twist[leg, j]
-    _to_pairs(work, row, data, K, D)
-
-
-@inner_kernel
-def _to_pairs(work, row, data, K, D):
-    """Add K and D (6 n_legs, 6 n_legs) to the pairs of markers."""
-    for one in range(row.n_legs):
-        for two in range(row.n_legs):
-            at = row.pairs + 3 * (one * row.n_legs + two)
-            pair, x, y = work.pairs[int(data[at])], int(data[at + 1]), int(data[at + 2])
-            for i in range(6):
-                for j in range(6):
-                    pair.K[x + i, y + j] += K[6 * one + i, 6 * two + j]
-                    if pair.active == DAMPED:
-                        pair.D[x + i, y + j] += D[6 * one + i, 6 * two + j]
+    add_to_pairs(work, data, row.pairs, row.n_legs, K, D)
 
 
 @inner_kernel
@@ -336,7 +322,7 @@ class Formula(Equation):
             "n": len(self.inputs),
             "inputs": compiler.bulk(rows.view(float)),
             "n_legs": len(legs),
-            "pairs": compiler.bulk(np.array(_blocks(compiler, legs, writes), float)),
+            "pairs": compiler.bulk(np.array(pair_blocks(compiler, legs, writes), float)),
             "n_programs": len(programs),
             "programs": compiler.bulk(np.cumsum([0] + [len(p.ops) for p in programs])),
             "pushed": compiler.bulk(np.array([k for k, _ in self.given], float)),
@@ -344,14 +330,3 @@ class Formula(Equation):
             "args": compiler.bulk(np.concatenate([p.args for p in programs])),
             "address": address,
         }
-
-
-def _blocks(compiler, legs: tuple[int, ...], writes: int) -> list[tuple[int, int, int]]:
-    """Return for every two legs the pair of markers, and the row and column in it, where their block stands."""
-    found = []
-    for i in range(len(legs)):
-        for j in range(len(legs)):
-            first, second = (min(i, j), max(i, j)) if i != j else (0, i or min(1, len(legs) - 1))
-            pair = compiler.pair(legs[first], legs[second], writes)
-            found.append((pair, 0 if i == first else 6, 0 if j == first else 6))
-    return found

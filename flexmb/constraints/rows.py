@@ -9,9 +9,19 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import kernel
+from flexmb.math.tables import DAMPED
 from flexmb.math.vectors import cross, dot
 
-__all__ = ["HEADER", "add_block", "apply_multiplier", "centripetal", "set_gradient"]
+__all__ = [
+    "HEADER",
+    "add_block",
+    "add_to_pairs",
+    "apply_multiplier",
+    "centripetal",
+    "pair_blocks",
+    "rotating_product",
+    "set_gradient",
+]
 
 HEADER = [
     ("equation", np.int64),  # first equation
@@ -71,3 +81,28 @@ def rotating_product(a, wa, b, wb, scratch):
     centripetal(wa, a, scratch[0])
     centripetal(wb, b, scratch[1])
     return rate, second + dot(scratch[0], b) + dot(a, scratch[1])
+
+
+@kernel
+def add_to_pairs(work, data, blocks, n_legs, K, D):
+    """Add K and D (6 n_legs, 6 n_legs) of many markers to their pairs; `pair_blocks` begin at `blocks` in the bulk data."""
+    for one in range(n_legs):
+        for two in range(n_legs):
+            at = blocks + 3 * (one * n_legs + two)
+            pair, x, y = work.pairs[int(data[at])], int(data[at + 1]), int(data[at + 2])
+            for i in range(6):
+                for j in range(6):
+                    pair.K[x + i, y + j] += K[6 * one + i, 6 * two + j]
+                    if pair.active == DAMPED:
+                        pair.D[x + i, y + j] += D[6 * one + i, 6 * two + j]
+
+
+def pair_blocks(compiler, legs: tuple[int, ...], writes: int) -> list[tuple[int, int, int]]:
+    """Return for every two legs the pair of markers, and the row and column in it, where their block stands."""
+    found = []
+    for i in range(len(legs)):
+        for j in range(len(legs)):
+            first, second = (min(i, j), max(i, j)) if i != j else (0, i or min(1, len(legs) - 1))
+            pair = compiler.pair(legs[first], legs[second], writes)
+            found.append((pair, 0 if i == first else 6, 0 if j == first else 6))
+    return found

@@ -10,6 +10,7 @@ from flexmb.joints.gear_pair import GearPair
 from flexmb.joints.in_line import InLine
 from flexmb.joints.planar import Planar
 from flexmb.joints.point_on_curve import PointOnCurve
+from flexmb.joints.point_on_path import PointOnPath
 from flexmb.joints.point_on_plane import PointOnPlane
 from flexmb.joints.prismatic import Prismatic
 from flexmb.joints.rack_and_pinion import RackAndPinion

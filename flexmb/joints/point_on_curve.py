@@ -24,7 +24,8 @@ class PointOnCurve(Joint):
     """Keep marker b on a cubic spline that is fixed to the axes of marker a, eq. (on-curve).
 
     Two equations without a further unknown: the place on the curve is the one nearest to the point. It is found from
-    where the point was before, so a track may cross itself. The body of marker a may be of any kind, elastic too.
+    where the point was before, so a track may cross itself. The body of marker a may be of any kind; a curve that
+    deforms with it is `PointOnPath`.
 
     With `along`, the track is the surface that the curve sweeps along this axis of marker a: one equation, the point is
     free along the axis. The curve is then plane, across the axis.

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["evaluate_spline", "nearest_parameter", "pack_spline"]
+__all__ = ["cardinal_splines", "evaluate_cardinal", "evaluate_spline", "nearest_parameter", "pack_spline"]
 
 
 def pack_spline(points: np.ndarray, closed: bool, across: np.ndarray | None = None) -> np.ndarray:
@@ -56,6 +56,43 @@ def _normals(points, tangents, across) -> np.ndarray:
         square = turn @ turn
         normals.append(r if square < 1e-30 else r - 2.0 / square * (turn @ r) * turn)
     return np.array(normals)
+
+
+def cardinal_splines(points: np.ndarray) -> np.ndarray:
+    """Return [n, knots (n,), coefficients (n - 1, 4, n)] of the splines B_k that are 1 at point k and 0 at the others.
+
+    The spline through points that have moved is sum_k B_k r_k: knots remain the lengths of the chords of `points`
+    (n, 3). Ends as in `pack_spline`.
+    """
+    from scipy.interpolate import CubicSpline
+
+    knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    n = len(knots)
+    splines = CubicSpline(knots, np.eye(n), bc_type="not-a-knot" if n > 3 else "natural")
+    return np.concatenate([[n], knots, splines.c.transpose(1, 0, 2).ravel()])
+
+
+@kernel
+def evaluate_cardinal(table, s, out):
+    """Write the cardinal splines and their first, second and third derivatives to `out` (4, n).
+
+    Beyond the ends they go on straight.
+    """
+    n = int(table[0])
+    length = table[n]
+    inside = min(max(s, 0.0), length)
+    i = min(max(int(np.searchsorted(table[1 : n + 1], inside, side="right")) - 1, 0), n - 2)
+    h, at = inside - table[1 + i], n + 1 + 4 * n * i
+    for k in range(n):
+        a, b, c, d = table[at + k], table[at + n + k], table[at + 2 * n + k], table[at + 3 * n + k]
+        out[0, k] = ((a * h + b) * h + c) * h + d
+        out[1, k] = (3.0 * a * h + 2.0 * b) * h + c
+        out[2, k] = 6.0 * a * h + 2.0 * b
+        out[3, k] = 6.0 * a
+        if s != inside:
+            out[0, k] += (s - inside) * out[1, k]
+            out[2, k] = 0.0
+            out[3, k] = 0.0
 
 
 @kernel

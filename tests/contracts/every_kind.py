@@ -24,6 +24,7 @@ VALUES = {
     "stiffness": 1e3,
     "damping": 0.1,
     "load": "flexible.push",
+    "through": ("ground.ramp", "ground.side"),
     "sensor": "s",
 }
 MORE = {
@@ -73,7 +74,10 @@ MORE = {
         ),
         "repeats": True,
     },
-    "Ground": {"name": "ground", "markers": {"A": fmb.Pose((1, 2, 3), (0.1, 0.2, 0.3)), "ramp": (0, 0, 0)}},
+    "Ground": {
+        "name": "ground",
+        "markers": {"A": fmb.Pose((1, 2, 3), (0.1, 0.2, 0.3)), "ramp": (0, 0, 0), "side": (0, 1, 0)},
+    },
     "RigidBody": {"at": (1, 2, 3), "rotation": (0.1, 0.2, 0.3), "markers": {"m": (1 / 3, 0, 0)}},
     "PointMass": {"markers": None},
     "FloatingBody": {

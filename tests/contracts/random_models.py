@@ -47,6 +47,16 @@ MARKER = {
     "beam": "{}.m",
     "plate": "{}.m",
 }
+BESIDE = {"n1": (0.9, 0.1, 0.2), "n2": (1.7, -0.2, 0.3), "n3": (2.6, 0.1, -0.1)}
+"""Further markers of ground and rigid bodies, for paths."""
+ENDS = ("{}.end", "{}.start")
+PATHS = {
+    "floating": ("{}.mid", "{}.root"),
+    "cable": ENDS,
+    "beam": ENDS,
+    "plate": ("{}.corner_11", "{}.corner_01"),
+}
+"""Through which markers a path goes on from the body's marker."""
 FORCE_FIELDS = {
     "SpringDamper": {
         "stiffness": 300.0,
@@ -128,7 +138,7 @@ def body(kind: str, name: str, rng, spread: float = 0.3):
     turning = {"rotation": rng.normal(size=3), "angular_velocity": rng.normal(size=3)}
     marker = MARKER[kind].format(name)
     if kind == "ground":
-        return fmb.Ground(markers={"m": _pose(rng)}), marker
+        return fmb.Ground(markers={"m": _pose(rng), **BESIDE}), marker
     if kind == "point":
         return fmb.PointMass(name, mass=rng.uniform(1, 2), **moving), marker
     if kind == "floating":
@@ -145,7 +155,7 @@ def body(kind: str, name: str, rng, spread: float = 0.3):
         mass=rng.uniform(1, 2),
         inertia=inertia,
         center_of_mass=rng.normal(size=3) * 0.2,
-        markers={"m": _pose(rng)},
+        markers={"m": _pose(rng), **BESIDE},
         **moving,
         **turning,
     ), marker
@@ -193,8 +203,11 @@ def pair(kinds: str, rng):
     return (*ground, body_a, body_b), (marker_a, marker_b)
 
 
-def joint_parts(kind: str, markers, rng) -> tuple:
-    """Return the joints that make one joint of a kind between two markers (a drive needs a joint to drive)."""
+def joint_parts(kind: str, markers, rng, of: str = "rigid") -> tuple:
+    """Return the joints that make one joint of a kind between two markers (a drive needs a joint to drive).
+
+    `of` is the kind of the first marker's body.
+    """
     if kind == "Drive":
         turn = fmb.expression("0.3 + 0.7*t + 0.2*t**2")
         return joints.Cylindrical("j", markers=markers), joints.Drive("drive", joint="j", angle=turn)
@@ -205,6 +218,10 @@ def joint_parts(kind: str, markers, rng) -> tuple:
     if kind == "PointOnCurve":
         curve = [(0.5 * x, 0.2 * np.sin(x), 0.1 * x * x) for x in (-6.0, -2.0, 2.0, 6.0)]
         return (joints.PointOnCurve("j", markers=markers, curve=curve),)
+    if kind == "PointOnPath":
+        carrier = markers[0].split(".")[0]
+        further = PATHS.get(of, tuple(f"{{}}.{name}" for name in BESIDE))
+        return (joints.PointOnPath("j", markers=markers, through=tuple(m.format(carrier) for m in further)),)
     if kind == "Rolling":
         return (joints.Rolling("j", markers=markers, radius=0.4),)
     if kind == "Constraint":
@@ -252,7 +269,9 @@ def connected(kind: str, kinds: str, rng) -> fmb.Model:
     members, markers = pair(kinds, rng)
     while kind == "Bushing" and relative_angle(members, markers) > 2.5:  # its rotation vector jumps at half a turn
         members, markers = pair(kinds, rng)
-    parts = {"joints": ()} | ({"joints": joint_parts(kind, markers, rng)} if kind in joints.KINDS else {})
+    parts = {"joints": ()} | (
+        {"joints": joint_parts(kind, markers, rng, kinds.split("-")[0])} if kind in joints.KINDS else {}
+    )
     if kind in forces.KINDS:
         parts["forces"] = force_parts(kind, markers, rng)
         if getattr(parts["forces"][0], "joint", None):

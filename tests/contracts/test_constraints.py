@@ -19,6 +19,7 @@ DIFFERENCE = 1e-8
 H = 3e-3
 KINDS = (*joints.KINDS, "slide")
 CASES = [(kind, pair) for kind in KINDS for pair in PAIRS]
+CASES += [("PointOnPath", f"{body}-rigid") for body in ("cable", "beam", "plate")]
 
 
 def residuals(system, state, work):
