@@ -84,9 +84,9 @@ def nearest_on_path(basis, r, p, start, B, C):
 
 @inner_kernel
 def _rates(B, C, r_dot, b, e, D, out):
-    """Write p' - c', c'' of time at fixed s and their s-derivatives to `out` (3, 3): E = p' - dc/dt, c1', c2'; return s'.
+    """Write the rates at fixed s of e, c', c'' to `out` (3, 3) and return the rate of s.
 
-    s' = (c1' . e + c1 . E) / D.
+    From dF/dt = 0: ds/dt = (d(c')/dt . e + c' . de/dt) / D.
     """
     for i in range(3):
         out[0, i] = b.v[i]

@@ -85,7 +85,7 @@ def rotating_product(a, wa, b, wb, scratch):
 
 @kernel
 def add_to_pairs(work, data, blocks, n_legs, K, D):
-    """Add K and D (6 n_legs, 6 n_legs) of many markers to their pairs; `pair_blocks` begin at `blocks` in the bulk data."""
+    """Add K and D (6 n_legs, 6 n_legs) of many markers to their pairs; `blocks`: where `pair_blocks` begin."""
     for one in range(n_legs):
         for two in range(n_legs):
             at = blocks + 3 * (one * n_legs + two)

@@ -84,7 +84,7 @@ class PointOnPath(Joint):
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist, the point is on a body of the path, or markers coincide."""
         super().check(model)
-        point, marker = model.marker(self.markers[1], self.title)
+        point, _ = model.marker(self.markers[1], self.title)
         for name in self.through:
             body, _ = model.marker(name, self.title)
             if body.name == point.name:
