@@ -22,11 +22,11 @@ import numpy as np
 
 from flexmb import fem
 from flexmb.errors import FlexmbError
-from flexmb.fem.abaqus_surfaces import FACES
 from flexmb.fem.deck.abaqus import _frames, _model_data, read_abaqus_deck
 from flexmb.fem.deck.abaqus_model import flattened_deck
 from flexmb.fem.deck.abaqus_surfaces import face_nodes, shape_of
 from flexmb.fem.deck.abaqus_text import read_blocks
+from flexmb.fem.meshes.abaqus_surfaces import FACES
 from flexmb.fem.surface_load import pressure_field
 
 SUITE = Path("/usr/share/doc/calculix-ccx-test/examples/test")

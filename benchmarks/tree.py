@@ -26,7 +26,7 @@ import numpy as np  # noqa: E402 (one thread: set before it is loaded)
 import flexmb as fmb  # noqa: E402
 from flexmb.math.kernel import kernel  # noqa: E402
 from flexmb.system import assemble, compile  # noqa: E402
-from flexmb.tree.link_motion import link_rates  # noqa: E402
+from flexmb.tree.rigid.motion import link_rates  # noqa: E402
 
 PINOCCHIO = """
 import sys, time

@@ -18,8 +18,8 @@ import meshio
 import numpy as np
 
 from flexmb import fem
-from flexmb.fem import abaqus_cards
-from flexmb.fem.mesh import DIMENSION
+from flexmb.fem.meshes import abaqus_cards
+from flexmb.fem.meshes.mesh import DIMENSION
 
 FOLDER = Path(__file__).parent
 TITANIUM = 4430.0  # kg/m3

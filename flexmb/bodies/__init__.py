@@ -1,10 +1,10 @@
 """The bodies: one kind per file, one import line per kind."""
 
-from flexmb.bodies.ancf_beam import AncfBeam
-from flexmb.bodies.ancf_cable import AncfCable
-from flexmb.bodies.ancf_plate import AncfPlate
-from flexmb.bodies.floating import FloatingBody
+from flexmb.bodies.floating.floating_body import FloatingBody
 from flexmb.bodies.ground import Ground
+from flexmb.bodies.line.ancf_beam import AncfBeam
+from flexmb.bodies.line.ancf_cable import AncfCable
+from flexmb.bodies.plate.ancf_plate import AncfPlate
 from flexmb.bodies.point_mass import PointMass
 from flexmb.bodies.rigid import RigidBody
 from flexmb.bodies.shape import VALUES, Box, Extrusion, Tube

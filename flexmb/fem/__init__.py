@@ -1,19 +1,19 @@
 """Finite elements: every way to arrive at an `FEModel`."""
 
-from flexmb.fem.connectors import with_mass, with_spring, with_supports
 from flexmb.fem.deck import DECK_READERS, DeckChecks, deck_checks, read_deck
 from flexmb.fem.fe_model import ElementBlock, FEModel, ReferencePoint
-from flexmb.fem.frame import frame
+from flexmb.fem.frames.frame import frame
+from flexmb.fem.frames.section import Section
 from flexmb.fem.joined import joined
-from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
-from flexmb.fem.matrices import from_matrices
-from flexmb.fem.mesh import Mesh, MeshWarning
-from flexmb.fem.read_matrices import read_matrices, write_matrices
-from flexmb.fem.read_mesh import read_mesh
-from flexmb.fem.section import Section
-from flexmb.fem.shell import shell
-from flexmb.fem.solid import solid
-from flexmb.fem.solid_elements import HEX8_COMPATIBLE, SolidElement
+from flexmb.fem.links.connectors import with_mass, with_spring, with_supports
+from flexmb.fem.links.links import with_averaging_link, with_node, with_rigid_link
+from flexmb.fem.matrices.from_matrices import from_matrices
+from flexmb.fem.matrices.read_matrices import read_matrices, write_matrices
+from flexmb.fem.meshes.mesh import Mesh, MeshWarning
+from flexmb.fem.meshes.read_mesh import read_mesh
+from flexmb.fem.shells.shell import shell
+from flexmb.fem.solids.elements import HEX8_COMPATIBLE, SolidElement
+from flexmb.fem.solids.solid import solid
 from flexmb.fem.solve import Modes, buckling, eigenmodes, fixed_freedoms, static
 from flexmb.fem.split import split
 from flexmb.fem.surface_load import pressure_load, traction_load

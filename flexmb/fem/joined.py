@@ -10,7 +10,7 @@ from scipy import sparse
 
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import ElementBlock, FEModel
-from flexmb.fem.mesh_groups import stacked
+from flexmb.fem.meshes.groups import stacked
 from flexmb.fem.nodal_assembly import freedom_rows
 from flexmb.fem.split import DivisibleBlock
 from flexmb.fem.told import keeping_warnings

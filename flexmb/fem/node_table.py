@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.abaqus_cards import read_abaqus_cards
 from flexmb.fem.foreign_files import understood
-from flexmb.fem.matrices_nastran import nastran_cards, nastran_float
-from flexmb.fem.nastran_cards import read_nastran_cards
+from flexmb.fem.matrices.nastran import nastran_cards, nastran_float
+from flexmb.fem.meshes.abaqus_cards import read_abaqus_cards
+from flexmb.fem.meshes.nastran_cards import read_nastran_cards
 
 __all__ = ["NodeTable", "node_table"]
 

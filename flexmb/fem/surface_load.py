@@ -133,7 +133,7 @@ def _facet_tables(nn: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     import skfem
     from skfem.quadrature import get_quadrature
 
-    from flexmb.fem.solid_elements import locate
+    from flexmb.fem.solids.elements import locate
 
     shape, name, order = FACETS[nn]
     corners = CORNERS[shape]

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.mesh import Mesh, MeshWarning
+from flexmb.fem.meshes.mesh import Mesh, MeshWarning
 
 __all__ = ["keeping_warnings", "tell"]
 

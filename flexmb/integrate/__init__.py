@@ -1,25 +1,25 @@
 """Analyses: what happens to a system over time, and about a state."""
 
 from flexmb.integrate.accelerations import Accelerations, accelerations
-from flexmb.integrate.campbell import Campbell, campbell
+from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.check import Report, check
 from flexmb.integrate.disturbed import disturbed
 from flexmb.integrate.equations_of_motion import EquationsOfMotion, equations
-from flexmb.integrate.explicit import Explicit
-from flexmb.integrate.first_frequencies import FirstFrequencies, first_frequencies
+from flexmb.integrate.equilibria.load_path import ArcLength, LimitPoint, LoadPath, LoadSteps
+from flexmb.integrate.equilibria.statics import statics
+from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.formulations import Augmented, Baumgarte, NullSpace, UdwadiaPhohomsiri
-from flexmb.integrate.generalized_alpha import GeneralizedAlpha
-from flexmb.integrate.ida import IDA
-from flexmb.integrate.impact import Impulse, impulses
-from flexmb.integrate.implicit import Implicit
+from flexmb.integrate.ida.ida import IDA
+from flexmb.integrate.implicit.implicit import Implicit
 from flexmb.integrate.kinematics import inverse_dynamics, kinematics
-from flexmb.integrate.linearize import Linearization, linearize
-from flexmb.integrate.load_path import ArcLength, LimitPoint, LoadPath, LoadSteps
-from flexmb.integrate.mode_motion import mode_motion
-from flexmb.integrate.plant import Plant
-from flexmb.integrate.resume import resume
-from flexmb.integrate.simulate import simulate
-from flexmb.integrate.statics import statics
+from flexmb.integrate.linear.campbell import Campbell, campbell
+from flexmb.integrate.linear.first_frequencies import FirstFrequencies, first_frequencies
+from flexmb.integrate.linear.linearize import Linearization, linearize
+from flexmb.integrate.linear.mode_motion import mode_motion
+from flexmb.integrate.linear.plant import Plant
+from flexmb.integrate.runs.impact import Impulse, impulses
+from flexmb.integrate.runs.resume import resume
+from flexmb.integrate.runs.simulate import simulate
 from flexmb.model.methods import Integrator
 from flexmb.model.registered import registered
 

@@ -18,7 +18,7 @@ from flexmb.system.given_state import given_state
 from flexmb.system.mobility import DEPENDENT, DRIFTS, mass_metric
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
-from flexmb.tree.joint_tree import JointTree
+from flexmb.tree.coordinates.joint_tree import JointTree
 
 __all__ = ["EquationsOfMotion", "equations"]
 

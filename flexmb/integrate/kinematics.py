@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
-from flexmb.integrate.interruption import Interruption
-from flexmb.integrate.patience import Patience
-from flexmb.integrate.simulate import sample_times
-from flexmb.integrate.unknown_value import REMEDY, unknown_value
+from flexmb.integrate.runs.interruption import Interruption
+from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.simulate import sample_times
+from flexmb.integrate.runs.unknown_value import REMEDY, unknown_value
 from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.integrate.drift import drifted
-from flexmb.integrate.outcome import Outcome
-from flexmb.integrate.patience import Patience
-from flexmb.integrate.stabilised import kinematics
+from flexmb.integrate.explicit.drift import drifted
+from flexmb.integrate.ida.stabilised import kinematics
+from flexmb.integrate.runs.outcome import Outcome
+from flexmb.integrate.runs.patience import Patience
 from flexmb.math.energies import powers
 from flexmb.system.branches import Followed
 from flexmb.system.program import evaluate, keep_branches

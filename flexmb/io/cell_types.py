@@ -87,8 +87,8 @@ def skin_cells(cells) -> tuple[np.ndarray | None, tuple[tuple[str, np.ndarray], 
 
     Cells of other kinds (shells, lines) are part of the skin as they are.
     """
-    from flexmb.fem.facets import skin
-    from flexmb.fem.solid_elements import SOLID_ELEMENTS
+    from flexmb.fem.meshes.facets import skin
+    from flexmb.fem.solids.elements import SOLID_ELEMENTS
 
     solid = [(name, np.asarray(rows)) for name, rows in cells if name in SOLID_ELEMENTS and len(rows)]
     if not solid:

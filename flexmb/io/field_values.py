@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.bodies.line_chains import single_chain
+from flexmb.bodies.line.chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.io.limits import check_extent, named_file
 from flexmb.io.part_tables import check_parameters, described_part

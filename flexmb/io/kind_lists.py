@@ -26,7 +26,7 @@ def parts() -> dict[str, dict[str, type]]:
 def values() -> dict[str, type]:
     """Return the classes of objects allowed in a field as ``{kind = ...}``."""
     from flexmb import bodies, events, forces, joints, sensors
-    from flexmb.fem.section import Section
+    from flexmb.fem.frames.section import Section
     from flexmb.model.material import Material
 
     known: dict[str, type] = {"Material": Material, "Section": Section, **events.ACTIONS}

@@ -30,7 +30,7 @@ CLOSE = 1e-9
 def _kinds() -> dict[str, dict[str, type]]:
     """Return what may stand in the lists of a part by field, and under "" what may stand anywhere."""
     from flexmb import parts, reduction
-    from flexmb.fem.section import Section
+    from flexmb.fem.frames.section import Section
     from flexmb.model.material import Material
     from flexmb.model.orthotropic_material import OrthotropicMaterial
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.bodies.ancf_plate_forces import at_fractions
-from flexmb.bodies.ancf_plate_places import at_point
+from flexmb.bodies.plate.forces import at_fractions
+from flexmb.bodies.plate.places import at_point
 
 __all__ = ["PlateSurface"]
 

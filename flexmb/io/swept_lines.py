@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.bodies.line_sections import section_at
+from flexmb.bodies.line.sections import section_at
 from flexmb.io.shape_surfaces import cut_into_triangles
 
 __all__ = ["SweptLine", "section_outline"]

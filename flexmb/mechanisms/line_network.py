@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from flexmb.bodies import AncfBeam, AncfCable
-from flexmb.bodies.line_chains import line_chains
+from flexmb.bodies.line.chains import line_chains
 from flexmb.errors import ModelError
 from flexmb.joints import Fixed, Spherical
 from flexmb.model.kinds import Body, Joint

@@ -10,8 +10,8 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.gmsh_solids import Profile, extruded
-from flexmb.fem.solid import solid
+from flexmb.fem.meshes.gmsh_solids import Profile, extruded
+from flexmb.fem.solids.solid import solid
 from flexmb.model.described import Described, finite_array, is_number, named_arguments
 from flexmb.parts.limits import check_count, largest_size
 from flexmb.parts.materials import material_of

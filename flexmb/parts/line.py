@@ -11,8 +11,8 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.frame import frame
-from flexmb.fem.section import Section
+from flexmb.fem.frames.frame import frame
+from flexmb.fem.frames.section import Section
 from flexmb.model.described import Described, finite_array, is_number
 from flexmb.parts.limits import check_count, largest_size
 from flexmb.parts.materials import material_of

@@ -12,10 +12,10 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.mesh import Mesh
-from flexmb.fem.read_mesh import read_mesh
-from flexmb.fem.shell import shell
-from flexmb.fem.solid import solid
+from flexmb.fem.meshes.mesh import Mesh
+from flexmb.fem.meshes.read_mesh import read_mesh
+from flexmb.fem.shells.shell import shell
+from flexmb.fem.solids.solid import solid
 from flexmb.model.described import Described, finite_array, is_number
 from flexmb.parts.limits import check_file
 from flexmb.parts.materials import material_of

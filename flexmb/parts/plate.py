@@ -10,8 +10,8 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.mesh import Mesh
-from flexmb.fem.shell import shell
+from flexmb.fem.meshes.mesh import Mesh
+from flexmb.fem.shells.shell import shell
 from flexmb.model.described import Described, finite_array, is_number
 from flexmb.parts.limits import check_count, largest_size
 from flexmb.parts.materials import material_of

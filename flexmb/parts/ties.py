@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.fem.connectors import with_mass, with_spring
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.links import with_averaging_link, with_node, with_rigid_link
+from flexmb.fem.links.connectors import with_mass, with_spring
+from flexmb.fem.links.links import with_averaging_link, with_node, with_rigid_link
 from flexmb.model.described import Described, finite_array
 from flexmb.parts.places import chosen_nodes, components
 

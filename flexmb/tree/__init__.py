@@ -1,6 +1,6 @@
 """Trees of joints: spanning tree, recursive solution of linear cost, relative coordinates, loops by cut joints."""
 
-from flexmb.tree.joint_tree import JointTree, RelativeState
+from flexmb.tree.coordinates.joint_tree import JointTree, RelativeState
 from flexmb.tree.recursive import Recursive
 from flexmb.tree.spanning import Spanning, spanning_tree
 

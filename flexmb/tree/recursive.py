@@ -14,13 +14,13 @@ from flexmb.math.kernel import kernel
 from flexmb.math.weights import weigh
 from flexmb.model.described import Described
 from flexmb.system.program import constraint_acceleration, evaluate
-from flexmb.tree.articulated import factor
-from flexmb.tree.light_points import LightPoints
-from flexmb.tree.loops import RANK, ROUNDING, add_loads, close, mobilities, responses, without_stress
-from flexmb.tree.passes import joint_multipliers, solve
+from flexmb.tree.any_body.articulated import factor
+from flexmb.tree.any_body.light_points import LightPoints
+from flexmb.tree.any_body.loops import RANK, ROUNDING, add_loads, close, mobilities, responses, without_stress
+from flexmb.tree.any_body.passes import joint_multipliers, solve
+from flexmb.tree.any_body.store import new_store
+from flexmb.tree.coordinates.unknowns import RelativeUnknowns
 from flexmb.tree.spanning import Spanning, spanning_tree
-from flexmb.tree.store import new_store
-from flexmb.tree.unknowns import RelativeUnknowns
 
 __all__ = ["Recursive"]
 

@@ -74,14 +74,14 @@ class Clock(Sensor):
 '''
 INTEGRATOR = '''
 from dataclasses import dataclass
-from flexmb.integrate.explicit import Explicit
+from flexmb.integrate.explicit.explicit import Explicit
 
 @dataclass(frozen=True, kw_only=True)
 class Patient(Explicit):
     """Explicit with another name."""
 '''
 FORMAT = '''
-from flexmb.fem.mesh_groups import from_gmsh
+from flexmb.fem.meshes.groups import from_gmsh
 
 def from_other(path):
     """Read a mesh in the format of Gmsh under another suffix."""
@@ -140,12 +140,13 @@ def package(tmp_path_factory):
         head, rest = room_file.read_text(encoding="utf-8").split("\n\n", 1)
         room_file.write_text(f"{head}\n\n{line}\n{rest}", encoding="utf-8")
         touched[room] = [new, room_file]
-    new, door = folder / "flexmb" / "fem" / "other_mesh.py", folder / "flexmb" / "fem" / "read_mesh.py"
+    new, door = (folder / "flexmb" / "fem" / "meshes" / file for file in ("other_mesh.py", "read_mesh.py"))
     new.write_text(f'"""A format for the test."""\n{FORMAT}', encoding="utf-8")
     text = door.read_text(encoding="utf-8")
     text = text.replace('    ".msh": from_gmsh,\n', '    ".msh": from_gmsh,\n    ".other": from_other,\n')
     text = text.replace(
-        "\nfrom flexmb.fem.mesh ", "\nfrom flexmb.fem.other_mesh import from_other\nfrom flexmb.fem.mesh "
+        "\nfrom flexmb.fem.meshes.mesh ",
+        "\nfrom flexmb.fem.meshes.other_mesh import from_other\nfrom flexmb.fem.meshes.mesh ",
     )
     door.write_text(text, encoding="utf-8")
     touched["mesh format"] = [new, door]

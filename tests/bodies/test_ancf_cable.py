@@ -17,7 +17,7 @@ from tolerances import MACHINE, SOLVER
 
 import flexmb as fmb
 from flexmb import fem
-from flexmb.bodies.ancf_curve import minimal_rotation
+from flexmb.bodies.line.curve import minimal_rotation
 from flexmb.errors import CompileError, ModelError
 from flexmb.math.rotations import rotation_matrix
 from flexmb.system.program import energies

@@ -9,10 +9,10 @@ import pytest
 from fem.structured import CELL_TYPES, structured
 
 from flexmb import fem
-from flexmb.fem.solid_elements import SOLID_ELEMENTS
+from flexmb.fem.solids.elements import SOLID_ELEMENTS
 from flexmb.model.material import Material
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 MATERIAL = Material(young=2.6, poisson=0.3, density=1.0)  # shear modulus 1, c_s = 1
 EXACT = np.sqrt(2.0) / 2.0  # Hz

@@ -3,7 +3,7 @@
 import numpy as np
 
 from flexmb import fem
-from flexmb.fem.mesh import Mesh
+from flexmb.fem.meshes.mesh import Mesh
 from flexmb.model.material import Material
 
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0)

@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 
 from flexmb.fem import Mesh
-from flexmb.fem.solid_elements import HEX, SOLID_ELEMENTS, TET, WEDGE
+from flexmb.fem.solids.elements import HEX, SOLID_ELEMENTS, TET, WEDGE
 
 CELL_TYPES = tuple(SOLID_ELEMENTS)
 QUADRATIC = tuple(name for name, element in SOLID_ELEMENTS.items() if element.order == 2)
@@ -34,7 +34,7 @@ def structured(cell_type, shape=(2, 2, 2), size=(1.0, 1.0, 1.0), *, skew=0.0, cu
     corners = {"tetra": TET, "hexahedron": HEX, "wedge": WEDGE}[element.family]
     # Nodes of the reference cell from its corners, by shape functions of the linear cell.
     linear = {"tetra": "tetra", "hexahedron": "hexahedron", "wedge": "wedge"}[element.family]
-    from flexmb.fem.solid_elements import shape_functions
+    from flexmb.fem.solids.elements import shape_functions
 
     weights = shape_functions(SOLID_ELEMENTS[linear], element.nodes)[0]
     assert np.allclose(weights @ corners, element.nodes)

@@ -12,7 +12,7 @@ from tolerances import MACHINE
 from flexmb import fem
 from flexmb.errors import MeshError
 from flexmb.fem import Section
-from flexmb.fem.links import average_motion
+from flexmb.fem.links.links import average_motion
 
 SECTION = Section.rectangle(0.02, 0.01)
 

@@ -11,7 +11,7 @@ from flexmb import fem, reduction
 from flexmb.errors import MeshError
 from flexmb.fem.deck.inventory import mass_and_center
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n210e9, .3\n*DENSITY\n7850.\n"
 
@@ -243,7 +243,7 @@ def test_bad_decks(tmp_path, change, words):
         read(tmp_path, text.replace(*change, 1))
 
 
-@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_elements_without_section_are_told(tmp_path):
     text = bricks((1, 1, 1), (1, 1, 1)) + f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
     with pytest.warns(fem.MeshWarning, match=r"S3: no section \(1\)"):
@@ -393,7 +393,7 @@ def test_nodal_thickness(tmp_path):
     assert mass_and_center(read(tmp_path, text))[0] == pytest.approx(7850 * 0.02)
 
 
-@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_misspelt_density_is_told(tmp_path, capsys):
     """One of two materials has no density: the warning names it and the keyword that nobody knows."""
     rows = bricks((1, 1, 1), (1, 1, 1), sets="A") + bricks((1, 1, 1), (1, 1, 1), (1, 0, 0), first=20, sets="B")
@@ -422,7 +422,7 @@ def test_constants_of_elasticity_are_named(tmp_path, constants, words):
         read(tmp_path, text.replace("210e9, .3", constants))
 
 
-@pytest.mark.filterwarnings("error::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.filterwarnings("error::flexmb.fem.meshes.mesh.MeshWarning")
 def test_poissons_ratio_of_a_half_is_named(tmp_path):
     """Rubber of E = 5 MPa: its modulus is no reason to doubt the units, and its ratio is told."""
     text = f"{bricks((1, 1, 1), (1, 1, 1))}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"

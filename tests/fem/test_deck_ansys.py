@@ -11,7 +11,7 @@ from flexmb.errors import FlexmbError, MeshError
 from flexmb.fem.deck.ansys_text import read_archive
 from flexmb.fem.deck.inventory import mass_and_center
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 
 def read(tmp_path, text, **options):

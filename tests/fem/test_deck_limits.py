@@ -6,7 +6,7 @@ from fuzz.decks import LINES, MIXED, PARTS, SOLIDS
 from flexmb import fem
 from flexmb.errors import MeshError
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 
 def read(tmp_path, text, name="part.bdf"):

@@ -14,7 +14,7 @@ from flexmb.fem.deck.nastran import read_nastran_deck
 E, RHO, LENGTH = 210e9, 7850.0, 2.0
 WIDTH, HEIGHT = 0.05, 0.08  # along z and along y of the bar
 
-quiet = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+quiet = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 pytestmark = quiet
 
 
@@ -261,7 +261,7 @@ def test_place_of_a_bushing_on_an_arm(tmp_path, place, x):
     assert moved[fe.dofs[free, 1] == 2] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 @pytest.mark.parametrize(
     ("cards", "words"),
     [
@@ -411,7 +411,7 @@ def test_binary_junk(tmp_path):
         fem.read_deck(path)
 
 
-@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_what_is_left_out_is_said(tmp_path):
     with pytest.warns(fem.MeshWarning, match=r"left out: CGAP: an element that is not known \(1\)"):
         deck(tmp_path, beam(3, extra="CGAP,60,2,1,2,1.,0.,0.\nPGAP,2,0.,,1.e6"))
@@ -542,7 +542,7 @@ def test_nonstructural_mass_that_fits_nothing(tmp_path):
         deck(tmp_path, f"{NSM_DECK}NSM1,7,PBEAM,5.,1", control="NSM = 7")
 
 
-@pytest.mark.filterwarnings("default::flexmb.fem.mesh.MeshWarning")
+@pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_materials_without_density_are_named(tmp_path):
     """MAT1 2 of the bar weighs nothing; MAT1 3, which only bends and shears the plate, has no mass to give."""
     rows = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,1.,1.,0.", "GRID,4,,0.,1.,0.", "CQUAD4,1,1,1,2,3,4"]

@@ -8,7 +8,7 @@ from tolerances import MACHINE
 from flexmb import fem
 from flexmb.errors import MeshError
 from flexmb.fem import Section
-from flexmb.fem.mesh import Mesh
+from flexmb.fem.meshes.mesh import Mesh
 
 SECTION = Section.rectangle(0.02, 0.01)
 OFFSET = Section.values(

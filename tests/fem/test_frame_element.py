@@ -7,7 +7,7 @@ from tolerances import MACHINE
 
 from flexmb import fem
 from flexmb.fem import Section
-from flexmb.fem.frame_element import gauss
+from flexmb.fem.frames.element import gauss
 
 SECTION = Section.rectangle(0.03, 0.05)
 

@@ -10,7 +10,7 @@ from tolerances import MACHINE
 
 from flexmb import fem, reduction
 from flexmb.errors import MeshError
-from flexmb.fem.mesh import Mesh
+from flexmb.fem.meshes.mesh import Mesh
 from flexmb.model.material import Material
 
 PLAIN = Material(young=70e9, poisson=0.0, density=2700.0)  # no lateral contraction: beam theory is exact

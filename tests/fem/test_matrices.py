@@ -13,9 +13,10 @@ from scipy import sparse
 
 from flexmb import fem
 from flexmb.errors import MeshError
-from flexmb.fem import Section, mesh
-from flexmb.fem.matrices_nastran import nastran_float
-from flexmb.fem.matrix_checks import wave_speed
+from flexmb.fem import Section
+from flexmb.fem.matrices.checks import wave_speed
+from flexmb.fem.matrices.nastran import nastran_float
+from flexmb.fem.meshes import mesh
 
 EXAMPLES = Path(__file__).parents[2] / "meshes" / "matrices"
 

@@ -7,7 +7,7 @@ import pytest
 
 from flexmb import fem
 from flexmb.errors import FlexmbError
-from flexmb.fem.mesh import MeshWarning
+from flexmb.fem.meshes.mesh import MeshWarning
 from flexmb.model.material import MATERIALS
 
 STEEL = MATERIALS["steel"]

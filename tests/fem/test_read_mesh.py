@@ -84,7 +84,7 @@ def test_bores_are_where_the_table_says():
 def test_node_order_of_second_order_cells(file, cell_type):
     """Files written by Gmsh: each node lies where the reference cell has it, and a unit cube weighs 7850 kg."""
     mesh = fem.read_mesh(SMALL / file)
-    from flexmb.fem.solid_elements import SOLID_ELEMENTS, shape_functions
+    from flexmb.fem.solids.elements import SOLID_ELEMENTS, shape_functions
 
     element = SOLID_ELEMENTS[cell_type]
     linear = SOLID_ELEMENTS[element.family]

@@ -9,7 +9,8 @@ from tolerances import MACHINE
 
 from flexmb import fem
 from flexmb.errors import MeshError
-from flexmb.fem import Section, section_shapes
+from flexmb.fem import Section
+from flexmb.fem.frames import shapes as section_shapes
 
 
 def torsion_by_elements(inside, width, height, n):

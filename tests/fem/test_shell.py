@@ -9,9 +9,9 @@ from tolerances import MACHINE
 
 from flexmb import fem
 from flexmb.errors import MeshError
-from flexmb.fem.mesh import Mesh
-from flexmb.fem.shell_functions import functions, integration_points, mass_points
-from flexmb.fem.shell_membrane import strain_rows
+from flexmb.fem.meshes.mesh import Mesh
+from flexmb.fem.shells.functions import functions, integration_points, mass_points
+from flexmb.fem.shells.membrane import strain_rows
 from flexmb.model.material import Material
 
 MATERIAL = Material(young=70e9, poisson=0.3, density=2700.0)

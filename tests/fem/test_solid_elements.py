@@ -9,7 +9,7 @@ from flexmb import fem
 from flexmb.model.material import Material
 from flexmb.model.orthotropic_material import OrthotropicMaterial
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 MATERIAL = Material(young=2.0, poisson=0.3, density=3.0)
 PLY = OrthotropicMaterial(

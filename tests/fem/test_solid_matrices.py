@@ -9,10 +9,10 @@ from skfem.helpers import ddot, dot, grad, sym_grad, trace
 from tolerances import MACHINE
 
 from flexmb import fem
-from flexmb.fem.solid_elements import SOLID_ELEMENTS, rule, shape_functions
+from flexmb.fem.solids.elements import SOLID_ELEMENTS, rule, shape_functions
 from flexmb.model.material import Material
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 MATERIAL = Material(young=3.0, poisson=0.31, density=2.0)
 LAME = MATERIAL.elasticity[0, 1]

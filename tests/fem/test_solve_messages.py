@@ -8,7 +8,7 @@ from scipy import sparse
 
 from flexmb import fem
 from flexmb.errors import MeshError
-from flexmb.fem.read_matrices import read_matrices
+from flexmb.fem.matrices.read_matrices import read_matrices
 
 TUBE = fem.Section.tube(0.05, 0.002)
 

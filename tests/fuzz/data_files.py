@@ -113,7 +113,7 @@ def _use_run(path: Path) -> None:
 
 def _use_mesh(mesh: fem.Mesh, path: Path) -> None:
     repr(mesh)
-    if any(fem.mesh.DIMENSION[kind] == 3 for kind, _ in mesh.cells):
+    if any(fem.meshes.mesh.DIMENSION[kind] == 3 for kind, _ in mesh.cells):
         fe = fem.solid(mesh, STEEL)
         abs(fe.K).max()
         fe.rigid_motions()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.breaks import just_before, with_breaks
+from flexmb.integrate.runs.breaks import just_before, with_breaks
 from flexmb.model.breakpoints import RECORD, breakpoints
 from flexmb.system import compile
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.patience import Patience
+from flexmb.integrate.runs.patience import Patience
 from flexmb.system import assemble
 
 

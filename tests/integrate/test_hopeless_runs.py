@@ -3,7 +3,7 @@
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate import phases
+from flexmb.integrate.runs import phases
 
 
 @pytest.fixture

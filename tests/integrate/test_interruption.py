@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate import phases
-from flexmb.integrate.interruption import Interruption
-from flexmb.integrate.patience import Patience
+from flexmb.integrate.runs import phases
+from flexmb.integrate.runs.interruption import Interruption
+from flexmb.integrate.runs.patience import Patience
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 
 import flexmb as fmb
 from flexmb.cli.command_line import main
-from flexmb.integrate.energy_watch import EnergyWatch
+from flexmb.integrate.runs.energy_watch import EnergyWatch
 
 
 def spinner(stiffness):

@@ -7,7 +7,7 @@ from tolerances import SOLVER
 
 import flexmb as fmb
 from flexmb import fem
-from flexmb.bodies.ancf_curve import minimal_rotation
+from flexmb.bodies.line.curve import minimal_rotation
 from flexmb.io.scene import Scene
 from flexmb.io.swept_lines import SweptLine
 from flexmb.results import recover

@@ -9,8 +9,8 @@ from flexmb.math.program import Program
 from flexmb.math.structures import Record, numba_type
 from flexmb.math.tables import State, Work
 from flexmb.system.assembly import assemble, consistent_start
+from flexmb.tree.any_body.store import new_store
 from flexmb.tree.spanning import spanning_tree
-from flexmb.tree.store import new_store
 
 
 def assert_as_declared(value):

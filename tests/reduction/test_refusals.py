@@ -11,7 +11,7 @@ from scipy import sparse
 from flexmb import fem, reduction
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.links import with_rigid_link
+from flexmb.fem.links.links import with_rigid_link
 
 BOTH = {"a": "left", "b": "right"}
 

@@ -35,7 +35,7 @@ def driven(data, *more, joints=()):
     return fmb.Model(bodies=[fmb.Ground(markers={"hub": ALONG}), body, *more], joints=[hinge, motor, *joints])
 
 
-@pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")  # a shaft without mass to speak of
+@pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")  # a shaft without mass to speak of
 @pytest.mark.parametrize("frame", ["buckens", "root", "tip"])
 def test_overhung_disc(frame):
     """m z'' + k11 z + k12 f = 0, Jt f'' - i Jp W f' + k12 z + k22 f = 0 (z = y + i z, f its slope; Genta, Dynamics of

@@ -6,7 +6,7 @@ from fem.structured import structured
 from tolerances import MACHINE
 
 from flexmb import fem
-from flexmb.fem.mesh import Mesh
+from flexmb.fem.meshes.mesh import Mesh
 from flexmb.model.material import Material
 from flexmb.reduction.stress import stress_modes
 

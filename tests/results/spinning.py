@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.bodies.floating import FloatingBody
+from flexmb.bodies.floating.floating_body import FloatingBody
 from flexmb.bodies.ground import Ground
 from flexmb.bodies.rigid import RigidBody
 from flexmb.joints.fixed import Fixed

@@ -19,7 +19,7 @@ from tree.models import random_consistent
 from tree.test_agreement import AGREED
 
 import flexmb as fmb
-from flexmb.integrate.watch import next_phase
+from flexmb.integrate.runs.watch import next_phase
 from flexmb.results import Phase, Series
 from flexmb.system import assemble
 

@@ -19,7 +19,7 @@ from tree.test_stiff import stiff_chain
 from verification.mechanisms import bricard
 
 import flexmb as fmb
-from flexmb.integrate.stages import STAGES, THIRD, WEIGHTS
+from flexmb.integrate.implicit.stages import STAGES, THIRD, WEIGHTS
 from flexmb.system import assemble
 
 VALIDATION = Path(__file__).parents[1] / "data" / "validation"

@@ -11,7 +11,7 @@ from tolerances import MACHINE
 from tree.models import branched, chain, flexible_chain, loops, random_consistent
 
 import flexmb as fmb
-from flexmb.tree.reach import advanced
+from flexmb.tree.coordinates.reach import advanced
 
 PLAIN = ("Fixed", "Revolute", "Prismatic", "Cylindrical", "Spherical", "Universal", "Planar", "Screw")
 

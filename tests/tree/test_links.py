@@ -17,8 +17,8 @@ from flexmb.math.rotations import euler_to_matrix
 from flexmb.system import assemble
 from flexmb.system.program import evaluate
 from flexmb.system.projection import project
-from flexmb.tree.link_motion import close_links, link_rates, loops_are_open
-from flexmb.tree.settle import unit_length
+from flexmb.tree.coordinates.settle import unit_length
+from flexmb.tree.rigid.motion import close_links, link_rates, loops_are_open
 
 RIGID = [pair for pair in PAIRS if set(pair.split("-")) <= {"ground", "rigid"}]
 

@@ -13,10 +13,10 @@ import pytest
 from fem.structured import structured
 
 from flexmb import fem
-from flexmb.fem.solid_elements import SOLID_ELEMENTS
+from flexmb.fem.solids.elements import SOLID_ELEMENTS
 from flexmb.model.material import Material
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
 NAMES = {"tetra10": "C3D10", "hexahedron20": "C3D20"}

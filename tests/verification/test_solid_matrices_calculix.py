@@ -14,11 +14,11 @@ from fem.structured import structured
 from scipy import sparse
 
 from flexmb import fem
-from flexmb.fem.solid_elements import SOLID_ELEMENTS
+from flexmb.fem.solids.elements import SOLID_ELEMENTS
 from flexmb.model.material import Material
 from flexmb.model.orthotropic_material import OrthotropicMaterial
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 MATERIAL = Material(young=210.0, poisson=0.3, density=7.85)
 PLY = OrthotropicMaterial(young=(135.0, 10.0, 9.0), poisson=(0.3, 0.4, 0.25), shear=(5.0, 3.5, 4.0), density=1.6)

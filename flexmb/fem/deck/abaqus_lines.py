@@ -13,7 +13,7 @@ from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.contents import Beams, Deck, Rods
 from flexmb.fem.deck.nastran_materials import LOWEST
 from flexmb.fem.deck.shapes import Constants, constants
-from flexmb.fem.section import Section
+from flexmb.fem.frames.section import Section
 from flexmb.model.material import Material
 
 __all__ = ["beam_section", "trusses"]

@@ -14,7 +14,7 @@ from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.cells import SolidCells, first_order_shells
 from flexmb.fem.deck.contents import Deck, Shells, Solids
 from flexmb.fem.deck.nastran_shells import turned_solid
-from flexmb.fem.laminate_block import laminate, shear_stiffness, turned_plane
+from flexmb.fem.shells.laminate_block import laminate, shear_stiffness, turned_plane
 
 __all__ = ["add_sections"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.abaqus_surfaces import FACES
 from flexmb.fem.deck.abaqus_model import Element, Flat
 from flexmb.fem.deck.abaqus_text import is_number
 from flexmb.fem.deck.cells import EDGES
+from flexmb.fem.meshes.abaqus_surfaces import FACES
 
 __all__ = ["facets", "shape_of", "surface_nodes"]
 

@@ -9,7 +9,7 @@ from flexmb.fem.deck.ansys_materials import AnsysSection
 from flexmb.fem.deck.contents import Beams, Deck, Rods
 from flexmb.fem.deck.nastran_materials import LOWEST
 from flexmb.fem.deck.shapes import Constants, constants
-from flexmb.fem.section import Section
+from flexmb.fem.frames.section import Section
 from flexmb.model.material import Material
 
 __all__ = ["add_beams", "add_rods"]

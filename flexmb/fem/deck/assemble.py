@@ -11,11 +11,11 @@ from flexmb.errors import MeshError
 from flexmb.fem.deck.blocks import beam_blocks, rod_blocks, shell_blocks, solid_blocks
 from flexmb.fem.deck.contents import Deck, Lumped
 from flexmb.fem.deck.links import LinkRows, eliminated
-from flexmb.fem.facets import oriented_facet_sets
 from flexmb.fem.fe_model import FEModel, ReferencePoint
-from flexmb.fem.link_stiffness import RigidLinkBlock
-from flexmb.fem.links import LinkedBlock
-from flexmb.fem.solid_block import SolidBlock
+from flexmb.fem.links.links import LinkedBlock
+from flexmb.fem.links.stiffness import RigidLinkBlock
+from flexmb.fem.meshes.facets import oriented_facet_sets
+from flexmb.fem.solids.block import SolidBlock
 from flexmb.model.numbering import Numbering
 
 __all__ = ["assembled"]

@@ -10,13 +10,13 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.fem.deck.contents import Beams, Deck, Shells, Solids
 from flexmb.fem.deck.links import LinkRows
-from flexmb.fem.frame import beam_block
-from flexmb.fem.laminate_block import LaminateBlock, turned_plane
-from flexmb.fem.rod_block import RodBlock
-from flexmb.fem.shell import WARPING, flattened
-from flexmb.fem.solid import oriented
-from flexmb.fem.solid_block import SolidBlock
-from flexmb.fem.solid_elements import SOLID_ELEMENTS
+from flexmb.fem.frames.frame import beam_block
+from flexmb.fem.frames.rod_block import RodBlock
+from flexmb.fem.shells.laminate_block import LaminateBlock, turned_plane
+from flexmb.fem.shells.shell import WARPING, flattened
+from flexmb.fem.solids.block import SolidBlock
+from flexmb.fem.solids.elements import SOLID_ELEMENTS
+from flexmb.fem.solids.solid import oriented
 
 __all__ = ["beam_blocks", "rod_blocks", "shell_blocks", "solid_blocks"]
 

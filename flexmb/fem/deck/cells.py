@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Inventory
 from flexmb.fem.deck.links import LinkRows
-from flexmb.fem.solid_elements import HEX_EDGES, TET_EDGES, WEDGE_EDGES
+from flexmb.fem.solids.elements import HEX_EDGES, TET_EDGES, WEDGE_EDGES
 
 __all__ = ["SolidCells", "first_order_shells", "some"]
 

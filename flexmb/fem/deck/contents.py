@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from flexmb.fem.section import Section
+from flexmb.fem.frames.section import Section
 from flexmb.model.material import Material
 
 __all__ = ["Beams", "Deck", "Inventory", "Lumped", "MissingNode", "Reference", "Rods", "Shells", "Solids"]

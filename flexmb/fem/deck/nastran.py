@@ -17,7 +17,7 @@ from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
 from flexmb.fem.deck.nastran_shells import add_shells, add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
 from flexmb.fem.deck.nastran_text import Bulk, read_bulk
-from flexmb.fem.nastran_cards import PROPERTY_NAME, SET_NAME
+from flexmb.fem.meshes.nastran_cards import PROPERTY_NAME, SET_NAME
 
 __all__ = ["read_nastran_deck"]
 

@@ -11,7 +11,7 @@ from flexmb.fem.deck.contents import Beams, Deck, Rods
 from flexmb.fem.deck.nastran_materials import LOWEST, Materials
 from flexmb.fem.deck.nastran_text import Bulk, Card
 from flexmb.fem.deck.shapes import SHAPES, Constants, constants
-from flexmb.fem.section import Section
+from flexmb.fem.frames.section import Section
 from flexmb.model.material import Material
 
 __all__ = ["add_beams", "add_rods"]

@@ -13,7 +13,7 @@ import numpy as np
 from flexmb.fem.deck.contents import Beams, Deck, Rods, Shells
 from flexmb.fem.deck.nastran_links import thru
 from flexmb.fem.deck.nastran_text import Bulk, Card
-from flexmb.fem.section import Section
+from flexmb.fem.frames.section import Section
 
 __all__ = ["add_nonstructural_mass"]
 

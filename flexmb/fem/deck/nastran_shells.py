@@ -11,7 +11,7 @@ from flexmb.fem.deck.contents import Deck, Shells, Solids
 from flexmb.fem.deck.nastran_materials import MaterialCard, Materials
 from flexmb.fem.deck.nastran_systems import Systems
 from flexmb.fem.deck.nastran_text import Bulk, Card, FieldTable
-from flexmb.fem.laminate_block import laminate, shear_stiffness, turned_plane
+from flexmb.fem.shells.laminate_block import laminate, shear_stiffness, turned_plane
 
 __all__ = ["add_shells", "add_solids"]
 

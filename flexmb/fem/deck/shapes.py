@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 
-from flexmb.fem.section_shapes import torsion_rectangle
+from flexmb.fem.frames.shapes import torsion_rectangle
 
 __all__ = ["SHAPES", "Constants", "constants"]
 

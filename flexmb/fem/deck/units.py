@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.links import LinkRows
-from flexmb.fem.section import Section
+from flexmb.fem.frames.section import Section
 
 __all__ = ["SYSTEMS", "converted", "factors"]
 

@@ -1,0 +1,1 @@
+"""The reduced elastic body in a floating frame: inertia, geometric stiffness, markers, limits."""

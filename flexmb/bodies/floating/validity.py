@@ -1,0 +1,154 @@
+"""How far a floating body is from what its linear reduction holds for: deformation, load and speed.
+
+Three numbers, each 1 at the limit:
+
+- deformation: largest nodal displacement relative to `DEFORMATION` of the body's size; beyond, linear strain and the
+  first-order kinematics of the markers err by percents;
+- load: the geometric stiffness of the present loads, sum s_i G_i, relative to the one at which K + sum s_i G_i is
+  singular: the buckling load of the reduced body in its frame (free for the mean frame: joints are no part of it);
+- speed: angular velocity relative to the frequency of the highest retained mode; beyond, the centrifugal field changes
+  the body in shapes that were left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from flexmb.bodies.floating.row import ROW, mean_motion, stiffness_matrices
+from flexmb.bodies.floating.stiffness import load_scales, mean_acceleration
+from flexmb.math.kernel import kernel
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.vectors import matvec_t
+
+__all__ = ["DEFORMATION", "FloatingWatch"]
+
+DEFORMATION = 0.1
+"""Largest displacement, relative to the body's size, that counts as small."""
+LOOKS = 16
+"""Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
+
+
+@kernel
+def _scales(rows, data, state, work, first, out):
+    """Write the scales s_i of the unit loads of each row's body to `out` from number `first[row]` on."""
+    R = np.empty((3, 3))
+    fall = np.empty(3)
+    acceleration = np.empty(6)
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        if row.stiffening == 0:
+            continue
+        A = state.a[row.iu : row.iu + 6 + row.modes].copy()
+        euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
+        matvec_t(R, row.gravity, fall)
+        for i in range(3):
+            A[i] -= fall[i]
+        mean_acceleration(mean_motion(data, row.mass, row.modes), A, acceleration)
+        load_scales(
+            state.u[row.iu : row.iu + 6],
+            acceleration,
+            R,
+            work.markers[row.marker : row.marker + row.interfaces],
+            work.loads[row.first_load : row.first_load + row.loads],
+            out[first[n] : first[n] + row.stiffening],
+        )
+
+
+class _Limits:
+    """Size, watched nodes, highest frequency, stiffness and unit loads of one body."""
+
+    def __init__(self, body, row, bulk):
+        data = body.reduced
+        self.title, self.modes = body.title, data.n_modes
+        nodes, shapes = data.nodes, data.shapes
+        if not len(nodes):  # of SID and MBDyn files: markers are all that is known of the geometry
+            nodes = np.vstack([np.zeros((1, 3)), data.marker_positions])
+            shapes = np.concatenate([np.zeros((1, 3, data.n_modes)), data.marker_translations])
+        self.size = float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
+        some = slice(None, None, 1 + len(nodes) // 4096)  # a fine mesh need not be looked at node by node
+        furthest = some.step * np.linalg.norm(shapes[some], axis=1).argmax(axis=0)
+        watched = np.unique(np.concatenate([furthest, nodes.argmin(axis=0), nodes.argmax(axis=0)]))
+        self.shapes, self.nodes = shapes[watched], nodes[watched]
+        # of the matrices, not of the report: data made by hand need not tell its frequencies
+        mass = data.invariants.nn
+        self.highest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, data.stiffness))).max()))
+        G = stiffness_matrices(bulk, *(row[name] for name in ("elastic", "modes", "loads", "turning", "stiffening")))[4]
+        self.G = G.swapaxes(0, 1)
+        if len(self.G):
+            w, vectors = np.linalg.eigh(data.stiffness)
+            self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
+        interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
+        self.causes = (
+            12 * ["acceleration"]
+            + [name for name in interfaces for _ in range(6)]
+            + [f"load '{name}'" for name in data.load_names]
+            + ["preload"]
+        )
+
+    def deformation(self, eta):
+        """Return the displacement relative to the size, (nt, watched nodes), from eta (nt, m)."""
+        U = eta @ self.shapes.reshape(-1, self.modes).T
+        return np.linalg.norm(U.reshape(len(eta), -1, 3), axis=2) / self.size
+
+    def load(self, scales):
+        """Return the load relative to the buckling load, (nt,), and its greatest cause, for scales (nt, n)."""
+        if not len(self.G):
+            return np.zeros(len(scales)), ""
+        stiffening = np.einsum("ti,ijk->tjk", scales, self.G)
+        values, vectors = np.linalg.eigh(self.inverse @ stiffening @ self.inverse.T)
+        k = int(values[:, 0].argmin())
+        shape = self.inverse.T @ vectors[k, :, 0]
+        parts: dict[str, float] = {}
+        for cause, part in zip(self.causes, scales[k] * np.einsum("j,ijk,k->i", shape, self.G, shape), strict=True):
+            parts[cause] = parts.get(cause, 0.0) + part
+        return np.maximum(0.0, -values[:, 0]), min(parts, key=lambda cause: parts[cause])
+
+
+class FloatingWatch:
+    """Measures the floating bodies of a system.
+
+    Parameters
+    ----------
+    bodies : sequence of FloatingBody
+    system : System
+    """
+
+    def __init__(self, bodies, system):
+        program = system.program
+        kind = list(program.place).index(bodies[0].table.kernels["place"].compiled.address)
+        rows = program.raw[program.starts[kind] : program.starts[kind + 1]].view(ROW)
+        elastic = [(body, row) for body, row in zip(bodies, rows, strict=True) if row["modes"] > 0]
+        self.limits = [_Limits(body, row, program.bulk) for body, row in elastic]
+        self.spans = [system.body_slices[body.name] for body, _ in elastic]
+        self.bulk = program.bulk
+        self.rows = rows[rows["modes"] > 0]
+        self.first = np.concatenate([[0], np.cumsum(self.rows["stiffening"])]).astype(np.int64)
+
+    def measure(self, rows: Mapping[str, np.ndarray], evaluated: Callable[[int], Any]) -> Iterator[tuple]:
+        """Yield (title of the body, measure, place, sample numbers, values), each 1 at its limit.
+
+        Parameters
+        ----------
+        rows : mapping of "t", "q", "u" ... to arrays with one row per sample
+            A block of samples.
+        evaluated : callable k -> (state, work)
+            Evaluates the equations of motion at sample k.
+        """
+        everything = np.arange(len(rows["t"]))
+        looks = np.unique(np.linspace(0, len(everything) - 1, LOOKS).astype(int))
+        scales = np.zeros((len(looks), self.first[-1]))
+        if self.first[-1]:
+            for row, k in zip(scales, looks):
+                _scales(self.rows, self.bulk, *evaluated(k), self.first, row)
+        for n, (body, (iq, iu)) in enumerate(zip(self.limits, self.spans)):
+            q, u = rows["q"][:, iq], rows["u"][:, iu]
+            share = body.deformation(q[:, 7:])
+            x, y, z = body.nodes[share.max(axis=0).argmax()]
+            place = f"at ({x:.4g}, {y:.4g}, {z:.4g}) m"
+            yield body.title, "deformation", place, everything, share.max(axis=1) / DEFORMATION
+            values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]])
+            yield body.title, "load", f"most of it from {cause}" if cause else "", looks, values
+            yield body.title, "speed", "", everything, np.linalg.norm(u[:, 3:6], axis=1) / (body.highest or np.inf)

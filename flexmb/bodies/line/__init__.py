@@ -1,0 +1,1 @@
+"""Cables and beams in absolute nodal coordinates: curves, sections, elements and their kernels."""

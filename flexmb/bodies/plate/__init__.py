@@ -1,0 +1,1 @@
+"""Plates and shells in absolute nodal coordinates: surfaces, elements and their kernels."""

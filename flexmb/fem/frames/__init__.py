@@ -1,0 +1,1 @@
+"""Straight beams and rods, and the sections that they have."""

@@ -1,0 +1,1 @@
+"""Links between nodes: rigid and averaging links, masses, springs, supports."""

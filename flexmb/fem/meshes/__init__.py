@@ -1,0 +1,1 @@
+"""Meshes and the files that hold them: cells, groups, facets, one reader per format."""

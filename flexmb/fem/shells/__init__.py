@@ -1,0 +1,1 @@
+"""Flat shell elements and layups: membrane, bending, shear."""

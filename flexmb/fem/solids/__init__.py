@@ -1,0 +1,1 @@
+"""Solid elements: shape functions, matrices and stresses."""

@@ -1,0 +1,1 @@
+"""The generalized-alpha method: the integrator and its compiled step."""

@@ -1,0 +1,127 @@
+"""State, scratch and parameters of the compiled generalized-alpha steps."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from flexmb.integrate.runs.switches import Switching
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record
+
+__all__ = ["COUNTED", "AlphaRun", "Controls", "Variables"]
+
+
+class AlphaRun(Record):
+    """How far a run is, and how it goes on."""
+
+    t: float
+    """s"""
+    next_step: float
+    """s"""
+    last_step: float
+    """s"""
+    longest_step: float
+    """s"""
+    convergence: float
+    """rate of the iteration with a fresh matrix"""
+    rounding: float
+    """m, of positions"""
+    steps: int
+    iterations: int
+    factorisations: int
+    rejected_by_error: int
+    rejected_by_iteration: int
+    cut_at_contacts: int
+
+
+COUNTED = (
+    "steps",
+    "iterations",
+    "factorisations",
+    "rejected_by_error",
+    "rejected_by_iteration",
+    "cut_at_contacts",
+)
+"""What the statistics of a run tell."""
+
+
+class Variables(NamedTuple):
+    """State and scratch of the integration."""
+
+    q: Floats
+    """(nq,) configuration at the step's start"""
+    u: Floats
+    """(nu,) velocity"""
+    a: Floats
+    """(nu,) acceleration"""
+    lam: Floats
+    """(ng,) multipliers"""
+    alg: Floats
+    """(nu,) algorithmic acceleration"""
+    q1: Floats
+    """(nq,) the same at its end, as the next four"""
+    u1: Floats
+    a1: Floats
+    lam1: Floats
+    alg1: Floats
+    dx: Floats
+    """(nu,) increment over the step"""
+    d: Floats
+    """(nu,) scratch"""
+    right: Floats
+    """(nu + ng,) scratch"""
+    a_last: Floats
+    """(nu,) acceleration at the start of the previous step, for the prediction"""
+    lam_last: Floats
+    """(ng,) multipliers there"""
+    hidden: Floats
+    """(ng,) rate of the constraints at the step's start"""
+    change: Floats
+    """(nu,) of the velocities, with the step size"""
+    extent: Floats
+    """(nu,) m, length that makes an increment a displacement (radius of gyration for rotations)"""
+    reach: Floats
+    """(nu,) m, displacement to which tolerances are relative"""
+    works: Floats
+    """(3,) J, work of loads, of drives, dissipated energy"""
+    powers: Floats
+    """(3,) W, their rates"""
+    powers_last: Floats
+    """(3,) W, a step before"""
+    signals: FloatRows
+    run: Annotated[np.ndarray, ArrayOf(AlphaRun.dtype)]
+    """one row: how far it is, and how it goes on"""
+    pace: Floats
+    """(nb,) rate of the branches (turns, places on curves) over the last step, by which they are followed"""
+    world: IntegerRows
+    """(n, 2) frames whose u, a, alg, dx have translations in world axes"""
+    body_u: Floats
+    """(nu,) u1 with all in body axes"""
+    body_a: Floats
+    """(nu,) a1, likewise"""
+    switching: Switching
+
+
+class Controls(NamedTuple):
+    """Parameters of the method."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    tolerance: float
+    """of the error of a step"""
+    newton: float
+    """of the iteration, relative to that"""
+    settled: float
+    """of the accelerations, relative to the largest one"""
+    adaptive: bool
+    smallest: float
+    """s, step size at which a run ends"""
+    iterations: int
+    sweeps: int
+    """to solve for the accelerations of samples, 0: those of the step"""
+    trend: float
+    """1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance,
+    which would grow by it from step to step"""

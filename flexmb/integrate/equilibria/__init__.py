@@ -1,0 +1,1 @@
+"""Equilibria: of one load, and along a load that grows."""

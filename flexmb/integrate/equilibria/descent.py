@@ -1,0 +1,222 @@
+"""Newton's method with an artificial inertia that fades: the iteration of `statics` towards a stable equilibrium."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from flexmb.integrate.extent import extents
+from flexmb.integrate.linear.steady import saddle, steady_motion
+from flexmb.integrate.matrices import tangent_at
+from flexmb.system.mobility import mass_metric
+from flexmb.system.program import advance, evaluate, keep_branches
+
+__all__ = ["Descent"]
+
+LINEAR = 0.1
+"""A move with a smaller nonlinearity lets the pseudo time grow, whatever the forces."""
+CUTS = 30
+"""How often the pseudo time is halved until no move is uphill."""
+UPHILL = 1e-8
+"""How far, as a share of the model's size, a move may go against its force: what rounding does."""
+SOFT = 1e-9
+"""Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
+REFINED = 50
+"""Most corrections of multipliers of least norm."""
+_PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
+
+
+class Descent:
+    """Newton's method with an artificial inertia M / step^2.
+
+    The pseudo time `step` grows with the fall of the unbalanced forces, and where a move has proved linear: the forces
+    after it are those foreseen, in the measure of the displacements that the rest would cause (Deuflhard's natural
+    level). That does not depend on how stiff the stiffest direction is, as a norm of the forces does. It is cut where
+    the next move would go uphill, against the force: to the far side of a buckling load.
+
+    Both judge by the stiffness at one place, so they need a smooth model. Between stiff contacts with small gaps it
+    predicts nothing: a part that floats in its gap has no unbalanced force, a move there is linear, and its pseudo time
+    would grow until rounding drives it. Without `smooth`, `step` follows the unbalanced forces alone.
+    """
+
+    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool, smooth: bool):
+        self.at_rest, self.wary, self.smooth = at_rest, wary, smooth
+        self.system, self.work, self.t, self.q = system, work, t, q
+        self.size = system.lengths.whole
+        self.extent, _ = extents(system, start, work)
+        self.lam = np.zeros(system.ng)
+        self.path: list[tuple[np.ndarray, ...]] = []
+        self.step, self.first, self.unbalanced, self.largest = 0.0, 0.0, np.inf, 0.0
+        self.before: dict[str, Any] = {}
+        self.foreseen: tuple | None = None
+        self.softest = np.random.default_rng(0).standard_normal((system.nu, min(3, system.nu)))
+
+    def balanced(self, tolerance: float) -> bool:
+        """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
+        now = self.system.state(self.t, self.q, u=np.zeros(self.system.nu), lam=self.lam)
+        self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
+        now.u[:], now.a[:] = self.motion.u, self.motion.a
+        self.tangent = tangent_at(self.system, now, self.work)
+        keep_branches(self.system.program, self.work, self.q)
+        self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
+        before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
+        if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
+            self.__dict__.update(self.before)
+            self.step *= 0.1
+            self.wary = self.step > 1e-9 * self.first
+            return False
+        reactions = abs(self.tangent.L) @ np.abs(self.lam)
+        self.largest = max(
+            self.largest,
+            self._greatest(reactions / self.extent),
+            self._inertia(now.u),
+            self.unbalanced if not self.path else 0.0,
+        )
+        self.path.append((self.q.copy(), now.u, now.a, self.lam.copy()))
+        if len(self.path) == 1:
+            # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
+            pull = self._greatest(self.force * self.extent / mass_metric(self.tangent.M))
+            self.step = self.first = np.sqrt(0.02 * self.size / max(pull, 1e-30))
+        elif np.isfinite(self.unbalanced):
+            growth = min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
+            self.step *= max(growth, min(4.0, LINEAR / max(self._nonlinearity(), 1e-300)))
+        return self._greatest(self.g) <= 1e-9 * self.size and (
+            self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before)
+        )
+
+    def _nonlinearity(self) -> float:
+        """Return the displacement that undoes what the last move has made of the forces beyond the foreseen, relative
+        to the move."""
+        if self.foreseen is None or not self.smooth:
+            return np.inf
+        factor, rest, move = self.foreseen
+        more = factor.solve(np.concatenate([self.force, self.g]) - rest)[: self.system.nu]
+        return self._greatest(more * self.extent) / max(self._greatest(move * self.extent), 1e-300)
+
+    def _rounded(self, before: float) -> bool:
+        """Are the unbalanced forces what rounding the positions makes? Without any load, these are all there are.
+
+        They are below what the stiffest direction makes of the last digit, and either an iteration leaves them as large
+        as they were `before`, or the last digits of these coordinates do make them: a small load on a soft direction,
+        as on a thin plate, is below the first bound too.
+        """
+        stiffest = self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
+        if self.unbalanced > 1e-16 * stiffest:
+            return False
+        if 0.1 * before <= self.unbalanced:
+            return True
+        made, digits = np.zeros(self.system.nu), np.random.default_rng(0)
+        self.work.weights[0].wanted = 0
+        for _ in range(3):
+            near = self.q * (1.0 + np.finfo(float).eps * digits.choice((-1.0, 1.0), len(self.q)))
+            evaluate(self.system.program, self.now._replace(q=near), self.work)
+            made = np.maximum(made, np.abs(self.work.residual - self.force))
+        return bool(np.all(np.abs(self.force) <= 10.0 * made))
+
+    def _magnitudes(self) -> np.ndarray:
+        """Return the size of the numbers (nu,) that are rounded: the model's, or of nodes their vectors themselves."""
+        magnitudes = self.size / self.extent
+        for iq, iu, count, flexible in self.system.program.vectors:
+            if not flexible:
+                own = np.linalg.norm(self.q[iq : iq + count].reshape(-1, 3), axis=1)
+                magnitudes[iu : iu + count] = np.repeat(own, 3)
+        return magnitudes
+
+    def _inertia(self, u: np.ndarray) -> float:
+        """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
+        rate = self._greatest(u * self.extent) / self.size
+        return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) / self.extent)
+
+    def share_multipliers(self) -> None:
+        """Give the multipliers of dependent equations least norm.
+
+        Newton's method leaves the last digit of the forces, divided by a softness of 1e-12, in states of self-stress.
+        The solution of (diag M, -L; G, r) (x, y) = (0, r lam) is that part with full digits; it is taken out, and what
+        this leaves unbalanced (a share r of the others) is found once more.
+        """
+        if not self.system.redundant:
+            return
+        system, nu, L, G = self.system, self.system.nu, self.tangent.L, self.tangent.G
+        metric = mass_metric(self.tangent.M)
+        soft = SOFT * np.max(abs(G).power(2) @ (1.0 / metric)) * system.multiplier_weights
+        try:
+            factor = splu(sparse.bmat([[sparse.diags(metric), -L], [G, sparse.diags(soft)]], format="csc"))
+        except RuntimeError:
+            return
+        lam = self.lam
+        for _ in range(2):
+            lam, last = lam - factor.solve(np.concatenate([np.zeros(nu), soft * lam]))[nu:], np.inf
+            for _ in range(REFINED):  # one is enough but for equations of other units, which are relatively soft
+                left = -(self.force + L @ (self.lam - lam))
+                change = factor.solve(np.concatenate([left, np.zeros(system.ng)]))[nu:]
+                size = self._greatest(change)
+                if not size < 0.5 * last:
+                    break
+                lam, last = lam + change, size
+        self.lam = lam
+        self.path[-1] = (*self.path[-1][:3], lam.copy())
+
+    def advance(self) -> bool:
+        """Move by one iteration, at most three tenths of the model's size; never done by itself."""
+        self.before = {name: getattr(self, name) for name in _PLACE}
+        # the velocities of a steady motion turn with the bodies
+        tangent, motion = self.tangent, self.motion
+        moving = tangent.K + tangent.D @ motion.turning + tangent.M @ motion.centripetal
+        self.foreseen, rest = None, np.concatenate([self.force, self.g])
+        for _ in range(CUTS):
+            try:
+                factor = splu(saddle(tangent.M / self.step**2 + moving, tangent.L, tangent.G, 1e-12))
+            except RuntimeError:  # exactly singular: more inertia helps
+                self.step *= 0.5
+                return False
+            x, taken = factor.solve(-rest), self.step
+            if not self.smooth or motion.u.any() or not self._uphill(factor):
+                break  # what spins may be stable beyond its critical speed
+            self.step *= 0.5
+        stride = self._greatest(x[: self.system.nu] * self.extent) / self.size
+        if stride > 0.2:
+            self.step *= 0.5
+        scale = min(1.0, 0.3 / stride) if stride > 0.0 else 1.0
+        q = np.zeros(self.system.nq)
+        advance(self.system.program, self.q, x[: self.system.nu], scale, q)
+        self.q, self.lam = q, self.lam + scale * x[self.system.nu :]
+        inertia = tangent.M @ x[: self.system.nu] / taken**2
+        rest *= 1.0 - scale
+        rest[: self.system.nu] -= scale * inertia
+        self.foreseen = (factor, rest, x[: self.system.nu]) if stride <= 0.2 else None
+        return False
+
+    def _uphill(self, factor) -> bool:
+        """Would a part of the move go against the force, along a motion that M / step^2 + K pushes on?
+
+        Looked for among the Ritz vectors of the motions that it resists least. An unstable motion without force, as
+        that of a straight column out of its line, is left alone.
+        """
+        nu = self.system.nu
+        for _ in range(2):
+            load = np.zeros((nu + self.system.ng, self.softest.shape[1]))
+            load[:nu] = self.tangent.M @ self.softest
+            moved = factor.solve(load)[:nu]
+            size = np.linalg.norm(moved, axis=0)
+            if not (np.all(np.isfinite(size)) and np.all(size > 0.0)):
+                return False
+            resisted = (moved / size).T @ (load[:nu] / size)
+            self.softest, turn = np.linalg.qr(moved / size)
+        inverse = np.linalg.pinv(turn)
+        values, vectors = np.linalg.eigh(inverse.T @ (0.5 * (resisted + resisted.T)) @ inverse)
+        along = self.softest @ vectors[:, 0]
+        if values[0] >= -1e-9 * np.abs(values).max():
+            return False
+        share = along * (along @ self.force / values[0])
+        return self._greatest(share * self.extent) > UPHILL * self.size
+
+    def most_unbalanced(self) -> str:
+        """Return the title of the body on which most force is left."""
+        return self.system.owner(int(np.argmax(np.abs(self.force / self.extent)))).partition(",")[0]
+
+    @staticmethod
+    def _greatest(x: np.ndarray) -> float:
+        return float(np.max(np.abs(x), initial=0.0))

@@ -1,0 +1,181 @@
+"""`statics`: equilibrium with joints and large rotations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import IntegrationError, ModelError
+from flexmb.integrate.equilibria.descent import Descent
+from flexmb.integrate.equilibria.load_path import ArcLength, LoadSteps, follow
+from flexmb.integrate.linear.steady import unsteady_equation
+from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.model.described import is_number
+from flexmb.model.model import Model
+from flexmb.results import SHARED, Phase, Solution, Status
+from flexmb.system import assemble, assemble_as_drawn
+from flexmb.system.given_state import given_state
+from flexmb.system.mobility import shared_reactions
+
+__all__ = ["statics"]
+
+
+def statics(
+    model: Model,
+    *,
+    t: float = 0.0,
+    path: ArcLength | LoadSteps | None = None,
+    tolerance: float = 1e-9,
+    iterations: int = 400,
+    state: Any = None,
+) -> Solution:
+    """Find the equilibrium at time `t`: all accelerations zero, loads and drives at their values of that time.
+
+    Drives that move (a rotor at constant speed) keep their rates: the result then is the steady motion. Every body
+    turns at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
+    accelerations of this rotation. A mechanism without a steady motion (a crank and its coupler) is refused. The
+    iteration is Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
+    continuation, Kelley & Keyes 1998). It follows the damped motion of the mechanism downhill. So it finds a stable
+    equilibrium through large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a
+    step that runs far into one of them is taken back, and the inertia fades with the forces alone. If that finds
+    nothing, it also fades by the stiffness, as without contacts. The last attempt accepts all steps.
+
+    With a `path`, time is a load factor, and the equilibrium is followed from the one at `path.start` to `t`. Loads
+    that are functions of time, such as ``force=(0, 0, fmb.expression("-500*t"))``, grow, stay or fall with it. All is
+    at rest then.
+
+    Parameters
+    ----------
+    model : Model
+    t : float, s
+    path : ArcLength or LoadSteps, optional
+        By arc length past limit points, or in equal load steps up to the first of them.
+    tolerance : float
+        Largest unbalanced force relative to the largest applied, elastic or (of a steady motion) inertia force.
+    iterations : int
+    state : Solution or Instant, optional
+        Where to begin; by default the assembled start.
+
+    Returns
+    -------
+    Solution
+        Its last sample is the equilibrium, the others are the path of the iteration. With a `path` a LoadPath: the
+        equilibria on it, with the load factors as times, and its limit points.
+
+    Raises
+    ------
+    ModelError
+        If `t`, `tolerance` or `iterations` are not numbers, or `state` does not belong to this model.
+    IntegrationError
+        If no equilibrium is found, or no steady motion; ``error.solution`` holds the path. If loads grow with time, the
+        message says up to which of them there is an equilibrium.
+    """
+    _check_numbers(t, tolerance, iterations)
+    if path is None:
+        return _descend(model, t, tolerance, iterations, state)
+    if not isinstance(path, ArcLength | LoadSteps):
+        raise ModelError(
+            "statics",
+            found=f"path = {path!r}",
+            expected="an ArcLength or LoadSteps object",
+            remedy="Write path=flexmb.ArcLength()",
+        )
+    first = _descend(model, path.start, tolerance, iterations, state, on_path=True)
+    system = first.phases[0].system
+    start = system.state(path.start, first.final.q, lam=first.final.lam)
+    return follow(model, system, start, path, t, tolerance)
+
+
+def _check_numbers(t, tolerance, iterations) -> None:
+    if not is_number(t):
+        raise ModelError("statics", found=f"t = {t!r}", expected="a time, s, or a load factor", remedy="Write t=1.0")
+    for name, value, least in (("tolerance", tolerance, 0.0), ("iterations", iterations, 1)):
+        whole = isinstance(least, float) or isinstance(value, int | np.integer)
+        if not is_number(value) or value < least or not whole:
+            raise ModelError(
+                "statics",
+                found=f"{name} = {value!r}",
+                expected="a whole number >= 1" if least else "a number >= 0",
+                remedy=f"Leave {name} out",
+            )
+
+
+def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> Solution:
+    """Return the path downhill to the equilibrium at time t."""
+    system, start = (assemble_as_drawn if state is None else assemble)(model, t=t)
+    work = system.workspace()
+    q = start.q.copy() if state is None else given_state(state, system, "statics").q
+    strikes = any(force.strikes for force in model.forces)
+    for wary, smooth in ((True, False), (True, True), (False, True)) if strikes else ((False, True),):
+        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth)
+        if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
+            iteration.share_multipliers()
+            break
+    status = (
+        Status.finished(t)
+        if found
+        else Status.failed(
+            f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
+            f"{iteration.most_unbalanced()}{'' if on_path else _limit_below(model, t)}",
+            "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; "
+            "follow a structure that "
+            "buckles with path=flexmb.ArcLength()",
+        )
+    )
+    solution = _solution(model, system, t, iteration.path, status)
+    wrong = first_inversion(system, iteration.q[None]) if found else None
+    if wrong is not None:
+        raise IntegrationError(
+            wrong.title, found=f"in equilibrium {wrong.found}", expected=EXPECTED, remedy=REMEDY, solution=solution
+        )
+    if not found:
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a stable equilibrium",
+            remedy=status.remedy,
+            solution=solution,
+        )
+    unsteady = unsteady_equation(system, iteration.now, work)
+    if unsteady is not None:
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found="its drives move it, but not steadily: going on with constant speeds, "
+            f"'{system.equation_names[unsteady]}' would be violated",
+            expected="drives at rest, or a steady rotation",
+            remedy="Use kinematics, or simulate, for a moving mechanism; for its equilibrium at "
+            "rest give the drive a number",
+            solution=solution,
+        )
+    return solution
+
+
+def _limit_below(model, t: float) -> str:
+    """Say at which load on the way from zero to time t the equilibrium ends, if that is why none was found."""
+    if t == 0.0:
+        return ""
+    try:
+        statics(model, t=t, path=LoadSteps(steps=1))
+    except IntegrationError as error:
+        return f"; on the way from t = 0: {error.found}"
+    return ""
+
+
+def _solution(model, system, t, path, status) -> Solution:
+    q, u, a, lam = (np.array([row[k] for row in path]) for k in range(4))
+    n = len(path)
+    phase = Phase(
+        model=model,
+        system=system,
+        t=np.full(n, t),
+        q=q,
+        u=u,
+        a=a,
+        lam=lam.reshape(n, system.ng),
+        works=np.zeros((n, 3)),
+        ended=status.kind,
+    )
+    shared = shared_reactions(system, system.state(t, q[-1], u[-1]))
+    known: dict[str, Any] = {SHARED: shared} if shared else {}
+    return Solution(phases=(phase,), status=status, statistics={"iterations": n, **known})

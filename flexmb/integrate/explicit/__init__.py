@@ -1,0 +1,1 @@
+"""Explicit Runge-Kutta methods: by SciPy and as compiled steps, with projection."""

@@ -1,0 +1,1 @@
+"""The implicit Runge-Kutta method in the coordinates of joints, and its compiled step."""

@@ -1,0 +1,263 @@
+"""`Implicit`: an L-stable Runge-Kutta method of order four in joint coordinates, for trees with stiff bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.integrate.extent import extents, reaches
+from flexmb.integrate.implicit.stages import COUNTED, STAGES, THIRD, WEIGHTS, new_stages, run_step
+from flexmb.integrate.motion import Motion, run_samples
+from flexmb.integrate.runs.outcome import Outcome
+from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.math.energies import powers
+from flexmb.math.structures import counted
+from flexmb.model.described import Described, is_number
+from flexmb.model.methods import is_formulation
+from flexmb.system.complaints import worst_equations
+from flexmb.system.program import evaluate
+from flexmb.tree import Recursive
+from flexmb.tree.coordinates.settle import coordinate_rates
+
+__all__ = ["Implicit"]
+
+RECURSIVE = Recursive()
+NEWTON = 1e-4
+"""What the iteration may leave, relative to the tolerance of a step."""
+SETTLED = 1e-12
+"""The same of a fixed step at least, relative to the accelerations:
+rounding, since small steps divide it by their size.
+"""
+IMPACT, SLIP = 5.0, 0.5
+"""Change of the speed of an impact in a step, relative to it and to the fourth root of the tolerance, and of a slip."""
+SLOW = 0.01
+"""Per simulated time: rates below this say nothing about the first step."""
+TOLD = 2.0 / 3.0
+"""Power of the tolerance to which the work of drives is known in a step, relative to the largest so far."""
+SMALLEST = 1e-14
+"""Step size, s, at which a run ends."""
+
+
+class _Run:
+    """The method between samples."""
+
+    def __init__(self, settings: Implicit, system, state, work, t_end: float):
+        self.settings, self.system, self.work = settings, system, work
+        self.motion = Motion(settings, system, state, work)
+        self.unknowns = self.motion.unknowns
+        extent, reach = extents(system, state, work, settings.atol)
+        reach = reaches(system, reach, settings.rtol)
+        self.t, self.works, self.projections = state.t, np.zeros(3), 0
+        self.driven = any(joint.works for joint in system.model.joints)
+        self.turned = 0.0
+        self.goal, self.span = state.t, 0.0
+        self.x, self.v, a = self.unknowns.of(state)
+        self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
+        r.L[0], r.A[0] = state.lam, a
+        self.motion.sample(self.t, self.x, self.v)
+        r.W[0] = powers(work.energy)
+        self._begin()
+        work.weights[0].wanted = 0
+        evaluate(system.program, state, work)
+        share = IMPACT * settings.rtol**0.25
+        floor = settings.rtol * system.lengths.whole
+        self.switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP)
+        self.cut = 0
+        span = max(t_end - state.t, 1e-300)
+        self.largest = settings.step or settings.largest or span / 20.0
+        self.next = settings.step or min(self.largest, self._first_step(state, extent, reach, SLOW / span))
+
+    def _begin(self) -> None:
+        """Write the rates at the start of a step to the first stage."""
+        coordinate_rates(self.unknowns.chart.rows, self.x, self.v, self.stages.K[0])
+        self.stages.V[0] = self.v
+
+    def _first_step(self, state, extent, reach, slow: float) -> float:
+        """Return a step size well below the tolerance's, from speed and acceleration."""
+        a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
+        u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
+        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, slow))
+
+    def _step(self, h: float) -> None:
+        """Take a step, or shorten the next one."""
+        r, adaptive, planned = self.stages, self.settings.step is None, self.next
+        solved = run_step(
+            self.unknowns.chart,
+            self.system.program,
+            self.work,
+            r,
+            self.x,
+            self.v,
+            self.t,
+            h,
+            WEIGHTS,
+            THIRD,
+            self.settings.rtol,
+            NEWTON,
+            np.inf if adaptive else SETTLED,
+        )
+        if not solved:
+            r.run[0].rejected_by_iteration += 1
+            self.next = 0.25 * h
+            return
+        error = max(float(r.run[0].error), self._error_of_work(h))
+        if adaptive and not error <= 1.0:
+            r.run[0].rejected_by_error += 1
+            self.next = h * max(0.2, 0.85 * error**-0.25)
+            return
+        part = 2.0
+        if len(self.switching.now) and h > 1e3 * SMALLEST:
+            state = self.motion.unknowns.state(self.t + h, r.y.copy(), r.v.copy())
+            self.work.weights[0].wanted = 0
+            evaluate(self.system.program, state, self.work)
+            read_switches(self.system.program, self.switching, state, self.work)
+            part = allowed(self.switching, h, adaptive)
+        if part < 1.0:
+            self.cut += 1
+            self.next = part * h
+            return
+        keep_switches(self.switching, h)
+        self.t += h
+        self.works += h * WEIGHTS[-1] @ r.W
+        self.turned = max(self.turned, abs(float(self.works[1])))
+        self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
+        self.projections += projected
+        r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
+        self._begin()
+        r.run[0].steps += 1
+        for iq, iu, size, flexible in self.system.program.vectors:
+            if not flexible:  # positions in W: how far the origin is says nothing about a tolerance
+                continue
+            # tolerances of flexible coordinates are relative to the largest displacement they have reached
+            largest = np.max(np.abs(r.state.q[iq : iq + size]) * r.extent[iu : iu + size], initial=0.0)
+            r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], largest)
+        self.next = self.largest
+        if adaptive:
+            growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
+            self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
+            self.next = min(self.next, part * h) if part < 2.0 else self.next
+
+    def _error_of_work(self, h: float) -> float:
+        """Return the error of the work of drives in a step, relative to its tolerance: coordinates that are driven have
+        no error, however long a step is.
+        """
+        powers = self.stages.W[:, 1]
+        if not self.driven or not np.any(powers):
+            return 0.0
+        turned = max(self.turned, h * float(np.max(np.abs(powers))))
+        return abs(h * float((WEIGHTS[-1] - THIRD) @ powers)) / (self.settings.rtol**TOLD * turned)
+
+    @property
+    def reached(self) -> float:
+        """Time of the present state."""
+        return self.t
+
+    def advance(self, t: float, pace: Patience) -> str:
+        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
+        if t > self.t and t != self.goal:
+            self.goal, self.span = t, t - self.t
+        while t - self.t > 1e-12 * max(abs(t), self.span):
+            left = t - self.t
+            h = left / max(1.0, np.ceil(left / min(self.next, self.largest) * (1.0 - 1e-9)))
+            self._step(h)
+            if self.next < SMALLEST:
+                return self._reason()
+            if pace.used_up:
+                return ""
+        self.t = t
+        return ""
+
+    def _reason(self) -> str:
+        worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
+        r, nu = self.stages, self.system.nu
+        where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
+        return (
+            f"steps fail down to {SMALLEST:.3g} s at t = {self.t:.9g} s (dead centre, or stiff "
+            f"impact) near {where}{worst}"
+        )
+
+    def sample(self):
+        """Return t, q, u, a, lam, works."""
+        state = self.motion.sample(self.t, self.x, self.v)
+        return state.t, state.q, state.u, state.a, state.lam, self.works.copy()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Implicit(metaclass=Described):
+    """Implicit Runge-Kutta method of order four in the joint coordinates of the tree.
+
+    For stiff flexible bodies at high accuracy: steps follow the motion, however high the frequencies of the modes, and
+    joints of the tree cannot open. L-stable: what a step cannot resolve is gone after it. A step costs six stages with
+    some three iterations each, one factorisation, linear in the number of bodies.
+    Theory: recursive.
+
+    Parameters
+    ----------
+    rtol : float, -
+        Local error of a step, relative to the length of the assembly (positions), to a radian (rotations), and to the
+        largest deflection (flexible coordinates).
+    atol : float, m
+        Displacement below which errors of flexible coordinates do not matter; default 1e-4 of that length.
+    step : float, s, optional
+        Fixed step size; without it the step follows the error.
+    largest : float, s, optional
+        Largest step size; default a twentieth of the simulated time.
+    drift : float
+        Constraint residual, relative to the length of the assembly, at which the state is projected; for velocities
+        relative to the fastest marker.
+    formulation : Recursive
+        The tree, and by which joints loops are opened.
+
+    Source: Kennedy & Carpenter 2003 (ESDIRK4(3)6L[2]SA).
+    """
+
+    rtol: float = 1e-6
+    atol: float | None = None
+    step: float | None = None
+    largest: float | None = None
+    drift: float = 1e-10
+    formulation: Any = RECURSIVE
+    entries: ClassVar[tuple] = (run_step,)
+    """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
+
+    def __post_init__(self):
+        if not is_formulation(self.formulation) or self.formulation.unknowns is None:
+            raise ModelError(
+                "Implicit",
+                found=f"formulation = {self.formulation!r}",
+                expected="Recursive(...)",
+                remedy="GeneralizedAlpha and IDA integrate absolute coordinates implicitly",
+            )
+        for name in ("rtol", "atol", "step", "largest", "drift"):
+            value = getattr(self, name)
+            if not (value is None and name not in ("rtol", "drift")) and not (is_number(value) and value > 0.0):
+                raise ModelError(
+                    "Implicit",
+                    found=f"{name} = {value!r}",
+                    expected="a positive number",
+                    remedy=f"Leave {name} out for its default",
+                )
+
+    def start(self, system, state, work, t_end: float) -> _Run:
+        """Return the method at the start."""
+        return _Run(self, system, state, work, t_end)
+
+    def run(
+        self, system, work, variables: _Run, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+    ) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
+        so far, to be called again from the next."""
+        return run_samples(variables, system, samples, first, last, patience)
+
+    @staticmethod
+    def statistics(variables: _Run) -> dict[str, Any]:
+        """Return the numbers of the run."""
+        return {
+            **counted(variables.stages.run, COUNTED),
+            "cut at contacts": variables.cut,
+            "projections": variables.projections,
+        }

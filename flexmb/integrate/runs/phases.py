@@ -1,0 +1,372 @@
+"""A run through the phases that events divide it into."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.integrate.runs import contradiction
+from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
+from flexmb.integrate.runs.continuity import require_continuity
+from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.impact import velocities_after
+from flexmb.integrate.runs.interruption import Interruption
+from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.integrate.runs.record import Recorder, joined_rows
+from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
+from flexmb.integrate.runs.unknown_value import unknown_value
+from flexmb.integrate.runs.validity import Validity
+from flexmb.integrate.runs.watch import LOOKS, Watch, next_phase
+from flexmb.math.tables import State
+from flexmb.model.model import Model
+from flexmb.results import Status
+from flexmb.system import System, assemble
+from flexmb.system.assembly import consistent_start
+from flexmb.system.mobility import shared_reactions
+
+__all__ = ["Phases", "carried"]
+
+OFTEN = 20
+"""How often a repeating event may happen in the time between two looks at its sensor."""
+LASTING = (
+    "Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
+    "the run by an event with Stop"
+)
+SAME = 1e-13
+"""Times that differ by less, relative to them, are the same."""
+CHUNK = 0.2
+"""Seconds between looks at progress, interruption and the file, where samples come in time."""
+PATIENCE = 0.3
+"""Seconds after which an integrator comes back without a sample."""
+TRIED, STEPS, YEAR = 10.0, 10_000, 3.15e7
+"""A run that has taken so many seconds and steps (all phases; this phase) and would take a year ends with a message."""
+HOLD = 10.0
+"""Seconds without a sample after which the state that was reached is kept."""
+
+
+class Phases:
+    """A run through the phases that events divide it into.
+
+    `before` are the statistics of the run that is continued, if one is.
+    """
+
+    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress, before=None):
+        self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
+        self.statistics: dict[str, Any] = {}
+        self.variables: Any = None
+        self.validity = Validity(before)
+        self.energy: EnergyWatch | None = None
+        self.t = float(times[0])
+        self.recording = False
+        self.interruption = Interruption()
+        self.passed: dict[str, float] = {}
+        self.happened: list[tuple[str, float]] = []
+        self.started = time.monotonic()
+
+    def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
+        """Run all phases and return how the run ended.
+
+        The first begins at a state that `assemble` made; it may continue a phase, `goes_on`. What goes
+        wrong later (an event leaves a mechanism that cannot move on) ends the run, and what was computed is kept.
+        """
+        try:
+            with self.interruption:
+                return self._run(model, assembled, works, goes_on)
+        except KeyboardInterrupt:
+            if not self.recorder.phases and not self.recorder.rows:
+                raise
+            if self.recording:
+                self.recorder.end("interrupted")
+            return Status.interrupted(self.t)
+        except (ModelError, CompileError, IntegrationError) as error:
+            if not self.recorder.phases and not self.recorder.rows:
+                raise
+            if self.recording:
+                self.recorder.end("failed")
+            return Status.failed(
+                f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}", error.remedy
+            )
+
+    def _run(self, model: Model, assembled, works, goes_on) -> Status:
+        works = np.zeros(3) if works is None else works
+        while True:
+            system, start = assembled
+            self.recorder.begin(model, system)
+            self.validity.share(shared_reactions(system, start))
+            self.recording = True
+            ended = self._phase(model, system, start, works, goes_on)
+            goes_on = None
+            if not isinstance(ended, tuple):
+                self.recorder.end(ended.kind)
+                return ended
+            event, rows, watch = ended
+            self.recorder.end(event.name)
+            self.recording = False
+            began = self.t = float(rows["t"][-1])
+            works = rows["works"][-1]
+            following = next_phase(model, event, watch.series(rows))
+            if following is None:
+                return Status.stopped(event.name, began)
+            if self._again_and_again(event, began):
+                return Status.failed(f"{event.title} happens again and again at t = {began:.9g} s", LASTING)
+            u = velocities_after(system, event, began, rows["q"][-1], rows["u"][-1])
+            model, state = following, carried(system, following, rows["q"][-1], u)
+            if began >= self.times[-1] - SAME * abs(self.times[-1]):
+                return Status.finished(began)
+            assembled = assemble(model, t=began, state=state)
+            require_continuity(event, assembled[0], state, assembled[1].q)
+
+    def _again_and_again(self, event, t: float) -> bool:
+        """Has the event happened so often lately that time hardly passes between?"""
+        self.happened.append((event.name, t))
+        times = [moment for name, moment in self.happened if name == event.name]
+        return len(times) > OFTEN and t - times[-OFTEN] < (self.times[-1] - self.times[0]) / LOOKS
+
+    def _phase(self, model, system, start, works, goes_on):
+        """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
+        work = system.workspace()
+        if late := jumps_at_once(system, self.t):
+            start = consistent_start(system, system.state(just_after(self.t), start.q, start.u), work)
+        self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
+        self.energy = EnergyWatch(system, system.workspace())
+        watch = Watch(model, system, self.integrator, work, self.passed)
+        if goes_on is not None:
+            watch.recall(goes_on)
+        timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
+        due = timed[0] if timed and timed[0].at <= self.times[-1] else None
+        end = max(due.at, self.t) if due is not None else float(self.times[-1])
+        # 0.7 and 0.7000000000000001, an event and a sample, are one time: no step is that short
+        same = SAME * max(abs(self.t), abs(end))
+        times = self.times[(self.times > self.t + same) & (self.times < end - same)]
+        times = np.concatenate([[self.t], times, [end] if end > self.t + same else []])
+        marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
+        marks = with_fine(system, marks)
+        self.validity.tell(_missed(system, times))
+        if watch.events:
+            marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS)
+        anew = np.append(np.searchsorted(marks, breaks), len(marks))
+        first, block, last_row, begun = 0, 1, None, -1
+        try:
+            while first < len(marks):
+                last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
+                clock = time.perf_counter()
+                if first in anew and first != begun:
+                    works = self._begin_anew(system, work, just_after(marks[first]), last_row)
+                    begun = first
+                outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
+                self._require_half_turns(outcome.rows)
+                rows = {**outcome.rows, "works": outcome.rows["works"] + works}
+                if (first in anew or (late and first == 0)) and len(rows["t"]):
+                    rows["t"][0] = marks[first]  # the integrator began just after it
+                found = None
+                if watch.events and len(rows["t"]):
+                    looked = rows if last_row is None else joined_rows([last_row, rows])
+                    found = watch.first(looked, begins=last_row is None)
+                if found is not None:
+                    events, k = found
+                    event, after = events[0], _row(looked, k)
+                    if k > 0:
+                        event, after = watch.locate(events, _row(looked, k - 1), after)
+                    watch.happened(event, after)
+                    self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
+                    self.recorder.add(after)
+                    return event, after, watch
+                self._keep(rows, times)
+                if outcome.failure:
+                    known = rows if len(rows["t"]) else last_row
+                    q, u = (start.q, start.u) if known is None else (known["q"][-1], known["u"][-1])
+                    begin = self.t if known is None else float(known["t"][-1])
+                    goal = float(next((t for t in self.times if t > begin), self.times[-1]))
+                    return _failed(model, outcome, unknown_value(system, q, u, begin, goal))
+                if len(rows["t"]):
+                    last_row, first = _row(rows, -1), first + len(rows["t"])
+                    self.t = float(marks[first - 1])
+                now = max(self.t, outcome.reached)
+                if self.progress is not None:
+                    self.progress(now, float(self.times[-1]))
+                self._hold(last_row if watch.events else now, system, work, works)
+                if hopeless := self._hopeless(now):
+                    return hopeless
+                self.interruption.look()
+                spent = time.perf_counter() - clock
+                block = min(len(marks), max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4)))))
+        except KeyboardInterrupt:
+            if not self.recorder.phases and not self.recorder.rows:
+                raise
+            return Status.interrupted(self.t)
+        finally:
+            self._count()
+            steps = self.integrator.statistics(self.variables).get("steps", 0)
+            self.validity.tell([*self.energy.sentences(steps), *self._divided()])
+            self.validity.note(self.energy.notes(steps))
+        return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _hopeless(self, now: float) -> Status | None:
+        """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm."""
+        used = time.monotonic() - self.started
+        gone, left = now - float(self.times[0]), float(self.times[-1]) - now
+        steps = self.integrator.statistics(self.variables).get("steps", 0)
+        if used < TRIED or steps < STEPS or used * left <= YEAR * gone:
+            return None
+        needed = f"{used * left / gone / YEAR:.3g}" if gone > 0.0 else "countless"
+        return Status.failed(
+            f"{steps} steps have reached t = {now:.9g} s; at this pace the end would take {needed} years",
+            "Look at the end time (s) and at stiffness, mass and loads: are all in SI units?",
+        )
+
+    def _hold(self, now, system, work, works) -> None:
+        """Keep the state that has been reached: now and then while no samples come, and where the user asks for the
+        end.
+
+        Parameters
+        ----------
+        now : float, s, or row
+            The time of the state; or, in a phase that waits for events, the last row at which they were looked for.
+        """
+        self.recorder.look()
+        if not self.recorder.rows or not (self.interruption.asked or time.monotonic() - self.recorder.latest > HOLD):
+            return
+        if isinstance(now, float):
+            latest = float(self.recorder.rows[-1]["t"][-1])
+            if now <= latest + 1e-11 * max(abs(latest), 1e-6):  # at a sample, or just after it, where a signal jumps
+                return
+            with _unchanged(system, work):  # the run must not depend on when the clock has struck
+                rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
+            now = {**rows, "works": rows["works"] + works}
+        if now is not None and len(now["t"]):
+            self.recorder.hold(now)
+            self.t = float(now["t"][-1])
+
+    def _begin_anew(self, system, work, t: float, before) -> np.ndarray:
+        """Start the integrator again, where a signal jumps or kinks, from the row before;
+        return the works until then.
+        """
+        self._count()
+        state = consistent_start(system, system.state(t, before["q"][-1], before["u"][-1]), work)
+        self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
+        return before["works"][-1]
+
+    def _count(self) -> None:
+        """Add the numbers of the integrator's run to the totals."""
+        for name, count in self.integrator.statistics(self.variables).items():
+            self.statistics[name] = self.statistics.get(name, 0) + count
+
+    def _divided(self) -> list[str]:
+        """Return the sentence about steps of fixed size that could not be taken as they are."""
+        step = getattr(self.integrator, "step", None)
+        count = sum(self.statistics.get(name, 0) for name in ("rejected by iteration", "cut at contacts"))
+        if step is None or not count:
+            return []
+        return [
+            f"{type(self.integrator).__name__}: steps of the given size, {step:g} s, were divided {count} times until "
+            f"t = {self.t:.6g} s, where the iteration did not converge or a contact would have been passed; expected: "
+            "steps of one size. Give a smaller step, or leave it out: the step then follows the error."
+        ]
+
+    def _keep(self, rows, times) -> None:
+        """Record the rows whose times are samples (others were only looked at for events)."""
+        # both increase: a search per row, where isin would sort all times of the run once per block
+        places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
+        keep = times[places] == rows["t"]
+        kept = {name: x[keep] for name, x in rows.items()}
+        self._require_agreement(kept)
+        wrong = first_inversion(self.recorder.system, kept["q"])
+        if wrong is not None:
+            kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
+        self.recorder.add(kept)
+        self.validity.look(self.recorder.system, kept)
+        if self.energy is not None:
+            self.energy.look(kept, getattr(self.variables, "switching", None))
+        if wrong is not None:
+            self.t = float(kept["t"][-1])
+            raise IntegrationError(wrong.title, found=wrong.found, expected=EXPECTED, remedy=REMEDY)
+
+    def _require_half_turns(self, rows) -> None:
+        """Raise IntegrationError if a bushing has turned by half a turn, where its moment jumps to the other side."""
+        switching = getattr(self.variables, "switching", None)
+        if switching is not None and switching.limits[0].turned:
+            self.t = float(rows["t"][-1]) if len(rows["t"]) else self.t
+            raise IntegrationError(
+                self.recorder.system.switch_owners[switching.limits[0].turned - 1],
+                found="its markers have turned against each other by half a turn",
+                expected="less than half a turn, where its moment would jump to the opposite sign",
+                remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
+            )
+
+    def _require_agreement(self, kept) -> None:
+        """Record what comes before equations contradict each other, and raise IntegrationError, if they do."""
+        apart = contradiction.first_contradiction(self.recorder.system, kept)
+        if apart is not None:
+            self.t = float(kept["t"][apart.sample])
+            self.recorder.add({name: x[: apart.sample] for name, x in kept.items()})
+            raise IntegrationError(
+                apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
+            )
+
+
+def _missed(system, times: np.ndarray) -> list[str]:
+    """Return the sentences about signals of which not all jumps and pulses were found."""
+    titles = dict.fromkeys(
+        system.signal_times.titles[k] for k in system.signal_times.between(times[0], times[-1]).missed
+    )
+    return [
+        f"{title} has a signal that changes too often between t = {times[0]:.6g} s and {times[-1]:.6g} s to find all "
+        "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may pass over "
+        "a pulse: limit the integrator's step to the shortest pulse that matters, or give a shorter t_end."
+        for title in titles
+    ]
+
+
+def _failed(model: Model, outcome, unknown: str | None) -> Status:
+    """Return how the run ended; an error in the function of a force is the cause and comes first.
+
+    A force or drive without a value explains the failure too.
+    """
+    parts = [part for part in (*model.forces, *model.joints) if hasattr(part, "complaint")]
+    told = [f"{part.title}: {part.complaint()}" for part in parts if part.complaint()]
+    if not told and unknown:
+        return Status.failed(f"{unknown}; {outcome.failure}", REMEDY_OF_VALUES)
+    if not told:
+        return Status.failed(outcome.failure, outcome.remedy)
+    return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
+
+
+@contextmanager
+def _unchanged(system, work) -> Iterator[None]:
+    """Give the scratch arrays of a system back as they were, and the factors of its matrix."""
+    pattern = system.program.pattern
+    arrays = (*work, pattern.inverse, pattern.scratch, pattern.softness)
+    before = [array.copy() for array in arrays]
+    yield
+    for array, kept in zip(arrays, before, strict=True):
+        array[...] = kept
+
+
+def _row(rows, k: int) -> dict[str, np.ndarray]:
+    return {name: x[k:][:1] if k >= 0 else x[-1:] for name, x in rows.items()}
+
+
+def _refined(times: np.ndarray, longest: float) -> np.ndarray:
+    """Return the times with more between them, so that no gap is longer than `longest`."""
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1] for a, b in pairwise(times)]
+    return np.concatenate([*parts, times[-1:]])
+
+
+def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
+    """Return the start (q, u) of the next phase by body name: bodies keep their coordinates and velocities.
+
+    Joints keep their number of turns.
+    """
+    state = {
+        name: (q[iq], u[iu])
+        for name, (iq, iu) in system.body_slices.items()
+        if any(body.name == name for body in model.bodies)
+    }
+    branches = q[system.program.branches :]
+    return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}

@@ -1,0 +1,154 @@
+"""`resume`: continue a simulation that was cut off, or past its end, from its last sample."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import IntegrationError, ModelError
+from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
+from flexmb.integrate.runs.impact import velocities_after
+from flexmb.integrate.runs.phases import Phases, carried
+from flexmb.integrate.runs.record import Recorder
+from flexmb.integrate.runs.simulate import sample_times
+from flexmb.integrate.runs.watch import next_phase
+from flexmb.model.model import Model
+from flexmb.results import RunFile, Series, Solution, Status
+from flexmb.system import assemble
+from flexmb.system import compile as compile_model
+
+__all__ = ["resume"]
+
+CONTINUES = ("finished", "interrupted", "failed")
+"""What ends a phase without a change of the model."""
+
+
+def resume(
+    run: Solution | str | Path,
+    t_end: float,
+    *,
+    integrator: Any = None,
+    samples: Any = 201,
+    read_model: Callable[[str, dict], Any] | None = None,
+    write_model: Callable[[Model], str] | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Solution:
+    """Continue a simulation from its last sample, or the state that it had reached since, to `t_end`.
+
+    A run that was cut off after its last sample is completed.
+
+    Configuration, velocity, works and the model after the events so far are taken over; accelerations and reactions
+    follow from them, so the motion equals an uninterrupted run to the tolerance of the integrator.
+
+    Parameters
+    ----------
+    run : Solution, or path of a solution file
+        A file is continued in place: what it holds stays, also if the continued run is cut off in turn.
+    t_end : float, s
+        That of the run, or later.
+    integrator : integrator, optional
+        `GeneralizedAlpha()` unless given; a failed run may be continued with another one.
+    samples : int or (nt,) s
+        As `simulate`, over the whole run from its first start; those that are there already are not computed again.
+    read_model : callable (text, {body name: ModalNeutralData}) -> Model
+        Makes the model from the text in the file (`flexmb.read_model_text`); needed with a path.
+    write_model, progress
+        As `simulate`.
+
+    Raises
+    ------
+    ModelError
+        The run has reached `t_end` and its end, was stopped by an event, or its model is not known.
+    IntegrationError, DataFileError
+        As `simulate`.
+    """
+    integrator = GeneralizedAlpha() if integrator is None else integrator
+    path = None if isinstance(run, Solution) else Path(run)
+    before = run if isinstance(run, Solution) else Solution.load(run, read_model=read_model)
+    clock = time.perf_counter()
+    last, model, state, merge = _where(before, t_end)
+    if model is None:
+        return _ended(before, path)
+    times = sample_times(float(before.t[0]), t_end, samples)
+    times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
+    assembled = assemble(model, t=last.t, state=state)
+    file = None if path is None else RunFile.continued(path, new_phase=not merge)
+    recorder = Recorder(model, file, write_model, before=before, merge=merge)
+    phases = Phases(integrator, recorder, times, progress, before.statistics)
+    try:
+        status = phases.run(model, assembled, last.works, goes_on=before.phases[-1] if merge else None)
+    except BaseException:
+        recorder.close()
+        raise
+    spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
+    counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
+    known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
+    solution = recorder.solution(status, {**counts, **known})
+    if status.kind == "failed":
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a motion that the integrator can follow",
+            remedy=status.remedy,
+            solution=solution,
+        )
+    return solution
+
+
+def _ended(before: Solution, path: Path | None) -> Solution:
+    """Return a run that an event has stopped, with the status that it could not write any more."""
+    status = Status.stopped(before.phases[-1].ended, float(before.t[-1]))
+    if path is not None:
+        RunFile.continued(path, new_phase=True).finish(status, before.statistics)
+    return replace(before, status=status)
+
+
+def _where(before: Solution, t_end: float):
+    """Return the last instant, the model that continues (None: an event has stopped the run), its state by body name,
+    and whether its phase continues.
+    """
+    phase, last = before.phases[-1], before.final
+    part = f"Run of model '{getattr(phase.model, 'name', '?')}'"
+    if phase.model is None:
+        raise ModelError(
+            "resume",
+            found="the model of the run is not known",
+            expected="a solution with its model",
+            remedy="Give read_model=flexmb.read_model_text, or a Solution loaded with its model",
+        )
+    over = not t_end > last.t
+    if over and (before.status.ok or before.status.kind == "failed"):
+        raise ModelError(
+            part,
+            found=f"it has reached t = {last.t:.9g} s already",
+            expected=f"a run that ended before t_end = {t_end:g} s",
+            remedy="Give a later t_end to continue",
+        )
+    if before.status.kind == "stopped":
+        raise ModelError(
+            part,
+            found=str(before.status),
+            expected="a run that was cut off, or reached its end",
+            remedy="Take the event out of the model and simulate again",
+        )
+    if over and last.t > t_end * (1.0 + 1e-12):
+        raise ModelError(
+            part,
+            found=f"it has gone beyond t_end = {t_end:g} s, to {last.t:.9g} s",
+            expected="the end time of the run, or a later one",
+            remedy="Give a later t_end to continue",
+        )
+    system = phase.system or compile_model(phase.model)
+    model, merge = phase.model, phase.ended in CONTINUES
+    if not merge:  # cut off between an event and the first sample after it
+        event = next(event for event in model.events if event.name == phase.ended)
+        model = next_phase(model, event, Series(phase))
+        if model is None:  # cut off between its last sample and the word that it has ended
+            return last, None, {}, False
+        last = replace(last, u=velocities_after(system, event, last.t, last.q, last.u))
+    return last, model, carried(system, model, last.q, last.u), merge

@@ -1,0 +1,203 @@
+"""`simulate`: the motion of a model over time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import IntegrationError, ModelError, did_you_mean
+from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
+from flexmb.integrate.equilibria.statics import statics
+from flexmb.integrate.explicit.explicit import Explicit
+from flexmb.integrate.oversights import oversights
+from flexmb.integrate.runs.phases import Phases, carried
+from flexmb.integrate.runs.record import Recorder
+from flexmb.math.ahead import compile_ahead
+from flexmb.model.described import is_number
+from flexmb.model.methods import is_integrator
+from flexmb.model.model import Model
+from flexmb.results import Solution
+from flexmb.results.phase import MOST_SAMPLES
+from flexmb.system import assemble, assemble_as_drawn
+from flexmb.system import compile as compile_model
+from flexmb.system.branching import require_motion_to_begin
+
+__all__ = ["simulate"]
+
+
+INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit")
+
+
+def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
+    """Return the times at which the state is kept, from a count or from given times."""
+    if not is_number(t_end) or t_end <= t_start:
+        raise ModelError(
+            "simulate",
+            found=f"t_end = {t_end!r} s",
+            expected=f"a time after the start, t = {t_start:g} s",
+            remedy="Give t_end in seconds",
+        )
+    if np.ndim(samples) == 0:
+        whole = is_number(samples) and samples == int(samples)
+        count = int(samples) if whole else 0
+        if not 2 <= count <= MOST_SAMPLES:
+            raise ModelError(
+                "simulate",
+                found=f"samples = {samples!r}",
+                expected=f"a whole number of at least 2 (start and end) and at most {MOST_SAMPLES}, or the times",
+                remedy="samples=1001 gives a sample every thousandth of the time",
+            )
+        return np.linspace(t_start, t_end, count)
+    try:
+        times = np.asarray(samples, float)
+    except (TypeError, ValueError, OverflowError):
+        times = np.empty(0)
+    if times.ndim != 1 or len(times) < 2 or np.any(np.diff(times) <= 0.0) or times[0] < t_start or times[-1] > t_end:
+        raise ModelError(
+            "simulate",
+            found="sample times that do not increase, or lie outside the run",
+            expected=f"increasing times from {t_start:g} to {t_end:g} s",
+            remedy="Sort the times",
+        )
+    return times if times[0] == t_start else np.concatenate([[t_start], times])
+
+
+def state_at(start, model: Model, t: float):
+    """Return the state by body name of an instant (or the last instant of a solution), for another start of a model."""
+    if isinstance(start, str):
+        if start != "equilibrium":
+            raise ModelError(
+                "simulate",
+                found=f"start = {start!r}",
+                expected="'equilibrium', a Solution or an instant of one",
+                remedy="Leave it out to begin as described",
+            )
+        start = statics(model, t=t)
+    start = getattr(start, "final", start)
+    system = compile_model(start.model or model)
+    if len(start.q) != system.nq or len(start.u) != system.nu:
+        raise ModelError(
+            "simulate",
+            found=f"a start with {len(start.q)} coordinates and {len(start.u)} velocities",
+            expected=f"{system.nq} and {system.nu}, as in model '{system.model.name}'",
+            remedy="Give a solution of this model, or an Instant that names its own model",
+        )
+    return carried(system, model, start.q, start.u)
+
+
+def _integrator(integrator, formulation):
+    """Return the integrator that is meant by the arguments of `simulate`."""
+    if formulation is None:
+        integrator = GeneralizedAlpha() if integrator is None else integrator
+        if not is_integrator(integrator):
+            name = integrator.__name__ if isinstance(integrator, type) else str(integrator)
+            near = did_you_mean(name, INTEGRATORS)
+            proposed = near.split("'")[1] if near else INTEGRATORS[0]
+            raise ModelError(
+                "simulate",
+                found=f"integrator = {name if isinstance(integrator, type) else integrator!r}",
+                expected=f"one of {', '.join(f'{known}(...)' for known in INTEGRATORS)}",
+                remedy=f"Give the object itself: integrator=flexmb.{proposed}()",
+            )
+        return integrator
+    if integrator is not None:
+        raise ModelError(
+            "simulate",
+            found=f"both an integrator, {integrator!r}, and a formulation, {formulation!r}",
+            expected="one of them",
+            remedy="Write integrator=Explicit(..., formulation=...) or Implicit(...); GeneralizedAlpha and IDA "
+            "have no use for a formulation, they solve for positions and reactions together",
+        )
+    return Explicit(formulation=formulation)
+
+
+def simulate(
+    model: Model,
+    t_end: float,
+    *,
+    integrator: Any = None,
+    formulation: Any = None,
+    samples: Any = 201,
+    t_start: float = 0.0,
+    start: Any = None,
+    output: str | Path | None = None,
+    write_model: Callable[[Model], str] | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Solution:
+    """Integrate the equations of motion from the assembled start to `t_end`.
+
+    Parameters
+    ----------
+    model : Model
+    t_end : float, s
+    integrator : integrator, optional
+        `GeneralizedAlpha()` unless given.
+    formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
+        How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the
+        joints, as `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
+    samples : int or (nt,) s
+        Number of equally spaced samples including both ends, or their times.
+    t_start : float, s
+    start : Solution, Instant or "equilibrium", optional
+        Where the motion begins, instead of the described positions and velocities: the result of `statics` (its last
+        sample), or an instant of another solution. Bodies are found by name. "equilibrium" starts from the equilibrium
+        of this model at `t_start`: elastic bodies begin bent by their loads, and do not ring.
+    output : path, optional
+        Solution file, written during the run; an interrupted run keeps its samples so far.
+    write_model : callable Model -> text, optional
+        Makes the text of the model that is stored in the file (`flexmb.io.model_text`).
+    progress : callable (t, t_end), optional
+        Called a few times per second.
+
+    Returns
+    -------
+    Solution
+        Its ``status`` says how the run ended. Ctrl-C ends it at the next sample with status "interrupted" and all
+        samples so far, in memory and in the file; before the first sample, and the second time, it raises
+        KeyboardInterrupt.
+
+    Raises
+    ------
+    ModelError, CompileError
+        Before computing starts, if the model or the settings are wrong.
+    IntegrationError
+        If the integrator cannot continue; ``error.solution`` holds all samples so far.
+    """
+    integrator = _integrator(integrator, formulation)
+    times = sample_times(t_start, t_end, samples)
+    compile_ahead(getattr(integrator, "entries", ()))
+    clock = time.perf_counter()
+    state = None if start is None else state_at(start, model, t_start)
+    told: list[str] = []
+    assembled = (  # whatever is wrong shows before a file is made
+        assemble_as_drawn(model, t=t_start, tell=told.extend)
+        if state is None
+        else assemble(model, t=t_start, state=state)
+    )
+    system, begin = assembled
+    told += require_motion_to_begin(system, begin, system.workspace())
+    recorder = Recorder(model, output, write_model)
+    phases = Phases(integrator, recorder, times, progress)
+    phases.validity.tell(told)
+    phases.validity.note(oversights(model))
+    try:
+        status = phases.run(model, assembled)
+    except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
+        recorder.close()
+        raise
+    spent = time.perf_counter() - clock
+    known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
+    solution = recorder.solution(status, {**phases.statistics, **known})
+    if status.kind == "failed":
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a motion that the integrator can follow",
+            remedy=status.remedy,
+            solution=solution,
+        )
+    return solution

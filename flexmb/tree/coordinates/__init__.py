@@ -1,0 +1,1 @@
+"""Joint coordinates: what the joints of a tree let move, and the way to the state of the bodies and back."""

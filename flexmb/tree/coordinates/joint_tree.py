@@ -1,0 +1,433 @@
+"""`JointTree`: a model in relative coordinates, the coordinates of the joints that carry its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints import Coordinate
+from flexmb.errors import CompileError, ModelError, did_you_mean
+from flexmb.math.jets import SignalCode, sample_signals
+from flexmb.math.tables import State, Work
+from flexmb.math.weights import weigh
+from flexmb.model.model import Model
+from flexmb.model.pose import as_pose
+from flexmb.model.signal import pack
+from flexmb.system import assemble
+from flexmb.system.branches import Followed
+from flexmb.system.given_state import given_state
+from flexmb.system.program import evaluate, keep_branches
+from flexmb.system.system import System
+from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
+from flexmb.tree.coordinates.joint_torques import gather_torques
+from flexmb.tree.coordinates.motions import FREE, HINGED, describable, joint_labels, motion_rows
+from flexmb.tree.coordinates.passes import read_state
+from flexmb.tree.coordinates.reach import reach
+from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
+from flexmb.tree.rigid.link_tree import LinkTree, link_tree
+from flexmb.tree.rigid.links import link_rows
+from flexmb.tree.rigid.motion import evaluate_links, ready
+from flexmb.tree.spanning import Spanning, spanning_tree
+
+__all__ = ["JointTree", "RelativeState"]
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeState:
+    """A state in relative coordinates.
+
+    Parameters
+    ----------
+    q : (nq,), rad, m, Euler parameters, modal coordinates
+    v : (nv,), rad/s, m/s, modal rates
+    a : (nv,), rad/s2, m/s2
+    t : float, s
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    t: float = 0.0
+
+
+class JointTree:
+    """The tree of a model's joints, with its relative coordinates.
+
+    A coordinate is a turn (rad) or slide (m) of a joint as `JointCoordinate` counts it. A spherical joint has the Euler
+    parameters of marker b relative to a; its rates are the relative angular velocity in axes of b. A free body has its
+    position and Euler parameters; its rates are the velocities in body axes. Modal coordinates come after the
+    coordinates of their body. Joints that permit no simple motion (rods, curves, couplings, rolling) and joints that
+    close loops are cut. Theory: recursive.
+
+    Parameters
+    ----------
+    model : Model
+    cut : tuple of str
+        Joints to cut; by default the choice that leaves the fewest closing equations.
+    keep : tuple of str
+        Joints that must carry a body.
+
+    Raises
+    ------
+    CompileError
+        If a joint in `keep` permits no simple motion, or closes a loop with others of them.
+
+    Attributes
+    ----------
+    system : System
+    tree : Spanning
+    names, rate_names : tuple of str
+        "A.turn", "B.slide", "ball.ball_0", "hub.frame_0", "wing.mode_1", in the order of q and of v.
+    drives : dict of str to Drive
+        Coordinates that are prescribed, and by what.
+
+    Examples
+    --------
+    >>> rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, rotation=(0, 0, 0.5))
+    >>> hinge = fmb.Revolute("A", markers=("ground.origin", "rod.start"))
+    >>> tree = fmb.JointTree(fmb.Model(bodies=[fmb.Ground(), rod], joints=[hinge]))
+    >>> tree.names, tree.start.q.round(6).tolist()
+    (('A.turn',), [0.5])
+    """
+
+    def __init__(self, model: Model, *, cut: tuple[str, ...] = (), keep: tuple[str, ...] = ()):
+        self._describe(*assemble(model), tuple(cut), tuple(keep))
+
+    @classmethod
+    def of(cls, system: System, start: State, cut: tuple[str, ...] = ()) -> JointTree:
+        """Return the tree of a compiled model, with a state that satisfies its joints as the start."""
+        tree = cls.__new__(cls)
+        tree._describe(system, start, cut, ())
+        return tree
+
+    def _describe(self, system: System, start: State, cut: tuple[str, ...], keep: tuple[str, ...]) -> None:
+        self.model = system.model
+        self.system, self._start = system, start
+        count = {name: span.stop - span.start for name, span in self.system.joint_equations.items()}
+        plain = {
+            j.name: not j.prescribes and not j.couples and describable(j, count[j.name]) for j in self.system.joints
+        }
+        self.tree: Spanning = spanning_tree(self.system, cut, _carriers(self.system, plain, keep))
+        self.work = self.system.workspace()
+        evaluate(self.system.program, self._start, self.work)
+        self.rows = motion_rows(self.system, self.tree, self.work.markers, start.q)
+        self.names, self.rate_names = self._labels()
+        self.drives = {
+            f"{j.joint}.{_driven_freedom(j)}": j
+            for j in self.system.joints
+            if j.prescribes and j.joint in self.tree.joints.values()
+        }
+
+    def _labels(self):
+        q: list[str] = []
+        v: list[str] = []
+        for name, row in zip(self.tree.order, self.rows, strict=True):
+            if row["held"] == HINGED:
+                joint = self.system.joints[self.system.joint_index[self.tree.joints[name]]]
+                of_q, of_v = joint_labels(joint)
+                q += of_q
+                v += of_v
+            elif row["held"] == FREE:
+                q += [f"{name}.frame_{k}" for k in range(7)]
+                v += [f"{name}.frame_{k}" for k in range(6)]
+            modes = [f"{name}.mode_{k + 1}" for k in range(row["modes"])]
+            q += modes
+            v += modes
+        return tuple(q), tuple(v)
+
+    @cached_property
+    def _driven_turns(self):
+        """Places of the turns that drives prescribe, and their signals as `sample_signals` reads them."""
+        turns = {name: drive.angle for name, drive in self.drives.items() if drive.angle is not None}
+        return (
+            [self.names.index(name) for name in turns],
+            SignalCode(*pack([s.program() for s in turns.values()])),
+            np.zeros((len(turns), 3)),
+        )
+
+    @property
+    def start(self) -> RelativeState:
+        """The assembled start."""
+        return self.relative(self._start)
+
+    def index(self, name: str) -> int:
+        """Return the place of a coordinate in q; ModelError if there is none of that name."""
+        if name not in self.names:
+            raise ModelError(
+                "JointTree",
+                found=f"there is no coordinate '{name}'",
+                expected=f"One of: {', '.join(self.names)}",
+                remedy=did_you_mean(name, self.names),
+            )
+        return self.names.index(name)
+
+    def relative(self, state: Any) -> RelativeState:
+        """Return the relative coordinates of a state or an instant of a solution (its ``t q u a``).
+
+        Turns are counted on where the model counts them (in drives, couplers, torsion springs); elsewhere they lie in
+        (-pi, pi].
+
+        Raises
+        ------
+        ModelError
+            If the state belongs to another model.
+        """
+        return self.read(given_state(state, self.system, "JointTree", reactions=False), self.work)
+
+    def read(self, own: State, work: Work) -> RelativeState:
+        """Return the relative coordinates of a state of the tree's system; the workspace is written."""
+        evaluate(self.system.program, own, work)
+        q, v, a = np.zeros(len(self.names)), np.zeros(len(self.rate_names)), np.zeros(len(self.rate_names))
+        read_state(self.rows, own, work, q, v, a)
+        near = {at: own.q[self.system.program.branches + branch] for at, branch in self.counted}
+        if self.drives:
+            places, signals, values = self._driven_turns
+            sample_signals(own.t, signals, values)
+            near.update(zip(places, values[:, 0], strict=True))
+        for at, angle in near.items():
+            q[at] += 2.0 * np.pi * np.round((angle - q[at]) / (2.0 * np.pi))
+        return RelativeState(q, v, a, own.t)
+
+    def absolute(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> State:
+        """Return the state (t, q, u, a in absolute coordinates) of relative coordinates, rates and second rates.
+
+        Parameters
+        ----------
+        q : (nq,) or RelativeState
+        v, a : (nv,), optional
+            Zero unless given.
+
+        Raises
+        ------
+        ModelError
+            If a vector has another length than the coordinates.
+        """
+        if isinstance(q, RelativeState):
+            q, v, a, t = q.q, q.v, q.a, q.t
+        q, v, a = self._checked(q, v, a)
+        program, work = self.system.program, self.work
+        state = self.system.state(t)
+        settle(self.rows, program, work, self._start.q, q, v, a, state)
+        for at, branch in self.counted:
+            state.q[program.branches + branch] = q[at]
+        if self.system.branch_names:
+            work.weights[0].wanted = 0
+            evaluate(program, state, work)
+            keep_branches(program, work, state.q)
+        return state
+
+    def pose(self, marker: str, q: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return position (3,), m, and axes (3, 3) in W of a marker at relative coordinates q (nq,)."""
+        number = self._marker(marker)
+        self._placed(q)
+        seen = self.work.markers[number]
+        return seen["r"].copy(), seen["R"].copy()
+
+    def jacobian(self, marker: str, q: Any) -> np.ndarray:
+        """Return the twist of a marker per rate, (6, nv): velocity (m/s) and angular velocity (rad/s) in W, at its
+        origin.
+
+        Source: Whitney 1972 for joints; modes by eq. (tree-jacobian).
+        """
+        number = self._marker(marker)
+        self._placed(q)
+        body = self.tree.order.index(marker.partition(".")[0]) if self.work.markers[number]["nu"] else -1
+        return joint_jacobian(self.rows, self.tree.tables.parent, self.work, body, number, len(self.rate_names))
+
+    def torques(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> np.ndarray:
+        """Return the forces (nv,) on the rates that a motion needs in addition to the model's (N m, N, modal forces).
+
+        Recursive inverse dynamics (Luh, Walker & Paul 1980), here with flexible bodies: evaluates each body once at its
+        acceleration and passes its load on to its parent, eq. (tree-torques). Drives count as what supplies the torque.
+
+        Raises
+        ------
+        CompileError
+            If loops are closed by cut joints: their forces are not determined by the motion of the tree.
+        """
+        if len(self.tree.tables.cut_equations):
+            raise CompileError(
+                f"Model '{self.model.name}'",
+                found=f"no tree: loops are closed by {', '.join(self.tree.cut)}",
+                expected="a tree of joints for forces by recursion",
+                remedy="Use fmb.inverse_dynamics with drives for closed mechanisms",
+            )
+        state = self.absolute(q, v, a, t)
+        weigh(self.work.weights, 1.0)  # what stiffens bodies belongs to the tangent
+        evaluate(self.system.program, state, self.work)
+        tau = np.zeros(len(self.rate_names))
+        gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)
+        return tau
+
+    def accelerations(self, q: Any, v: Any = None, tau: Any = None, t: float = 0.0) -> np.ndarray:
+        """Return the second rates (nv,) of rigid bodies under the forces of the model and of joints: forward dynamics.
+
+        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), with closed loops; ten times faster
+        than `Recursive`, which also takes flexible bodies, and gives reactions.
+
+        Parameters
+        ----------
+        q, v : (nq,), (nv,)
+            Where loops are closed, coordinates that close them.
+        tau : (nv,), N m or N, optional
+            Forces on the joints, as in `torques`.
+
+        Raises
+        ------
+        CompileError
+            If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
+        """
+        if self.drives:
+            raise CompileError(
+                f"Model '{self.model.name}'",
+                found=f"prescribed motions: {', '.join(self.drives)}",
+                expected="joints that forces move",
+                remedy="Leave the drives out, or use fmb.simulate",
+            )
+        q, v, tau = self._checked(q, v, tau)
+        links = self._links
+        links.x[:], links.v[:], links.tau[:] = q, v, tau
+        evaluate_links(links, self.work, t)
+        if links.run[0].failed >= 0:
+            raise self._without_inertia(links)
+        return links.a.copy()
+
+    def linked(self, chart: Chart) -> LinkTree:
+        """Return the rigid links of the model, with its forces and cut joints.
+
+        Raises
+        ------
+        CompileError
+            If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
+        """
+        weigh(self.work.weights, 1.0, constrained=0)
+        program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
+        evaluate(program, self._start, self.work)
+        links = ready(link_tree(self, chart, *link_rows(self, self._start, self.work), self.work))
+        start = self.start
+        links.x[:], links.v[:] = start.q, start.v
+        evaluate_links(links, self.work, start.t)
+        if links.run[0].failed >= 0:
+            raise self._without_inertia(links)
+        return links
+
+    @cached_property
+    def _links(self) -> LinkTree:
+        return self.linked(new_chart(self, self._start.q, Followed(self.system, self._start, self.work)))
+
+    def _without_inertia(self, links: LinkTree) -> CompileError:
+        name = self.tree.order[links.links[links.run[0].failed]["body"]]
+        return CompileError(
+            f"Body '{name}' (joint '{self.tree.joints[name]}')",
+            found="its articulated inertia is singular",
+            expected="inertia, its own or carried, in every free motion of its joint",
+            remedy="Give the body mass and inertia about the free axis",
+        )
+
+    def reach(
+        self,
+        marker: str,
+        at: Any,
+        *,
+        start: Any = None,
+        limits: Mapping[str, tuple[float, float]] | None = None,
+        orientation: bool = True,
+        tolerance: float = 1e-10,
+    ) -> np.ndarray:
+        """Return relative coordinates (nq,) that bring a marker to a pose: inverse kinematics by damped least squares.
+
+        Parameters
+        ----------
+        marker : str
+        at : Pose or (3,), m
+            The pose to reach, in W.
+        start : (nq,), optional
+            Where the search begins; the assembled start unless given. Modes, driven and free coordinates stay there.
+        limits : dict of coordinate name to (low, high), rad or m, optional
+        orientation : bool
+            Let the axes agree as well.
+        tolerance : float, m
+            Largest distance, with the angle times the largest lever.
+
+        Raises
+        ------
+        ModelError
+            If the pose is out of reach, with the nearest distance found; if no joint moves the marker.
+        """
+        begin = self.start.q if start is None else self._checked(start, None, None)[0]
+        return reach(self, marker, as_pose(at, "JointTree", "at"), begin, limits or {}, orientation, tolerance)
+
+    def _marker(self, name: str) -> int:
+        self.model.marker(name, "JointTree")
+        return self.system.marker_index[name]
+
+    def _placed(self, q: Any) -> State:
+        """Return the state at relative coordinates without velocity, and leave its kinematics in the workspace."""
+        state = self.system.state()
+        place(self.rows, self.system.program, self.work, self._start.q, self._checked(q, None, None)[0], state)
+        return state
+
+    def _checked(self, q, v, a):
+        out = []
+        for name, x, labels in (("q", q, self.names), ("v", v, self.rate_names), ("a or tau", a, self.rate_names)):
+            x = np.zeros(len(labels)) if x is None else np.array(x, float)
+            if x.shape != (len(labels),):
+                raise ModelError(
+                    "JointTree",
+                    found=f"{name} has the shape {x.shape}",
+                    expected=f"({len(labels)},): {', '.join(labels)}",
+                    remedy="Give one number for each coordinate",
+                )
+            bad = np.flatnonzero(~np.isfinite(x))
+            if len(bad):
+                raise ModelError(
+                    "JointTree",
+                    found=f"{name} has {x[bad[0]]} for '{labels[bad[0]]}'",
+                    expected="finite numbers",
+                    remedy="Look at where these numbers come from",
+                )
+            out.append(x)
+        return out
+
+    @cached_property
+    def counted(self) -> tuple[tuple[int, int], ...]:
+        """Turns that the model counts: (place in q, number of the branch)."""
+        found = []
+        names = {number: name for name, number in self.system.marker_index.items()}
+        for row in self.rows:
+            if row["held"] != HINGED or row["turn"] < 0:
+                continue
+            a, b = (row["other"], row["own"]) if row["forward"] else (row["own"], row["other"])
+            branch = Coordinate("turn", "z" if row["turn_b"] >= 0 else "x").branch(names[a], names[b])
+            if branch in self.system.branch_names:
+                found.append((int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)))
+        return tuple(found)
+
+
+def _driven_freedom(drive) -> str:
+    return drive.freedom or ("turn" if drive.angle is not None else "slide")
+
+
+def _carriers(system: System, plain: dict[str, bool], keep: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the joints that may carry bodies, and those that must."""
+    for name in keep:
+        if name not in plain:
+            raise CompileError(
+                "JointTree",
+                found=f"joint '{name}' to keep does not exist",
+                expected=f"one of: {', '.join(plain)}",
+                remedy=did_you_mean(name, plain),
+            )
+        if not plain[name]:
+            kind = type(system.joints[system.joint_index[name]]).__name__
+            raise CompileError(
+                f"Joint '{name}'",
+                found=f"{kind} permits no turns or slides that could carry a body",
+                expected="a joint with relative coordinates in the tree",
+                remedy=f"Leave '{name}' out of keep: it closes a loop by its equations",
+            )
+    return tuple(name for name, good in plain.items() if good), keep

@@ -1,0 +1,322 @@
+"""The motion of rigid links, compiled: second rates with forces and loops, and the way back onto the loops.
+
+Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on those of the
+links.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.energies import clear_energy
+from flexmb.math.jets import sample_signals
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.rotations import euler_product, exp_euler
+from flexmb.math.structures import array_type
+from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, State, caller, pointer_kernel, void
+from flexmb.math.weights import no_matrix
+from flexmb.system.program import run_kernels
+from flexmb.tree.coordinates.settle import count_turns, prescribe, unit_length
+from flexmb.tree.rigid.closing import add_multipliers, factorise, solve_multipliers, wrench_at
+from flexmb.tree.rigid.link_tree import LINK_TREE, LinkTree
+from flexmb.tree.rigid.passes import gather, spread
+from flexmb.tree.rigid.places import (
+    BALL,
+    DRIVE,
+    FORCE,
+    FRAME,
+    LOAD,
+    RATE,
+    SINGLE,
+    SPEED,
+    TURN,
+    WAY,
+    place_links,
+)
+
+__all__ = ["close_links", "evaluate_links", "link_rates", "loops_are_open", "ready"]
+
+EVALUATION = void(LINK_TREE, WORK, NUMBER)
+CLOSURE = void(LINK_TREE, WORK, NUMBER, array_type(FLOATS), array_type(FLOATS), array_type(INTEGERS))
+
+call_links, call_closure = caller(EVALUATION), caller(CLOSURE)
+
+
+def ready(tree: LinkTree) -> LinkTree:
+    """Return the links with the addresses of the kernels that they need, compiled."""
+    tree.run[0].evaluation = evaluation.compiled.address
+    if len(tree.closing.equations):
+        tree.run[0].closure = closure.compiled.address
+    return tree
+
+
+@inner_kernel
+def _pose_links(tree):
+    """Write where all links are in W."""
+    links, rows, poses = tree.links, tree.rows, tree.poses
+    for k in range(len(links)):
+        link, row, pose = links[k], rows[k], poses[k]
+        if link.parent < 0:
+            pose[:9] = row[TURN : TURN + 9]
+            pose[9:] = row[WAY : WAY + 3]
+            continue
+        of_parent = poses[link.parent]
+        for i in range(3):
+            a, b, c = of_parent[3 * i], of_parent[3 * i + 1], of_parent[3 * i + 2]
+            for j in range(3):
+                pose[3 * i + j] = a * row[TURN + j] + b * row[TURN + 3 + j] + c * row[TURN + 6 + j]
+            pose[9 + i] = of_parent[9 + i] + a * row[WAY] + b * row[WAY + 1] + c * row[WAY + 2]
+
+
+@inner_kernel
+def _place_marks(tree, work):
+    """Write position, axes and velocities of the markers, without wrenches."""
+    marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
+    for n in range(len(marks)):
+        mark = marks[n]
+        marker, pose, row = markers[mark.marker], poses[mark.link], rows[mark.link]
+        x, y, z = mark.s[0], mark.s[1], mark.s[2]
+        a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
+        u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
+        for i in range(3):
+            p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
+            marker.r[i] = pose[9 + i] + p * x + q * y + r * z
+            marker.v[i] = p * u + q * v + r * w
+            marker.w[i] = p * a + q * b + r * c
+            for j in range(3):
+                marker.R[i, j] = p * mark.A[0, j] + q * mark.A[1, j] + r * mark.A[2, j]
+        for i in range(6):
+            marker.wrench[i] = 0.0
+
+
+@inner_kernel
+def _act(tree, chart, program, work, t):
+    """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
+    clear_energy(work.energy)
+    no_matrix(work.weights)
+    sample_signals(
+        t,
+        program.signals,
+        tree.signals,
+    )
+    count_turns(chart, program, t, tree.x, tree.q)
+    state = State(t, tree.q, tree.u, tree.u, tree.lam, tree.signals)
+    bodies, kinds = len(program.inertia), len(program.equations)
+    run_kernels(program.equations, bodies, program, state, work)
+    if len(program.forces) == 0:
+        return
+    run_kernels(program.forces, bodies + kinds, program, state, work)
+    W = np.empty(6)
+    marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
+    for n in range(len(marks)):
+        mark = marks[n]
+        wrench = markers[mark.marker].wrench
+        W[:] = 0.0
+        wrench_at(poses[mark.link], mark.s, wrench, W)
+        for i in range(6):
+            rows[mark.link, FORCE + i] -= W[i]
+
+
+@inner_kernel
+def _closing_rates(tree, closing, work, second):
+    """Write what is left of the cut equations to closing.x, with the opposite sign:
+    of their rates, or of second rates.
+    """
+    g, marks, mark_of, rows, poses = tree.gravity, tree.marks, tree.mark_of, tree.rows, tree.poses
+    for n in range(len(closing.equations)):
+        equation = work.equations[closing.equations[n]]
+        s = equation.drift if second else equation.rate
+        for m in range(equation.leg, equation.leg + equation.legs):
+            leg = work.legs[m]
+            place = mark_of[leg.marker]
+            if place < 0:
+                continue
+            if not second:
+                marker = work.markers[leg.marker]
+                for i in range(3):
+                    s += leg.gradient[i] * marker.v[i] + leg.gradient[3 + i] * marker.w[i]
+                continue
+            mark = marks[place]
+            row, pose = rows[mark.link], poses[mark.link]
+            x, y, z = mark.s[0], mark.s[1], mark.s[2]
+            a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
+            # the velocity of the marker, of which the spatial acceleration does not know that it turns
+            u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
+            d, e, f = row[RATE], row[RATE + 1], row[RATE + 2]
+            u, v, w = (
+                row[RATE + 3] + e * z - f * y + b * w - c * v,
+                row[RATE + 4] + f * x - d * z + c * u - a * w,
+                row[RATE + 5] + d * y - e * x + a * v - b * u,
+            )
+            for i in range(3):
+                p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
+                s += leg.gradient[i] * (p * u + q * v + r * w + g[i]) + leg.gradient[3 + i] * (p * d + q * e + r * f)
+        closing.x[n] = -s
+
+
+@inner_kernel
+def _solve(tree, closing, weight):
+    """Close the loops with the right side in closing.x: second rates, or changes, in tree.a."""
+    solve_multipliers(closing)
+    add_multipliers(tree, closing)
+    spread(tree.links, tree.rows, tree.blocks, tree.gravity, weight, tree.tau, tree.a)
+
+
+@inner_kernel
+def _drive(tree, chart, t):
+    """Write the motion of the drives at time t to tree.x, tree.v, tree.a."""
+    if len(chart.driven) > 0:
+        sample_signals(t, chart.signals, chart.sampled)
+        prescribe(chart.driven, chart.sampled, tree.x, tree.v, tree.a)
+
+
+@inner_kernel
+def _placed(tree, chart, program, work, t):
+    """Place links and markers, let forces act, and pass inertias and forces on; return -1 or a link without inertia."""
+    place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+    if len(tree.marks) > 0 or len(program.forces) > 0:
+        _pose_links(tree)
+        _place_marks(tree, work)
+        _act(tree, chart, program, work, t)
+    return gather(tree.links, tree.rows, tree.blocks, tree.tau)
+
+
+@pointer_kernel(EVALUATION)
+def evaluation(tree, work, t):
+    """Write the second rates tree.a at tree.x, tree.v, with forces tree.tau on the rates: see `evaluate_links`."""
+    # taken out once: each takes a count of references for every array in it
+    c, chart, program = tree.closing, tree.chart, tree.program
+    unit_length(chart.rows, tree.x)
+    _drive(tree, chart, t)
+    tree.run[0].failed = _placed(tree, chart, program, work, t)
+    if tree.run[0].failed >= 0:
+        return
+    spread(tree.links, tree.rows, tree.blocks, tree.gravity, 1.0, tree.tau, tree.a)
+    if len(c.equations) > 0:
+        factorise(tree, c, work)
+        _closing_rates(tree, c, work, True)
+        _solve(tree, c, 1.0)
+    tree.powers[:] = 0.0
+    if len(tree.marks) > 0 or len(program.forces) > 0:
+        tree.powers[0], tree.powers[2] = work.energy[0].load_power, work.energy[0].dissipation
+    for n in range(len(chart.driven)):
+        k = chart.driven[n, 1]
+        tree.powers[1] += tree.tau[k] * tree.v[k]
+    for n in range(len(c.equations)):
+        tree.powers[1] -= c.x[n] * work.equations[c.equations[n]].rate
+
+
+@kernel
+def evaluate_links(tree, work, t):
+    """Write the second rates tree.a at tree.x, tree.v and time t, with forces tree.tau on the rates.
+
+    Also the powers (3,) of loads, drives and dissipation. Coordinates and rates of drives follow their signals,
+    and the forces on them are written to tree.tau. The run's `failed` is -1, or the link whose motion has no inertia.
+    """
+    call_links(tree.run[0].evaluation, tree, work, t)
+
+
+@kernel
+def link_rates(tree, work, t, x, v):
+    """Write the second rates tree.a of x and v; return -1, or the link whose motion has no inertia."""
+    tree.x[:], tree.v[:] = x, v
+    tree.tau[:] = 0.0
+    call_links(tree.run[0].evaluation, tree, work, t)
+    return tree.run[0].failed
+
+
+@kernel
+def loops_are_open(tree, work, bounds, length):
+    """Have the loops come open in the evaluation before, by more than their bounds (ng,), or their velocities, relative
+    to the fastest motion, in lengths of the model per second?
+    """
+    c = tree.closing
+    fastest, open_by, speed = 0.0, 0.0, 0.0
+    for n in range(len(tree.marks)):
+        marker = work.markers[tree.marks[n].marker]
+        for i in range(3):
+            fastest = max(fastest, abs(marker.v[i]) / length, abs(marker.w[i]))
+    _closing_rates(tree, c, work, False)
+    for n in range(len(c.equations)):
+        k = c.equations[n]
+        open_by, speed = max(open_by, abs(work.equations[k].g) / bounds[k]), max(speed, abs(c.x[n]) / bounds[k])
+    return open_by > 1.0 or speed > fastest
+
+
+@inner_kernel
+def _advance(tree, change):
+    """Write tree.x [+] change (nv,): Euler parameters by the rotation in their own axes."""
+    dp, p = np.empty(4), np.empty(4)
+    for k in range(len(tree.links)):
+        link = tree.links[k]
+        at, iv = link.coordinate, link.rate
+        if link.kind == SINGLE:
+            tree.x[at] += change[iv]
+        elif link.kind == BALL or link.kind == FRAME:
+            if link.kind == FRAME:
+                pose = tree.poses[k]
+                for i in range(3):
+                    for j in range(3):
+                        tree.x[at + i] += pose[3 * i + j] * change[iv + j]
+                at, iv = at + 3, iv + 3
+            exp_euler(change[iv : iv + 3], dp)
+            p[:] = tree.x[at : at + 4]
+            euler_product(p, dp, tree.x[at : at + 4])
+
+
+@inner_kernel
+def _changes(tree, closing):
+    """Write the changes of coordinates or rates tree.a that multipliers for the right side in closing.x give."""
+    tree.a[:] = 0.0
+    for k in range(len(tree.links)):
+        link = tree.links[k]
+        if link.kind == SINGLE:
+            tree.rows[k, DRIVE] = 0.0
+        elif link.kind > 0:
+            tree.blocks[link.block, LOAD : LOAD + link.kind] = 0.0
+    _solve(tree, closing, 0.0)
+
+
+@pointer_kernel(CLOSURE)
+def closure(tree, work, t, bounds, gaps, level):
+    """Move tree.x and tree.v onto the closed loops: see `close_links`."""
+    c, chart, program = tree.closing, tree.chart, tree.program
+    tree.run[0].failed = 1
+    for turn in range(12):
+        _drive(tree, chart, t)
+        tree.a[:] = 0.0
+        tree.tau[:] = 0.0
+        if _placed(tree, chart, program, work, t) >= 0:
+            return
+        factorise(tree, c, work)
+        largest, closed = 0.0, True
+        for n in range(len(c.equations)):
+            k = c.equations[n]
+            c.x[n] = -work.equations[k].g if level[k] == 0 else 0.0
+            largest = max(largest, abs(c.x[n]) / bounds[k] if c.d[n] > 0.0 else 0.0)
+            closed = closed and abs(c.x[n]) <= max(gaps[k], bounds[k])
+        if not np.isfinite(largest):
+            return
+        if largest <= 1.0 and turn > 0:
+            break
+        _changes(tree, c)
+        stride = np.max(np.abs(tree.a))
+        _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
+    for _ in range(2):
+        _closing_rates(tree, c, work, False)
+        _changes(tree, c)
+        tree.v[:] += tree.a
+        place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+        _place_marks(tree, work)
+    tree.run[0].failed = -1 if closed else 1
+
+
+@kernel
+def close_links(tree, work, t, bounds, gaps, level):
+    """Move tree.x with least motion, in the metric of the mass matrix, onto the closed loops, then tree.v; drives stay.
+
+    Equations are closed to `bounds` (ng,); dependent ones may stay open by up to `gaps` (ng,).
+    `level` (ng,): 1 for velocity. Returns whether that worked.
+    """
+    call_closure(tree.run[0].closure, tree, work, t, bounds, gaps, level)
+    return tree.run[0].failed < 0
