@@ -1,7 +1,9 @@
 """Write the decks of this folder: three assemblies for Nastran and one for Abaqus, and flat decks of the same for ccx.
 
 The structures are described once, in SI units; the Nastran decks are written in mm, t, s. `calculix` writes the
-same cells for CalculiX, of second order, held where the deck holds them.
+same cells for CalculiX, of second order, held where the deck holds them. The bracket stands beside a model of solids
+only (`bracket_of_solids`): CalculiX expands beams and shells into solids, and where they share a node its knots
+restrain the plate (docs/howto/decks-to-motion.md).
 """
 
 from __future__ import annotations
@@ -32,6 +34,10 @@ class Structure:
     plates: dict[int, tuple[float, tuple]] = field(default_factory=dict)
     sections: dict[int, tuple[float, float, tuple[float, float, float], tuple]] = field(default_factory=dict)
     solids: dict[int, tuple] = field(default_factory=dict)
+    heights: dict[int, float] = field(default_factory=dict)
+    """Distance of a plate's middle over its nodes, by property, m."""
+    shifts: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    """From the nodes of bars to their axes, by property, m."""
     bushes: list[tuple[int, int, int, float]] = field(default_factory=list)
     masses: list[tuple[int, int, float]] = field(default_factory=list)
     rigid: list[tuple[int, int, list[int]]] = field(default_factory=list)
@@ -57,6 +63,23 @@ class Structure:
             for j in range(nv)
             for i in range(nu)
         )
+
+    def plate(self, property_number: int, xs, ys, z: float) -> None:
+        """Add quadrilaterals between lines of x and y at a height."""
+        number = [[self.node((x, y, z)) for x in xs] for y in ys]
+        self.quads.setdefault(property_number, []).extend(
+            (number[j][i], number[j][i + 1], number[j + 1][i + 1], number[j + 1][i])
+            for j in range(len(ys) - 1)
+            for i in range(len(xs) - 1)
+        )
+
+    def block(self, property_number: int, xs, ys, zs) -> None:
+        """Add bricks between lines of x, y and z."""
+        number = np.array([[[self.node((x, y, z)) for z in zs] for y in ys] for x in xs])
+        corners = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+        nx, ny, nz = (count - 1 for count in number.shape)
+        cells = [number[a : a + nx, b : b + ny, c : c + nz].ravel() for a, b, c in corners]
+        self.bricks.setdefault(property_number, []).extend(zip(*np.array(cells).tolist(), strict=True))
 
     def line(self, property_number: int, start, end, n: int) -> None:
         """Add n bars from start to end."""
@@ -143,32 +166,81 @@ def satellite() -> Structure:
     return sat
 
 
+def _lines(*pieces) -> list[float]:
+    """Return the numbers from the first start through (end, number of steps) of each piece."""
+    places = [pieces[0]]
+    for end, n in pieces[1:]:
+        places += [round(float(x), 9) for x in np.linspace(places[-1], end, n + 1)[1:]]
+    return places
+
+
+FINE = _lines(0.0, (0.06, 2), (0.08, 1), (0.1, 4), (0.115, 3), (0.15, 3), (0.4, 20))
+"""Lines across the bracket's plate, m; fine at the edge of the block, where plate and block are joined at nodes only."""
+
+
 def bracket() -> Structure:
-    """A block of bricks, a plate that covers it and goes on as a console, bars under the plate and a mast on it."""
+    """A block of bricks, a plate on it that goes on as a console, stiffeners on the plate, a mast at its end."""
     mix = Structure("Beams, shells and solids in one part")
     mix.solids = {21: STEEL}
-    mix.plates = {22: (0.008, STEEL)}
-    mix.sections = {23: (0.008, 0.01, (0.0, 1.0, 0.0), STEEL), 24: (0.016, 0.016, (0.0, 1.0, 0.0), STEEL)}
-    n, h = 4, 0.1 / 4
-    for i in range(n):
-        for j in range(n):
-            for k in range(n):
-                place = lambda a, b, c, i=i, j=j, k=k: mix.node(((i + a) * h, (j + b) * h, (k + c) * h))  # noqa: E731
-                bottom = [place(0, 0, 0), place(1, 0, 0), place(1, 1, 0), place(0, 1, 0)]
-                top = [place(0, 0, 1), place(1, 0, 1), place(1, 1, 1), place(0, 1, 1)]
-                mix.bricks.setdefault(21, []).append((*bottom, *top))
-    mix.grid(22, lambda u, v: (0.4 * u, 0.1 * v, 0.1), 16, 4)
-    for y in (0.0, 0.1):
-        mix.line(23, (0.1, y, 0.1), (0.4, y, 0.1), 12)
-    mix.line(24, (0.4, 0.1, 0.1), (0.4, 0.1, 0.25), 6)
+    mix.plates = {22: (0.006, STEEL)}
+    mix.heights = {22: 0.003}
+    mix.sections = {k: (0.005, 0.012, (0.0, 1.0, 0.0), STEEL) for k in (23, 25)}
+    mix.sections[24] = (0.016, 0.016, (0.0, 1.0, 0.0), STEEL)
+    mix.shifts = {23: (0.0, 0.0025, 0.012), 25: (0.0, -0.0025, 0.012)}
+    across = _lines(0.0, (0.1, 4))
+    mix.block(21, [x for x in FINE if x <= 0.1], across, across)
+    mix.plate(22, FINE, across, 0.1)
+    above = [x for x in FINE if x >= 0.06]
+    for pid, y in ((23, 0.0), (25, 0.1)):
+        for a, b in pairwise(above):
+            mix.line(pid, (a, y, 0.1), (b, y, 0.1), 1)
+    foot = (0.4, 0.05, 0.106)
+    mix.line(24, foot, (0.4, 0.05, 0.256), 6)
+    end = sorted(k for k, (x, _, z) in mix.nodes.items() if x == 0.4 and z == 0.1)
     mix.masses += [(7001, mix.node((0.4, 0.0, 0.1)), 1.0), (7002, mix.node((0.4, 0.1, 0.1)), 1.0)]
     mix.nodes[801] = (0.05, 0.05, -0.02)
     mix.rigid.append((801, 801, sorted(k for k, p in mix.nodes.items() if p[2] == 0.0)))
-    top = sorted(k for k, (x, _, z) in mix.nodes.items() if x > 0.35 and z == 0.1)
+    mix.rigid.append((803, mix.node(foot), end))
+    top = sorted(k for k, (x, _, z) in mix.nodes.items() if 0.3 < x < 0.4 and z == 0.1)
     mix.nodes[802] = (0.45, 0.05, 0.1)
     mix.means.append((802, 802, top))
     mix.held = [801]
     return mix
+
+
+def bracket_of_solids(modes: int = 6) -> str:
+    """Return the bracket for CalculiX with C3D20R for its plate, stiffeners and mast too, in SI.
+
+    Block and plate, plate and stiffeners have the nodes between them in common. The end of the plate and the foot of
+    the mast are one rigid body, as the RBE2 of the deck makes them.
+    """
+    body = Structure("Bracket of solids")
+    side = _lines(0.0, (0.005, 1), (0.095, 4), (0.1, 1))
+    body.block(21, [x for x in FINE if x <= 0.1], side, _lines(0.0, (0.1, 4)))
+    body.block(21, FINE, side, [0.1, 0.103, 0.106])
+    for ys in (side[:2], side[-2:]):
+        body.block(21, [x for x in FINE if x >= 0.06], ys, [0.106, 0.112, 0.118])
+    body.solids = {21: STEEL}
+    mast = Structure("Mast")
+    mast.block(21, _lines(0.392, (0.408, 2)), _lines(0.042, (0.058, 2)), _lines(0.106, (0.256, 10)))
+    first = max(body.nodes) + 1 - min(mast.nodes)  # it meets the plate in the rigid body only
+    body.nodes.update({k + first: p for k, p in mast.nodes.items()})
+    body.bricks[21] += [tuple(k + first for k in cell) for cell in mast.bricks[21]]
+    body.masses = [(7001 + k, body.node((0.4, y, 0.1)), 1.0) for k, y in enumerate((0.0, 0.1))]
+    body.nodes[90_001] = (0.05, 0.05, -0.02)
+    body.rigid, body.held = [(90_001, 90_001, [k for k, p in body.nodes.items() if p[2] == 0.0])], [90_001]
+    model, step = calculix(body, modes).split("*STEP")
+    rows = [row.split(", ") for row in model.split("*ELEMENT")[0].splitlines()[1:]]
+    tied = []
+    for number, place in ((int(row[0]), [float(word) for word in row[1:]]) for row in rows):
+        x, y, z = place
+        end = abs(x - 0.4) < 1e-9 and (z < 0.107 or abs(y - 0.05) > 0.044)
+        if end or (abs(z - 0.106) < 1e-9 and abs(x - 0.4) < 0.008 + 1e-9 and abs(y - 0.05) < 0.008 + 1e-9):
+            tied.append(f"{number},")
+    rigid = ["*NODE", "90003, 0.4, 0.05, 0.106", "90004, 0.4, 0.05, 0.106", "*NSET, NSET=END", *tied]
+    return "\n".join(
+        [model + "\n".join([*rigid, "*RIGID BODY, NSET=END, REF NODE=90003, ROT NODE=90004"]), "*STEP" + step]
+    )
 
 
 def real(value: float) -> str:
@@ -185,7 +257,8 @@ def nastran(s: Structure) -> str:
     element = 1
     for pid, cells in s.quads.items():
         for cell in cells:
-            rows.append(f"CQUAD4,{element},{pid},{','.join(map(str, cell))}")
+            lift = f",,{real(1e3 * s.heights[pid])}" if pid in s.heights else ""
+            rows.append(f"CQUAD4,{element},{pid},{','.join(map(str, cell))}{lift}")
             element += 1
     for pid, cells in s.bricks.items():
         for cell in cells:
@@ -195,6 +268,9 @@ def nastran(s: Structure) -> str:
         x, y, z = s.sections[pid][2]
         for a, b in lines:
             rows.append(f"CBAR,{element},{pid},{a},{b},{real(x)},{real(y)},{real(z)}")
+            if pid in s.shifts:
+                shift = ",".join(real(1e3 * c) for c in s.shifts[pid])
+                rows[-1] += f",,+\n+,,,{shift},{shift}"
             element += 1
     for pid, (thickness, material) in s.plates.items():
         m = numbers[material[0]]
@@ -227,8 +303,8 @@ def _continued(words: list[str], first: int) -> str:
     return ",+\n".join(lines)
 
 
-def calculix(s: Structure, modes: int = 8, order: int = 2) -> str:
-    """Return the same structure for CalculiX in SI, with S8R, B32R, C3D20R (second order) or S4, B31, C3D8I (first).
+def calculix(s: Structure, modes: int = 8) -> str:
+    """Return the same structure for CalculiX in SI, with S8R, B32R and C3D20R.
 
     The links are left out: what hangs on a held reference is held, and an RBE3 alone stiffens nothing.
     """
@@ -249,18 +325,15 @@ def calculix(s: Structure, modes: int = 8, order: int = 2) -> str:
     above = [(a + 4, b + 4) for a, b in around]
     elements, element = [], 1
     for groups, kind, edges in (
-        (s.quads, "S8R" if order == 2 else "S4", around),
-        (s.bricks, "C3D20R" if order == 2 else "C3D8I", around + above + upright),
-        (s.bars, "B32R" if order == 2 else "B31", []),
+        (s.quads, "S8R", around),
+        (s.bricks, "C3D20R", around + above + upright),
+        (s.bars, "B32R", []),
     ):
         for pid, cells in groups.items():
             elements.append(f"*ELEMENT, TYPE={kind}, ELSET=P{pid}")
             for cell in cells:
-                row = tuple(cell)
-                if kind == "B32R":
-                    row = (cell[0], mid(*cell), cell[1])
-                elif order == 2:
-                    row = (*cell, *(mid(cell[a], cell[b]) for a, b in edges))
+                middle = [mid(cell[a], cell[b]) for a, b in edges]
+                row = (*cell, *middle) if edges else (cell[0], mid(*cell), cell[1])
                 words = [str(n) for n in (element, *row)]
                 elements.append(", ".join(words[:11]) + (",\n" + ", ".join(words[11:]) if len(words) > 11 else ""))
                 element += 1

@@ -83,6 +83,7 @@ def shell_blocks(deck: Deck, part: str) -> list[Labelled]:
                 faces=np.stack([turned_plane(group.faces[k], angle) for k in range(2)], axis=1),
                 depths=group.depths * group.stretch[:, None],
                 poisson=group.poisson,
+                spring=group.spring,
             )
             out.append((block, group.labels))
     return out

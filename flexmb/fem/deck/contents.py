@@ -61,6 +61,9 @@ class Shells:
         Thickness of the element over the layup's: scales A, B and D by its first, second and third power.
     poisson : float
         Of the in-plane bending modes of triangles.
+    spring : float or None
+        Share of the in-plane shear stiffness that holds the rotation about the normal, in programs whose shells do not
+        turn in their plane; None: the membrane turns with its corners.
     """
 
     nodes: np.ndarray
@@ -78,6 +81,7 @@ class Shells:
     shear: float
     poisson: float
     group: str
+    spring: float | None = None
 
     def only(self, chosen: np.ndarray) -> Shells:
         """Return the chosen elements (mask or numbers)."""

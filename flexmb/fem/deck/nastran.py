@@ -90,7 +90,6 @@ FLUID = frozenset(("CHACAB", "CHACBR", "CFLUID2", "CFLUID3", "CFLUID4", "CAXIF2"
 STRUCTURAL = re.compile(
     r"^(GRID|GRDSET|CORD[12][RCS]|MAT[1289]$|P(SOLID|SHELL|COMPG?|BARL?|BEAML?|ROD|TUBE|ELAS|BUSH|BUSH1D|DAMP|MASS|VISC|SHEAR)$|BAROR|BEAMOR|MPC|SPC|PARAM)"
 )
-FLAT = ("CQUAD4", "CTRIA3", "CQUAD8", "CTRIA6")
 CURVED = ("FEEDGE", "FEFACE", "GMCURV", "GMSURF")
 """Geometry of p-elements: without it their edges are straight."""
 MASS_PARTS = ("NSM", "NSM1", "NSML", "NSML1", "NSMADD")
@@ -151,8 +150,6 @@ def _parameters(bulk: Bulk, deck: Deck) -> None:
             raise found["WTMASS"].refused(f"WTMASS = {deck.mass_factor:g}", "a positive factor")
     coupled = found["COUPMASS"].text(2).upper() if "COUPMASS" in found else "-1"
     deck.lumped = coupled in ("-1", "NO", "")
-    if "K6ROT" in found and found["K6ROT"].real(2, 0.0) > 0.0 and any(name in bulk.tables for name in FLAT):
-        deck.inventory.approximated["PARAM K6ROT: shells have a stiffness against turning in their plane anyway"] += 1
     for name in CURVED:
         if bulk.of(name):
             deck.inventory.left_out[f"{name}: curved edges and faces of p-elements"] += len(bulk.of(name))

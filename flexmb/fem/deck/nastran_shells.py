@@ -29,6 +29,12 @@ ORDER = {
 """Nastran numbers the vertical edges before the edges of the upper face, meshio after."""
 
 
+TURNLESS = ("CQUAD4", "CTRIA3")
+"""Shells whose nodes do not turn in the plane: PARAM, K6ROT holds that rotation by a weak spring."""
+K6ROT = 100.0
+"""Where the deck does not say; the spring is 1e-6 K6ROT of the shear stiffness in the plane."""
+
+
 @dataclass(frozen=True, eq=False)
 class Layup:
     """A, B, D about the reference plane, thickness, mass per area, faces and depths of a shell property."""
@@ -49,6 +55,7 @@ def add_shells(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
     """Add triangles and quadrilaterals; second order becomes first order on all nodes."""
     properties = {card.integer(1): card for card in bulk.of("PSHELL", "PCOMP", "PCOMPG", "PSHEAR", "PLPLANE")}
     made: dict[int, Layup] = {}
+    spring = _spring(bulk)
     for name, count in NODES.items():
         table = bulk.tables.get(name)
         if table is None or not len(table):
@@ -64,13 +71,25 @@ def add_shells(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
                         f"the property {pid}, which does not exist", "a PSHELL, PCOMP or PCOMPG card"
                     )
                 made[int(pid)] = _layup(properties[int(pid)], materials, deck)
-            _add_group(table.chosen(rows), count, made[int(pid)], deck, systems, f"pid_{pid}")
+            own = spring if name in TURNLESS else None
+            _add_group(table.chosen(rows), count, made[int(pid)], deck, systems, f"pid_{pid}", own)
     cards = bulk.of("CSHEAR")
     if cards:
         _add_panels(cards, properties, deck, materials)
 
 
-def _add_group(table: FieldTable, count: int, layup: Layup, deck: Deck, systems: Systems, group: str) -> None:
+def _spring(bulk: Bulk) -> float:
+    """Return the share of the shear stiffness by which PARAM, K6ROT holds the rotation in the plane of shells.
+
+    Without any (K6ROT = 0) Nastran leaves the rotation to AUTOSPC; here a millionth keeps the matrix regular.
+    """
+    given = [card for card in bulk.of("PARAM") if card.text(1).upper() == "K6ROT"]
+    return 1e-6 * max(given[-1].real(2, K6ROT) if given else K6ROT, 1.0)
+
+
+def _add_group(
+    table: FieldTable, count: int, layup: Layup, deck: Deck, systems: Systems, group: str, spring: float | None
+) -> None:
     """Add the elements of one card and property."""
     corners = 3 if count in (3, 6) else 4
     what = f"{table.where(0)}, {table.name}"
@@ -107,6 +126,7 @@ def _add_group(table: FieldTable, count: int, layup: Layup, deck: Deck, systems:
                     poisson=layup.poisson,
                     shear=layup.shear,
                     group=group,
+                    spring=spring,
                 )
             )
 

@@ -82,6 +82,9 @@ class ShellBlock:
 
     softness = None
     """Shear parameter phi (ne, c) of every edge; None: no transverse shear."""
+    spring: ClassVar[float | None] = None
+    """Share of the in-plane shear stiffness that holds the rotation about the normal; None: the membrane turns with
+    its corners."""
 
     def sections(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         """Return A, B and D (ne, 3, 3), N/m, N, N m, of the section; B None where it is zero."""
@@ -112,10 +115,16 @@ class ShellBlock:
                 cross = at.weight[:, None, None] * (strain.swapaxes(1, 2) @ coupling @ curvature)
                 total = total - cross - cross.swapaxes(1, 2)
             total = total + self._sheared(at)
-            if self.cell_type == "quad":
-                row = drilling_row(self.corners, at)[:, None, :]
-                total = total + _weighted(row, membrane[:, 2:, 2:], at.weight)
+            total = total + self._drilled(at, membrane[:, 2:, 2:])
         return self._in_body_axes(total)
+
+    def _drilled(self, at, shear: np.ndarray) -> np.ndarray | float:
+        """Return what ties the rotation about the normal to that of the plane at a point, (ne, 6 c, 6 c)."""
+        if self.spring is not None:
+            return _weighted(drilling_row(self.corners, at, False)[:, None, :], self.spring * shear, at.weight)
+        if self.cell_type == "triangle":  # OPT resists by itself
+            return 0.0
+        return _weighted(drilling_row(self.corners, at)[:, None, :], shear, at.weight)
 
     def _sheared(self, at) -> np.ndarray | float:
         """Return the stiffness of transverse shear at a point, (ne, 6 c, 6 c); 0 without."""
@@ -134,7 +143,9 @@ class ShellBlock:
             share = np.diag(at.value) if lumped else np.outer(at.value, at.value)
             rotation += at.weight[:, None, None] * share
             if not lumped:
-                total = total + _weighted(displacement_rows(self.corners, at), np.eye(3), at.weight)
+                total = total + _weighted(
+                    displacement_rows(self.corners, at, self.spring is None), np.eye(3), at.weight
+                )
         matrix = np.zeros((len(rotation), count, 6, count, 6))
         per_area, depth, height = self.areal_mass()
         inertia = rotation * (depth**2 / 12.0)[:, None, None]
@@ -250,7 +261,7 @@ class ShellBlock:
 
     def _gradients(self, at) -> list[np.ndarray]:
         """Gradients (ne, 2, 6 c) of u, v and w at a point."""
-        plane = displacement_gradient(self.corners, at)
+        plane = displacement_gradient(self.corners, at, self.spring is None)
         return [plane[:, 0], plane[:, 1], slope_rows(self.corners, at)]
 
     def _membrane_forces(self, local: np.ndarray, at) -> np.ndarray:

@@ -43,6 +43,9 @@ class LaminateBlock(ShellBlock):
         Height of the bottom and of the top over the reference plane.
     poisson : float
         Of the triangle's in-plane bending modes (shells.md); any value keeps the patch test.
+    spring : float or None
+        Share of the in-plane shear stiffness that holds the rotation about the normal, where the membrane has none of
+        its own; None: the membrane turns with its corners.
     heights : (ne, c), m
         Of the nodes over the *reference plane*, an offset of the layup included.
     """
@@ -55,6 +58,7 @@ class LaminateBlock(ShellBlock):
     faces: np.ndarray
     depths: np.ndarray
     poisson: float = 0.3
+    spring: float | None = None  # type: ignore[misc]
     ROWS: ClassVar[tuple[str, ...]] = (
         *ShellBlock.ROWS,
         *("membrane", "coupling", "bending", "shear", "surface_mass", "faces", "depths"),
@@ -76,7 +80,7 @@ class LaminateBlock(ShellBlock):
         """Function (xi, eta) -> membrane strains per local displacement of the projected corners."""
         stiff = self.membrane
         floor = 1e-9 * np.abs(stiff).max() if np.abs(stiff).max() > 0.0 else 1.0
-        return strain_rows(self.corners, stiff + floor * np.eye(3), self.poisson)
+        return strain_rows(self.corners, stiff + floor * np.eye(3), self.poisson, self.spring is None)
 
     @cached_property
     def softness(self) -> np.ndarray:  # type: ignore[override]

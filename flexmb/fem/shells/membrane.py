@@ -1,4 +1,4 @@
-"""Membranes with a rotation about the normal at the corners: the triangle OPT and an Allman quadrilateral.
+"""Membranes with a rotation about the normal at the corners, the triangle OPT and an Allman quadrilateral, or without.
 
 Triangle: C. A. Felippa, A study of optimal membrane triangles with drilling freedoms, Comput. Methods Appl.
 Mech. Eng. 192 (2003) 2125-2168, the ANDES template with the parameters OPT. Quadrilateral: A.
@@ -6,6 +6,9 @@ Ibrahimbegovic, R. L. Taylor, E. L. Wilson, A robust quadrilateral membrane fini
 degrees of freedom, Int. J. Numer. Meth. Eng. 30 (1990) 445-457, with two internal modes after R. L. Taylor,
 P. J. Beresford, E. L. Wilson, ibid. 10 (1976) 1211-1219. Equations: docs/theory/shells.md. Freedoms per
 corner: u, v, theta_z.
+
+Without rotation (`bows` False): the triangle of constant strain, and the quadrilateral of Taylor, Beresford and Wilson
+with its four internal modes. So are the shells of programs whose nodes do not turn in the plane.
 """
 
 from __future__ import annotations
@@ -26,29 +29,30 @@ NATURAL = (
 """Felippa 2003, eq. 27: which beta stands where in Q_1, Q_2, Q_3 (rows: sides 21, 32, 13)."""
 
 
-def strain_rows(corners: np.ndarray, elasticity: np.ndarray, poisson: float):
+def strain_rows(corners: np.ndarray, elasticity: np.ndarray, poisson: float, bows: bool = True):
     """Return the function (xi, eta) -> (e_xx, e_yy, 2 e_xy) per nodal displacement, (ne, 3, 6 c).
 
-    `elasticity` (3, 3), Pa, is for plane stress: the internal modes of the quadrilateral depend on it.
+    `elasticity` (3, 3), Pa, is for plane stress: the internal modes of the quadrilateral depend on it. `bows`: whether
+    the edges bow with the rotations about the normal; without, these strain nothing.
     """
-    if corners.shape[1] == 3:
-        return _optimal_triangle(corners, poisson)
-    return _quadrilateral(corners, elasticity)
+    if corners.shape[1] == 4:
+        return _quadrilateral(corners, elasticity, bows)
+    return _optimal_triangle(corners, poisson) if bows else _constant_triangle(corners)
 
 
-def displacement_gradient(corners: np.ndarray, at: Functions) -> np.ndarray:
+def displacement_gradient(corners: np.ndarray, at: Functions, bows: bool = True) -> np.ndarray:
     """Return d(u, v)/d(x, y) of Allman's field per nodal displacement: (ne, 2 components, 2 derivatives, 6
     c).
 
     Linear (bilinear) functions, and per edge a bow ``l (theta_j - theta_i) / 8`` along the outward normal
-    (eq. (shell-allman)).
+    (eq. (shell-allman)), unless `bows` is False.
     """
     ne, count = corners.shape[:2]
     length, tangent = edges(corners)
     out = np.zeros((ne, 2, 2, count, 6))
     out[:, 0, :, :, 0] = at.gradient
     out[:, 1, :, :, 1] = at.gradient
-    for k in range(count):
+    for k in range(count if bows else 0):
         outward = np.stack([tangent[:, k, 1], -tangent[:, k, 0]], axis=1)
         bow = outward[:, :, None] * at.edge_gradient[:, None, :, k] * (length[:, k] / 8.0)[:, None, None]
         out[:, :, :, (k + 1) % count, 5] += bow
@@ -56,10 +60,10 @@ def displacement_gradient(corners: np.ndarray, at: Functions) -> np.ndarray:
     return out.reshape(ne, 2, 2, 6 * count)
 
 
-def displacement_rows(corners: np.ndarray, at: Functions) -> np.ndarray:
+def displacement_rows(corners: np.ndarray, at: Functions, bows: bool = True) -> np.ndarray:
     """Return (u, v, w) per nodal displacement, (ne, 3, 6 c): linear (bilinear) fields plus one bow per edge.
 
-    In the plane the bow of `displacement_gradient`; out of it ``l (w_s,i - w_s,j) / 8`` with w_s of the
+    In the plane the bow of `displacement_gradient`, if `bows`; out of it ``l (w_s,i - w_s,j) / 8`` with w_s of the
     nodal rotations.
     """
     ne, count = corners.shape[:2]
@@ -71,42 +75,52 @@ def displacement_rows(corners: np.ndarray, at: Functions) -> np.ndarray:
         bow = at.edge_value[k] * length[:, k] / 8.0
         t_x, t_y = tangent[:, k, 0], tangent[:, k, 1]
         for corner, sign in ((k, 1.0), ((k + 1) % count, -1.0)):
-            out[:, 0, corner, 5] -= sign * bow * t_y
-            out[:, 1, corner, 5] += sign * bow * t_x
+            if bows:
+                out[:, 0, corner, 5] -= sign * bow * t_y
+                out[:, 1, corner, 5] += sign * bow * t_x
             out[:, 2, corner, 3] += sign * bow * t_y
             out[:, 2, corner, 4] -= sign * bow * t_x
     return out.reshape(ne, 3, 6 * count)
 
 
-def drilling_row(corners: np.ndarray, at: Functions) -> np.ndarray:
+def drilling_row(corners: np.ndarray, at: Functions, bows: bool = True) -> np.ndarray:
     """Return ``theta_z - (v_x - u_y) / 2`` per nodal displacement, (ne, 6 c): the nodal rotation against
     the membrane's."""
-    slope = displacement_gradient(corners, at)
+    slope = displacement_gradient(corners, at, bows)
     row = (0.5 * (slope[:, 0, 1] - slope[:, 1, 0])).reshape(len(corners), -1, 6)
     row[:, :, 5] += at.value
     return row.reshape(len(corners), -1)
 
 
-def _quadrilateral(corners: np.ndarray, elasticity: np.ndarray):
-    """Allman strains plus u = a_1 (1 - xi^2), v = a_2 (1 - eta^2), condensed: in-plane bending keeps its
-    lateral contraction."""
+def _constant_triangle(corners: np.ndarray):
+    at = functions(corners, 0.0, 0.0)
+    slope = displacement_gradient(corners, at, False)
+    rows = np.stack([slope[:, 0, 0], slope[:, 1, 1], slope[:, 0, 1] + slope[:, 1, 0]], axis=1)
+    return lambda xi, eta: rows
+
+
+def _quadrilateral(corners: np.ndarray, elasticity: np.ndarray, bows: bool):
+    """Allman strains plus u = a_1 (1 - xi^2), v = a_2 (1 - eta^2), condensed: in-plane bending keeps its lateral
+    contraction. Without bows both components get both modes, since the edges do not bend by themselves."""
     ne = len(corners)
     centre = functions(corners, 0.0, 0.0)
+    modes = ((0, 0), (1, 1)) if bows else ((0, 0), (1, 1), (0, 1), (1, 0))  # (component, xi or eta)
 
     def compatible(at: Functions) -> np.ndarray:
-        slope = displacement_gradient(corners, at)
+        slope = displacement_gradient(corners, at, bows)
         return np.stack([slope[:, 0, 0], slope[:, 1, 1], slope[:, 0, 1] + slope[:, 1, 0]], axis=1)
 
     def internal(at: Functions) -> np.ndarray:
         # derivatives by the centre's axes, scaled so that they integrate to zero: constant strain stays exact
         slope = _inverse_jacobian(corners) @ np.array([[-2.0 * at.xi, 0.0], [0.0, -2.0 * at.eta]])
         slope *= (centre.weight / at.weight)[:, None, None]
-        rows = np.zeros((ne, 3, 2))
-        rows[:, 0, 0], rows[:, 2, 0] = slope[:, 0, 0], slope[:, 1, 0]
-        rows[:, 1, 1], rows[:, 2, 1] = slope[:, 1, 1], slope[:, 0, 1]
+        rows = np.zeros((ne, 3, len(modes)))
+        for k, (component, square) in enumerate(modes):
+            rows[:, component, k] = slope[:, component, square]
+            rows[:, 2, k] = slope[:, 1 - component, square]
         return rows
 
-    coupling, own = np.zeros((ne, 2, 24)), np.zeros((ne, 2, 2))
+    coupling, own = np.zeros((ne, len(modes), 24)), np.zeros((ne, len(modes), len(modes)))
     for xi, eta, weight in integration_points(4):
         at = functions(corners, xi, eta, weight)
         rows = internal(at)
