@@ -175,7 +175,7 @@ def _lines(*pieces) -> list[float]:
 
 
 FINE = _lines(0.0, (0.06, 2), (0.08, 1), (0.1, 4), (0.115, 3), (0.15, 3), (0.4, 20))
-"""Lines across the bracket's plate, m; fine at the edge of the block, where plate and block are joined at nodes only."""
+"""Lines across the plate of the bracket, m; fine at the edge of the block, to which nodes alone join the plate."""
 
 
 def bracket() -> Structure:
@@ -184,7 +184,7 @@ def bracket() -> Structure:
     mix.solids = {21: STEEL}
     mix.plates = {22: (0.006, STEEL)}
     mix.heights = {22: 0.003}
-    mix.sections = {k: (0.005, 0.012, (0.0, 1.0, 0.0), STEEL) for k in (23, 25)}
+    mix.sections = dict.fromkeys((23, 25), (0.005, 0.012, (0.0, 1.0, 0.0), STEEL))
     mix.sections[24] = (0.016, 0.016, (0.0, 1.0, 0.0), STEEL)
     mix.shifts = {23: (0.0, 0.0025, 0.012), 25: (0.0, -0.0025, 0.012)}
     across = _lines(0.0, (0.1, 4))

@@ -495,7 +495,7 @@ def test_memory_of_reading(tmp_path):
 
 
 def test_geometry_of_p_elements_and_k6rot_are_named(tmp_path, capsys):
-    """Curved edges are left out by name; the drilling stiffness of shells does not come from PARAM,K6ROT."""
+    """Curved edges are left out by name; PARAM,K6ROT, which holds shells in their plane, stands among what was read."""
     bulk = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,1,1,2,3,4\n"
     bulk += "PSHELL,1,1,.01,1\nMAT1,1,2.1+11,,.3,7850.\nPARAM,K6ROT,100.\nFEEDGE,9,1,2,,GMCURV,5\n"
     path = tmp_path / "part.bdf"

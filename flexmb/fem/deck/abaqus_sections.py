@@ -20,6 +20,9 @@ __all__ = ["add_sections"]
 
 LOW = {"tetra10": "tetra", "wedge15": "wedge", "hexahedron20": "hexahedron"}
 CORNERS = {"tetra": 4, "wedge": 6, "hexahedron": 8, "pyramid": 5}
+TURNLESS = 1e-4
+"""Share of the shear stiffness that holds the rotation of S3 and S4 in their plane, which strains nothing; as in
+Nastran, since Abaqus says only that it is small."""
 
 
 def add_sections(flat: Flat, deck: Deck, materials: Materials) -> None:
@@ -171,6 +174,7 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
                         shear=shear,
                         poisson=materials.get(block, names[0]).poisson,
                         group=block.parameters["ELSET"],
+                        spring=TURNLESS if int(count) <= 4 else None,
                     )
                 )
 

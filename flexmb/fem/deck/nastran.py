@@ -150,6 +150,8 @@ def _parameters(bulk: Bulk, deck: Deck) -> None:
             raise found["WTMASS"].refused(f"WTMASS = {deck.mass_factor:g}", "a positive factor")
     coupled = found["COUPMASS"].text(2).upper() if "COUPMASS" in found else "-1"
     deck.lumped = coupled in ("-1", "NO", "")
+    if "K6ROT" in found:
+        deck.inventory.read["PARAM K6ROT"] += 1
     for name in CURVED:
         if bulk.of(name):
             deck.inventory.left_out[f"{name}: curved edges and faces of p-elements"] += len(bulk.of(name))
