@@ -15,13 +15,14 @@ _ROOMS = {
     "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError "
     "ValidityWarning",
     "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
+    "flexmb.model.input_signal": "input",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte LoadSteps NullSpace UdwadiaPhohomsiri accelerations campbell "
     "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize mode_motion "
-    "resume simulate statics",
+    "resume simulate statics stepper",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.results": "Solution Status",
     "flexmb.trust": "Verification verify",

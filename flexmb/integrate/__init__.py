@@ -20,6 +20,7 @@ from flexmb.integrate.linear.plant import Plant
 from flexmb.integrate.runs.impact import Impulse, impulses
 from flexmb.integrate.runs.resume import resume
 from flexmb.integrate.runs.simulate import simulate
+from flexmb.integrate.runs.stepper import Stepper, stepper
 from flexmb.model.methods import Integrator
 from flexmb.model.registered import registered
 
@@ -44,6 +45,7 @@ __all__ = [
     "NullSpace",
     "Plant",
     "Report",
+    "Stepper",
     "UdwadiaPhohomsiri",
     "accelerations",
     "campbell",
@@ -59,4 +61,5 @@ __all__ = [
     "resume",
     "simulate",
     "statics",
+    "stepper",
 ]

@@ -59,11 +59,14 @@ class SignalProgram:
         Value of a constant; number of a table within `tables`.
     tables : tuple of (m,) float64
         Count of knots, knots, and coefficients of the cubic pieces.
+    inputs : tuple of (int, str)
+        Places of constants that are set from outside while a run goes on, and the names of these inputs.
     """
 
     ops: np.ndarray
     args: np.ndarray
     tables: tuple[np.ndarray, ...] = ()
+    inputs: tuple[tuple[int, str], ...] = ()
 
     def __post_init__(self):
         depth = deepest = 0
@@ -86,7 +89,8 @@ class SignalProgram:
 
     def then(self, *others: SignalProgram) -> SignalProgram:
         """Return the programs one after another; tables are renumbered."""
-        return SignalProgram(*joined_arrays((self, *others)))
+        programs = (self, *others)
+        return SignalProgram(*joined_arrays(programs), joined_inputs(programs))
 
 
 def joined_arrays(programs: Sequence[SignalProgram]) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
@@ -95,6 +99,12 @@ def joined_arrays(programs: Sequence[SignalProgram]) -> tuple[np.ndarray, np.nda
     args = [np.where(p.ops == op.TABLE, p.args + shift, p.args) for p, shift in zip(programs, shifts)]
     ops = np.concatenate([np.empty(0, np.int64), *(p.ops for p in programs)])
     return ops, np.concatenate([np.empty(0), *args]), tuple(table for p in programs for table in p.tables)
+
+
+def joined_inputs(programs: Sequence[SignalProgram]) -> tuple[tuple[int, str], ...]:
+    """Return places and names of the inputs in the arrays of programs one after another."""
+    starts = np.cumsum([0] + [len(p.ops) for p in programs])
+    return tuple((int(start) + place, name) for p, start in zip(programs, starts) for place, name in p.inputs)
 
 
 def evaluate(text: str, parameters: Mapping[str, Any] | None = None) -> float:

@@ -45,7 +45,7 @@ MOST_OPERATIONS = 20_000
 DEEPEST = 60
 """Signals inside each other."""
 
-WORDS = ("ramp", "step", "harmonic", "table", "expression", "sum", "product")
+WORDS = ("ramp", "step", "harmonic", "table", "expression", "input", "sum", "product")
 """Names of the signals, in Python and in model files."""
 
 

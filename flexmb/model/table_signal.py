@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.math import operations as op
 from flexmb.model.expression import SignalProgram
+from flexmb.model.input_signal import Input
 from flexmb.model.signal import Constant, Expression, Harmonic, Product, Ramp, Signal, Step, Sum, as_signal
 
 __all__ = ["SIGNALS", "Table", "table"]
@@ -146,6 +147,6 @@ def table(x, y, of: Any = None, kind: str = "cubic") -> Table:
 
 
 SIGNALS: dict[str, type[Signal]] = {
-    kind.word: kind for kind in (Constant, Ramp, Step, Harmonic, Table, Expression, Sum, Product)
+    kind.word: kind for kind in (Constant, Input, Ramp, Step, Harmonic, Table, Expression, Sum, Product)
 }
 """Kinds of signals by the word that makes them."""

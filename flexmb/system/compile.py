@@ -16,6 +16,7 @@ from flexmb.model.kinds import Equation
 from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
 from flexmb.model.table import Table
+from flexmb.system.inputs import places_of_inputs
 from flexmb.system.lengths import unit_lengths
 from flexmb.system.program import Program, evaluation, kernel_table
 from flexmb.system.signal_times import SignalTimes
@@ -354,6 +355,7 @@ def compile(model: Model) -> System:
         body.stiffen(compiler, markers)
     pattern, tables = sparsity(model, compiler, layout, constraints, markers)
     signals = [s.program() for s in compiler.signals]
+    inputs = places_of_inputs(signals, compiler.signal_titles, prescribing)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     first_force = len(body_tables) + len(constraints.tables)
     switch_kinds, switch_owners = _switching(model, force_tables, force_rows, starts[first_force:])
@@ -403,6 +405,7 @@ def compile(model: Model) -> System:
         branch_names=tuple(compiler.branches),
         signal_times=SignalTimes(signals, tuple(compiler.signal_titles)),
         prescribing=prescribing,
+        inputs=inputs,
         switch_kinds=switch_kinds,
         switch_owners=switch_owners,
         lengths=unit_lengths(len(model.bodies), len(constraints.names)),

@@ -54,6 +54,8 @@ class System:
         When signals of forces and drives are not smooth, or change fast.
     prescribing : slice
         The signals that drives prescribe.
+    inputs : dict of name to (n,) int
+        Where the values of inputs stand in ``program.signals.args``.
     switch_kinds : (nk, 4)
         Address, first and last byte of the rows, and number of switches of the kinds of forces with a kink.
     switch_owners : tuple of str
@@ -89,6 +91,7 @@ class System:
     units: np.ndarray
     switch_kinds: np.ndarray
     switch_owners: tuple[str, ...] = ()
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)

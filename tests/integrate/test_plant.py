@@ -365,3 +365,19 @@ def test_mode_motion_is_the_mode():
     assert np.abs(z).max() > 0.01
     with pytest.raises(ModelError, match="mode = 7"):
         fmb.mode_motion(oscillator(), mode=7)
+
+
+def test_named_inputs_are_ports_wherever_they_are_read():
+    model = oscillator()
+    throttle = fmb.input("throttle", 0.5)
+    push = fmb.PointLoad("push", marker="ball.center", force=(0, 0, throttle * 3.0))
+    lift = fmb.PointLoad("lift", marker="ball.center", force=(0, 0, throttle))
+    plant = fmb.linearize(
+        replace(model, forces=(model.forces[0], push, lift), gravity=(0, 0, -1.0)), outputs=["place z"]
+    )
+    assert plant.inputs == ("throttle",)
+    s = 2j * np.pi * 3.0
+    found = plant.frequency_response([3.0])[0, 0, 0]
+    np.testing.assert_allclose(found, 4.0 / (MASS * s**2 + DAMPING * s + K), rtol=1e-7)
+    with pytest.raises(ModelError, match="throttle"):
+        fmb.linearize(replace(model, forces=(model.forces[0], push), gravity=(0, 0, -0.75)), inputs=["throttel"])

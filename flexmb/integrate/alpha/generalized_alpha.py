@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
 from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
@@ -285,6 +286,10 @@ class GeneralizedAlpha(metaclass=Described):
         rows = {name: array[: reached - first] for name, array in rows.items()}
         failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables, reason)
         return Outcome(rows=rows, failure=failure, reached=float(variables.run[0].t))
+
+    def jumped(self, system, work, variables: Variables) -> bool:
+        """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
+        return take_jump(system.program, work, variables, 12 if system.redundant else 2) < 0
 
     @staticmethod
     def _sweeps(system) -> int:

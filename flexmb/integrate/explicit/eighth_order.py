@@ -266,6 +266,14 @@ class CompiledRun:
         t, x, v = self._reached()
         return self.motion.unknowns.state(t, x.copy(), v.copy())
 
+    def jumped(self) -> bool:
+        """Write the rates after a jump of the loads to the first stage; return if there are any."""
+        if self.other is not None:
+            return False
+        self.steps.y1[:] = self.steps.y
+        self.trusted = self._found(float(self.steps.run[0].t), 0)
+        return self.trusted
+
     @property
     def reached(self) -> float:
         """Time of the present state."""

@@ -238,6 +238,10 @@ class Explicit(metaclass=Described):
         so far, to be called again from the next."""
         return run_samples(variables, system, samples, first, last, patience)
 
+    def jumped(self, system, work, variables) -> bool:
+        """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
+        return isinstance(variables, CompiledRun) and variables.jumped()
+
     @staticmethod
     def statistics(variables) -> dict[str, Any]:
         """Return the numbers of the run."""

@@ -71,6 +71,15 @@ class _Run:
         self.largest = settings.step or settings.largest or span / 20.0
         self.next = settings.step or min(self.largest, self._first_step(state, extent, reach, SLOW / span))
 
+    def jumped(self) -> bool:
+        """Write accelerations, reactions and powers after a jump of the loads to the first stage."""
+        state = self.motion.sample(self.t, self.x, self.v)
+        if not np.all(np.isfinite(state.a)):
+            return False
+        r = self.stages
+        r.L[0], r.A[0], r.W[0] = state.lam, self.unknowns.of(state)[2], powers(self.work.energy)
+        return True
+
     def _begin(self) -> None:
         """Write the rates at the start of a step to the first stage."""
         coordinate_rates(self.unknowns.chart.rows, self.x, self.v, self.stages.K[0])
@@ -252,6 +261,10 @@ class Implicit(metaclass=Described):
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
         return run_samples(variables, system, samples, first, last, patience)
+
+    def jumped(self, system, work, variables: _Run) -> bool:
+        """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
+        return variables.jumped()
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from flexmb.errors import ModelError, ValidityWarning
-from flexmb.integrate.linear.ports import InputPort, OutputPort
+from flexmb.integrate.linear.ports import InputPort, NamedInput, OutputPort
 from flexmb.integrate.matrices import tangent_at
 from flexmb.model.signal import expression
 from flexmb.results import Phase, Solution, Status
@@ -150,7 +150,7 @@ def state_slopes(system, state, places: np.ndarray, velocities: np.ndarray, outp
     return _Probe(system, state, outputs).slopes(changes, lambda k, way: system)
 
 
-def signal_slopes(system, state, port: InputPort, outputs: list[OutputPort]) -> tuple[np.ndarray, Slopes]:
+def signal_slopes(system, state, port: InputPort | NamedInput, outputs: list[OutputPort]) -> tuple[np.ndarray, Slopes]:
     """Return how all coordinates move with a signal (nu,), zero unless it drives, and the derivatives by the signal,
     its rate and its second rate: three columns, accelerations besides those of that motion.
     """
@@ -184,7 +184,7 @@ def signal_slopes(system, state, port: InputPort, outputs: list[OutputPort]) -> 
     return follows, found
 
 
-def _changed(system, port: InputPort, order: int, amount: float, t: float):
+def _changed(system, port: InputPort | NamedInput, order: int, amount: float, t: float):
     """Return the system with `amount` added to a signal, its rate or its second rate at the time t."""
     names = {"e": amount} if order == 0 else {"e": amount, "t0": t}
     model = port.added(system.model, expression(POLYNOMIALS[order], **names))

@@ -7,13 +7,15 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from flexmb.errors import ModelError, did_you_mean, listed
+from flexmb.model.input_signal import Input, inputs_of, with_more
 from flexmb.model.kinds import Sensor
 from flexmb.model.model import Model
 from flexmb.model.signal import Signal
 
-__all__ = ["InputPort", "OutputPort", "input_ports", "output_ports"]
+__all__ = ["InputPort", "NamedInput", "OutputPort", "input_ports", "output_ports"]
 
 AXES = "xyz"
+FAMILIES = ("forces", "joints")
 
 
 class InputPort(NamedTuple):
@@ -43,6 +45,23 @@ class InputPort(NamedTuple):
         return replace(model, **changed)
 
 
+class NamedInput(NamedTuple):
+    """An input of the model, wherever it is read: see `flexmb.input`."""
+
+    name: str
+
+    def signal(self, model: Model) -> Signal:
+        """Return the input."""
+        return _named(model)[self.name]
+
+    def added(self, model: Model, more: Signal) -> Model:
+        """Return the model with another signal added to the input."""
+        changed: dict[str, Any] = {
+            family: tuple(with_more(part, self.name, more) for part in getattr(model, family)) for family in FAMILIES
+        }
+        return replace(model, **changed)
+
+
 class OutputPort(NamedTuple):
     """A column of a sensor: "sensor" or "sensor column", the sensor, the number of the column and its unit."""
 
@@ -54,7 +73,7 @@ class OutputPort(NamedTuple):
 
 def _signals(model: Model) -> list[InputPort]:
     found = []
-    for family in ("forces", "joints"):
+    for family in FAMILIES:
         for number, part in enumerate(getattr(model, family)):
             for field in part.fields():
                 value = getattr(part, field)
@@ -67,6 +86,12 @@ def _signals(model: Model) -> list[InputPort]:
                         if _of_time(value[k])
                     ]
     return found
+
+
+def _named(model: Model) -> dict[str, Input]:
+    return {
+        name: one for family in FAMILIES for part in getattr(model, family) for name, one in inputs_of(part).items()
+    }
 
 
 def _of_time(value: Any) -> bool:
@@ -101,21 +126,27 @@ def _unknown(what: str, name: str, known: list[str], of: str) -> ModelError:
     )
 
 
-def input_ports(model: Model, names: Iterable[str] | str | None) -> list[InputPort]:
-    """Return the signals of these names: of a part that has one only, "part" will do; all by default.
+def input_ports(model: Model, names: Iterable[str] | str | None) -> list[InputPort | NamedInput]:
+    """Return the inputs and signals of these names: of a part that has one only, "part" will do.
+
+    By default all inputs (`flexmb.input`), or all signals of a model that has none.
 
     Raises
     ------
     ModelError
         There is no such signal, or there are several.
     """
-    signals = _signals(model)
+    signals, named = _signals(model), _named(model)
     if names is None:
-        asked = [port.name for port in signals]
+        asked = list(named) or [port.name for port in signals]
     else:
         asked = _asked(names, "inputs")
-    known, found = list(dict.fromkeys(port.name for port in signals)), []
+    found: list[InputPort | NamedInput] = []
+    known = list(dict.fromkeys([*named, *(port.name for port in signals)]))
     for name in asked:
+        if name in named:
+            found.append(NamedInput(name))
+            continue
         matching = [port for port in signals if port.name == name]
         own = matching or [port for port in signals if port.name.startswith(f"{name}.")]
         if not own:

@@ -26,7 +26,7 @@ from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
 from flexmb.system.branching import require_motion_to_begin
 
-__all__ = ["simulate"]
+__all__ = ["chosen_integrator", "sample_times", "simulate", "state_at"]
 
 
 INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit")
@@ -89,7 +89,7 @@ def state_at(start, model: Model, t: float):
     return carried(system, model, start.q, start.u)
 
 
-def _integrator(integrator, formulation):
+def chosen_integrator(integrator, formulation):
     """Return the integrator that is meant by the arguments of `simulate`."""
     if formulation is None:
         integrator = GeneralizedAlpha() if integrator is None else integrator
@@ -167,7 +167,7 @@ def simulate(
     IntegrationError
         If the integrator cannot continue; ``error.solution`` holds all samples so far.
     """
-    integrator = _integrator(integrator, formulation)
+    integrator = chosen_integrator(integrator, formulation)
     times = sample_times(t_start, t_end, samples)
     compile_ahead(getattr(integrator, "entries", ()))
     clock = time.perf_counter()

@@ -1,0 +1,292 @@
+"""One phase of a run that is moved on from outside: the integrator between two events, and what it has computed."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import IntegrationError
+from flexmb.integrate.runs import contradiction, inversion
+from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
+from flexmb.integrate.runs.continuity import require_continuity
+from flexmb.integrate.runs.contradiction import first_contradiction
+from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.impact import velocities_after
+from flexmb.integrate.runs.inversion import first_inversion
+from flexmb.integrate.runs.phases import carried
+from flexmb.integrate.runs.record import joined_rows
+from flexmb.integrate.runs.watch import Watch, next_phase
+from flexmb.results import Instant, Phase, Status
+from flexmb.system import assemble
+from flexmb.system.assembly import consistent_start
+
+__all__ = ["SteppedPhase", "new_phase"]
+
+PATIENCE = 0.3
+"""s: after so long the integrator comes back, so that Ctrl-C is heard."""
+LOOKS = 10
+"""Sensors of events are looked at so many times in a step at least."""
+SAME = 1e-13
+"""Times that differ by less, relative to them, are the same."""
+
+Rows = dict[str, Any]
+
+
+class SteppedPhase:
+    """The run between two events. Made by `new_phase`."""
+
+    def __init__(self, model, system, integrator, t_end: float, works: np.ndarray, keep: bool, passed):
+        self.model, self.system, self.integrator, self.keep = model, system, integrator, keep
+        self.work, self.planned, self.works = system.workspace(), t_end, works
+        self.variables: Any = None
+        self.last: Rows = {}
+        self.rows: list[Rows] = []
+        self.looked = 0
+        self.energy = EnergyWatch(system, system.workspace())
+        self.watch = Watch(model, system, integrator, self.work, passed)
+        self.ended = "finished"
+        self.jumped = False
+
+    @property
+    def t(self) -> float:
+        """Present time, s."""
+        return float(self.last["t"][-1])
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """The values of all inputs by name."""
+        args = self.system.program.signals.args
+        return {name: float(args[places[0]]) for name, places in self.system.inputs.items()}
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Set inputs; what changes makes accelerations jump."""
+        args = self.system.program.signals.args
+        for name, value in values.items():
+            places = self.system.inputs[name]
+            if args[places[0]] != value:
+                args[places] = value
+                self.jumped = True
+
+    def begin(self, state) -> None:
+        """Start the integrator at a consistent state."""
+        self.variables = self.integrator.start(self.system, state, self.work, self.planned)
+        self.jumped = False
+
+    def advance(self, goal: float) -> Status | SteppedPhase | None:
+        """Integrate to `goal`; or to an event before, which makes the phase that is returned, or the end of the run."""
+        if goal > self.planned:
+            self.planned = goal + 0.5 * (goal - float(self.rows[0]["t"][0] if self.rows else self.t))
+            self._begin_anew(self.t)
+        elif self.jumped:
+            self._jump()
+        timed = [e for e in self.model.events if e.sensor is None and e.at <= goal]
+        due = min(timed, key=lambda e: e.at) if timed else None
+        end = goal if due is None else max(due.at, self.t)
+        marks, anew = self._marks(end)
+        for mark in marks[1:]:
+            found = self._to(float(mark))
+            if found is not None:
+                return self._happened(*found)
+            if mark in anew:
+                self._begin_anew(float(just_after(mark)))
+        self._kept()
+        return None if due is None else self._happened(due, self.last)
+
+    def _marks(self, end: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the present time, `end`, and the times between at which signals are not smooth; those at which to
+        begin anew.
+        """
+        times = np.array([self.t, end]) if end > self.t else np.array([self.t])
+        known = self.system.signal_times.between(float(self.t), max(self.planned, end))
+        anew = np.empty(0)
+        if len(times) > 1 and (len(known.breaks) or len(known.fine)):
+            times, anew = with_breaks(self.system, times, getattr(self.integrator, "remembers", False))
+            times = with_fine(self.system, times)
+        if self.watch.events and len(times) > 1:
+            parts = [np.linspace(a, b, LOOKS + 1)[:-1] for a, b in pairwise(times)]
+            times = np.concatenate([*parts, times[-1:]])
+        return times, anew
+
+    def _to(self, mark: float):
+        """Integrate to a time; return (event, row just past it) if one happens before."""
+        rows: Rows = {"t": np.empty(0)}
+        samples = np.array([self.t, mark])
+        while not len(rows["t"]):
+            outcome = self.integrator.run(self.system, self.work, self.variables, samples, 1, 2, PATIENCE)
+            rows = outcome.rows
+            if outcome.failure:
+                raise IntegrationError(
+                    f"Model '{self.model.name}'",
+                    found=outcome.failure,
+                    expected="a motion that the integrator can follow",
+                    remedy=f"{outcome.remedy}; look at the inputs: {self.inputs}",
+                )
+        row = {**rows, "works": rows["works"] + self.works}
+        self._require_sound(row)
+        before, self.last = self.last, row
+        if not self.watch.events:
+            return None
+        found = self.watch.first(joined_rows([before, row]), begins=False)
+        if found is None:
+            return None
+        event, after = self.watch.locate(found[0], before, row)
+        self.watch.happened(event, after)
+        self.last = after
+        return event, after
+
+    def _require_sound(self, row: Rows) -> None:
+        """Raise IntegrationError where no later state means anything."""
+        turned = getattr(getattr(self.variables, "switching", None), "limits", None)
+        if turned is not None and turned[0].turned:
+            raise IntegrationError(
+                self.system.switch_owners[turned[0].turned - 1],
+                found="its markers have turned against each other by half a turn",
+                expected="less than half a turn, where its moment would jump to the opposite sign",
+                remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
+            )
+        wrong = first_inversion(self.system, row["q"])
+        if wrong is not None:
+            raise IntegrationError(wrong.title, found=wrong.found, expected=inversion.EXPECTED, remedy=inversion.REMEDY)
+        apart = first_contradiction(self.system, row)
+        if apart is not None:
+            raise IntegrationError(
+                apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
+            )
+
+    def _happened(self, event, row: Rows) -> Status | SteppedPhase:
+        """Return the phase after an event, or how it has ended the run."""
+        self._kept()
+        self.ended = event.name
+        following = next_phase(self.model, event, self.watch.series(row))
+        if following is None:
+            return Status.stopped(event.name, self.t)
+        inputs = self.inputs
+        u = velocities_after(self.system, event, self.t, row["q"][-1], row["u"][-1])
+        state = carried(self.system, following, row["q"][-1], u)
+        system, begin = assemble(following, t=self.t, state=state)
+        require_continuity(event, system, state, begin.q)
+        works, passed = row["works"][-1], self.watch.passed
+        return new_phase(
+            following,
+            system,
+            begin,
+            self.integrator,
+            self.planned,
+            self.keep,
+            works=works,
+            passed=passed,
+            inputs=inputs,
+        )
+
+    def _jump(self) -> None:
+        """Continue with the accelerations that the inputs now make."""
+        again = getattr(self.integrator, "jumped", None)
+        if again is None or not again(self.system, self.work, self.variables):
+            self._begin_anew(self.t)
+        self.jumped = False
+
+    def _begin_anew(self, t: float) -> None:
+        self.works = self.last["works"][-1]
+        state = self.system.state(t, self.last["q"][-1], self.last["u"][-1])
+        self.begin(consistent_start(self.system, state, self.work))
+
+    def _kept(self) -> None:
+        if self.keep:
+            self.rows.append(self.last)
+        else:
+            self.rows, self.looked = [*self.rows[:1], self.last], min(self.looked, 1)
+
+    def saved(self) -> tuple[Any, ...]:
+        """Return all that the steps after this depend on."""
+        scratch = [array.copy() for array in self._scratch()]
+        try:
+            variables = self._copied(self.variables)
+        except TypeError:  # the solver of IDA keeps its state to itself
+            variables = None
+        args = self.system.program.signals.args.copy()
+        return variables, scratch, args, dict(self.last), self.works, self.jumped, self.planned, self._watched()
+
+    def restore(self, saved: tuple[Any, ...], samples: int) -> None:
+        """Return to what `saved` has returned, when so many samples were kept."""
+        variables, scratch, args, self.last, self.works, self.jumped, self.planned, watched = saved
+        self.system.program.signals.args[:] = args
+        del self.rows[samples:]
+        self.looked = min(self.looked, samples)
+        self.watch.last, passed = dict(watched[0]), watched[1]
+        self.watch.passed.clear()
+        self.watch.passed.update(passed)
+        self.ended = "finished"
+        for array, kept in zip(self._scratch(), scratch, strict=True):
+            array[...] = kept
+        if variables is None:
+            self._begin_anew(self.t)
+        else:
+            self.variables = self._copied(variables)
+
+    def _scratch(self) -> list[np.ndarray]:
+        pattern = self.system.program.pattern
+        return [*self.work, pattern.inverse, pattern.scratch, pattern.softness]
+
+    def _watched(self):
+        return dict(self.watch.last), dict(self.watch.passed)
+
+    def _copied(self, variables: Any) -> Any:
+        """Return the integrator's variables with arrays of their own; the system and its workspace stay the same."""
+        same = [self.system, self.work, self.model, self.integrator, *self.work, *_parts(self.system.program)]
+        return copy.deepcopy(variables, {id(one): one for one in same})
+
+    def instant(self) -> Instant:
+        """Return the present state."""
+        row = self.last
+        return Instant(t=self.t, **{k: row[k][-1].copy() for k in ("q", "u", "a", "lam", "works")}, model=self.model)
+
+    def last_row(self) -> Phase:
+        """Return the present state as a phase of one sample."""
+        return Phase(model=self.model, system=self.system, **self.last)
+
+    def result(self) -> Phase:
+        """Return what was kept."""
+        return Phase(model=self.model, system=self.system, ended=self.ended, **joined_rows(self.rows))
+
+    def statistics(self) -> dict[str, Any]:
+        """Return the numbers of the integrator since it began."""
+        return dict(self.integrator.statistics(self.variables))
+
+    def look(self, validity) -> None:
+        """Give the warnings about the states since the last look."""
+        rows = self.rows[self.looked :]
+        if rows:
+            block = joined_rows(rows)
+            validity.look(self.system, block)
+            self.energy.look(block, getattr(self.variables, "switching", None))
+            self.looked = len(self.rows)
+        steps = self.statistics().get("steps", 0)
+        validity.tell(self.energy.sentences(steps))
+        validity.note(self.energy.notes(steps))
+
+
+def _parts(table: Any) -> list[Any]:
+    """Return a structure with all that it holds."""
+    inner = table if isinstance(table, tuple) else ()
+    return [table, *(part for one in inner for part in _parts(one))]
+
+
+def new_phase(
+    model, system, state, integrator, t_end: float, keep: bool, *, works=None, passed=None, inputs=None
+) -> SteppedPhase:
+    """Return the phase that begins at a consistent state, with inputs as they were before."""
+    works = np.zeros(3) if works is None else works
+    phase = SteppedPhase(model, system, integrator, t_end, works, keep, {} if passed is None else passed)
+    phase.set({name: value for name, value in (inputs or {}).items() if name in system.inputs})
+    if phase.jumped:
+        state = consistent_start(system, state, phase.work)
+    phase.begin(state)
+    row = {name: np.array(getattr(state, name))[None] for name in ("q", "u", "a", "lam")}
+    phase.last = {"t": np.array([state.t]), **row, "works": works[None]}
+    phase.rows = [phase.last]
+    phase.watch.first(phase.last, begins=True)
+    return phase
