@@ -5,6 +5,7 @@ A message has four parts: which part of the model, what was found, what was expe
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -42,8 +43,27 @@ class FlexmbError(Exception):
         # a fragment such as "a number > 0" is introduced: it would begin in lower case after a full stop
         wanted = expected if not expected or (expected[0].isupper() and ": " in expected) else f"Expected: {expected}"
         sentences = (text.strip().rstrip(".") for text in (found, wanted, remedy))
-        body = " ".join(text + ("" if text.endswith("?") else ".") for text in sentences if text)
+        body = " ".join(_in_words(text) + ("" if text.endswith("?") else ".") for text in sentences if text)
         super().__init__(f"{part}: {body}")
+
+
+_NUMBER = re.compile(r"\bnp\.\w+\(([^()]*)\)|\bnp\.(True|False)_")
+_ARRAY = re.compile(r"\b(?:array|matrix)\((\[.*?\])(?:, (?:dtype|shape)=(?:[^()]|\([^()]*\))*)?\)", re.DOTALL)
+_OBJECT = re.compile(
+    r"<(?:function|built-in function|bound method) (?:\S*\.)?([\w<>]+)(?: of [^<>]*<[^<>]*>| at 0x\w+)?>"
+)
+_THING = re.compile(r"<(?:\w+\.)*(\w+) object at 0x\w+>")
+_CLASS = re.compile(r"<class '(?:\w+\.)*(\w+)'>")
+
+
+def _in_words(text: str) -> str:
+    """Return a text without Python's own way of writing values: what the user gave may be of any kind."""
+    if "(" not in text and "<" not in text and "np." not in text:
+        return text
+    text = _NUMBER.sub(lambda found: found[1] or found[2] or "", text)
+    text = _ARRAY.sub(lambda found: " ".join(found[1].split()), text)
+    text = _OBJECT.sub(r"the function \1", text).replace("the function <lambda>", "a lambda function")
+    return _CLASS.sub(r"the class \1", _THING.sub(r"an object of the class \1", text))
 
 
 class MeshError(FlexmbError):

@@ -14,6 +14,7 @@ from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
 from flexmb.math.switches import GAP, switch_kernel
 from flexmb.math.tables import row_kernel
+from flexmb.model.described import finite_array
 from flexmb.model.table import Table
 
 __all__ = ["BiStop"]
@@ -123,8 +124,10 @@ class BiStop(OnCoordinate):
         self.require_positive("stiffness", "depth")
         self.require_positive("damping", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "1 is a linear stop, 1.5 a Hertzian contact")
-        travel = np.asarray(self.travel, float)
-        if travel.shape != (2,) or not np.all(np.isfinite(travel)) or travel[0] > travel[1]:
+        if self.length is not None:
+            self.require_positive("length", zero=True)
+        travel = finite_array(self.travel)
+        if travel.shape != (2,) or travel[0] > travel[1]:
             raise ModelError(
                 self.title,
                 found=f"travel = {self.travel!r}",

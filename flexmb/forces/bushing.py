@@ -14,6 +14,7 @@ from flexmb.math.rotations import log_euler, matrix_to_euler
 from flexmb.math.switches import IDLE, TURN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
+from flexmb.model.described import finite_array
 from flexmb.model.kinds import Force
 from flexmb.model.table import Table
 
@@ -170,9 +171,9 @@ class Bushing(Force):
             object.__setattr__(self, field, self._matrix(field))
 
     def _matrix(self, field: str):
-        value = np.asarray(getattr(self, field), float)
+        value = finite_array(getattr(self, field))
         full = np.diag(value) if value.shape == (6,) else value
-        good = full.shape == (6, 6) and np.all(np.isfinite(full)) and np.allclose(full, full.T)
+        good = full.shape == (6, 6) and np.allclose(full, full.T)
         if not good or np.linalg.eigvalsh(full)[0] < -1e-9 * np.abs(full).max(initial=0.0):
             raise ModelError(
                 self.title,

@@ -78,7 +78,10 @@ def checked_limits(part, remedy: str) -> tuple[float, float] | None:
     """Return the field `limits` as two numbers, the smaller one first, or None; ModelError if it is neither."""
     if part.limits is None:
         return None
-    limits = np.asarray(part.limits, float)
+    try:
+        limits = np.asarray(part.limits, float)
+    except (TypeError, ValueError):
+        limits = np.empty(0)
     if limits.shape != (2,) or not limits[0] < limits[1]:
         raise ModelError(part.title, found=f"limits = {part.limits!r}", expected="(smallest, largest)", remedy=remedy)
     return float(limits[0]), float(limits[1])

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from flexmb.constraints import Coupled, joint_coordinate
 from flexmb.errors import ModelError
-from flexmb.model.described import is_number
+from flexmb.model.described import entries_of, is_number
 from flexmb.model.kinds import Joint
 
 __all__ = ["Coupler"]
@@ -49,7 +49,7 @@ class Coupler(Joint):
             value = getattr(self, field)
             if value is None and field == "freedoms":
                 continue
-            if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
+            if len(entries_of(value)) != 2 or not all(isinstance(name, str | None) for name in value):
                 raise ModelError(
                     self.title, found=f"{field} = {value!r}", expected="two names", remedy='Write joints=("A", "B")'
                 )

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from flexmb.constraints import Coupled, joint_coordinate
 from flexmb.errors import ModelError
-from flexmb.model.described import is_number
+from flexmb.model.described import entries_of, is_number
 from flexmb.model.kinds import Joint
 
 __all__ = ["RackAndPinion"]
@@ -37,7 +37,7 @@ class RackAndPinion(Joint):
 
     def __post_init__(self):
         super().__post_init__()
-        if isinstance(self.joints, str) or len(self.joints) != 2:
+        if len(entries_of(self.joints)) != 2 or not all(isinstance(name, str) for name in self.joints):
             raise ModelError(
                 self.title,
                 found=f"joints = {self.joints!r}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, fields, replace
+from dataclasses import KW_ONLY, MISSING, dataclass, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +15,10 @@ from flexmb.model.pose import Pose
 from flexmb.model.table import Compiler, Table
 
 __all__ = ["Body", "Equation", "Force", "Freedom", "Joint", "Part", "Sensor"]
+
+
+TEXTS: dict[Any, Any] = {"str": str, "str | None": str | None}
+"""Annotations of fields that hold names and choices, and their classes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +43,21 @@ class Part(metaclass=Described):
                 remedy="Dots separate body and marker: 'crank.A'",
             )
         for f in fields(self):
+            value = getattr(self, f.name, None)
             # a text of a model file, "false", would count as true
-            if f.type == "bool" and not isinstance(value := getattr(self, f.name), bool | np.bool_):
+            if f.type == "bool" and not isinstance(value, bool | np.bool_):
                 raise ModelError(
                     self.title,
                     found=f"{f.name} = {value!r}",
                     expected="True or False",
                     remedy=f"Leave {f.name} out for {f.default}",
+                )
+            if f.type in TEXTS and not isinstance(value, TEXTS[f.type]):
+                raise ModelError(
+                    self.title,
+                    found=f"{f.name} = nothing (None)" if value is None else f"{f.name} = {value!r}",
+                    expected="a text",
+                    remedy=f"Write {f.name}='...'" if f.default is MISSING else f"Leave {f.name} out for {f.default!r}",
                 )
 
     def require_positive(self, *names: str, zero: bool = False) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.model.data_source import plain
+from flexmb.model.described import finite_array
 from flexmb.model.modal_neutral_checks import check_shapes, selected_quality
 from flexmb.model.numbering import Numbering
 
@@ -218,15 +219,17 @@ class ModalNeutralData:
 
     def selected(self, modes) -> ModalNeutralData:
         """Return the body with a subset of its modes: a count (the first so many) or int indices."""
-        try:
-            j = np.arange(min(modes, self.n_modes + 1)) if np.ndim(modes) == 0 else np.asarray(modes, int)
-        except (TypeError, ValueError):
-            j = np.array([self.n_modes])
-        if len(j) and (j.min() < 0 or j.max() >= self.n_modes):
+        given = finite_array(modes) if modes is not None else np.empty((0, 0))
+        whole = given.ndim < 2 and np.all(given == np.round(given)) and np.all(given >= 0.0)
+        if given.ndim == 0:
+            j = np.arange(min(int(given), self.n_modes + 1)) if whole else np.empty(0, int)
+        else:
+            j = given.astype(int) if whole else np.empty(0, int)
+        if not whole or (given.size == 0 and np.size(modes)) or (len(j) and j.max() >= self.n_modes):
             raise ModelError(
                 f"Modal neutral data '{self.name}'",
                 found=f"mode selection {modes!r}",
-                expected=f"indices below {self.n_modes}",
+                expected=f"a whole number of modes up to {self.n_modes}, or their indices from 0 to {self.n_modes - 1}",
                 remedy="Select among the modes of data.frequencies",
             )
         return replace(

@@ -32,7 +32,7 @@ def nodes_named(data: ModalNeutralData, where: Any, part: str) -> np.ndarray:
             expected=f"node numbers 0 to {n - 1}, the name of a set, or a number of the deck",
             remedy='Write node="node 63241" for the deck number, or take the argmin of the distance in data.nodes',
         )
-    return nodes
+    return nodes if nodes.size else nodes.astype(int)
 
 
 def _of_text(data: ModalNeutralData, text: str, part: str) -> np.ndarray:

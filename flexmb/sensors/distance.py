@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.constraints import Coordinate, Measured
 from flexmb.errors import ModelError
+from flexmb.model.described import entries_of
 from flexmb.model.kinds import Sensor
 
 __all__ = ["Distance"]
@@ -35,7 +36,7 @@ class Distance(Sensor):
 
     def __post_init__(self):
         super().__post_init__()
-        if isinstance(self.markers, str) or len(self.markers) != 2 or not all(isinstance(m, str) for m in self.markers):
+        if len(entries_of(self.markers)) != 2 or not all(isinstance(m, str) for m in self.markers):
             raise ModelError(
                 self.title,
                 found=f"markers = {self.markers!r}",

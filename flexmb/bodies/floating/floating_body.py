@@ -15,6 +15,7 @@ from flexmb.bodies.frame_momentum import floating_momentum
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.data_source import DataSource
+from flexmb.model.described import entries_of, finite_array
 from flexmb.model.kinds import Body
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
@@ -76,32 +77,36 @@ class FloatingBody(Body):
         if not isinstance(self.data, ModalNeutralData):
             raise ModelError(
                 self.title,
-                found=f"data = {type(self.data).__name__}",
+                found="no data" if self.data is None else f"data of the class {type(self.data).__name__}",
                 expected="ModalNeutralData",
                 remedy="Make it with flexmb.reduction.reduce, or load it with ModalNeutralData.load",
             )
         check_frame(self)
         self._check_markers()
         modes = 0 if self.rigid else self.modes
-        reduced = self.data if modes is None else self.data.selected(modes)
+        try:
+            reduced = self.data if modes is None else self.data.selected(modes)
+        except ModelError as error:
+            known = {"expected": error.expected, "remedy": error.remedy}
+            raise ModelError(self.title, found=f"modes = {modes!r:.200}", **known) from None
         object.__setattr__(self, "_reduced", reduced)
         m = reduced.n_modes
-        damping = np.asarray(self.damping, float)
+        damping = finite_array(self.damping)
         fits = m == 0 or damping.shape in ((), (self.data.n_modes,), (m,), (m, m))
         if not fits or (damping.ndim < 2 and np.any(damping < 0.0)):
             raise ModelError(
                 self.title,
-                found=f"damping with the shape {damping.shape}",
+                found=f"damping = {self.damping!r:.200}",
                 expected=f"a fraction >= 0, ({m},) fractions, or a matrix ({m}, {m})",
                 remedy="Write damping=0.01 for 1 % of critical damping",
             )
         groups = self.stiffening_groups
         unknown = [name for name in groups if name not in STIFFENING]
-        if unknown:
+        if unknown or self.geometric_stiffness is None:
             raise ModelError(
                 self.title,
-                found=f"geometric_stiffness names {unknown}",
-                expected=f"some of {STIFFENING}",
+                found=f"geometric_stiffness = {self.geometric_stiffness!r}",
+                expected=f"True, False or some of {', '.join(STIFFENING)}",
                 remedy="Use True for all of them",
             )
 
@@ -195,7 +200,7 @@ class FloatingBody(Body):
         value = self.geometric_stiffness
         if isinstance(value, bool | np.bool_):
             return STIFFENING if value else ()
-        return (value,) if isinstance(value, str) else tuple(value)
+        return tuple(str(name) for name in entries_of(value))
 
     @property
     def n_vector(self) -> int:
