@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.errors import CompileError, IntegrationError, ModelError, ValidityWarning
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.prescribed_jumps import require_no_jumps, sentences_about
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.unknown_value import REMEDY, unknown_value
+from flexmb.integrate.runs.validity import WARNINGS
 from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
@@ -123,6 +126,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     """
     times = sample_times(t_start, t_end, samples)
     system, start = assemble_as_drawn(model, t=t_start)
+    jumps = require_no_jumps(system, start, float(times[-1]))
     free = system.nu - system.ng + len(system.redundant)
     if free:
         flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]
@@ -166,6 +170,10 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
     shared = shared_reactions(system, start)
     known = {SHARED: shared} if shared else {}
+    if told := sentences_about(jumps):
+        known |= {WARNINGS: told}
+        for sentence in told:
+            warnings.warn(sentence, ValidityWarning, stacklevel=2)
     solution = Solution(phases=(phase,), status=status, statistics={"samples": reached, **known})
     if status.kind == "failed":
         worst = worst_equations(system, work)

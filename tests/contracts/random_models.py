@@ -296,9 +296,9 @@ def single(kind: str, rng) -> fmb.Model:
     return fmb.Model(bodies=(fmb.Ground(), part), gravity=tuple(rng.normal(size=3) * 9.0))
 
 
-def put_together(model: fmb.Model) -> fmb.Model:
-    """Return the model with its rigid and reduced bodies described where assembly puts them."""
-    system, state = assemble(model)
+def put_together(model: fmb.Model, t: float = 0.0) -> fmb.Model:
+    """Return the model with its rigid and reduced bodies described where assembly puts them at a time t, s."""
+    system, state = assemble(model, t=t)
     placed = []
     for body in model.bodies:
         if body.n_velocities and body.has_frame:

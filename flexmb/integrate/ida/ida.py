@@ -44,6 +44,10 @@ out of the iteration's test would be lost by extrapolation."""
 
 FARTHER, LEAST = 10.0, 1e-7
 """Distance from the origin, in lengths of the model, from which tolerances are closer, and by how much at the most."""
+SHORTEST = 1e-15
+"""Of the run: no step is shorter. Near a dead centre time would stand still for all steps that are allowed."""
+LONGEST = 1e300
+"""s: no limit, for a solver that wants a number."""
 FRICTION = 1e-3
 """Tolerances of velocities, m/s and relative to 1 m/s, as a part of the slip within which friction turns: errors of a
 velocity that is large decide otherwise whether a body sticks."""
@@ -173,7 +177,8 @@ class _Run:
                 atol=atol,
                 algebraic_idx=[*branches, *range(free, n - 3)],
                 max_order=settings.max_order,
-                max_step=settings.largest or 0.0,
+                max_step=settings.largest or LONGEST,
+                min_step=min(SHORTEST * max(self.span, abs(self.t)), settings.largest or LONGEST),
                 max_num_steps=settings.most_steps,
                 **options,
             )

@@ -73,10 +73,13 @@ def with_fine(system, marks: np.ndarray) -> np.ndarray:
 
 
 def jumps_at_once(system, t: float) -> bool:
-    """Have signals other values at `t` than just after it: is a start there none on the right side of a jump?"""
+    """Have signals other values at `t` than just after it, or prescribed motions other rates: is a start there none on
+    the right side of a jump?
+    """
     now, then = _sampled(system, t), _sampled(system, just_after(t))
     size = np.fmax(np.abs(now), np.abs(then))
-    return bool(np.any(np.abs(then - now)[:, 0] > JUMP * size[:, 0] + 4.0 * (just_after(t) - t) * size[:, 1]))
+    jumps = np.abs(then - now)[:, :2] > JUMP * size[:, :2] + 4.0 * (just_after(t) - t) * size[:, 1:]
+    return bool(np.any(jumps[:, 0]) or np.any(jumps[system.prescribing]))
 
 
 def _jumps(system, t: float, nearby: float, rates: bool) -> bool:

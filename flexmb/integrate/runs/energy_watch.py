@@ -57,6 +57,7 @@ class EnergyWatch:
         self.start: np.ndarray | None = None
         self.left, self.moving, self.standing = 0.0, 0.0, 0.0
         self.samples, self.reach = 0, 0.0
+        self.jumped = False  # an impulse of a prescribed motion has changed the energy since the latest sample
         self.began, self.rest = 0.0, np.inf
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
@@ -82,6 +83,9 @@ class EnergyWatch:
         self.samples += len(now)
         self.reach = max(self.reach, float((np.abs(rows["a"]) @ self._levers(rows)).max()))
         self.rest = self._rest(rows)
+        if self.jumped:
+            self.start[6] += now[0, 6] - self.start[6] - self.left
+            self.jumped = False
         left = now[:, 6] - self.start[6]
         k = int(np.argmax(np.abs(left)))
         if abs(left[k]) > abs(self.worst[0]):

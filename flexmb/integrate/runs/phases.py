@@ -18,6 +18,12 @@ from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.integrate.runs.prescribed_jumps import (
+    PrescribedJump,
+    prescribed_jump,
+    sentences_about,
+    velocities_with_impulses,
+)
 from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.integrate.runs.unknown_value import unknown_value
@@ -62,6 +68,7 @@ class Phases:
         self.variables: Any = None
         self.validity = Validity(before)
         self.energy: EnergyWatch | None = None
+        self.jumps: list[PrescribedJump] = []
         self.t = float(times[0])
         self.recording = False
         self.interruption = Interruption()
@@ -132,7 +139,8 @@ class Phases:
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
         work = system.workspace()
         if late := jumps_at_once(system, self.t):
-            start = consistent_start(system, system.state(just_after(self.t), start.q, start.u), work)
+            u = self._over_jump(system, work, start.q, start.u, self.t, self.t)
+            start = consistent_start(system, system.state(just_after(self.t), start.q, u), work)
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
         self.energy = EnergyWatch(system, system.workspace())
         watch = Watch(model, system, self.integrator, work, self.passed)
@@ -203,7 +211,7 @@ class Phases:
         finally:
             self._count()
             steps = self.integrator.statistics(self.variables).get("steps", 0)
-            self.validity.tell([*self.energy.sentences(steps), *self._divided()])
+            self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
             self.validity.note(self.energy.notes(steps))
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
@@ -248,9 +256,22 @@ class Phases:
         return the works until then.
         """
         self._count()
-        state = consistent_start(system, system.state(t, before["q"][-1], before["u"][-1]), work)
+        q, left = before["q"][-1], float(before["t"][-1])
+        u = self._over_jump(system, work, q, before["u"][-1], t, left)
+        state = consistent_start(system, system.state(t, q, u), work)
         self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
         return before["works"][-1]
+
+    def _over_jump(self, system, work, q: np.ndarray, u: np.ndarray, t: float, left: float) -> np.ndarray:
+        """Return the velocities after a jump of the prescribed speeds between `left` and t; no position may jump."""
+        jump = prescribed_jump(system, work, q, u, t, left)
+        if jump is None:
+            return u
+        jump.require_place()
+        self.jumps.append(jump)
+        if self.energy is not None:
+            self.energy.jumped = True
+        return velocities_with_impulses(system, work, system.state(just_after(t), q, u))
 
     def _count(self) -> None:
         """Add the numbers of the integrator's run to the totals."""

@@ -15,6 +15,7 @@ from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.oversights import oversights
 from flexmb.integrate.runs.phases import Phases, carried
+from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
 from flexmb.integrate.runs.record import Recorder
 from flexmb.math.ahead import compile_ahead
 from flexmb.model.described import is_number
@@ -179,6 +180,7 @@ def simulate(
         else assemble(model, t=t_start, state=state)
     )
     system, begin = assembled
+    require_no_jumps(system, begin, float(times[-1]))
     told += require_motion_to_begin(system, begin, system.workspace())
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
