@@ -64,8 +64,8 @@ def sentences_about(jumps: Iterable[PrescribedJump]) -> list[str]:
         often = f" ({len(own)} jumps, the largest)" if len(own) > 1 else ""
         found.append(
             f"{title}: the speed that it prescribes jumps by {largest.speed:.6g} {largest.unit}/s at "
-            f"t = {largest.t:.9g} s{often}; expected: speeds that go on. The impulse of a jump acts at once and changes "
-            "the energy, and no reaction shows it. Where its force matters, give the change a time: "
+            f"t = {largest.t:.9g} s{often}; expected: speeds that go on. The impulse of a jump acts at once: it "
+            "changes the energy, and no reaction shows it. Where its force matters, give the change a time: "
             "fmb.ramp(rate, rise=...), fmb.step(..., rise=...), or a cubic table."
         )
     return found
