@@ -42,8 +42,8 @@ MEASURED = np.dtype(
 )
 """How a kernel measures a scalar; every field has eight bytes, so rows of any number may stand in bulk data."""
 
-WHATS = ("coordinate", "cosine", "place", "velocity", "spin", "signal")
-_COORDINATE, _COSINE, _PLACE, _VELOCITY, _SPIN, _SIGNAL = range(6)
+WHATS = ("coordinate", "cosine", "place", "velocity", "spin", "signal", "state")
+_COORDINATE, _COSINE, _PLACE, _VELOCITY, _SPIN, _SIGNAL, _STATE = range(7)
 POSITION, VELOCITY, SIGNAL = 0, 1, 2
 
 
@@ -133,6 +133,11 @@ def measure_scalar(z, state, work, jet, push, slope):
         if z.rate == 1:
             jet[2] = 0.0
         return SIGNAL
+    if z.what == _STATE:
+        b = work.markers[z.b]
+        jet[0], jet[1], jet[2] = b.v[z.axis] if z.axis < 3 else b.w[z.axis - 3], 0.0, 0.0
+        push[6 + z.axis] = 1.0
+        return VELOCITY
     if z.what < _VELOCITY:
         _position(z, state, work, jet, push)
         if z.rate == 0:
@@ -194,6 +199,8 @@ class Measured:
     coordinate : Coordinate, optional
         What is measured between a and b.
     signal : Signal, optional
+    state : (str, str or None), optional
+        Name of a part and of its state: a velocity to whoever reads it, without the rate that depends on the forces.
     rate : bool
         The rate of a position or of a signal.
     """
@@ -205,13 +212,14 @@ class Measured:
     coordinate: Coordinate | None = None
     signal: Any = None
     rate: bool = False
+    state: tuple[str, str | None] | None = None
 
     @property
     def sort(self) -> int:
         """POSITION, VELOCITY or SIGNAL."""
         if self.what == "signal":
             return SIGNAL
-        return VELOCITY if self.rate or self.what in ("velocity", "spin") else POSITION
+        return VELOCITY if self.rate or self.what in ("velocity", "spin", "state") else POSITION
 
     def of_rate(self) -> Measured:
         """Return the rate of a position or of a signal."""
@@ -226,11 +234,14 @@ class Measured:
         if self.coordinate is not None:
             c = self.coordinate.record(compiler, a, b, writes=0)
             a, b = c["a"], c["b"]  # exchanged where the coordinate is measured backwards
+        axis = self.axis
+        if self.state is not None:
+            b, axis = compiler.state_place(*self.state)
         at = [legs.index(m) if m >= 0 else -1 for m in (a, b)]
         return {
             "what": WHATS.index(self.what),
             "rate": int(self.rate),
-            "axis": self.axis,
+            "axis": axis,
             "other": self.other,
             "signal": signal,
             "a": a,

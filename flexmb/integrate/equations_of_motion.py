@@ -255,6 +255,7 @@ def equations(model: Model, state: Any = None) -> EquationsOfMotion:
         count = iu.stop - iu.start - len(first) if iu.stop > iu.start else 0
         titles = [*first, *(f"eta{k + 1}'" if body.has_frame else f"u{k + 1}" for k in range(count))]
         names += [f"{body.name}.{title}" for title in titles[: iu.stop - iu.start]]
+    names += [f"{group.title}.{name}" for group in system.states for name in group.names]
     nu = system.nu
     return EquationsOfMotion(
         system=system,

@@ -37,7 +37,7 @@ def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndar
     extent, reach : (nu,), (nu,)
         Translations have the extent 1, rotations the radius of gyration, flexible coordinates sqrt(M_jj / m): the root
         mean square displacement of the body's material per unit. The reach is the length of the assembly (see
-        `flexmb.system.lengths`).
+        `flexmb.system.lengths`). First-order states have the extent 1, and their size as reach.
     """
     weigh(work.weights, 1.0)
     evaluate(system.program, state, work)
@@ -53,6 +53,7 @@ def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndar
             turns = slice(span.start + 3, span.start + 6)
             extent[turns] = np.maximum(extent[turns], TURNED * length)
             reach[span.start + 6 : span.stop] = SMALLEST * length if smallest is None else smallest
+    reach[system.is_state] = system.state_sizes
     return extent, reach
 
 

@@ -220,6 +220,9 @@ class Constraint(Joint):
     def _of_function(self, measured: Mapping[str, tuple[Measured, ...]]) -> Formula:
         """Return the equation of the function: positions, then their rates and velocities, then what forces read."""
         every = [z for scalars in measured.values() for z in scalars]
+        for name, scalars in measured.items():
+            if any(z.what == "state" for z in scalars):
+                raise self._of_states(name)
         positions = [z for z in every if z.sort == POSITION]
         level = int(self.level == "velocity")
         moving = [z.of_rate() for z in positions] + [z for z in every if z.sort == VELOCITY]
@@ -266,6 +269,8 @@ class Constraint(Joint):
         if one.signal is not None:
             return Measured("signal", signal=one.signal, rate=one.rate)
         scalar = measured[one.name][one.column]
+        if scalar.what == "state":
+            raise self._of_states(one.name)
         if one.rate and scalar.sort != POSITION:
             raise ModelError(
                 self.title,
@@ -274,6 +279,14 @@ class Constraint(Joint):
                 remedy=f"Integrate the equation once: it then restricts {one.name} itself",
             )
         return scalar.of_rate() if one.rate else scalar
+
+    def _of_states(self, name: str) -> ModelError:
+        return ModelError(
+            self.title,
+            found=f"the state '{name}', whose rate depends on forces",
+            expected="positions and velocities of bodies",
+            remedy="Let a force or an actuator follow the state, or restrict what the state follows",
+        )
 
     def _require_two_derivatives(self, read: list[Input]) -> None:
         """Raise ModelError for the rate of a signal in an equation of positions: accelerations need its third one."""

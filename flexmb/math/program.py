@@ -39,7 +39,7 @@ class Program(NamedTuple):
     frames: IntegerRows
     """(nf, 2) first coordinate and velocity of every frame"""
     vectors: IntegerRows
-    """(nv, 4) iq, iu and length of plain vectors, and 1 for flexible coordinates in a frame"""
+    """(nv, 4) iq, iu and length of plain vectors, and 1 for flexible coordinates in a frame, or INTEGRALS of states"""
     pattern: BlockPattern
     """of the iteration matrix"""
     regularisation: Floats

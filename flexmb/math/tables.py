@@ -33,6 +33,7 @@ __all__ = [
     "EQUATION",
     "FLOATS",
     "INTEGERS",
+    "INTEGRALS",
     "LEG",
     "MARKER",
     "NUMBER",
@@ -113,6 +114,10 @@ PAIR = np.dtype(
 
 STIFF, DAMPED = 1, 2
 """What kernels write of a pair: stiffness only (constraints), or stiffness and damping (forces)."""
+
+
+INTEGRALS = 2
+"""What marks, among the plain vectors of a program, the integrals of first-order states."""
 
 
 class State(NamedTuple):

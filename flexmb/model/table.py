@@ -96,6 +96,16 @@ class Compiler(Protocol):
     def load_marker(self, body: str, name: str) -> int:
         """Return the number of a marker with one freedom, the amount of a load shape."""
 
+    def state_marker(self, owner: str, states: Mapping[str, float], sizes: Mapping[str, float] | None = ...) -> int:
+        """Return the number of the first marker whose twists are the first-order states of `owner`.
+
+        `states` are their names and starting values, `sizes` values up to which their errors are absolute (1.0). State
+        k is component k % 6 of the twist of marker k // 6 from there; the wrench on it is the state's rate.
+        """
+
+    def state_place(self, of: str, state: str | None) -> tuple[int, int]:
+        """Return the marker of a state of a part by name, and its component there."""
+
     def coordinate(self, body: str) -> int:
         """Return the number of the first coordinate of a body."""
 

@@ -24,7 +24,7 @@ def instant_at(phase: Phase, t: float) -> Instant:
     s = (t - phase.t[k]) / h
     ends = [(phase.q[i], phase.u[i], phase.a[i]) for i in (k, k + 1)]
     rates = [_rates(phase.model, q, u) for q, u, _ in ends]
-    n = _count(phase.model)
+    n = _count(phase.model) + _states(phase.model, ends[0][1])
     for rate in rates:  # what comes after the bodies' coordinates tells branches: a line between the samples will do
         rate[n:] = (ends[1][0][n:] - ends[0][0][n:]) / h
     q = _hermite(s, h, ends[0][0], rates[0], ends[1][0], rates[1])
@@ -64,8 +64,13 @@ def _count(model) -> int:
     return sum(7 * body.has_frame + body.n_vector for body in model.bodies)
 
 
+def _states(model, u) -> int:
+    """Return the number of first-order states, which stand behind all bodies, as their integrals do in q."""
+    return len(u) - sum(6 * body.has_frame + body.n_vector for body in model.bodies)
+
+
 def _rates(model, q, u):
-    """Return q' (nq,): frames by their kinematics, vector coordinates by their velocities."""
+    """Return q' (nq,): frames by their kinematics, vector coordinates and integrals of states by their velocities."""
     rate = np.empty(len(q))
     R = np.empty((3, 3))
     iq = iu = 0
@@ -79,4 +84,5 @@ def _rates(model, q, u):
             iq, iu = iq + 7, iu + 6
         rate[iq : iq + body.n_vector] = u[iu : iu + body.n_vector]
         iq, iu = iq + body.n_vector, iu + body.n_vector
+    rate[iq : iq + len(u) - iu] = u[iu:]
     return rate

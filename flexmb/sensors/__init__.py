@@ -13,6 +13,7 @@ from flexmb.sensors.marker_motion import Acceleration, AngularVelocity, Orientat
 from flexmb.sensors.momentum import Momentum
 from flexmb.sensors.multiplier import Multiplier
 from flexmb.sensors.section import SectionForces, SectionStrains
+from flexmb.sensors.state import State
 from flexmb.sensors.stress import Stress
 from flexmb.sensors.stress_resultants import StressResultants
 

@@ -77,7 +77,7 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     system = compile(model)
     work = system.workspace()
     given, state = state or {}, system.state(t)
-    for name, (iq, iu) in system.body_slices.items():
+    for name, (iq, iu) in system.slices.items():
         if name in given:
             state.q[iq], state.u[iu] = given[name]
     for k, branch in enumerate(system.branch_names):

@@ -75,7 +75,7 @@ class Neighbourhood:
         for span in body:
             self.moves[span.start : min(span.start + 6, span.stop)] = True
         if not np.any(self.moves):
-            self.moves[:] = True
+            self.moves[:] = ~system.is_state
 
     def velocity(self, wish: np.ndarray) -> np.ndarray | None:
         """Return the velocity nearest to a wish that the equations permit at rest, of unit size; None if none is."""

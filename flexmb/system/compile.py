@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from flexmb.constraints import EQUATIONS
-from flexmb.errors import CompileError
 from flexmb.math.jets import SignalCode
-from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import DAMPED, MARKER, STIFF
 from flexmb.model.described import check_kind
 from flexmb.model.kinds import Equation
@@ -17,16 +16,15 @@ from flexmb.model.model import Model
 from flexmb.model.signal import as_signal, pack
 from flexmb.model.table import Table
 from flexmb.system.inputs import places_of_inputs
+from flexmb.system.layout import Layout, check_size
 from flexmb.system.lengths import unit_lengths
 from flexmb.system.program import Program, evaluation, kernel_table
 from flexmb.system.signal_times import SignalTimes
 from flexmb.system.sparsity import sparsity
+from flexmb.system.states import EACH, STATES, StateGroup, place_of_state
 from flexmb.system.system import System
 
 __all__ = ["compile"]
-
-MOST = 2_000_000
-"""Velocities of a model: its matrices take some 10 kB for each."""
 
 
 class _Compiler:
@@ -52,6 +50,7 @@ class _Compiler:
         self.branches: dict[str, float] = {}
         self.branch_index: dict[str, int] = {}
         self.equations: dict[str, slice] = {}  # of the joints, when forces are recorded
+        self.states: dict[str, StateGroup] = {}
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
 
@@ -107,6 +106,26 @@ class _Compiler:
             self.marker_span.append((0, bodies[number].n_velocities))
         return self.marker_index[marker]
 
+    def state_marker(self, owner: str, states: Mapping[str, float], sizes: Mapping[str, float] | None = None) -> int:
+        """Return the number of the first marker whose twists are the states of `owner`, each with its start."""
+        if owner not in self.states:
+            group = StateGroup.of(owner, states, sizes or {}, len(self.marker_index))
+            body = len(self.model.bodies) + len(self.states)
+            self.states[owner] = group
+            for k in range(group.markers):
+                name = f"{owner}, states {EACH * k + 1}"
+                self.marker_index[name] = len(self.marker_index)
+                self.marker_names.append(name)
+                self.marker_body.append(body)
+                self.marker_span.append((0, len(group.names)))
+                self.start_poses.append((np.zeros(3), np.eye(3)))
+        return self.states[owner].marker
+
+    def state_place(self, of: str, state: str | None) -> tuple[int, int]:
+        """Return the marker of a state, and its component there."""
+        owner, k = place_of_state(self.states, of, state, self.writing)
+        return self.states[owner].marker + k // EACH, k % EACH
+
     def coordinate(self, body: str) -> int:
         """Return the number of the first coordinate of a body."""
         return self.first_coordinate[body]
@@ -140,56 +159,6 @@ class _Compiler:
     def bulk_data(self) -> np.ndarray:
         """Return all bulk data."""
         return np.concatenate([*self._bulk, np.zeros(1)])
-
-
-class _Layout:
-    """Offsets of bodies in q and u, and the numbers of their markers."""
-
-    def __init__(self, model: Model, compiler: _Compiler):
-        self.iq, self.iu, self.first_marker = [], [], []
-        frames, vectors = [], []
-        q, u = [np.empty(0)], [np.empty(0)]
-        nq = nu = 0
-        for number, body in enumerate(model.bodies):
-            self.iq.append(nq)
-            self.iu.append(nu)
-            compiler.first_coordinate[body.name] = nq
-            self.first_marker.append(len(compiler.marker_index))
-            q0, u0 = body.initial_state()
-            if body.has_frame:
-                frames.append((nq, nu))
-            if body.n_vector:
-                vectors.append((nq + 7 * body.has_frame, nu + 6 * body.has_frame, body.n_vector, body.has_frame))
-            R = np.eye(3)
-            origin = np.zeros(3)
-            if body.has_frame:
-                euler_to_matrix(q0[3:7], R)
-                origin = q0[:3]
-            elif body.n_vector:
-                origin = q0[:3]
-            blocks, gaps, size = body.marker_blocks(), body.marker_gaps(), body.block_size
-            for marker, pose in body.marker_poses().items():
-                compiler.marker_index[f"{body.name}.{marker}"] = len(compiler.marker_index)
-                compiler.marker_names.append(f"{body.name}.{marker}")
-                compiler.marker_body.append(number)
-                if marker in gaps:
-                    compiler.marker_gaps[compiler.marker_index[f"{body.name}.{marker}"]] = gaps[marker]
-                first, count = blocks.get(marker, (0, len(u0) // size if size else 0))
-                compiler.marker_span.append((first * size, count * size))
-                compiler.start_poses.append((origin + R @ np.array(pose.at), R @ pose.matrix))
-            q.append(q0)
-            u.append(u0)
-            nq, nu = nq + len(q0), nu + len(u0)
-        self.iq.append(nq)
-        self.iu.append(nu)
-        self.first_marker.append(len(compiler.marker_index))
-        self.q, self.u = np.concatenate(q), np.concatenate(u)
-        self.frames = np.array(frames, np.int64).reshape(-1, 2)
-        self.vectors = np.array(vectors, np.int64).reshape(-1, 4)
-
-    def size(self, body: int) -> int:
-        """Return the number of velocities of a body."""
-        return self.iu[body + 1] - self.iu[body]
 
 
 def _grouped(items: list[tuple[Table, tuple]]) -> tuple[list[Table], list[np.ndarray]]:
@@ -229,7 +198,7 @@ def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts
     return np.array(kinds, np.int64).reshape(-1, 4), tuple(owners)
 
 
-def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
+def _body_rows(model: Model, compiler: _Compiler, layout: Layout):
     items = []
     for k, body in enumerate(model.bodies):
         if body.table is None:
@@ -240,6 +209,30 @@ def _body_rows(model: Model, compiler: _Compiler, layout: _Layout):
         compiler.writing = body.title
         items.append((body.table, body.table.filled(body, {**header, **body.record(compiler, compiler)})))
     return _grouped(items)
+
+
+def _force_items(model: Model, compiler: _Compiler) -> list[tuple[Table, tuple]]:
+    """Return the rows of all forces, and of what sensors follow."""
+    items = []
+    for force in model.forces:
+        compiler.writing = force.title
+        items.append((force.table, force.table.filled(force, force.record(compiler))))
+    # last, so that the coordinates of a model begin alike whatever is watched
+    for sensor in model.sensors:
+        compiler.writing = sensor.title
+        items += [(table, table.filled(sensor, row)) for table, row in sensor.followed(compiler)]
+    return items
+
+
+def _state_rows(compiler: _Compiler, layout: Layout):
+    """Return the table of groups of states; their own places in the matrix follow the couplings of all bodies."""
+    bodies = compiler.model.bodies
+    at = layout.iu[len(bodies)] + sum(2 * b.block_size * len(b.couplings()) for b in bodies)
+    rows = []
+    for k, group in enumerate(compiler.states.values(), len(bodies)):
+        iu, n = layout.iu[k], len(group.names)
+        rows.append((STATES, (iu, group.marker, n, at + iu - layout.iu[len(bodies)])))
+    return _grouped(rows)
 
 
 class _Constraints:
@@ -287,7 +280,7 @@ def _describe(primitive, k: int) -> str:
     return " ".join([type(primitive).__name__, *axes]) + which
 
 
-def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
+def _markers(compiler: _Compiler, layout: Layout) -> tuple[np.ndarray, int]:
     """Return the marker table and the size of the flat Jacobians."""
     markers = np.zeros(len(compiler.marker_body), MARKER)
     body = markers["body"] = np.array(compiler.marker_body, np.int64)
@@ -295,7 +288,8 @@ def _markers(compiler: _Compiler, layout: _Layout) -> tuple[np.ndarray, int]:
     for k, (r, R) in enumerate(compiler.start_poses):
         markers["r"][k], markers["R"][k] = r, R
     markers["iu"], markers["nu"], markers["iJ"] = np.array(layout.iu)[body] + first, nu, 6 * (np.cumsum(nu) - nu)
-    markers["width"] = np.array([b.block_size for b in compiler.model.bodies])[body]
+    widths = [b.block_size for b in compiler.model.bodies] + [len(g.names) for g in compiler.states.values()]
+    markers["width"] = np.array(widths)[body]
     markers["iH"] = -1
     return markers, int(6 * np.sum(nu))
 
@@ -305,24 +299,6 @@ def _table_bytes(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     raw = np.concatenate([*(a.view(np.uint8).ravel() for a in arrays), np.zeros(0, np.uint8)])
     bounds = np.cumsum([0] + [a.nbytes for a in arrays])
     return raw, bounds.astype(np.int64)
-
-
-def _check_size(model: Model, layout: _Layout) -> None:
-    """Raise CompileError if nothing moves, or more than any computer can bear."""
-    if layout.iu[-1] == 0:
-        raise CompileError(
-            f"Model '{model.name}'",
-            found="no body that can move",
-            expected="at least one",
-            remedy="Add a RigidBody, PointMass or FloatingBody",
-        )
-    if layout.iu[-1] > MOST:
-        raise CompileError(
-            f"Model '{model.name}'",
-            found=f"{layout.iu[-1]} velocities",
-            expected=f"at most {MOST}",
-            remedy="Use fewer elements, or fewer copies of a part",
-        )
 
 
 def compile(model: Model) -> System:
@@ -335,21 +311,17 @@ def compile(model: Model) -> System:
     """
     check_kind(model, Model, "Model", "Give a flexmb.Model(bodies=[...]), or flexmb.load_model('file.toml')")
     compiler = _Compiler(model)
-    layout = _Layout(model, compiler)
-    _check_size(model, layout)
+    layout = Layout(model, compiler)
+    check_size(model, layout)
     body_tables, body_rows = _body_rows(model, compiler, layout)
     others = len(compiler.signals)
     constraints = _Constraints(model, compiler)
     prescribing = slice(others, len(compiler.signals))
     compiler.equations = constraints.slices
-    force_items = []
-    for force in model.forces:
-        compiler.writing = force.title
-        force_items.append((force.table, force.table.filled(force, force.record(compiler))))
-    # last, so that the coordinates of a model begin alike whatever is watched
-    for sensor in model.sensors:
-        force_items += [(table, table.filled(sensor, row)) for table, row in sensor.followed(compiler)]
-    force_tables, force_rows = _grouped(force_items)
+    force_tables, force_rows = _grouped(_force_items(model, compiler))
+    layout.append(compiler.states.values())
+    for own, of_states in zip((body_tables, body_rows), _state_rows(compiler, layout), strict=True):
+        own += of_states
     markers, size_J = _markers(compiler, layout)
     for body in model.bodies:
         body.stiffen(compiler, markers)
@@ -389,7 +361,9 @@ def compile(model: Model) -> System:
         size_J=size_J,
         size_H=compiler.size_H,
         tables={"markers": markers, **tables},
-        marker_index=dict(compiler.marker_index),
+        marker_index={
+            name: k for name, k in compiler.marker_index.items() if compiler.marker_body[k] < len(model.bodies)
+        },
         joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)},
         equation_names=tuple(constraints.names),
@@ -398,10 +372,9 @@ def compile(model: Model) -> System:
         joint_equations=constraints.slices,
         joints=tuple(constraints.joints),
         gaps=np.zeros(len(constraints.names)),
-        body_slices={
-            b.name: (slice(layout.iq[k], layout.iq[k + 1]), slice(layout.iu[k], layout.iu[k + 1]))
-            for k, b in enumerate(model.bodies)
-        },
+        body_slices=layout.slices([b.name for b in model.bodies]),
+        states=tuple(compiler.states.values()),
+        state_slices=layout.slices(compiler.states, len(model.bodies)),
         branch_names=tuple(compiler.branches),
         signal_times=SignalTimes(signals, tuple(compiler.signal_titles)),
         prescribing=prescribing,

@@ -8,7 +8,19 @@ import numpy as np
 
 from flexmb.errors import ModelError
 
-__all__ = ["given_state"]
+__all__ = ["given_state", "refuse_states"]
+
+
+def refuse_states(system, asker: str) -> None:
+    """Raise ModelError if the system has first-order states, of which the asker knows nothing."""
+    if system.states:
+        first = system.states[0]
+        raise ModelError(
+            asker,
+            found=f"{first.title} has states of its own: {', '.join(first.names[:4])}",
+            expected="forces of positions, velocities and time alone",
+            remedy=f"Leave {first.title} out of the model for this analysis, or use simulate, statics or linearize",
+        )
 
 
 def given_state(given: Any, system, asker: str, *, reactions: bool = True):

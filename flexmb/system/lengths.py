@@ -98,8 +98,9 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     _require_places(bodies, points)
     held = np.array([system.marker_index[m] for j in system.model.joints for m in j.places(system.model)], int)
     ties, holds = _ties(system), np.stack([system.tables["pairs"][x] for x in "ab"], axis=1)
+    holds = holds[np.all(markers["body"][holds] < len(bodies), axis=1)]  # states are nowhere
     moves = np.array([body.n_velocities > 0 for body in bodies])
-    assembly = _assemblies(markers["body"], np.vstack([ties, holds]), moves)
+    assembly = _assemblies(np.minimum(markers["body"], len(bodies) - 1), np.vstack([ties, holds]), moves)
     found = np.zeros(len(bodies))
     for number in np.unique(assembly[moves]):
         members = np.flatnonzero(moves & (assembly == number))

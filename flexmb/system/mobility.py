@@ -200,7 +200,7 @@ def mobility(system: System, state, work) -> Mobility:
         bare = program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(program.floor)))
         evaluate(bare, state, work)
         shared = tuple(names[k] for k in indeterminate_equations(*constraint_matrix(system, work), system.redundant))
-    return Mobility(system.nu, system.ng, system.ng - len(redundant), redundant, shared)
+    return Mobility(system.nu - int(np.sum(system.is_state)), system.ng, system.ng - len(redundant), redundant, shared)
 
 
 def shared_reactions(system: System, state) -> list[str]:

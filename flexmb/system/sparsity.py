@@ -17,17 +17,20 @@ class _Nodes:
 
     def __init__(self, model, compiler, layout, constraints, markers):
         self.width = [body.block_size for body in model.bodies]
+        self.width += [len(group.names) for group in compiler.states.values()]
         self.unknowns: list[list[int]] = []
         self.first: dict[int, int] = {}
-        for k in range(len(model.bodies)):
+        for k in range(len(self.width)):
             if layout.size(k):
                 self.first[k] = len(self.unknowns)
                 for start in range(layout.iu[k], layout.iu[k + 1], self.width[k]):
                     self.unknowns.append(list(range(start, start + self.width[k])))
+            if k == len(model.bodies) - 1:
+                self.of_bodies = len(self.unknowns)
         self.n_blocks = len(self.unknowns)
         self.layout, self.couplings = layout, []
-        for k in self.first:
-            pairs = model.bodies[k].couplings()
+        for k, body in enumerate(model.bodies):
+            pairs = body.couplings() if k in self.first else ()
             self.couplings += [(self.first[k] + int(a), self.first[k] + int(b)) for a, b in pairs]
         leader = {j.name: getattr(j, "joint", j.name) if j.prescribes else j.name for j in constraints.joints}
         groups: dict[str, list[int]] = {}
@@ -90,7 +93,7 @@ def _rows(nodes: _Nodes, nu: int, place) -> tuple[np.ndarray, np.ndarray]:
     rows, widths = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     own = [(node, node) for node in range(nodes.n_blocks)]
     both = [pair for a, b in nodes.couplings for pair in ((a, b), (b, a))]
-    for i, j in own + both:
+    for i, j in own[: nodes.of_bodies] + both + own[nodes.of_bodies :]:
         at = place(i, j)
         rows.append(at)
         widths.append(np.full(len(at), len(nodes.unknowns[j])))

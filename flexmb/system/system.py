@@ -16,6 +16,7 @@ from flexmb.model.model import Model
 from flexmb.system.lengths import Lengths
 from flexmb.system.program import Program
 from flexmb.system.signal_times import SignalTimes
+from flexmb.system.states import StateGroup, place_of_state
 
 __all__ = ["System"]
 
@@ -42,6 +43,10 @@ class System:
         Number of the joint, and the primitive, of every equation.
     joint_equations : dict of joint name to slice
     body_slices : dict of body name to (slice of q, slice of u)
+    states : tuple of StateGroup
+        First-order states of forces and blocks.
+    state_slices : dict of owner to (slice of q, slice of u)
+        Where their integrals and they themselves stand.
     branch_names : tuple of str
         What the last coordinates of q count: full turns of a joint, the place on a curve (see `keep_branches`).
     redundant : tuple of int
@@ -92,6 +97,8 @@ class System:
     switch_kinds: np.ndarray
     switch_owners: tuple[str, ...] = ()
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    states: tuple[StateGroup, ...] = ()
+    state_slices: Mapping[str, tuple[slice, slice]] = field(default_factory=dict)
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -113,6 +120,32 @@ class System:
     def ng(self) -> int:
         """Number of constraint equations."""
         return len(self.equation_names)
+
+    @property
+    def slices(self) -> dict[str, tuple[slice, slice]]:
+        """Where bodies, and then owners of states, stand in q and u: in the order of their numbers."""
+        return {**self.body_slices, **self.state_slices}
+
+    def has_frame(self, name: str) -> bool:
+        """Is it a body with a frame?"""
+        return name in self.body_slices and bool(self.model.body(name).has_frame)
+
+    def place_of_state(self, of: str, state: str | None, asker: str) -> tuple[str, int]:
+        """Return the owner of a state, and its number there; ModelError, naming the asker, if there is none."""
+        return place_of_state({group.title: group for group in self.states}, of, state, asker)
+
+    @property
+    def is_state(self) -> np.ndarray:
+        """Which velocities are first-order states, (nu,) of bool."""
+        found = np.zeros(self.nu, bool)
+        for _, span in self.state_slices.values():
+            found[span] = True
+        return found
+
+    @property
+    def state_sizes(self) -> np.ndarray:
+        """Values of the states, in their order, up to which errors are absolute."""
+        return np.array([size for group in self.states for size in group.size])
 
     def bounds(self, tolerance: float) -> np.ndarray:
         """Return the residuals (ng,), m or rad, up to which equations count as satisfied: never less than rounding."""
@@ -181,4 +214,8 @@ class System:
         for name, (_, span) in self.body_slices.items():
             if span.start <= unknown < span.stop:
                 return f"Body '{name}', freedom {unknown - span.start}"
+        for group in self.states:
+            span = self.state_slices[group.title][1]
+            if span.start <= unknown < span.stop:
+                return f"{group.title}, state '{group.names[unknown - span.start]}'"
         return f"Unknown {unknown}"

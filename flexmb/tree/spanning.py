@@ -158,7 +158,7 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
         If a joint in `cut` does not exist, a body is a mesh of nodes of its own, or a joint cannot carry a body as it
         must.
     """
-    names = [body.name for body in system.model.bodies]
+    names, slices = [*system.slices], system.slices
     _refuse_bodies_of_nodes(system)
     for name in cut:
         if name not in system.joint_index:
@@ -171,7 +171,7 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
     allowed, wanted = carriers or (None, ())
     ends, equations = _edges(system, cut, allowed)
     body = system.tables["markers"]["body"]
-    moving = [k for k, name in enumerate(names) if system.body_slices[name][1].stop > system.body_slices[name][1].start]
+    moving = [k for k, name in enumerate(names) if slices[name][1].stop > slices[name][1].start]
     still = sorted(set(range(len(names))) - set(moving))
     groups = _Groups(len(names))
     for k in still[1:]:
@@ -231,7 +231,7 @@ def _walk(kept, ends, body, still, moving):
 def _has_frame(system, names, markers, body) -> bool:
     """Only bodies with a frame can hang on a tree joint: their marker moves freely with it."""
     nu = system.tables["markers"]["nu"]
-    return all(nu[m] == 0 or system.model.body(names[int(body[m])]).has_frame for m in markers)
+    return all(nu[m] == 0 or system.has_frame(names[int(body[m])]) for m in markers)
 
 
 def _offsets(sizes) -> np.ndarray:
@@ -242,8 +242,8 @@ def _finished(system, names, order, entry, trees, ends, equations) -> Spanning:
     body = system.tables["markers"]["body"]
     place = {k: n for n, k in enumerate(order)}
     first_marker = {int(k): n for n, k in reversed(list(enumerate(body)))}
-    slices = [system.body_slices[names[k]] for k in order]
-    frame = np.array([bool(system.model.body(names[k]).has_frame) and k in first_marker for k in order], bool)
+    slices = [system.slices[names[k]] for k in order]
+    frame = np.array([system.has_frame(names[k]) and k in first_marker for k in order], bool)
     parent, inner, outer, rows, starts = [], [], [], [], [0]
     for n, k in enumerate(order):
         if k in entry:

@@ -146,8 +146,8 @@ def _start_of(model: Model, phase: Phase) -> Any:
     if np.abs(u0).max(initial=0.0) <= REST * fall and np.abs(phase.a[0]).max(initial=0.0) <= 1e-3 * fall:
         return "equilibrium"
     q, u = new.q0.copy(), new.u0.copy()
-    for name, (iq, iu) in new.body_slices.items():
-        jq, ju = old.body_slices[name]
+    for name, (iq, iu) in new.slices.items():
+        jq, ju = old.slices[name]
         if (iq.stop - iq.start) != (jq.stop - jq.start) and not model.body(name).has_frame:
             raise FlexmbError(
                 "verify",

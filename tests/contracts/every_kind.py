@@ -97,6 +97,7 @@ MORE = {
     "Contact": {"radius": 0.1, "friction": 0.2},
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
+    "State": {"of": "spring", "state": "x"},
     "SectionForces": {"body": "rope"},
     "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},
     "SectionStrains": {"body": "rope"},

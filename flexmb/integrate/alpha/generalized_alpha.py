@@ -176,6 +176,7 @@ class GeneralizedAlpha(metaclass=Described):
                 t=state.t,
                 next_step=first,
                 longest_step=self.step or largest,
+                first_state=nu - int(np.sum(system.is_state)),
                 convergence=0.05,
                 rounding=max(1e-13 * system.lengths.whole, system.lengths.rounding),
             ),
@@ -190,12 +191,14 @@ class GeneralizedAlpha(metaclass=Described):
 
     def _first_step(self, system, state, work, extent, reach, world, slow: float) -> float:
         """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
-        scale = self.rtol ** (1.0 / 3.0)
+        scale, states = self.rtol ** (1.0 / 3.0), system.is_state
+        pace = np.max(np.abs(state.a[states]) / np.maximum(reach[states], np.abs(state.u[states])), initial=slow)
+        extent = np.where(states, 0.0, extent)
         u, a = state.u.copy(), state.a.copy()
         to_world_axes(world, state.q, u, a)
         a = np.max(np.abs(a) * extent / reach, initial=0.0)
         u = np.max(np.abs(u) * extent / reach, initial=0.0)
-        h = 0.1 * scale / max(np.sqrt(a), u, slow)
+        h = 0.1 * scale / max(np.sqrt(a), u, pace)
         # from rest to a gentle start neither says anything yet; rates over the step found last tell when it is too long
         for _ in range(8):
             rate = np.max(np.abs(self._acceleration_rate(system, state, work, h, world)) * extent / reach, initial=0.0)
@@ -214,6 +217,7 @@ class GeneralizedAlpha(metaclass=Described):
         """
         c = self.controls()
         v.run[0].last_step = h
+        v.extent[system.is_state] = c.gamma / (c.beta * h)
         rate, later = (self._acceleration_rate(system, state, work, probe, v.world) for probe in (1e-3 * h, h))
         difference = np.max(np.abs(later - rate) * v.extent, initial=0.0)
         # rates that differ over a step belong to frequencies which the step cannot resolve: those are better damped

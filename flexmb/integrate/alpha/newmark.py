@@ -116,6 +116,13 @@ def _shortened(v, size, before, share):
 
 
 @inner_kernel
+def _scale_states(v, c, h):
+    """Make increments of the integrals of first-order states comparable: as the changes of the states they mean."""
+    for i in range(v.run[0].first_state, len(v.u)):
+        v.extent[i] = c.gamma / (c.beta * h)
+
+
+@inner_kernel
 def _accelerations_settled(v, c, scale, left):
     """Is what is left of the correction, as acceleration, a small part of the accelerations?
 
@@ -123,7 +130,7 @@ def _accelerations_settled(v, c, scale, left):
     multipliers would be noise.
     """
     largest, correction = 0.0, 0.0
-    for i in range(len(v.u)):
+    for i in range(v.run[0].first_state):
         largest = max(largest, abs(v.a1[i]) * v.extent[i])
         correction = max(correction, abs(v.d[i]) * v.extent[i])
     return left * correction <= max(c.settled * largest * scale, v.run[0].rounding)
@@ -233,11 +240,19 @@ def _step_error(v, c, h):
     """Estimate the local error of the positions relative to the tolerance.
 
     Taylor expansion of the update with the algorithmic acceleration of time t + (alpha_m - alpha_f) h gives
-    ``e = (beta + (alpha_m - alpha_f) / 2 - 1/6) h^2 (a1 - a)`` (Géradin & Cardona 2001, ch. 11).
+    ``e = (beta + (alpha_m - alpha_f) / 2 - 1/6) h^2 (a1 - a)`` (Géradin & Cardona 2001, ch. 11). The same expansion of
+    the update of first-order states gives eq. (alpha-state-error): with d = alpha_m - alpha_f,
+    ``e = (1/12 - d^2 / 2 + d (alpha_m + alpha_f - 1) / 2) h^3 d3x/dt3``.
     """
+    bodies = v.run[0].first_state
     factor = abs(c.beta + 0.5 * (c.alpha_m - c.alpha_f) - 1.0 / 6.0) * h * h
-    for i in range(len(v.u)):
+    for i in range(bodies):
         v.d[i] = factor * (v.a1[i] - v.a[i])
+    early, before = c.alpha_m - c.alpha_f, v.run[0].last_step
+    factor = 1.0 / 12.0 - 0.5 * early * early + 0.5 * early * (c.alpha_m + c.alpha_f - 1.0)
+    for i in range(bodies, len(v.u)):
+        curvature = 2.0 * ((v.a1[i] - v.a[i]) / h - (v.a[i] - v.a_last[i]) / before) / (h + before)
+        v.d[i] = factor * h * h * h * curvature / v.extent[i]
     return _norm(v, v.d, c.tolerance)
 
 
@@ -251,7 +266,7 @@ def _largest_growth(v, c, error):
     if error <= 1e-6 or c.alpha_f == 0.0:
         return 2.0
     product, size, before = 0.0, 0.0, 0.0
-    for i in range(len(v.u)):
+    for i in range(v.run[0].first_state):
         now, last = (v.a1[i] - v.a[i]) * v.extent[i], (v.a[i] - v.a_last[i]) * v.extent[i]
         product += now * last
         size += now * now
@@ -307,7 +322,7 @@ def _accept(program, work, v, h, powers):
     keep_branches(program, work, v.q)
     _add_works(v, h, powers)
     for n in range(len(program.vectors)):
-        if program.vectors[n, 3] == 0:  # positions in W: how far the origin is says nothing about a tolerance
+        if program.vectors[n, 3] != 1:  # positions in W: how far the origin is says nothing about a tolerance
             continue
         # tolerances of flexible coordinates are relative to the largest displacement they have reached
         iq, iu, size = program.vectors[n, 0], program.vectors[n, 1], program.vectors[n, 2]
@@ -316,6 +331,8 @@ def _accept(program, work, v, h, powers):
             largest = max(largest, abs(v.q[iq + i]) * v.extent[iu + i])
         for i in range(size):
             v.reach[iu + i] = max(v.reach[iu + i], largest)
+    for i in range(v.run[0].first_state, len(v.u)):
+        v.reach[i] = max(v.reach[i], abs(v.u[i]))
     v.run[0].last_step = h
     v.run[0].steps += 1
 
@@ -367,6 +384,7 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
             left = samples[k] - v.run[0].t
             h = left / max(1.0, np.ceil(left / min(v.run[0].next_step, v.run[0].longest_step) * (1.0 - 1e-9)))
             _fit_to_step(program, work, v, h)
+            _scale_states(v, c, h)
             for i in range(3):
                 powers[i] = v.powers[i]
             _predict(program, v, c, h)

@@ -27,6 +27,8 @@ class AlphaRun(Record):
     """rate of the iteration with a fresh matrix"""
     rounding: float
     """m, of positions"""
+    first_state: int
+    """velocities from here on are first-order states"""
     steps: int
     iterations: int
     factorisations: int
@@ -80,7 +82,8 @@ class Variables(NamedTuple):
     change: Floats
     """(nu,) of the velocities, with the step size"""
     extent: Floats
-    """(nu,) m, length that makes an increment a displacement (radius of gyration for rotations)"""
+    """(nu,) m, length that makes an increment a displacement (radius of gyration for rotations); of states 1/s: what
+    makes an increment of their integral one of themselves, in a step of this size"""
     reach: Floats
     """(nu,) m, displacement to which tolerances are relative"""
     works: Floats

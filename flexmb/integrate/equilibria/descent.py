@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ SOFT = 1e-9
 """Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
 REFINED = 50
 """Most corrections of multipliers of least norm."""
-_PLACE = ("q", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
+_PLACE = ("q", "x", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
 
 
 class Descent:
@@ -42,11 +43,16 @@ class Descent:
     would grow until rounding drives it. Without `smooth`, `step` follows the unbalanced forces alone.
     """
 
-    def __init__(self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool, smooth: bool):
+    def __init__(
+        self, system, start, work, t: float, q: np.ndarray, at_rest: bool, wary: bool, smooth: bool, held: bool = False
+    ):
         self.at_rest, self.wary, self.smooth = at_rest, wary, smooth
         self.system, self.work, self.t, self.q = system, work, t, q
         self.size = system.lengths.whole
         self.extent, _ = extents(system, start, work)
+        self.states, self.x, self.held = system.is_state, start.u[system.is_state], held
+        self.per_extent = np.where(self.states, 0.0, 1.0 / self.extent)
+        self.extent[self.states] = 0.0  # they are judged by themselves, see `_settled`
         self.lam = np.zeros(system.ng)
         self.path: list[tuple[np.ndarray, ...]] = []
         self.step, self.first, self.unbalanced, self.largest = 0.0, 0.0, np.inf, 0.0
@@ -56,13 +62,14 @@ class Descent:
 
     def balanced(self, tolerance: float) -> bool:
         """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
-        now = self.system.state(self.t, self.q, u=np.zeros(self.system.nu), lam=self.lam)
+        now = self.system.state(self.t, self.q, u=self._at_rest(), lam=self.lam)
         self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
         now.u[:], now.a[:] = self.motion.u, self.motion.a
-        self.tangent = tangent_at(self.system, now, self.work)
+        self.tangent = self._of_states(tangent_at(self.system, now, self.work))
         keep_branches(self.system.program, self.work, self.q)
         self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
-        before, self.unbalanced = self.unbalanced, self._greatest(self.force / self.extent)
+        self.force[self.states] *= not self.held
+        before, self.unbalanced = self.unbalanced, self._greatest(self.force * self.per_extent)
         if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
             self.__dict__.update(self.before)
             self.step *= 0.1
@@ -71,8 +78,8 @@ class Descent:
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
         self.largest = max(
             self.largest,
-            self._greatest(reactions / self.extent),
-            self._inertia(now.u),
+            self._greatest(reactions * self.per_extent),
+            self._inertia(np.where(self.states, 0.0, now.u)),
             self.unbalanced if not self.path else 0.0,
         )
         self.path.append((self.q.copy(), now.u, now.a, self.lam.copy()))
@@ -83,9 +90,36 @@ class Descent:
         elif np.isfinite(self.unbalanced):
             growth = min(4.0, max(0.3, (before / max(self.unbalanced, 1e-300)) ** 0.7))
             self.step *= max(growth, min(4.0, LINEAR / max(self._nonlinearity(), 1e-300)))
-        return self._greatest(self.g) <= 1e-9 * self.size and (
-            self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before)
+        return (
+            self._greatest(self.g) <= 1e-9 * self.size
+            and self._settled(tolerance)
+            and (self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before))
         )
+
+    def _at_rest(self) -> np.ndarray:
+        """Return velocities (nu,) of bodies at rest, with the states."""
+        u = np.zeros(self.system.nu)
+        u[self.states] = self.x
+        return u
+
+    def _of_states(self, tangent):
+        """Return the tangent with states, not their integrals, as unknowns of the last columns; held, they stay."""
+        if not self.states.any():
+            return tangent
+        own = sparse.diags(self.states.astype(float), format="csr")
+        rest = sparse.identity(len(self.states), format="csr") - own
+        K, D = tangent.K @ rest + tangent.D @ own, tangent.D @ rest
+        if self.held:
+            K, D = rest @ K @ rest + own, rest @ D
+        return replace(tangent, K=K, D=D)
+
+    def _settled(self, tolerance: float) -> bool:
+        """Are the rates of the states rounding, or within the tolerance, beside the terms that they are made of?"""
+        states = self.states
+        K = abs(self.tangent.K)[states]
+        size = np.where(states, 0.0, self.size * self.per_extent)
+        size[states] = np.maximum(np.abs(self.x), self.system.state_sizes)
+        return bool(np.all(np.abs(self.force[states]) <= tolerance * (K @ size)))
 
     def _nonlinearity(self) -> float:
         """Return the displacement that undoes what the last move has made of the forces beyond the foreseen, relative
@@ -103,7 +137,7 @@ class Descent:
         as they were `before`, or the last digits of these coordinates do make them: a small load on a soft direction,
         as on a thin plate, is below the first bound too.
         """
-        stiffest = self._greatest((abs(self.tangent.K) @ self._magnitudes()) / self.extent)
+        stiffest = self._greatest((abs(self.tangent.K) @ self._magnitudes()) * self.per_extent)
         if self.unbalanced > 1e-16 * stiffest:
             return False
         if 0.1 * before <= self.unbalanced:
@@ -114,13 +148,13 @@ class Descent:
             near = self.q * (1.0 + np.finfo(float).eps * digits.choice((-1.0, 1.0), len(self.q)))
             evaluate(self.system.program, self.now._replace(q=near), self.work)
             made = np.maximum(made, np.abs(self.work.residual - self.force))
-        return bool(np.all(np.abs(self.force) <= 10.0 * made))
+        return bool(np.all((np.abs(self.force) <= 10.0 * made)[~self.states]))
 
     def _magnitudes(self) -> np.ndarray:
         """Return the size of the numbers (nu,) that are rounded: the model's, or of nodes their vectors themselves."""
-        magnitudes = self.size / self.extent
+        magnitudes = self.size * self.per_extent
         for iq, iu, count, flexible in self.system.program.vectors:
-            if not flexible:
+            if flexible == 0:
                 own = np.linalg.norm(self.q[iq : iq + count].reshape(-1, 3), axis=1)
                 magnitudes[iu : iu + count] = np.repeat(own, 3)
         return magnitudes
@@ -128,7 +162,7 @@ class Descent:
     def _inertia(self, u: np.ndarray) -> float:
         """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
         rate = self._greatest(u * self.extent) / self.size
-        return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) / self.extent)
+        return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) * self.per_extent)
 
     def share_multipliers(self) -> None:
         """Give the multipliers of dependent equations least norm.
@@ -173,15 +207,17 @@ class Descent:
                 self.step *= 0.5
                 return False
             x, taken = factor.solve(-rest), self.step
-            if not self.smooth or motion.u.any() or not self._uphill(factor):
+            if not self.smooth or motion.u.any() or self.states.any() or not self._uphill(factor):
                 break  # what spins may be stable beyond its critical speed
             self.step *= 0.5
         stride = self._greatest(x[: self.system.nu] * self.extent) / self.size
         if stride > 0.2:
             self.step *= 0.5
         scale = min(1.0, 0.3 / stride) if stride > 0.0 else 1.0
-        q = np.zeros(self.system.nq)
-        advance(self.system.program, self.q, x[: self.system.nu], scale, q)
+        q, moved = np.zeros(self.system.nq), x[: self.system.nu].copy()
+        self.x = self.x + scale * moved[self.states]
+        moved[self.states] = 0.0
+        advance(self.system.program, self.q, moved, scale, q)
         self.q, self.lam = q, self.lam + scale * x[self.system.nu :]
         inertia = tangent.M @ x[: self.system.nu] / taken**2
         rest *= 1.0 - scale
@@ -214,8 +250,10 @@ class Descent:
         return self._greatest(share * self.extent) > UPHILL * self.size
 
     def most_unbalanced(self) -> str:
-        """Return the title of the body on which most force is left."""
-        return self.system.owner(int(np.argmax(np.abs(self.force / self.extent)))).partition(",")[0]
+        """Return the title of the body on which most force is left, or the state that does not settle."""
+        if self.states.any() and not self._settled(1e-9):
+            return self.system.owner(int(np.argmax(np.where(self.states, np.abs(self.force), -1.0))))
+        return self.system.owner(int(np.argmax(np.abs(self.force * self.per_extent)))).partition(",")[0]
 
     @staticmethod
     def _greatest(x: np.ndarray) -> float:

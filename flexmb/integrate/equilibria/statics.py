@@ -15,7 +15,8 @@ from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble, assemble_as_drawn
-from flexmb.system.given_state import given_state
+from flexmb.system import compile as compile_model
+from flexmb.system.given_state import given_state, refuse_states
 from flexmb.system.mobility import shared_reactions
 
 __all__ = ["statics"]
@@ -29,6 +30,7 @@ def statics(
     tolerance: float = 1e-9,
     iterations: int = 400,
     state: Any = None,
+    hold_states: bool = False,
 ) -> Solution:
     """Find the equilibrium at time `t`: all accelerations zero, loads and drives at their values of that time.
 
@@ -56,6 +58,9 @@ def statics(
     iterations : int
     state : Solution or Instant, optional
         Where to begin; by default the assembled start.
+    hold_states : bool
+        Keep first-order states (of controllers, of forces) at their values of the beginning; else their rates are zero
+        in the equilibrium too.
 
     Returns
     -------
@@ -73,7 +78,7 @@ def statics(
     """
     _check_numbers(t, tolerance, iterations)
     if path is None:
-        return _descend(model, t, tolerance, iterations, state)
+        return _descend(model, t, tolerance, iterations, state, hold_states=hold_states)
     if not isinstance(path, ArcLength | LoadSteps):
         raise ModelError(
             "statics",
@@ -81,6 +86,7 @@ def statics(
             expected="an ArcLength or LoadSteps object",
             remedy="Write path=flexmb.ArcLength()",
         )
+    refuse_states(compile_model(model), "statics along a path")
     first = _descend(model, path.start, tolerance, iterations, state, on_path=True)
     system = first.phases[0].system
     start = system.state(path.start, first.final.q, lam=first.final.lam)
@@ -101,14 +107,17 @@ def _check_numbers(t, tolerance, iterations) -> None:
             )
 
 
-def _descend(model, t, tolerance, iterations, state, on_path: bool = False) -> Solution:
+def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold_states: bool = False) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
     system, start = (assemble_as_drawn if state is None else assemble)(model, t=t)
     work = system.workspace()
-    q = start.q.copy() if state is None else given_state(state, system, "statics").q
+    q = start.q.copy()
+    if state is not None:
+        given = given_state(state, system, "statics")
+        q, start.u[system.is_state] = given.q, given.u[system.is_state]
     strikes = any(force.strikes for force in model.forces)
     for wary, smooth in ((True, False), (True, True), (False, True)) if strikes else ((False, True),):
-        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth)
+        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth, held=hold_states)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
             iteration.share_multipliers()
             break

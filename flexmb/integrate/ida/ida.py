@@ -160,6 +160,9 @@ class _Run:
         for iq, iu, size, _ in self.system.program.vectors:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
+        for (iq, iu), group in zip(self.system.state_slices.values(), self.system.states, strict=True):
+            atol[iq] = FAR  # nothing reads the integrals of states
+            atol[self.system.nq + iu.start : self.system.nq + iu.stop] = (settings.atol or ATOL) * np.array(group.size)
         branches = list(range(self.system.program.branches, self.system.nq))
         atol[branches] = COUNTED
         options: dict[str, Any] = {"linsolver": "lapackdense"}

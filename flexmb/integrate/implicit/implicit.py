@@ -16,6 +16,7 @@ from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
+from flexmb.math.tables import INTEGRALS
 from flexmb.model.described import Described, is_number
 from flexmb.model.methods import is_formulation
 from flexmb.system.complaints import worst_equations
@@ -56,7 +57,9 @@ class _Run:
         self.turned = 0.0
         self.goal, self.span = state.t, 0.0
         self.x, self.v, a = self.unknowns.of(state)
-        self.stages = r = new_stages(self.unknowns, system.state(state.t), extent, reach)
+        self.stages = r = new_stages(
+            self.unknowns, system.state(state.t), extent, reach, system.nu - int(np.sum(system.is_state))
+        )
         r.L[0], r.A[0] = state.lam, a
         self.motion.sample(self.t, self.x, self.v)
         r.W[0] = powers(work.energy)
@@ -87,9 +90,11 @@ class _Run:
 
     def _first_step(self, state, extent, reach, slow: float) -> float:
         """Return a step size well below the tolerance's, from speed and acceleration."""
-        a = np.max(np.abs(state.a) * extent / reach, initial=0.0)
-        u = np.max(np.abs(state.u) * extent / reach, initial=0.0)
-        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, slow))
+        states = self.system.is_state
+        pace = np.max(np.abs(state.a[states]) / np.maximum(reach[states], np.abs(state.u[states])), initial=slow)
+        a = np.max(np.abs(state.a) * extent / reach, initial=0.0, where=~states)
+        u = np.max(np.abs(state.u) * extent / reach, initial=0.0, where=~states)
+        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, pace))
 
     def _step(self, h: float) -> None:
         """Take a step, or shorten the next one."""
@@ -139,6 +144,9 @@ class _Run:
         self._begin()
         r.run[0].steps += 1
         for iq, iu, size, flexible in self.system.program.vectors:
+            if flexible == INTEGRALS:
+                r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], np.abs(r.state.u[iu : iu + size]))
+                continue
             if not flexible:  # positions in W: how far the origin is says nothing about a tolerance
                 continue
             # tolerances of flexible coordinates are relative to the largest displacement they have reached

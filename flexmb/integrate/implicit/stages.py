@@ -71,6 +71,8 @@ class StageRun(Record):
 
     error: float
     """of the step, relative to its tolerance"""
+    first_state: int
+    """velocities from here on are first-order states"""
     fresh: int
     """1: the matrix is to be made anew"""
     steps: int
@@ -124,8 +126,8 @@ class Stages(NamedTuple):
     """one row: how the steps go on"""
 
 
-def new_stages(unknowns, state, extent, reach) -> Stages:
-    """Return storage for the unknowns of a state."""
+def new_stages(unknowns, state, extent, reach, first_state: int) -> Stages:
+    """Return storage for the unknowns of a state; velocities from `first_state` on are first-order states."""
     nx, nv, nu = unknowns.nx, unknowns.nv, len(state.u)
     ng = len(state.lam)
     return Stages(
@@ -146,7 +148,7 @@ def new_stages(unknowns, state, extent, reach) -> Stages:
         right=np.zeros(nu + ng),
         extent=extent,
         reach=reach,
-        run=StageRun.table(fresh=1),
+        run=StageRun.table(fresh=1, first_state=first_state),
     )
 
 
@@ -263,6 +265,20 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
     return False
 
 
+@inner_kernel
+def _error_of_states(chart, work, r, h, weights, third, tolerance):
+    """Return the largest error of the first-order states in the step, relative to its tolerance."""
+    largest = 0.0
+    if r.run[0].first_state < len(r.extent):
+        r.change[:] = 0.0
+        for j in range(STAGES):
+            r.change[:] += h * (weights[STAGES - 1, j] - third[j]) * r.A[j]
+        move_bodies(chart.rows, work, r.state.q, r.change, r.right)
+        for i in range(r.run[0].first_state, len(r.extent)):
+            largest = max(largest, abs(r.right[i]) / (tolerance * r.reach[i]))
+    return largest
+
+
 @entry_kernel(
     numba_type(Chart),
     PROGRAM,
@@ -283,6 +299,8 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
     shift = GAMMA * h
     r.x[:], r.v[:] = x, v  # also after a step that failed
     r.run[0].fresh = 1
+    for i in range(r.run[0].first_state, len(r.extent)):
+        r.extent[i] = 1.0 / shift  # an increment of the integral of a state means this one of the state
     settled = max(settled, UNSEEN * tolerance * r.run[0].error)
     c = np.sum(weights, axis=1)
     for s in range(1, STAGES):
@@ -298,5 +316,7 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
     r.change[:] = 0.0
     for j in range(STAGES):
         r.change[:] += h * (weights[STAGES - 1, j] - third[j]) * r.V[j]
-    r.run[0].error = _displacement(chart, work, r, 1.0, tolerance)
+    r.run[0].error = max(
+        _displacement(chart, work, r, 1.0, tolerance), _error_of_states(chart, work, r, h, weights, third, tolerance)
+    )
     return True

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 from scipy.sparse import csr_matrix
 
 from flexmb.system.mobility import mass_metric
@@ -40,7 +40,16 @@ class Independent(NamedTuple):
         return self.N @ self.Q
 
 
-def independent(of, level: np.ndarray, rank: float) -> Independent:
+def _with_states(of, level: np.ndarray, rank: float, states: int) -> Independent:
+    """Return the independent coordinates of the bodies, then the states, which no constraint restricts."""
+    n = len(of.M) - states
+    bodies = of._replace(M=of.M[:n, :n], L=of.L[:n], G=of.G[:, :n], S=of.S[:, :n])
+    own, unit = independent(bodies, level, rank), np.eye(states)
+    F = np.zeros_like(unit)
+    return Independent(*(block_diag(x, y) for x, y in zip(own, (unit, unit, F, unit), strict=True)))
+
+
+def independent(of, level: np.ndarray, rank: float, states: int = 0) -> Independent:
     """Return the independent coordinates of `Coefficients`, scaled by inertias.
 
     Parameters
@@ -48,9 +57,13 @@ def independent(of, level: np.ndarray, rank: float) -> Independent:
     of : Coefficients
     level : (ng,)
         1 for equations of velocities.
+    states : int
+        How many of the velocities, the last ones, are first-order states: they are coordinates z by their integrals.
     rank : float
         Singular values below this, relative to the largest, count as zero.
     """
+    if states:
+        return _with_states(of, level, rank, states)
     scale = 1.0 / np.sqrt(mass_metric(csr_matrix(of.M)))
     places, rates = of.G[level == 0] * scale, of.G[level == 1] * scale
     N = null_space(places, rcond=rank) if len(places) else np.eye(len(scale))

@@ -26,7 +26,7 @@ from flexmb.integrate.linear.imbalance import imbalance
 from flexmb.integrate.linear.independent import independent
 from flexmb.integrate.linear.observer import OWN_AXES, coefficients, constant_observer
 from flexmb.integrate.linear.plant import Plant, plant_of
-from flexmb.integrate.linear.spectrum import first_order, modes_of, state_matrix
+from flexmb.integrate.linear.spectrum import first_order, modes_of, state_matrix, without_integrals
 from flexmb.integrate.linear.steady import steady_motion
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
@@ -52,11 +52,14 @@ class Linearization:
     ----------
     M, C, K : (n, n)
         Mass, damping (gyroscopic part included) and stiffness in the independent coordinates z: M w' + C w + K z = 0
-        with z' = w. With rolling contacts more places z than velocities w are free: K is (n, nz).
+        with z' = w. With rolling contacts more places z than velocities w are free: K is (n, nz). First-order states x
+        of forces and blocks are the last of w, and have no place among z.
     Q, F : (nz, n), (nz, nz)
-        z' = Q w + F z; the unit matrix and zero unless something rolls.
+        z' = Q w + F z; the unit matrix and zero unless something rolls or has states.
     basis : (nu, nz)
         Variation of all coordinates per unit of z, frames in body axes.
+    velocities : (nu, n)
+        Variation of all velocities, and of states, per unit of w.
     eigenvalues : (k,), 1/s
         One of each conjugate pair, and all real ones, by increasing frequency. A motion that continues by itself (a
         free body, a rotor about its axis) is one zero: its free speed is not a mode of its own.
@@ -77,6 +80,7 @@ class Linearization:
     Q: np.ndarray
     F: np.ndarray
     basis: np.ndarray
+    velocities: np.ndarray
     eigenvalues: np.ndarray
     modes: np.ndarray
     projection: np.ndarray
@@ -232,7 +236,8 @@ def linearize(
     motion = steady_motion(system, state, work, known=True)
     own = coefficients(system, state, work, motion)
     rank = DEPENDENT if system.redundant else RANK  # axes parallel but for the digits of a mesh
-    bases = partial(independent, level=system.program.equation_level, rank=rank)
+    states = int(np.sum(system.is_state))
+    bases = partial(independent, level=system.program.equation_level, rank=rank, states=states)
     observer = constant_observer(system, state, motion, own, bases)
     told: str | None = CHANGE_WITH_TIME
     if observer is not None:
@@ -243,17 +248,19 @@ def linearize(
     seen, T = observer.seen(system, state, motion, own)
     basis = bases(seen)
     fastest = max((float(np.linalg.norm(w)) for w in motion.spins.values()), default=0.0)
-    equations = first_order(seen, basis, fastest, system.lengths.digits)
+    equations = without_integrals(first_order(seen, basis, fastest, system.lengths.digits), states)
     values, vectors = modes_of(equations)
+    shapes = (T @ basis.N)[:, : basis.N.shape[1] - states]
     linear = Linearization(
         M=equations.M,
         C=equations.C,
         K=equations.K,
-        Q=basis.Q,
-        F=basis.F,
-        basis=T @ basis.N,
+        Q=equations.Q,
+        F=equations.F,
+        basis=shapes,
+        velocities=T @ basis.N @ basis.Q,
         eigenvalues=values,
-        modes=T @ basis.N @ vectors,
+        modes=shapes @ vectors,
         projection=T @ basis.P,
         markers=_jacobians(system, work),
         observer=observer.name,

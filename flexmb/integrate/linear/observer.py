@@ -90,6 +90,9 @@ class Observer:
             of_vector = self._of_vector(body.has_frame, R, w, rate, dt)
             for family, block, others in zip(blocks, of_vector, (rest, 0.0 * rest, 0.0 * rest), strict=True):
                 family += [block] * vectors + [others]
+        n = int(np.sum(system.is_state))
+        for family, block in zip(blocks, (np.eye(n), np.zeros((n, n)), np.zeros((n, n))), strict=True):
+            family.append(block)
         T, first, second = (sparse.block_diag(family, format="csr") for family in blocks)
         C = T.T @ (of.C @ T + 2.0 * of.M @ first)
         K = T.T @ (of.K @ T + of.C @ first + of.M @ second)

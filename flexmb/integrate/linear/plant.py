@@ -162,7 +162,7 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
             raise ModelError(
                 "linearize", found=f"no {what}", expected=f"{part} of the model at least", remedy=f"Name or add {part}"
             )
-    if np.any(state.u):
+    if np.any(state.u[~system.is_state]):
         raise ModelError(
             "linearize",
             found="inputs or outputs about a state that moves",
@@ -170,7 +170,7 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
             remedy="Give the result of fmb.statics(model), or leave inputs and outputs out",
         )
     nz, n = linear.Q.shape
-    velocities = linear.basis @ linear.Q
+    velocities = linear.velocities
     A = state_matrix(linear)
     own = state_slopes(system, state, linear.basis, velocities, targets)
     inverse = np.linalg.pinv(velocities)

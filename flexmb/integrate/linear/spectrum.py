@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eig, matrix_balance
 
-__all__ = ["FirstOrder", "first_order", "modes_of", "state_matrix"]
+__all__ = ["FirstOrder", "first_order", "modes_of", "state_matrix", "without_integrals"]
 
 NOISE = 30.0
 """A singular value below so many times the rounding of the sums that make it is zero."""
@@ -43,6 +43,15 @@ def first_order(of, basis, fastest: float, digits: float) -> FirstOrder:
     stiff, damped = stiff + damped @ aF + heavy @ aF @ aF, damped + heavy @ aF
     stiff += STEADY / (NOISE * digits) * fastest**2 * heavy
     return FirstOrder(M @ Q, (M @ F + C) @ Q, M @ F @ F + C @ F + K, Q, F, digits * np.hstack([stiff, damped @ aQ]))
+
+
+def without_integrals(of: FirstOrder, states: int) -> FirstOrder:
+    """Return the equations without the last coordinates z: integrals of first-order states, which nothing reads."""
+    if not states:
+        return of
+    nz = len(of.F) - states
+    rounded = np.delete(of.rounded, np.s_[nz : nz + states], axis=1)
+    return of._replace(K=of.K[:, :nz], Q=of.Q[:nz], F=of.F[:nz, :nz], rounded=rounded)
 
 
 def state_matrix(of) -> np.ndarray:

@@ -97,11 +97,11 @@ class _RigidMotions:
         turns in lengths.
         """
         system, size = self.system, self.system.lengths.whole
-        names = list(system.marker_index)
+        names = {number: name for name, number in system.marker_index.items()}  # states are nowhere
         found = [
             (elastic, names[pair["a"]], names[pair["b"]])
             for pair in work.pairs
-            if pair["active"] == DAMPED and np.any(pair["K"])
+            if pair["active"] == DAMPED and np.any(pair["K"]) and pair["a"] in names and pair["b"] in names
         ]
         found += [(hinged, *joint.markers) for joint in system.model.joints if not (joint.prescribes or joint.couples)]
         blocks, places = [np.zeros((0, 6, 6))], [np.zeros((0, 2), int)]
@@ -177,21 +177,20 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
     evaluate(system.program, state, work)
     rate = work.equations["rate"].copy()
     motions = _RigidMotions(system, state.q)
-    if not np.any(state.u if known else rate):
+    states = np.where(system.is_state, state.u, 0.0)
+    if not np.any(state.u - states if known else rate):
         still = sparse.csr_matrix((system.nu, system.nu))
-        return SteadyMotion(
-            u=np.zeros(system.nu), a=np.zeros(system.nu), turning=still, swinging=still, centripetal=still, spins={}
-        )
+        return SteadyMotion(u=states, a=np.zeros(system.nu), turning=still, swinging=still, centripetal=still, spins={})
     tangent = tangent_at(system, state, work)
     if known:
-        u = state.u
+        u = state.u - states
     else:
         u = _driven(system, tangent, motions, motions.metric(work, 1.0, HINGED), rate)
     y = _fitted(tangent.M, motions, motions.metric(work, FITTED, FITTED), u)
     turns = motions.turns(y)
     ad = adjoint(system, u)
     return SteadyMotion(
-        u=u,
+        u=u + states,
         a=turns @ u,
         turning=ad + turns,
         swinging=ad + 2.0 * turns,

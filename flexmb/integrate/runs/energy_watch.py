@@ -111,7 +111,8 @@ class EnergyWatch:
         if self._inertia is None:
             weigh(self.work.weights, 1.0)
             evaluate(self.system.program, self.system.state(rows["t"][0], rows["q"][0], rows["u"][0]), self.work)
-            self._inertia = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
+            diagonal = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
+            self._inertia = np.where(self.system.is_state, 0.0, diagonal)
         return self._inertia
 
     def _levers(self, rows: dict[str, np.ndarray]) -> np.ndarray:

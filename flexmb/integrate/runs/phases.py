@@ -382,12 +382,12 @@ def _refined(times: np.ndarray, longest: float) -> np.ndarray:
 def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
     """Return the start (q, u) of the next phase by body name: bodies keep their coordinates and velocities.
 
-    Joints keep their number of turns.
+    Parts keep their states, joints their number of turns.
     """
     state = {
         name: (q[iq], u[iu])
-        for name, (iq, iu) in system.body_slices.items()
-        if any(body.name == name for body in model.bodies)
+        for name, (iq, iu) in system.slices.items()
+        if name in system.state_slices or any(body.name == name for body in model.bodies)
     }
     branches = q[system.program.branches :]
     return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}

@@ -140,12 +140,13 @@ def motion_rows(system, tree, markers, q) -> np.ndarray:
     rows = np.zeros(len(tree.order), MOTION)
     iq = iv = 0
     for k, (name, row) in enumerate(zip(tree.order, rows, strict=True)):
-        body = model.body(name)
-        at_q, at_u = system.body_slices[name]
+        at_q, at_u = system.slices[name]
+        frame = system.has_frame(name)
+        modes = at_u.stop - at_u.start - 6 * frame
         row["iq"], row["iv"], row["q"], row["u"] = iq, iv, at_q.start, at_u.start
-        row["modes"], row["own"], row["other"] = body.n_vector, tables.outer[k], tables.inner[k]
+        row["modes"], row["own"], row["other"] = modes, tables.outer[k], tables.inner[k]
         row["parent_q"] = tables.iq[tables.parent[k]] if tables.parent[k] >= 0 else -1
-        if not body.has_frame:
+        if not frame:
             row["held"] = POINTS
         elif name not in tree.joints:
             row["held"], row["coordinates"], row["rates"] = FREE, 7, 6
@@ -155,7 +156,7 @@ def motion_rows(system, tree, markers, q) -> np.ndarray:
             row["forward"] = int(b == tables.outer[k])
             first, second = ((markers[m]["r"].copy(), markers[m]["R"].copy()) for m in (a, b))
             _hinge(row, joint, first, second, _counted(system, joint.resolved_markers(model), q))
-            rigid = (body.n_vector == 0, row["parent_q"] < 0 or rows[tables.parent[k]]["modes"] == 0)
+            rigid = (modes == 0, row["parent_q"] < 0 or rows[tables.parent[k]]["modes"] == 0)
             for end, (marker, at) in enumerate(((row["own"], row["q"]), (row["other"], row["parent_q"]))):
                 row["fixed"][end] = rigid[end]
                 row["place"][end], row["axes"][end] = _in_body(markers[marker], q, int(at))

@@ -168,7 +168,7 @@ def _give_inertia(link, row, away, R_b, axes, work) -> None:
 def link_marks(tree, frames, work, wanted) -> np.ndarray:
     """Return the rows of the markers with numbers `wanted` that move; `work` holds the evaluation of `link_rows`."""
     place = {name: k for k, name in enumerate(tree.tree.order)}
-    names = [body.name for body in tree.model.bodies]
+    names = [*tree.system.slices]
     marks = []
     for number in sorted(wanted):
         marker = work.markers[number]
