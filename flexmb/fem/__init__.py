@@ -16,6 +16,7 @@ from flexmb.fem.solids.elements import HEX8_COMPATIBLE, SolidElement
 from flexmb.fem.solids.solid import solid
 from flexmb.fem.solve import Modes, buckling, eigenmodes, fixed_freedoms, static
 from flexmb.fem.split import split
+from flexmb.fem.surface_file import read_surface
 from flexmb.fem.surface_load import pressure_load, traction_load
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "read_deck",
     "read_matrices",
     "read_mesh",
+    "read_surface",
     "shell",
     "solid",
     "split",

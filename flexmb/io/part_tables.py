@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["check_parameters", "described_part"]
 
+OF_MESHES = ("Pressure", "LineLoad")
+"""Loads of `flexmb.reduction` on sets of a mesh."""
 CLOSE = 1e-9
 """Relative difference of two values of a parameter that counts as none."""
 
@@ -35,12 +37,13 @@ def _kinds() -> dict[str, dict[str, type]]:
     from flexmb.model.orthotropic_material import OrthotropicMaterial
 
     named = (reduction.Rigid, reduction.Averaging, reduction.Nodes, reduction.Pressure, reduction.LineLoad)
-    values = (*named, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Forces, parts.Each)
+    values = (*named, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Each)
     shapes = (Section, Material, OrthotropicMaterial, parts.Stretch, parts.Bore, parts.Boss)
     return {
         "pieces": parts.PIECES,
         "links": parts.LINKS,
         "masses": parts.MASSES,
+        "loads": parts.LOADS,
         "": {kind.__name__: kind for kind in (*values, *shapes)},
     }
 
@@ -60,7 +63,9 @@ def described_part(raw: Mapping[str, Any], where: str, name: str, context: Conte
         if field in ("pieces", "links", "masses"):
             rows = entry if isinstance(entry, list) else [entry]
             values[field] = [_piece(row, f"{place}, {k}", kinds[field], inner) for k, row in enumerate(rows, 1)]
-        elif field in ("interfaces", "stations", "loads", "preload") and isinstance(entry, Mapping):
+        elif field == "loads" and isinstance(entry, Mapping):
+            values[field] = {n: _load(one, f"{place}.{n}", kinds[field], inner) for n, one in entry.items()}
+        elif field in ("interfaces", "stations", "preload") and isinstance(entry, Mapping):
             values[field] = {n: inner.value(one, f"{place}.{n}", poses=not _is_object(one)) for n, one in entry.items()}
         else:
             values[field] = inner.value(entry, place)
@@ -74,6 +79,13 @@ def described_part(raw: Mapping[str, Any], where: str, name: str, context: Conte
 
 def _is_object(raw: Any) -> bool:
     return isinstance(raw, Mapping) and "kind" in raw
+
+
+def _load(raw: Any, where: str, kinds: Mapping[str, type], context: Context) -> Any:
+    """Return a load: of a mesh, of a table, of a file; or whatever else `reduce` takes."""
+    if _is_object(raw) and raw["kind"] not in context.kinds:
+        return _piece(raw, where, {**kinds, **{n: k for n, k in context.kinds.items() if n in OF_MESHES}}, context)
+    return context.value(raw, where, poses=not _is_object(raw))
 
 
 def _piece(raw: Any, where: str, kinds: Mapping[str, type], context: Context) -> Any:

@@ -11,11 +11,14 @@ from flexmb.parts.mesh_file import MeshFile, Stretch
 from flexmb.parts.nodal_loads import Each, Forces
 from flexmb.parts.part import Part
 from flexmb.parts.plate import Plate
+from flexmb.parts.surface_file import SurfaceFile
 from flexmb.parts.ties import Arm, AveragingLink, Mass, RigidLink, Spring
 from flexmb.parts.watchers import Count, Watcher, watching
+from flexmb.reduction.load_tables import LineTable, PressureTable
 
 __all__ = [
     "LINKS",
+    "LOADS",
     "MASSES",
     "PIECES",
     "Arm",
@@ -35,6 +38,7 @@ __all__ = [
     "RigidLink",
     "Spring",
     "Stretch",
+    "SurfaceFile",
     "Watcher",
     "body_folder",
     "clear_bodies",
@@ -45,4 +49,5 @@ __all__ = [
 PIECES: dict[str, type] = {kind.__name__: kind for kind in (Line, Plate, MeshFile, Extrusion)}
 """What finite elements are made from, by the word of model files."""
 LINKS: dict[str, type] = {kind.__name__: kind for kind in (Arm, RigidLink, AveragingLink)}
+LOADS: dict[str, type] = {kind.__name__: kind for kind in (Forces, LineTable, PressureTable, SurfaceFile)}
 MASSES: dict[str, type] = {kind.__name__: kind for kind in (Mass, Spring)}

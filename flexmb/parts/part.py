@@ -21,7 +21,7 @@ from flexmb.model.described import Described, is_number
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.limits import check_count, check_file
-from flexmb.parts.nodal_loads import Each, Forces
+from flexmb.parts.nodal_loads import Each
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.cache import fingerprint
 from flexmb.reduction.craig_bampton import reduce
@@ -49,7 +49,7 @@ class Part(metaclass=Described):
         Where joints and forces act; the fields from here on as in `flexmb.reduction.reduce`.
     modes : int or str
     stations, loads : mapping of name to place, or to load
-        Stations may be `Each`, loads `Forces` as well, on named sets.
+        Stations may be `Each`; loads also `Forces`, `LineTable`, `PressureTable` and `SurfaceFile`.
     residual_vectors : list of str, or "all"
     geometric_stiffness, stress : bool
     frame : str
@@ -141,7 +141,8 @@ class Part(metaclass=Described):
     def recipe(self) -> dict[str, Any]:
         """Return what the body is made from, as JSON can hold it: the description and the contents of its files."""
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("parameters", "model")}
-        files = {Path(p.file).name: p.content() for p in self.pieces if hasattr(p, "content")}
+        loads = {name: load for name, load in self.loads.items() if hasattr(load, "content")}
+        files = {Path(p.file).name: p.content() for p in (*self.pieces, *loads.values()) if hasattr(p, "content")}
         if self.deck is not None:
             files[Path(self.deck).name] = self._deck_content()
             own["deck"] = Path(self.deck).name
@@ -149,6 +150,8 @@ class Part(metaclass=Described):
         for entry, piece in zip(described["pieces"], self.pieces):
             if hasattr(piece, "content"):
                 entry["file"] = Path(piece.file).name
+        for name, load in loads.items():
+            described["loads"][name]["file"] = Path(load.file).name
         return {"part": described, "files": files}
 
     def _check_of_deck(self) -> None:
@@ -199,7 +202,7 @@ class Part(metaclass=Described):
             say("finite elements", 0.0)
             fe = self.finite_elements()
             loads = {
-                name: load.on_nodes(fe, f"Load '{name}'") if isinstance(load, Forces) else load
+                name: load.on_nodes(fe, f"Load '{name}'") if hasattr(load, "on_nodes") else load
                 for name, load in self.loads.items()
             }
             stations: dict[str, Any] = {}

@@ -6,21 +6,28 @@ from flexmb.model.modal_neutral_report import report
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
+from flexmb.reduction.load_clouds import LoadCloud
+from flexmb.reduction.load_tables import LineTable, PressureTable
 from flexmb.reduction.loads import LineLoad, NodalForces, Pressure
 from flexmb.reduction.mode_choice import UpTo
 from flexmb.reduction.split import split
+from flexmb.reduction.surface_pressure import SurfacePressure
 
 __all__ = [
     "Averaging",
     "Bands",
     "Cholmod",
     "LineLoad",
+    "LineTable",
+    "LoadCloud",
     "NodalForces",
     "Nodes",
     "Pardiso",
     "Pressure",
+    "PressureTable",
     "Rayleigh",
     "Rigid",
+    "SurfacePressure",
     "UpTo",
     "mirrored",
     "moved",

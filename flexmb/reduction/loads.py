@@ -14,7 +14,7 @@ from flexmb.fem.surface_load import pressure_change, pressure_field, traction_fi
 from flexmb.reduction.interfaces import DIRECTIONS
 from flexmb.reduction.selection import nodes_of
 
-__all__ = ["MATERIAL", "LineLoad", "Load", "NodalForces", "Pressure", "load_vectors", "loads_of"]
+__all__ = ["MATERIAL", "LineLoad", "Load", "NodalForces", "Pressure", "facets_of", "load_vectors", "loads_of"]
 
 MATERIAL = "material"
 """What a load turns with if each of its forces turns with its own node."""
@@ -60,7 +60,7 @@ class Pressure(Load):
     def nodal(self, fe: FEModel, part: str) -> np.ndarray:
         """Return the nodal forces of the unit load (n, 6), N, in body axes."""
         total = np.zeros((len(fe.nodes), 6, 1))
-        for facets in _facets(fe, self.where, part):
+        for facets in facets_of(fe, self.where, part):
             if self.direction is None:
                 total += pressure_field(fe, facets, -1.0)  # a pressure acts against the outward normal
             else:
@@ -71,7 +71,7 @@ class Pressure(Load):
         """Return the change of the forces (n, 6, m) with the surface as `field` (n, 6, m) moves it, or None."""
         if self.direction is not None or self.turns_with not in (None, MATERIAL):
             return None
-        changes = [pressure_change(fe, facets, -1.0, field) for facets in _facets(fe, self.where, part)]
+        changes = [pressure_change(fe, facets, -1.0, field) for facets in facets_of(fe, self.where, part)]
         return np.sum(changes, axis=0)
 
 
@@ -198,7 +198,8 @@ def load_vectors(fe: FEModel, loads: Mapping[str, Any]) -> np.ndarray:
     return np.column_stack(columns) if columns else np.zeros((fe.ndof, 0))
 
 
-def _facets(fe: FEModel, name: str, part: str) -> list[np.ndarray]:
+def facets_of(fe: FEModel, name: str, part: str) -> list[np.ndarray]:
+    """Return the facets (nf, nodes per facet) of a facet set, or of the shells of a node set, by number of nodes."""
     if name in fe.facet_sets:
         facets = np.asarray(fe.facet_sets[name], int)
         sizes = np.sum(facets >= 0, axis=1) if facets.ndim == 2 else np.zeros(0)  # rows of mixed sets end in -1

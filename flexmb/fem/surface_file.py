@@ -1,0 +1,119 @@
+"""Surfaces with pressures as flow solvers write them: tables of points with area vectors, or meshes of triangles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.foreign_files import understood
+
+__all__ = ["SurfaceTable", "read_surface"]
+
+TABLES = (".csv", ".txt", ".dat")
+PRESSURES = ("p", "pressure", "P", "Pressure")
+
+SurfaceTable = dict[str, np.ndarray]
+"""points (n, 3), m; pressure (n,) or (nt,), Pa; areas (n, 3), m2, or triangles (nt, 3) and by_triangle."""
+
+
+def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> SurfaceTable:
+    """Return points, pressure and area vectors, or triangles, of a file.
+
+    A table (.csv, .txt, .dat) has a line of titles and the columns x, y, z, p and ax, ay, az (area vectors, outward), or
+    area, nx, ny, nz; separators are commas, semicolons or blanks. Any mesh that meshio reads (.vtu, .vtk, .ply, ...) has
+    triangles or quadrilaterals, whose corners go round the outward normal, and a field at points or cells.
+
+    Parameters
+    ----------
+    path : str or Path
+    field : str
+        Name of the column or field of the pressure; by default the first of p, pressure, P, Pressure.
+    scale : float
+        Metres per unit of the file; areas are scaled by its square.
+    """
+    path = Path(path)
+    part = f"Surface file '{path.name}'"
+    if path.suffix.lower() in TABLES:
+        return _table(path, field, scale, part)
+    with understood(part, "a table (.csv) or a mesh that meshio reads", "Export .csv, .vtu or .vtk"):
+        import meshio
+
+        mesh = meshio.read(path)
+    names = {**mesh.point_data, **mesh.cell_data}
+    name = _pressure_name(list(names), field, part)
+    triangles, pressures = [], []
+    for k, block in enumerate(mesh.cells):
+        corners = {"triangle": [(0, 1, 2)], "quad": [(0, 1, 2), (0, 2, 3)]}.get(block.type, [])
+        for corner in corners:
+            triangles.append(block.data[:, corner])
+            if name in mesh.cell_data:
+                pressures.append(np.asarray(mesh.cell_data[name][k], float))
+    if not triangles:
+        raise MeshError(
+            part,
+            found=f"cells of the kinds {sorted({b.type for b in mesh.cells})}",
+            expected="triangles or quadrilaterals",
+            remedy="Export the surface, not the volume",
+        )
+    points = np.zeros((len(mesh.points), 3))
+    points[:, : mesh.points.shape[1]] = mesh.points
+    pressure = np.concatenate(pressures) if pressures else np.asarray(mesh.point_data[name], float)
+    found = {"points": scale * points, "triangles": np.concatenate(triangles).astype(int), "pressure": pressure}
+    return {**found, "by_triangle": np.bool_(bool(pressures))}
+
+
+def _pressure_name(names: list[str], field: str, part: str) -> str:
+    found = [name for name in ((field,) if field else PRESSURES) if name in names]
+    if not found:
+        raise MeshError(
+            part,
+            found=f"the fields {', '.join(names) or 'none'}",
+            expected=f"a pressure '{field}'" if field else f"one of {', '.join(PRESSURES)}",
+            remedy=did_you_mean(field, names) or 'Name it: field = "..."',
+        )
+    return found[0]
+
+
+def _table(path: Path, field: str, scale: float, part: str) -> SurfaceTable:
+    """Read a table with titles."""
+    with understood(part, "a line of titles, then numbers", "Write x,y,z,p,ax,ay,az and one line per point"):
+        lines = path.read_text().splitlines()
+        split = lambda line: line.replace(",", " ").replace(";", " ").split()  # noqa: E731
+        titles = [title.strip('"') for title in split(lines[0].lstrip("#"))]
+        rows = np.array([[float(x) for x in split(line)] for line in lines[1:] if line.strip()])
+    if rows.ndim != 2 or rows.shape[1] != len(titles):
+        raise MeshError(
+            part,
+            found=f"{len(titles)} titles over rows of the shape {rows.shape}",
+            expected="as many numbers in each line as titles",
+            remedy="Write x,y,z,p,ax,ay,az and one line per point",
+        )
+    own = dict(zip(titles, rows.T))
+    pressure = own[_pressure_name(titles, field, part)]
+    if all(name in own for name in ("ax", "ay", "az")):
+        areas = np.column_stack([own["ax"], own["ay"], own["az"]])
+    elif all(name in own for name in ("area", "nx", "ny", "nz")):
+        normal = np.column_stack([own["nx"], own["ny"], own["nz"]])
+        size = np.linalg.norm(normal, axis=1)
+        if not np.all(size > 0.0):
+            raise MeshError(
+                part,
+                found=f"a normal of zero at row {int(np.argmin(size)) + 1}",
+                expected="outward normals",
+                remedy="Export the normals again",
+            )
+        areas = own["area"][:, None] * normal / size[:, None]
+    else:
+        areas = None
+    missing = [name for name in ("x", "y", "z") if name not in own]
+    if areas is None or missing:
+        raise MeshError(
+            part,
+            found=f"the columns {', '.join(titles)}",
+            expected="x, y, z, p and ax, ay, az, or area, nx, ny, nz",
+            remedy=f"Add {', '.join(missing) or 'the area vectors'}",
+        )
+    points = np.column_stack([own["x"], own["y"], own["z"]])
+    return {"points": scale * points, "pressure": pressure, "areas": scale**2 * areas}
