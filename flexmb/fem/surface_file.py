@@ -21,9 +21,9 @@ SurfaceTable = dict[str, np.ndarray]
 def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> SurfaceTable:
     """Return points, pressure and area vectors, or triangles, of a file.
 
-    A table (.csv, .txt, .dat) has a line of titles and the columns x, y, z, p and ax, ay, az (area vectors, outward), or
-    area, nx, ny, nz; separators are commas, semicolons or blanks. Any mesh that meshio reads (.vtu, .vtk, .ply, ...) has
-    triangles or quadrilaterals, whose corners go round the outward normal, and a field at points or cells.
+    A table (.csv, .txt, .dat) has a line of titles and the columns x, y, z, p and ax, ay, az (area vectors, outward),
+    or area, nx, ny, nz; separators are commas, semicolons or blanks. A mesh that meshio reads (.vtu, .vtk, .ply, ...)
+    has triangles or quadrilaterals, whose corners go round the outward normal, and a field at points or cells.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -206,7 +207,7 @@ def _divided(table: np.ndarray, pieces: float) -> tuple[np.ndarray, np.ndarray]:
     """Return places 0..1 and weights of an integral over kinks at the entries of a table."""
     ends = np.unique(np.concatenate([[0.0, 1.0], table]))
     places, weights = [], []
-    for low, high in zip(ends, ends[1:]):
+    for low, high in pairwise(ends):
         count = max(1, int(np.ceil(pieces * (high - low))))
         places.append(low + (high - low) * (np.arange(count)[:, None] + GAUSS[0]).ravel() / count)
         weights.append(np.tile(GAUSS[1], count) * (high - low) / count)

@@ -81,8 +81,9 @@ def test_a_uniform_line_is_a_line_load():
 
 
 def test_tapered_and_eccentric_lines():
-    """Falling to zero at the tip: q0 L^4 / (30 E I). In front of the beam by e: a twist of q e L^2 / (2 G J) too; a line of
-    moments about the beam does the same."""
+    """Falling to zero at the tip: q0 L^4 / (30 E I). In front of the beam by e: a twist of q e L^2 / (2 G J) too.
+
+    A line of moments about the beam does the same."""
     fe, q, e = beam(), 90.0, 0.3
     falling = reduction.LineTable(points=[(0, 0, 0), (L, 0, 0)], force=(0, 0, [q, 0.0]))
     assert tip(fe, falling)[2] == pytest.approx(q * L**4 / (30 * EI), rel=1e-6)
@@ -105,7 +106,7 @@ def test_a_force_inside_a_beam():
 
 
 def test_pressure_over_span_and_chord():
-    """Force and moment of a bilinear pressure on a swept, tapered surface by fine sums; of a plate as its own pressure."""
+    """Force and moment of a bilinear pressure on a swept, tapered surface by fine sums; a plate under its own."""
     corners = np.array([(0, 0, 0), (2.4, 0, 0.1), (2.5, 5, 0.3), (1.0, 5, 0.2)])
     span, chord = [0.0, 0.4, 1.0], [0.0, 0.3, 0.7, 1.0]
     pressure = np.array([[500.0, 900, 300, 0], [400, 800, 250, 0], [100, 300, 50, 0]])
@@ -138,8 +139,9 @@ def test_pressure_over_span_and_chord():
 
 
 def test_a_flow_solvers_surface():
-    """A box in water: the pressures rho g depth on its six sides push it up with the weight of the water (Archimedes), at its
-    centre of volume, however the structure is meshed; and on a beam inside it as on the solid."""
+    """A box in water: the pressures rho g depth on its six sides push it up with the weight of the water (Archimedes).
+
+    At its centre of volume, however the structure is meshed; on a beam inside it as on the solid."""
     size, density, g = np.array([0.4, 0.06, 0.04]), 1000.0, 9.81
     corner = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)], float) * size
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -158,7 +160,7 @@ def test_a_flow_solvers_surface():
 
 
 def test_files_of_flow_solvers(tmp_path, rng):
-    """A table of points and a mesh of triangles give what the arrays give; columns, scale and field are found or named."""
+    """A table of points and a mesh of triangles give what the arrays give; bad ones are named."""
     points, areas = rng.uniform(0, 2, (40, 3)), rng.normal(size=(40, 3))
     pressure = rng.uniform(0, 1e3, 40)
     direct = reduction.SurfacePressure(points=points, pressure=pressure, areas=areas).cloud(1.0).resultant()
