@@ -61,7 +61,7 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
     points[:, : mesh.points.shape[1]] = mesh.points
     pressure = np.concatenate(pressures) if pressures else np.asarray(mesh.point_data[name], float)
     found = {"points": scale * points, "triangles": np.concatenate(triangles).astype(int), "pressure": pressure}
-    return {**found, "by_triangle": np.bool_(bool(pressures))}
+    return {**found, "by_triangle": np.array(bool(pressures))}
 
 
 def _pressure_name(names: list[str], field: str, part: str) -> str:

@@ -67,6 +67,15 @@ class SurfaceFile(metaclass=Described):
     def on_nodes(self, fe: FEModel, title: str) -> SurfacePressure:
         """Return the load of a model."""
         table = read_surface(self.file, self.field, self.scale)
-        by_triangle = bool(table.pop("by_triangle", False))
-        own = {name: getattr(self, name) for name in ("reference", "factor", "on", "reach", "turns_with")}
-        return SurfacePressure(**table, by_triangle=by_triangle, **own)
+        return SurfacePressure(
+            points=table["points"],
+            pressure=table["pressure"],
+            areas=table.get("areas"),
+            triangles=table.get("triangles"),
+            by_triangle=bool(table.get("by_triangle", False)),
+            reference=self.reference,
+            factor=self.factor,
+            on=self.on,
+            reach=self.reach,
+            turns_with=self.turns_with,
+        )

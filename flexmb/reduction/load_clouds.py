@@ -96,7 +96,7 @@ def _nodes_that_turn(fe: FEModel) -> np.ndarray:
     carried[fe.dofs[:, 0], fe.dofs[:, 1]] = True
     if fe.expansion is not None:
         carried |= (fe.expansion.getnnz(axis=1) > 0).reshape(carried.shape)
-    return carried[:, 3:].all(axis=1)
+    return np.all(carried[:, 3:], axis=1)
 
 
 def mapped_forces(fe: FEModel, target: Target, cloud: LoadCloud, reach: float, part: str) -> np.ndarray:
