@@ -33,7 +33,7 @@ class MappedLoad(Load):
 
     def cloud(self, spacing: float) -> LoadCloud:
         """Return the forces at points, at most `spacing`, m, apart where they can be chosen."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} does not tell its forces at points")
 
     def nodal(self, fe: FEModel, part: str) -> np.ndarray:
         """Return the nodal forces and moments of the unit load (n, 6), N and N m, in body axes."""
