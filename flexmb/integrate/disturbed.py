@@ -10,7 +10,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
-from flexmb.system import assemble
+from flexmb.system import assemble_as_drawn
 from flexmb.system.branching import STEP, Neighbourhood
 
 __all__ = ["disturbed"]
@@ -44,7 +44,7 @@ def disturbed(model: Model, *, size: float = STEP, seed: int = 0) -> Model:
             expected="a number above 0, at most 0.5 (of the model's length, or rad)",
             remedy="Leave it out for 0.01",
         )
-    system, state = assemble(model)
+    system, state = assemble_as_drawn(model)
     near, rng = Neighbourhood(system, state, system.workspace()), np.random.default_rng(seed)
     for _ in range(TRIES):
         way = near.any_velocity(rng)

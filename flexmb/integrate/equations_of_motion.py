@@ -13,7 +13,7 @@ from flexmb.integrate.matrices import equations_at
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.udwadia import Accelerated, solve
 from flexmb.model.model import Model
-from flexmb.system import assemble
+from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
 from flexmb.system.mobility import DEPENDENT, DRIFTS, mass_metric
 from flexmb.system.program import evaluate
@@ -243,7 +243,7 @@ def equations(model: Model, state: Any = None) -> EquationsOfMotion:
     >>> found.M.shape, int(np.linalg.matrix_rank(found.M)), found.equation_names
     ((7, 7), 6, ('b: |p| = 1',))
     """
-    system, start = assemble(model)
+    system, start = (assemble_as_drawn if state is None else assemble)(model)
     if state is not None:
         start = given_state(state, system, "equations")
     work = system.workspace()

@@ -20,7 +20,12 @@ __all__ = ["assemble_as_drawn", "openings"]
 OPEN = 0.01
 """Gap of a joint as drawn, above which a warning is given: relative to the size (lengths) or in turns (angles)."""
 WRONG = 0.1
-"""The same from which on the drawing is hardly what was meant, and nothing is computed with it."""
+"""Gap from which on the drawing is hardly what was meant, relative to the size: nothing is computed with it."""
+WRONG_TURN = 0.2
+"""Angle, rad, from which on the same holds: a body as long as the model that turns about its middle by so much moves
+its ends by the gap that is wrong. Axes that are mistaken for each other differ by far more."""
+ROUNDED = 1e-12
+"""Of the size, or rad: a gap that is not worth a number."""
 CHANGED = 0.01
 """Relative change of a described velocity from which on a warning is given."""
 
@@ -45,28 +50,43 @@ def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None
     ------
     CompileError
         If an elastic body does not fit the markers that joints put its interfaces to, or if a joint is described open
-        by more than a tenth of the model's size. Assembly would move the bodies all the
+        by more than a tenth of the model's size, or by more than 0.2 rad. Assembly would move the bodies all the
         same, and every number that follows would look sound. As `assemble` besides.
     """
     require_fit(model)
     system, state = assemble(model, t=t)
     size = system.lengths.whole
     work = system.workspace()
-    name, metres, _ = max(_drawn_open(system, work, t), key=lambda found: found[1], default=("", 0.0, 0.0))
+    for name, metres, radians in sorted(_drawn_open(system, work, t), key=lambda found: max(found[1:]), reverse=True):
+        if metres > WRONG * size or radians > WRONG_TURN:
+            raise _wrongly_drawn(system, work, name, metres, radians)
+    tell(misfits(model) + openings(system, state))
+    return system, state
+
+
+def _wrongly_drawn(system: System, work, name: str, metres: float, radians: float) -> CompileError:
+    """Return the error about a joint that is drawn so far open that its parts cannot be meant to be there."""
+    joint, size, own = system.model.joint(name), system.lengths.whole, _own_equation(system, work, name)
+    markers = dict.fromkeys(joint.resolved_markers(system.model))
     if metres > WRONG * size:
-        joint = model.joint(name)
-        own = _own_equation(system, work, name)
-        places = f"{own}, " if own else ""
-        places += ", ".join(f"'{m}' at {_place(system, m)}" for m in dict.fromkeys(joint.resolved_markers(model)))
-        raise CompileError(
+        places = ", ".join([*filter(None, [own]), *(f"'{m}' at {_place(system, m)}" for m in markers)])
+        return CompileError(
             joint.title,
             found=f"as described it is open by {metres:.3g} m: {places}; the model is {size:.3g} m in size",
             expected=f"less than {WRONG:g} of that: bodies are moved to close what a drawing leaves open, not to put "
             "parts in their places",
             remedy="Correct at= and rotation= of its bodies, or the places of these markers",
         )
-    tell(misfits(model) + openings(system, state))
-    return system, state
+    axes = ", ".join(
+        [*filter(None, [own]), *(f"'{m}' with its z-axis along {_axis(system, work, m)}" for m in markers)]
+    )
+    return CompileError(
+        joint.title,
+        found=f"as described it is open by {_turn(system, work, name, radians):.3g} rad: {axes}",
+        expected=f"less than {WRONG_TURN:g} rad: bodies are turned to close what a drawing leaves open, not to find "
+        "their directions",
+        remedy="Correct rotation= of its bodies, or the axes of these markers: their z-axis is the axis of a joint",
+    )
 
 
 def openings(system: System, state) -> list[str]:
@@ -83,10 +103,11 @@ def openings(system: System, state) -> list[str]:
         if max(metres / size, radians / (2.0 * np.pi)) <= OPEN:
             continue
         joint, own = system.model.joint(name), _own_equation(system, work, name)
+        turn = _turn(system, work, name, radians)
         markers = " and ".join(repr(m) for m in joint.resolved_markers(system.model))
         wanted = "bodies where the equation is satisfied" if own else f"markers {markers} that meet"
         found.append(
-            f"{joint.title}: as described it is open by {_distance(metres, radians)}{': ' * bool(own)}{own}, and "
+            f"{joint.title}: as described it is open by {_distance(metres, turn, size)}{': ' * bool(own)}{own}, and "
             f"assembly has closed it; expected: {wanted}, within {OPEN:g} of the model's size ({size:.3g} m). "
             "Check the places of its bodies and markers."
         )
@@ -116,14 +137,33 @@ def _own_equation(system: System, work, name: str) -> str:
     return f"{what} has the residual {work.equations['g'][k]:.3g}"
 
 
-def _distance(metres: float, radians: float) -> str:
-    return " and ".join(f"{x:.3g} {unit}" for x, unit in ((metres, "m"), (radians, "rad")) if x > 0.0)
+def _distance(metres: float, radians: float, size: float) -> str:
+    """Return what a joint is open by, without what is rounding."""
+    told = ((metres, "m", ROUNDED * size), (radians, "rad", ROUNDED))
+    return " and ".join(f"{x:.3g} {unit}" for x, unit, least in told if x > least)
 
 
 def _place(system: System, marker: str) -> str:
     """Return where a marker is described, in W."""
     r = system.tables["markers"]["r"][system.marker_index[marker]]
     return f"({', '.join(f'{x:.4g}' for x in r)}) m"
+
+
+def _axis(system: System, work, marker: str) -> str:
+    """Return the z-axis of a marker as evaluated last, in W."""
+    z = work.markers["R"][system.marker_index[marker]][:, 2]
+    return f"({', '.join(f'{x:.3g}' for x in z)})"
+
+
+def _turn(system: System, work, name: str, radians: float) -> float:
+    """Return the angle of a joint with the residual `radians`: that of perpendicular axes is its sine."""
+    span = system.joint_equations[name]
+    sines = [
+        abs(float(work.equations["g"][k]))
+        for k in range(span.start, span.stop)
+        if "Perpendicular" in system.equation_names[k]
+    ]
+    return float(np.arcsin(min(1.0, radians))) if radians in sines else radians
 
 
 def _velocities(system: System, drawn, state, work) -> list[str]:

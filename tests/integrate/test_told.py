@@ -211,3 +211,50 @@ def test_a_mechanism_that_gravity_cannot_move_has_no_energy_to_explain():
     solution = fmb.simulate(model, 1.0, samples=11)
     assert "warnings" not in solution.statistics
     np.testing.assert_allclose(solution["place"][-1], (1, 0, 0), atol=1e-12)
+
+
+def turned_in_its_hinge(angle: float) -> fmb.Model:
+    """Return a rod in a hinge about z that is drawn turned about x by an angle (rad)."""
+    rod = fmb.RigidBody(
+        "rod", mass=1.0, inertia=(1, 1, 1), at=(1, 0, 0), rotation=(angle, 0, 0), markers={"end": (-1, 0, 0)}
+    )
+    hinge = fmb.Revolute("hinge", markers=("ground.origin", "rod.end"))
+    return fmb.Model(bodies=[fmb.Ground(), rod], joints=[hinge])
+
+
+NOT_STARTED = [
+    fmb.JointTree,
+    fmb.equations,
+    fmb.disturbed,
+    lambda model: fmb.kinematics(model.with_parts(joints=[fmb.Drive("d", joint="hinge", angle=0.0)]), 0.1),
+]
+
+
+@pytest.mark.parametrize("analysis", [*ANALYSES, *NOT_STARTED])
+@pytest.mark.parametrize("angle", [0.25, 0.8, 1.3])
+def test_a_joint_whose_axes_are_drawn_far_apart_is_an_error(analysis, angle):
+    """The angle is that of the drawing, not its sine."""
+    with pytest.raises(
+        fmb.CompileError, match=rf"Joint 'hinge': as described it is open by {angle:.3g} rad: .*'rod.end'"
+    ):
+        analysis(turned_in_its_hinge(angle))
+
+
+@pytest.mark.parametrize("analysis", NOT_STARTED)
+def test_what_assembles_without_a_run_goes_by_the_same_rule(analysis):
+    with pytest.raises(fmb.CompileError, match=r"Joint 'hinge': as described it is open by 0.3 m"):
+        analysis(drawn_beside(0.3))
+    with pytest.warns(fmb.ValidityWarning, match=r"Joint 'hinge': as described it is open by 0.05 m"):
+        analysis(drawn_beside(0.05))
+
+
+def test_a_small_angle_of_the_drawing_is_told():
+    with pytest.warns(fmb.ValidityWarning, match=r"Joint 'hinge': as described it is open by 0.15 rad, and"):
+        fmb.simulate(turned_in_its_hinge(0.15), 0.1, samples=3)
+    assert "warnings" not in fmb.simulate(turned_in_its_hinge(0.01), 0.1, samples=3).statistics
+
+
+def test_a_joint_that_is_drawn_turned_by_half_a_turn_is_closed():
+    """Axes against each other satisfy a hinge: nothing moves."""
+    tree = fmb.JointTree(turned_in_its_hinge(np.pi))
+    np.testing.assert_allclose(tree.pose("rod.center", tree.start.q)[0], (1, 0, 0), atol=1e-12)

@@ -18,12 +18,7 @@ from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
-from flexmb.integrate.runs.prescribed_jumps import (
-    PrescribedJump,
-    prescribed_jump,
-    sentences_about,
-    velocities_with_impulses,
-)
+from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.integrate.runs.unknown_value import unknown_value
@@ -264,14 +259,11 @@ class Phases:
 
     def _over_jump(self, system, work, q: np.ndarray, u: np.ndarray, t: float, left: float) -> np.ndarray:
         """Return the velocities after a jump of the prescribed speeds between `left` and t; no position may jump."""
-        jump = prescribed_jump(system, work, q, u, t, left)
-        if jump is None:
-            return u
-        jump.require_place()
-        self.jumps.append(jump)
-        if self.energy is not None:
+        u, jumps = speeds_after(system, work, q, u, t, left)
+        self.jumps += jumps
+        if jumps and self.energy is not None:
             self.energy.jumped = True
-        return velocities_with_impulses(system, work, system.state(just_after(t), q, u))
+        return u
 
     def _count(self) -> None:
         """Add the numbers of the integrator's run to the totals."""

@@ -13,7 +13,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_velocity, evaluate
 
-__all__ = ["PrescribedJump", "prescribed_jump", "require_no_jumps", "sentences_about", "velocities_with_impulses"]
+__all__ = ["PrescribedJump", "prescribed_jump", "require_no_jumps", "sentences_about", "speeds_after"]
 
 JUMP = 1e-6
 """Change of an equation, relative to its length (or rad; of its rate, to that per second), that is a jump: less comes
@@ -119,7 +119,24 @@ def require_no_jumps(system, start, end: float) -> list[PrescribedJump]:
     return found
 
 
-def velocities_with_impulses(system, work, state) -> np.ndarray:
+def speeds_after(
+    system, work, q: np.ndarray, u: np.ndarray, t: float, left: float
+) -> tuple[np.ndarray, list[PrescribedJump]]:
+    """Return the velocities (nu,) after what prescribed speeds do between `left` and t, and the jump, if there is one.
+
+    Raises
+    ------
+    ModelError
+        If a prescribed position jumps.
+    """
+    jump = prescribed_jump(system, work, q, u, t, left)
+    if jump is None:
+        return u, []
+    jump.require_place()
+    return _velocities_with_impulses(system, work, system.state(just_after(t), q, u)), [jump]
+
+
+def _velocities_with_impulses(system, work, state) -> np.ndarray:
     """Return the velocities (nu,) that satisfy the equations after impulses of the multipliers:
     M du = G^T P, G (u + du) + dg/dt = 0.
     """

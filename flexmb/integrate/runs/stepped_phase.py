@@ -18,6 +18,7 @@ from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.inversion import first_inversion
 from flexmb.integrate.runs.phases import carried
+from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.record import joined_rows
 from flexmb.integrate.runs.watch import Watch, next_phase
 from flexmb.results import Instant, Phase, Status
@@ -50,6 +51,7 @@ class SteppedPhase:
         self.watch = Watch(model, system, integrator, self.work, passed)
         self.ended = "finished"
         self.jumped = False
+        self.jumps: list[PrescribedJump] = []
 
     @property
     def t(self) -> float:
@@ -191,8 +193,11 @@ class SteppedPhase:
 
     def _begin_anew(self, t: float) -> None:
         self.works = self.last["works"][-1]
-        state = self.system.state(t, self.last["q"][-1], self.last["u"][-1])
-        self.begin(consistent_start(self.system, state, self.work))
+        q, left = self.last["q"][-1], float(self.last["t"][-1])
+        u, jumps = speeds_after(self.system, self.work, q, self.last["u"][-1], t, left)
+        self.jumps += jumps
+        self.energy.jumped |= bool(jumps)
+        self.begin(consistent_start(self.system, self.system.state(t, q, u), self.work))
 
     def _kept(self) -> None:
         if self.keep:
@@ -265,7 +270,7 @@ class SteppedPhase:
             self.energy.look(block, getattr(self.variables, "switching", None))
             self.looked = len(self.rows)
         steps = self.statistics().get("steps", 0)
-        validity.tell(self.energy.sentences(steps))
+        validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps)])
         validity.note(self.energy.notes(steps))
 
 

@@ -17,7 +17,7 @@ from flexmb.math.weights import weigh
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import pack
-from flexmb.system import assemble
+from flexmb.system import assemble_as_drawn
 from flexmb.system.branches import Followed
 from flexmb.system.given_state import given_state
 from flexmb.system.program import evaluate, keep_branches
@@ -74,7 +74,8 @@ class JointTree:
     Raises
     ------
     CompileError
-        If a joint in `keep` permits no simple motion, or closes a loop with others of them.
+        If a joint in `keep` permits no simple motion, or closes a loop with others of them; if a joint is drawn open,
+        in place or direction, as `simulate` refuses it.
 
     Attributes
     ----------
@@ -95,7 +96,7 @@ class JointTree:
     """
 
     def __init__(self, model: Model, *, cut: tuple[str, ...] = (), keep: tuple[str, ...] = ()):
-        self._describe(*assemble(model), tuple(cut), tuple(keep))
+        self._describe(*assemble_as_drawn(model), tuple(cut), tuple(keep))
 
     @classmethod
     def of(cls, system: System, start: State, cut: tuple[str, ...] = ()) -> JointTree:
