@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=SURFACE",
-        help="load shape: unit pressure on a named surface",
+        help="load shape: unit pressure onto a named surface, against its outward normal",
     )
     parser.add_argument("--modes", default="12", help='number of fixed-interface modes, or "up to 200 Hz within 1 %%"')
     parser.add_argument(

@@ -72,8 +72,9 @@ class Pressure(Force):
     of="hinge") * fmb.step(value=1.0, rise=0.1)`` is an airload that grows with the angle of the joint "hinge".
     Outside the table its first and last values hold.
 
-    An `AncfPlate` has "pressure" along its normal, and the dead loads "load_x", "load_y", "load_z" per area as drawn,
-    in W; they depend on time only.
+    A positive pressure on a surface of a reduced body pushes onto it, against the outward normal; suction is negative.
+    An `AncfPlate`, which has two sides, has "pressure" along its normal, and the dead loads "load_x", "load_y",
+    "load_z" per area as drawn, in W; they depend on time only.
 
     Parameters
     ----------

@@ -19,6 +19,8 @@ __all__ = ["SCHEMA", "VERSION", "load", "read", "save", "write"]
 
 SCHEMA = "flexmb.modal_neutral_data"
 VERSION = 1
+PRESSURE, ONTO = "pressure", "onto the surface"
+"""Attribute of files whose load shapes of surfaces push onto them; in former times they pulled outwards."""
 
 _GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
 _OWN = {"cells", "recipe", "node_sets", "numbering", *_GROUPS}  # written in their own way
@@ -29,13 +31,17 @@ def save(data: ModalNeutralData, path: str | Path) -> Path:
     path = Path(path)
     with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
         write(data, file)
+        file.attrs[PRESSURE] = ONTO
     return path
 
 
 def load(path: str | Path) -> ModalNeutralData:
     """Read what `save` wrote; DataFileError if the file is missing, foreign, damaged or of another version."""
     with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
-        return read(file)
+        data = read(file)
+        if data.load_names and file.attrs.get(PRESSURE) != ONTO:
+            _tell_of_old_sign(data, path)
+        return data
 
 
 def write(data: ModalNeutralData, group) -> None:
@@ -121,6 +127,19 @@ def read(group) -> ModalNeutralData:
     data = checked(ModalNeutralData(**values), part)
     _tell_of_old_loads(data, part)
     return data
+
+
+def _tell_of_old_sign(data: ModalNeutralData, path: str | Path) -> None:
+    """Warn of load shapes that may have the former sign; in a solution file, bodies and amounts are of one time."""
+    names = ", ".join(map(repr, data.load_names))
+    warnings.warn(
+        f"Reduced body '{data.name}' in '{path}': it was reduced when a unit pressure on a surface pulled outwards, "
+        f"the opposite of today's sign; its load shape{'s' if len(data.load_names) > 1 else ''} {names} may be of "
+        "that kind (tractions in a direction, line loads and nodal forces are not); expected: pressures that push onto the "
+        "surface. Reduce it again from its mesh, and give suction a negative amount",
+        ValidityWarning,
+        stacklevel=4,
+    )
 
 
 def _tell_of_old_loads(data: ModalNeutralData, part: str) -> None:

@@ -70,7 +70,7 @@ def reduce(
     stations : mapping of name to set name, node numbers or coordinates, m
         Observed points; they need no node.
     loads : mapping of name to facet set, `Pressure`, `LineLoad`, `NodalForces` or table
-        Load shapes of unit size; a facet set means unit pressure (1 Pa) along the outward normal.
+        Load shapes of unit size; a facet set means unit pressure (1 Pa) onto it, against the outward normal.
     frame : str
         "buckens", or the name of the interface at which the body frame is clamped.
     damping : None, float, (m,), `Rayleigh` or `Bands`

@@ -38,17 +38,16 @@ class Load:
 
 @dataclass(frozen=True)
 class Pressure(Load):
-    """Unit pressure (1 Pa) on a facet set, along the outward normal or along a fixed direction.
+    """Unit pressure (1 Pa) on a facet set, against the outward normal, or unit traction along a fixed direction.
 
-    A positive amplitude pulls outwards; `fem.pressure_load` is positive inwards, as in most finite element programs:
-    -p here is p there.
+    A positive amplitude pushes onto the surface, as in `fem.pressure_load`; a negative one is suction.
 
     Parameters
     ----------
     where : str
         Name of a facet set (or of a node set that holds whole shell elements).
     direction : (3,) or None
-        Direction of a unit traction in body axes, normalised here; None for the outward normal of each facet.
+        Direction of a unit traction in body axes, normalised here; None for a pressure on each facet.
     turns_with : str or None
         None: a pressure along the normal follows the deformed surface; a traction is as in `LineLoad`.
     """
@@ -62,7 +61,7 @@ class Pressure(Load):
         total = np.zeros((len(fe.nodes), 6, 1))
         for facets in facets_of(fe, self.where, part):
             if self.direction is None:
-                total += pressure_field(fe, facets, -1.0)  # a pressure acts against the outward normal
+                total += pressure_field(fe, facets, 1.0)
             else:
                 total += traction_field(fe, facets, _unit(self.direction, part))
         return total[:, :, 0]
@@ -71,7 +70,7 @@ class Pressure(Load):
         """Return the change of the forces (n, 6, m) with the surface as `field` (n, 6, m) moves it, or None."""
         if self.direction is not None or self.turns_with not in (None, MATERIAL):
             return None
-        changes = [pressure_change(fe, facets, -1.0, field) for facets in facets_of(fe, self.where, part)]
+        changes = [pressure_change(fe, facets, 1.0, field) for facets in facets_of(fe, self.where, part)]
         return np.sum(changes, axis=0)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flexmb.errors import CompileError, ValidityWarning
+from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
 from flexmb.system.assembly import assemble
 from flexmb.system.complaints import gaps
@@ -35,7 +36,7 @@ def _warn(sentences: list[str]) -> None:
         warnings.warn(sentence, ValidityWarning, stacklevel=4)
 
 
-def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None] = _warn):
+def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None] = _warn) -> tuple[System, State]:
     """Assemble a model from its description, and return its system and consistent start.
 
     Parameters

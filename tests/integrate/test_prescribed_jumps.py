@@ -141,3 +141,10 @@ def test_a_jump_after_an_event_ends_the_run_with_what_was_before():
     with pytest.raises(IntegrationError, match=r"Joint 'D' at t = 0.5.*jumps by 0.3 m") as caught:
         fmb.simulate(cart("0", events=[jump]), 1.0, samples=11)
     assert caught.value.solution.t[-1] == 0.4
+
+
+def test_a_run_that_is_moved_on_from_outside_sees_jumps_too():
+    with fmb.stepper(cart("where(t < 0.5, 0, 0.3)"), t_end=1.0) as run:
+        run.advance(by=0.4)
+        with pytest.raises((ModelError, IntegrationError), match=r"Joint 'D'.* jumps by 0.3 m at t = 0.5"):
+            run.advance(by=0.4)

@@ -166,3 +166,26 @@ def test_loads_that_an_old_file_cannot_turn_are_told(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error", ValidityWarning)
         ModalNeutralData.load(full.save(tmp_path / "new.h5"))
+
+
+@pytest.mark.parametrize("loads", [1, 0])
+def test_a_body_of_the_former_sign_of_pressure_is_told(tmp_path, loads):
+    """Its load shapes pulled outwards: the file cannot say which, so nothing is turned, and nothing is silent."""
+    data = arbitrary_data()
+    if not loads:
+        bare = dataclasses.replace(data.geometric, loads=data.geometric.loads[:0])
+        cut = {"load_shapes": data.load_shapes[:0], "load_turning": data.load_turning[:0]}
+        data = dataclasses.replace(data, load_names=(), geometric=bare, **cut)
+    path, plain = data.save(tmp_path / "new.h5"), tmp_path / "old.h5"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ModalNeutralData.load(path)
+    with h5py.File(path) as file, h5py.File(plain, "w") as old:
+        for name in file:
+            file.copy(name, old)
+        old.attrs.update({key: value for key, value in file.attrs.items() if key != "pressure"})
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        again = ModalNeutralData.load(plain)
+    assert ["a unit pressure on a surface pulled outwards" in str(w.message) for w in told] == [True] * loads
+    np.testing.assert_array_equal(again.load_shapes, data.load_shapes)

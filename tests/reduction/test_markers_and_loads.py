@@ -7,6 +7,7 @@ import pytest
 from reduction.solids import STEEL, block
 from tolerances import MACHINE
 
+import flexmb as fmb
 from flexmb import fem, reduction
 from flexmb.errors import ReductionError
 from flexmb.reduction.interfaces import resolve, rigid_block
@@ -110,9 +111,10 @@ def resultant(fe, load):
 
 
 def test_pressure_has_the_resultant_of_the_surface(fe):
-    """Top face 0.4 x 0.06 at z = 0.04, outward normal +z: F = A, M = r_c x F with r_c the middle of the face."""
+    """Top face 0.4 x 0.06 at z = 0.04, outward normal +z: a pressure pushes down with F = A, M = r_c x F with r_c the
+    middle of the face."""
     area, middle = 0.4 * 0.06, np.array([0.2, 0.03, 0.04])
-    force = np.array([0.0, 0.0, area])
+    force = np.array([0.0, 0.0, -area])
     np.testing.assert_allclose(resultant(fe, "top"), [*force, *np.cross(middle, force)], atol=MACHINE)
     tilted = np.array([0.6, 0.0, 0.8]) * area
     np.testing.assert_allclose(
@@ -204,3 +206,24 @@ def test_interface_of_a_surface_sits_at_its_centroid():
     assert np.linalg.norm(rod.nodes[a.nodes].mean(axis=0)) > 1e-3
     given = resolve(rod, {"a": reduction.Rigid("bore_a", at=(0.0, 0.0, 0.01))})[0]
     np.testing.assert_array_equal(given.position, [0.0, 0.0, 0.01])
+
+
+def test_pressure_has_one_sign(fe):
+    """The load shape is the nodal forces of the same pressure: both push onto the surface, as PLOAD4 does."""
+    np.testing.assert_allclose(load_vectors(fe, {"air": "top"})[:, 0], fem.pressure_load(fe, "top", 1.0), atol=1e-16)
+    u = fe.field(fem.static(fe, fem.pressure_load(fe, "top", 1e6), {"left": "xyz"}))
+    tip = u[fe.node_set("right"), 2, 0].mean()
+    assert tip < 0.0  # the outward normal of the top is +z
+    data = reduction.reduce(
+        fe, {"a": "left", "b": reduction.Averaging("right")}, modes=2, loads={"air": "top"}, residual_vectors=["air"]
+    )
+    body = fmb.FloatingBody("bar", data=data)
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"a": body.marker_poses()["a"]}), body],
+        joints=[fmb.Fixed("clamp", markers=("ground.a", "bar.a"))],
+        forces=[fmb.Pressure("air", load="bar.air", amount=1e6)],
+        sensors=[fmb.Position("tip", marker="bar.b")],
+    )
+    drawn = fmb.FloatingBody("bar", data=data).marker_poses()["b"].at
+    moved = fmb.statics(model)["tip"][-1] - np.asarray(drawn)
+    assert moved[2] == pytest.approx(tip, rel=1e-2)
