@@ -135,8 +135,8 @@ def _tell_of_old_sign(data: ModalNeutralData, path: str | Path) -> None:
     warnings.warn(
         f"Reduced body '{data.name}' in '{path}': it was reduced when a unit pressure on a surface pulled outwards, "
         f"the opposite of today's sign; its load shape{'s' if len(data.load_names) > 1 else ''} {names} may be of "
-        "that kind (tractions in a direction, line loads and nodal forces are not); expected: pressures that push onto the "
-        "surface. Reduce it again from its mesh, and give suction a negative amount",
+        "that kind (tractions in a direction, line loads and nodal forces are not); expected: pressures that push onto "
+        "the surface. Reduce it again from its mesh, and give suction a negative amount",
         ValidityWarning,
         stacklevel=4,
     )
