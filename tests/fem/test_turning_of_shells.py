@@ -5,7 +5,7 @@ import pytest
 
 from flexmb import fem
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.mesh.MeshWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarning")
 
 E, NU, T = 70e9, 0.25, 0.01
 SHEAR = E / (2 * (1 + NU))

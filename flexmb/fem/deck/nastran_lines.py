@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -20,6 +21,9 @@ STIFF_SHEAR = 1e6
 """Shear factor that stands for "no shear deformation" (a blank K1, K2 of a PBAR)."""
 NEARLY_NONE = 1e-9
 """Share of the other constants that stands for a constant given as zero: a beam needs each of them positive."""
+
+CLOSEST = 1e-3
+"""Shares of the length by which stations differ at least: shorter pieces make the stiffness ill-conditioned."""
 
 Stations = list[tuple[float, Section]]
 
@@ -41,15 +45,13 @@ def add_beams(bulk: Bulk, deck: Deck, materials: Materials, frames: dict[int, np
         deck.inventory.read[card.name] += 1
     for (pid, name), rows in groups.items():
         material, stations = made[pid]
-        pairs = (stations[0][1], stations[-1][1])
-        if len(stations) > 2:
-            deck.inventory.approximated[f"{properties[pid].name} {pid}: stations between the ends, linear taper"] += 1
-        nodes, labels, y_axes, offsets, released = zip(*rows, strict=True)
+        pieces = [row for given in rows for row in _pieces(deck, given, stations)]
+        nodes, labels, y_axes, offsets, released, pairs = zip(*pieces, strict=True)
         deck.beams.append(
             Beams(
                 nodes=np.array(nodes),
                 labels=np.array(labels),
-                sections=[pairs] * len(rows),
+                sections=list(pairs),
                 material=material,
                 y_axis=np.array(y_axes),
                 offsets=np.array(offsets),
@@ -58,6 +60,34 @@ def add_beams(bulk: Bulk, deck: Deck, materials: Materials, frames: dict[int, np
                 point_masses="all" if name == "CBAR" else "but torsion",
             )
         )
+
+
+def _pieces(deck: Deck, row: tuple, stations: Stations) -> list[tuple]:
+    """Return a beam as pieces between its stations, each tapered linearly; nodes between the ends are added.
+
+    A row holds nodes, number, y-axis, offsets and released directions; a piece its pair of sections besides.
+    """
+    if len(stations) < 3:
+        return [(*row, (stations[0][1], stations[-1][1]))]
+    (a, b), label, y_axis, offsets, released = row
+    start, end = deck.points[a] + offsets[0], deck.points[b] + offsets[1]
+    inner = [start + x * (end - start) for x, _ in stations[1:-1]]
+    nodes = [a, *range(len(deck.points), len(deck.points) + len(inner)), b]
+    deck.points = np.vstack([deck.points, inner])
+    arms = [offsets[0], *np.zeros((len(inner), 3)), offsets[1]]
+    free = [released[0], *[frozenset()] * len(inner), released[1]]
+    last = len(nodes) - 2
+    return [
+        (
+            (nodes[k], nodes[k + 1]),
+            label,
+            y_axis,
+            np.array([arms[k], arms[k + 1]]),
+            (free[k] if k == 0 else frozenset(), free[k + 1] if k == last else frozenset()),
+            (stations[k][1], stations[k + 1][1]),
+        )
+        for k in range(len(nodes) - 1)
+    ]
 
 
 def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.ndarray]):
@@ -123,7 +153,15 @@ def _property(card: Card, materials: Materials, deck: Deck) -> tuple[Material, S
     if card.name not in readers:
         raise card.refused(f"a property {card.name}", "PBAR, PBARL, PBEAM or PBEAML", "Replace it by a PBEAM")
     deck.inventory.read[card.name] += 1
-    return material, readers[card.name](card, factor, deck)
+    stations = readers[card.name](card, factor, deck)
+    if len(stations) > 1 and stations[-1][0] < 1.0:
+        stations.append((1.0, stations[0][1]))  # end B left out is as end A
+    places = [x for x, _ in stations]
+    if places[0] < 0.0 or places[-1] > 1.0 or any(b - a < CLOSEST for a, b in pairwise(places)):
+        raise card.refused(
+            f"stations at {', '.join(f'{x:g}' for x in places)}", "different fractions of the length, 0 to 1"
+        )
+    return material, stations
 
 
 def _section(card: Card, factor: float, deck: Deck, **values) -> Section:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import beside, deck_bytes
+from flexmb.fem.deck.nastran_replication import Replication
 
 __all__ = ["PLACES", "Lines", "control", "deck_lines"]
 
@@ -85,6 +86,7 @@ def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None
     lines.data += [b""] * (number + 1 - len(lines.data))
     lines.data[number] = data
     waiting: tuple[bytes, int] | None = None
+    copies = Replication() if b"\n=" in data else None
     k, begin, last = 0, 0, len(data)
     while begin < last:
         k, start = k + 1, begin
@@ -105,7 +107,11 @@ def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None
             continue
         if line and line[:1] != b"$" and b"$" in line:
             line = line[: line.index(b"$")].rstrip()
-        lines.add(number, place, start, line, as_written)
+        if copies is None:
+            lines.add(number, place, start, line, as_written)
+            continue
+        for copy in copies.read(line):
+            lines.add(number, place, start, copy, as_written and copy is line)
 
 
 def _included(name: bytes, path: Path, main: Path, k: int) -> Path:

@@ -217,9 +217,14 @@ def _words(parts: list[bytes], where: str) -> list[str]:
         if "," in text:
             fields = [word.strip() for word in text.split(",")]
             large = fields[0].endswith("*") or fields[0].startswith("*")
-            data = fields[1:]
+            data = [part for word in fields[1:] for part in (word.split() or [""])]  # blanks separate fields too
             per_line = 4 if large else 8
-            if len(data) > per_line + 1 and any(data[per_line + 1 :]):
+            longer = len(data) > per_line + 1 and any(data[per_line + 1 :])
+            if longer and data[per_line] and not CONTINUED.fullmatch(data[per_line]):
+                words += [""] * (-(len(words) - 1) % width) if number else [fields[0].rstrip("*").upper()]
+                words, width = words + data, per_line  # a line may hold more than eight fields: they go on
+                continue
+            if longer:
                 raise MeshError(
                     f"{where}, card {text.split(',')[0]}",
                     found=f"{len(data)} fields in one line",
