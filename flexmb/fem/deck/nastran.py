@@ -17,6 +17,7 @@ from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
 from flexmb.fem.deck.nastran_shells import add_shells, add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
 from flexmb.fem.deck.nastran_text import Bulk, read_bulk
+from flexmb.fem.deck.nastran_untaken import tell_untaken
 from flexmb.fem.meshes.nastran_cards import PROPERTY_NAME, SET_NAME
 
 __all__ = ["read_nastran_deck"]
@@ -127,6 +128,7 @@ def read_nastran_deck(path: Path) -> Deck:
         add_supports(bulk, deck, frames, bulk.tables.get("GRID"))
         add_references(bulk, deck)
         _sets(bulk, deck)
+        tell_untaken(bulk, deck)
     except MissingNode as missing:
         raise MeshError(
             part, found=str(missing), expected="a GRID card", remedy="Add the card, or correct the number"

@@ -22,6 +22,8 @@ STIFF_SHEAR = 1e6
 NEARLY_NONE = 1e-9
 """Share of the other constants that stands for a constant given as zero: a beam needs each of them positive."""
 
+BEYOND = ("shear relief S1", "shear relief S2", "NSI(A)", "NSI(B)", "warping CW(A)", "warping CW(B)")
+"""Constants of a PBEAM behind K1 and K2 that these beams do not have."""
 CLOSEST = 1e-3
 """Shares of the length by which stations differ at least: shorter pieces make the stiffness ill-conditioned."""
 
@@ -105,7 +107,7 @@ def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.
     else:
         direction = np.array([source.real(k, 0.0) for k in (5, 6, 7)])
         direction = direction @ frames.get(a, np.eye(3))  # in the displacement system of end A
-    flags = card.text(8).upper()
+    flags = (card.text(8) or (default.text(8) if default is not None else "")).upper()
     system = flags if flags and flags.isalpha() and len(flags) == 3 else "GGG"
     offsets = np.array([[card.real(11 + 3 * end + k, 0.0) for k in range(3)] for end in range(2)])
     points = deck.points[[a, b]]
@@ -187,7 +189,8 @@ def _shears(card: Card, first: int, blank: float) -> tuple[float, float]:
 
 
 def _pbar(card: Card, factor: float, deck: Deck) -> Stations:
-    ky, kz = _shears(card, 17, 0.0)
+    twisted = card.real(19, 0.0)
+    ky, kz = _shears(card, 17, 0.0) if twisted == 0.0 else (STIFF_SHEAR, STIFF_SHEAR)  # I12: K1, K2 do not count
     points = tuple((card.real(9 + 2 * k, 0.0), card.real(10 + 2 * k, 0.0)) for k in range(4))
     section = _section(
         card,
@@ -197,7 +200,7 @@ def _pbar(card: Card, factor: float, deck: Deck) -> Stations:
         inertia_z=card.real(4, 0.0),
         inertia_y=card.real(5, 0.0),
         torsion=card.real(6, 0.0),
-        product_yz=card.real(19, 0.0),
+        product_yz=twisted,
         shear_y=ky,
         shear_z=kz,
         line_mass=card.real(7, 0.0),
@@ -277,6 +280,9 @@ def _pbeam(card: Card, factor: float, deck: Deck) -> Stations:
         rows.append((card.real(at + 1, 1.0), [card.real(at + 2 + k, first[k]) if k < 6 else 0.0 for k in range(6)]))
         at += 16 if words[at].upper() == "YES" else 8  # the others have no line of stress points
     ky, kz = (card.real(at + k, 1.0) or STIFF_SHEAR for k in range(2))
+    for k, what in enumerate(BEYOND):
+        if card.real(at + 2 + k, 0.0):
+            deck.inventory.left_out[f"PBEAM {card.text(1)}: {what}"] += 1
     ends = [[card.real(at + 8 + k, 0.0) for k in range(8)]]
     nsm, neutral = ends[0][:4], ends[0][4:]
     # M1(A), M2(A), M1(B), M2(B), N1(A), N2(A), N1(B), N2(B); blank at B is as at A
@@ -343,10 +349,15 @@ def _rod_constants(card: Card) -> tuple[float, float, float]:
     """Return area, torsion constant and non-structural mass per length."""
     if card.name == "PTUBE":
         outer, wall = card.real(3), card.real(4, 0.0)
-        inner = outer - 2.0 * wall if wall else 0.0
-        if not 0.0 <= inner < outer:
-            raise card.refused(f"OD = {outer:g}, T = {wall:g}", "0 <= T <= OD / 2")
-        return pi / 4 * (outer**2 - inner**2), pi / 32 * (outer**4 - inner**4), card.real(5, 0.0)
+        end = card.real(6, 0.0) or outer
+        area, polar = 0.0, 0.0
+        for outside in (outer, end):  # the mean of both ends, as Nastran weighs a tapered tube
+            inner = outside - 2.0 * wall if wall else 0.0
+            if not 0.0 <= inner < outside:
+                raise card.refused(f"OD = {outside:g}, T = {wall:g}", "0 <= T <= OD / 2")
+            area += pi / 8 * (outside**2 - inner**2)
+            polar += pi / 64 * (outside**4 - inner**4)
+        return area, polar, card.real(5, 0.0)
     first = 5 if card.name == "CONROD" else 3
     area = card.real(first, 0.0)
     if area < 0.0:

@@ -159,18 +159,20 @@ def _bush(card: Card, deck: Deck, frames: Frames, systems: Systems, properties: 
 def _pbush(card: Card, deck: Deck) -> dict[str, np.ndarray]:
     """Return the diagonals of stiffness and damping of a PBUSH: rows of K, B, GE, RCV, M in any order.
 
-    Programs do not agree on M, one lumped mass or six that add no weight: the inventory names it, a CBUSH at a time.
+    Programs do not agree on M, one lumped mass or six that add no weight: the inventory names it and GE, a CBUSH at a
+    time.
     """
     out: dict[str, np.ndarray] = {}
     names = {"K": "stiffness", "B": "damping"}
     for at in range(2, len(card.fields), 8):
         word = card.text(at).upper()
-        values = np.array([card.real(at + 1 + k, 0.0) for k in range(6)]) if word in ("K", "B", "M", "KMAG") else None
+        known = word in ("K", "B", "GE", "M", "KMAG")
+        values = np.array([card.real(at + 1 + k, 0.0) for k in range(6)]) if known else None
         if word in names and values is not None:
             out[names[word]] = values
         elif values is not None and values.any():
             shown = ", ".join(f"{x:g}" for x in values[: np.flatnonzero(values)[-1] + 1])
-            what = "mass" if word == "M" else "stiffness"
+            what = {"M": "mass", "GE": "structural damping"}.get(word, "stiffness")
             deck.inventory.left_out[f"PBUSH {card.text(1)}: {what} {word} = {shown}"] += 1
     return out
 
