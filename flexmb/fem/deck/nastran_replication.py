@@ -61,7 +61,7 @@ def _fields(line: bytes) -> list[str]:
 
 
 def _copied(words: list[str], before: list[str]) -> list[str] | None:
-    """Return the fields of a copy; None where something is added to what is no number."""
+    """Return the fields of a copy; None where something is added to a word."""
     out: list[str] = []
     for k, word in enumerate(words):
         old = before[k] if k < len(before) else ""
