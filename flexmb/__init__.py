@@ -13,7 +13,7 @@ __version__ = "0.1.0"
 # Where each public name lives; it is imported when it is first asked for, so that `import flexmb` stays fast.
 _ROOMS = {
     "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError "
-    "ValidityWarning",
+    "SlowRunWarning ValidityWarning",
     "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
     "flexmb.model.input_signal": "input",
     "flexmb.model.signal": "expression harmonic ramp step",

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 __all__ = [
+    "YEAR",
     "CompileError",
     "DataFileError",
     "FlexmbError",
@@ -17,8 +18,10 @@ __all__ = [
     "MeshError",
     "ModelError",
     "ReductionError",
+    "SlowRunWarning",
     "ValidityWarning",
     "did_you_mean",
+    "duration",
     "listed",
 ]
 
@@ -94,6 +97,10 @@ class IntegrationError(FlexmbError):
         self.solution = solution
 
 
+class SlowRunWarning(UserWarning):
+    """A run will take long; the message says how far it is, how short its steps are, and what is left."""
+
+
 class ValidityWarning(UserWarning):
     """A result lies outside what the model holds for; the message has numbers and a remedy."""
 
@@ -115,3 +122,20 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return "Did you mean 'x'?" for the known name nearest to `name`, or "" if none is near."""
     near = get_close_matches(str(name), list(known), n=1, cutoff=0.6)
     return f"Did you mean '{near[0]}'?" if near else ""
+
+
+YEAR = 3.15e7
+"""s"""
+
+
+def duration(seconds: float) -> str:
+    """Return "0.52 s", "40 s", "3 min 20 s", "2 h 5 min", "3.2 days", "14 years", "countless years" (infinite)."""
+    if not seconds < 1e6 * YEAR:
+        return "countless years"
+    for unit, size in (("years", YEAR), ("days", 86400.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {unit}"
+    whole = round(seconds)
+    if whole < 120:
+        return f"{seconds:.2g} s" if seconds < 10.0 else f"{whole} s"
+    return f"{whole // 60} min {whole % 60} s" if whole < 3600 else f"{whole // 3600} h {whole % 3600 // 60} min"

@@ -21,7 +21,7 @@ from typing import Any
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, duration
 
 NAME = "sweep"
 SUMMARY = "simulate many variants of a model on all cores, or on a Dask cluster"
@@ -103,17 +103,7 @@ def _progress_text(now) -> str:
     text = f"{now.done} of {now.total}"
     if now.failed:
         text += f", {now.failed} without a result"
-    return text if now.seconds_left is None else f"{text}, {_duration(now.seconds_left)} left"
-
-
-def _duration(seconds: float) -> str:
-    """Return "40 s", "3 min 20 s" or "2 h 5 min"."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    return text if now.seconds_left is None else f"{text}, {duration(now.seconds_left)} left"
 
 
 def _plan(arguments: argparse.Namespace):

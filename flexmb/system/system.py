@@ -211,11 +211,28 @@ class System:
         """Return the title of the body or the name of the equation to which an unknown belongs."""
         if unknown >= self.nu:
             return f"Equation '{self.equation_names[unknown - self.nu]}'"
-        for name, (_, span) in self.body_slices.items():
+        for body in self.model.bodies:
+            span = self.body_slices[body.name][1]
             if span.start <= unknown < span.stop:
-                return f"Body '{name}', freedom {unknown - span.start}"
+                return f"{body.title}, {_freedom(body, unknown - span.start)}"
         for group in self.states:
             span = self.state_slices[group.title][1]
             if span.start <= unknown < span.stop:
                 return f"{group.title}, state '{group.names[unknown - span.start]}'"
         return f"Unknown {unknown}"
+
+    def is_turn(self, unknown: int) -> bool:
+        """Is a velocity the angular velocity of a frame?"""
+        return any(3 <= unknown - iu < 6 for _, iu in self.program.frames[:, :2])
+
+
+def _freedom(body, k: int) -> str:
+    """Return the k-th velocity of a body in words."""
+    if body.has_frame and k < 6:
+        return f"{'rotation about' if k >= 3 else 'translation along'} its {'xyz'[k % 3]}-axis"
+    k -= 6 * body.has_frame
+    if body.reduced is not None:
+        return f"mode {k + 1}"
+    if body.n_vector == 3:
+        return f"translation along {'xyz'[k]}"
+    return f"node {k // body.block_size + 1}" if body.block_size < body.n_vector else f"coordinate {k + 1}"

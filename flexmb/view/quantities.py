@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Shown", "duration", "number", "scaled", "shown_columns", "sizes"]
+__all__ = ["Shown", "number", "scaled", "shown_columns", "sizes"]
 
 ZERO = 1e-5  # of the largest component of a sensor: what is less cannot be seen beside it
 _LARGE = {"N": ("kN", 1e3), "N m": ("kN m", 1e3), "J": ("kJ", 1e3), "Pa": ("MPa", 1e6)}
@@ -79,11 +79,3 @@ def number(x: float, beside: float = 0.0) -> str:
         digits = max(0, 3 - int(np.floor(np.log10(size))))
         return f"{x:.{digits}f}"
     return f"{x:.3e}"
-
-
-def duration(seconds: float) -> str:
-    """Return "0.52 s", "40 s" or "3 min 20 s"."""
-    if seconds < 10.0:
-        return f"{seconds:.2g} s"
-    whole = round(seconds)
-    return f"{whole} s" if whole < 120 else f"{whole // 60} min {whole % 60} s"

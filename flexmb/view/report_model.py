@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.errors import duration
 from flexmb.io.web_page import percent, table, vector
 from flexmb.model.mode_table import mode_table
-from flexmb.view.quantities import duration, number
+from flexmb.view.quantities import number
 from flexmb.view.report_results import Run
 
 __all__ = ["counted", "differences", "mobility", "model", "modes", "notices", "parameters", "solver"]

@@ -1,9 +1,10 @@
-"""Campaign over models whose numbers are extreme: each must be simulated, or refused, within a limit of time."""
+"""Campaign over models whose numbers are extreme: each ends in a limited time, or says how long it takes."""
 
 from __future__ import annotations
 
 import random
 import re
+import warnings
 from itertools import product
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from fuzz.mutation import generator
 
 import flexmb as fmb
 from flexmb import io
+from flexmb.errors import IntegrationError
 
 __all__ = ["extreme_campaign", "use"]
 
@@ -176,4 +178,9 @@ def use(path: Path) -> None:
     model = io.load_model(path)
     settings = io.load_simulation(path)
     fmb.check(model)
-    fmb.simulate(model, **settings.keywords())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fmb.SlowRunWarning)  # it says that it takes long, and how long
+        try:
+            fmb.simulate(model, **settings.keywords())
+        except fmb.SlowRunWarning as told:
+            raise IntegrationError(f"Model '{model.name}'", found=str(told)) from None

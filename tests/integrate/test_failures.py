@@ -1,5 +1,6 @@
 """What the integrators say when they cannot go on, and what they leave behind."""
 
+import re
 import warnings
 
 import numpy as np
@@ -57,7 +58,9 @@ def test_dead_centre_keeps_the_samples_before_it(integrator):
 def test_what_implicit_steps_say_at_a_dead_centre(integrator):
     with pytest.raises(IntegrationError) as caught:
         fmb.simulate(overstretched(), 1.0, samples=11, integrator=integrator)
-    assert "steps fail down to 1e-14 s at t = 0.63" in four_parts(caught.value)
+    least = re.search(r"steps fail down to (\S+) s at t = 0\.63", four_parts(caught.value))
+    assert least
+    assert float(least[1]) < 6e-16  # four roundings of the time
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=NAMES)

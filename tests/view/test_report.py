@@ -11,9 +11,9 @@ import pytest
 
 import flexmb as fmb
 from flexmb import view
-from flexmb.errors import DataFileError, FlexmbError
+from flexmb.errors import DataFileError, FlexmbError, duration
 from flexmb.view import curves, graphics, report
-from flexmb.view.quantities import duration, number, scaled, shown_columns, sizes
+from flexmb.view.quantities import number, scaled, shown_columns, sizes
 
 VOID = {"meta", "img", "br", "link"}
 
@@ -236,7 +236,9 @@ def test_units_of_the_page(swing):
         "-",
     ]
     assert number(1e-9, beside=1.0) == "0"
-    assert [duration(x) for x in (0.523, 41.6, 200.0)] == ["0.52 s", "42 s", "3 min 20 s"]
+    assert [duration(x) for x in (0.523, 41.6, 200.0, 7500.0, 2e5, 1e9, np.inf)] == [
+        *("0.52 s", "42 s", "3 min 20 s", "2 h 5 min", "2.31 days", "31.7 years", "countless years"),
+    ]
     assert [column.title for column in shown_columns(swing, "tip")] == ["x", "z"]
     assert sizes([swing], "tip")["m"] == pytest.approx(1.0)
 

@@ -14,7 +14,7 @@ from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Variab
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.runs.outcome import Outcome
-from flexmb.integrate.runs.patience import PAUSED, Patience
+from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.energies import powers
@@ -116,7 +116,7 @@ class GeneralizedAlpha(metaclass=Described):
             newton=newton,
             settled=settled,
             adaptive=self.step is None,
-            smallest=1e-14,
+            smallest=0.0,
             iterations=12,
             sweeps=0,
             trend=1.0,
@@ -277,7 +277,11 @@ class GeneralizedAlpha(metaclass=Described):
             "lam": np.zeros((n, system.ng)),
             "works": np.zeros((n, 3)),
         }
-        controls = self.controls()._replace(sweeps=self._sweeps(system), trend=0.0 if system.redundant else 1.0)
+        controls = self.controls()._replace(
+            sweeps=self._sweeps(system),
+            trend=0.0 if system.redundant else 1.0,
+            smallest=smallest_step(variables.run[0].t, samples[last - 1]),
+        )
         reached, reason, pace = first, PAUSED, Patience(patience)
         while reason == PAUSED:
             rest = (array[reached - first :] for array in rows.values())

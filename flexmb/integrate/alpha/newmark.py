@@ -12,7 +12,7 @@ import numpy as np
 
 from flexmb.integrate.alpha.variables import Controls, Variables
 from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment, turn
-from flexmb.integrate.runs.patience import PAUSED
+from flexmb.integrate.runs.patience import PAUSED, UNCUT
 from flexmb.integrate.runs.switches import keep_switches, part_of_step
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.energies import powers
@@ -393,7 +393,7 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
             part = 2.0
             if failure == 0:
                 error = _step_error(v, c, h) if c.adaptive else 0.0
-                if not error > 1.0 and len(v.switching.now) > 0 and h > 1e3 * c.smallest:
+                if not error > 1.0 and len(v.switching.now) > 0 and h > UNCUT * c.smallest:
                     state = State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
                     part = part_of_step(program, v.switching, state, work, h, c.adaptive)
             if failure != 0 or error > 1.0 or part < 1.0:

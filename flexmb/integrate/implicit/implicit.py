@@ -12,7 +12,7 @@ from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.implicit.stages import COUNTED, STAGES, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.outcome import Outcome
-from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
 from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
@@ -39,8 +39,6 @@ SLOW = 0.01
 """Per simulated time: rates below this say nothing about the first step."""
 TOLD = 2.0 / 3.0
 """Power of the tolerance to which the work of drives is known in a step, relative to the largest so far."""
-SMALLEST = 1e-14
-"""Step size, s, at which a run ends."""
 
 
 class _Run:
@@ -124,7 +122,7 @@ class _Run:
             self.next = h * max(0.2, 0.85 * error**-0.25)
             return
         part = 2.0
-        if len(self.switching.now) and h > 1e3 * SMALLEST:
+        if len(self.switching.now) and h > UNCUT * smallest_step(self.t, self.goal):
             state = self.motion.unknowns.state(self.t + h, r.y.copy(), r.v.copy())
             self.work.weights[0].wanted = 0
             evaluate(self.system.program, state, self.work)
@@ -181,7 +179,7 @@ class _Run:
             left = t - self.t
             h = left / max(1.0, np.ceil(left / min(self.next, self.largest) * (1.0 - 1e-9)))
             self._step(h)
-            if self.next < SMALLEST:
+            if self.next < smallest_step(self.t, t):
                 return self._reason()
             if pace.used_up:
                 return ""
@@ -193,7 +191,7 @@ class _Run:
         r, nu = self.stages, self.system.nu
         where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
         return (
-            f"steps fail down to {SMALLEST:.3g} s at t = {self.t:.9g} s (dead centre, or stiff "
+            f"steps fail down to {self.next:.3g} s at t = {self.t:.9g} s (dead centre, or stiff "
             f"impact) near {where}{worst}"
         )
 

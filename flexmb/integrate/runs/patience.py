@@ -6,12 +6,14 @@ import time
 
 import numpy as np
 
-__all__ = ["PAUSED", "Patience"]
+__all__ = ["PAUSED", "UNCUT", "Patience", "smallest_step"]
 
 PAUSED = -1
 """What a compiled loop returns when it has used up its steps."""
 SLICE = 0.1
 """s: length of a call of a compiled loop that is aimed at."""
+ROUNDINGS, UNCUT = 4.0, 1e4
+"""A step is no shorter than so many roundings of the time; below so many of such steps it is not cut at contacts."""
 ENDLESS, MOST = np.iinfo(np.int64).max, 10**9
 
 
@@ -44,3 +46,11 @@ class Patience:
     def used_up(self) -> bool:
         """Shall the integrator come back?"""
         return time.perf_counter() >= self._until
+
+
+def smallest_step(t: float, goal: float) -> float:
+    """Return the step size at which a run ends, s: a few roundings of the time that it shall reach.
+
+    Added to such a time, a shorter one would not move it, and steps would be taken for ever.
+    """
+    return ROUNDINGS * np.finfo(float).eps * max(abs(t), abs(goal))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
@@ -10,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import CompileError, IntegrationError, ModelError
+from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWarning
+from flexmb.integrate.extent import extents
 from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
@@ -18,6 +20,8 @@ from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.integrate.runs.pace import REMEDY as REMEDY_OF_PACE
+from flexmb.integrate.runs.pace import Pace
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
@@ -45,8 +49,6 @@ CHUNK = 0.2
 """Seconds between looks at progress, interruption and the file, where samples come in time."""
 PATIENCE = 0.3
 """Seconds after which an integrator comes back without a sample."""
-TRIED, STEPS, YEAR = 10.0, 10_000, 3.15e7
-"""A run that has taken so many seconds and steps (all phases; this phase) and would take a year ends with a message."""
 HOLD = 10.0
 """Seconds without a sample after which the state that was reached is kept."""
 
@@ -69,7 +71,7 @@ class Phases:
         self.interruption = Interruption()
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
-        self.started = time.monotonic()
+        self.pace = Pace(float(times[0]), float(times[-1]))
 
     def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
@@ -138,6 +140,7 @@ class Phases:
             start = consistent_start(system, system.state(just_after(self.t), start.q, u), work)
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
         self.energy = EnergyWatch(system, system.workspace())
+        self.pace.new_phase()
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
@@ -194,7 +197,7 @@ class Phases:
                 if self.progress is not None:
                     self.progress(now, float(self.times[-1]))
                 self._hold(last_row if watch.events else now, system, work, works)
-                if hopeless := self._hopeless(now):
+                if hopeless := self._hopeless(now, system, work):
                     return hopeless
                 self.interruption.look()
                 spent = time.perf_counter() - clock
@@ -210,18 +213,36 @@ class Phases:
             self.validity.note(self.energy.notes(steps))
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
-    def _hopeless(self, now: float) -> Status | None:
-        """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm."""
-        used = time.monotonic() - self.started
-        gone, left = now - float(self.times[0]), float(self.times[-1]) - now
-        steps = self.integrator.statistics(self.variables).get("steps", 0)
-        if used < TRIED or steps < STEPS or used * left <= YEAR * gone:
-            return None
-        needed = f"{used * left / gone / YEAR:.3g}" if gone > 0.0 else "countless"
-        return Status.failed(
-            f"{steps} steps have reached t = {now:.9g} s; at this pace the end would take {needed} years",
-            "Look at the end time (s) and at stiffness, mass and loads: are all in SI units?",
-        )
+    def _hopeless(self, now: float, system, work) -> Status | None:
+        """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm; tell
+        if it takes long.
+        """
+        self.pace.look(now, self.integrator.statistics(self.variables))
+        if self.pace.hopeless:
+            return Status.failed(f"{self.pace.sentence()}{self._fastest(now, system, work)}", REMEDY_OF_PACE)
+        if self.pace.long():
+            where = f"Model '{system.model.name}', {type(self.integrator).__name__}"
+            sentence = (
+                f"{where}: {self.pace.sentence()}{self._fastest(now, system, work)}. Ctrl-C keeps what is computed."
+            )
+            warnings.warn(sentence, SlowRunWarning, stacklevel=2)
+            self.validity.note([sentence])
+        return None
+
+    def _fastest(self, now: float, system, work) -> str:
+        """Return the part whose acceleration is largest at present, for which steps are short."""
+        with _unchanged(system, work):  # the run must not depend on when the clock has struck
+            rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
+            if not len(rows["t"]):
+                return ""
+            q, u, a = (np.ascontiguousarray(rows[name][-1]) for name in "qua")
+            extent, _ = extents(system, system.state(now, q, u), work)
+        size = np.where(np.isfinite(a), np.abs(a) * extent, np.inf)
+        if not len(size) or not size.max() > 0.0:
+            return ""
+        worst = int(np.argmax(size))
+        unit = "rad" if system.is_turn(worst) else "m"
+        return f"; the fastest is {system.owner(worst)} ({u[worst]:.3g} {unit}/s, {a[worst]:.3g} {unit}/s2)"
 
     def _hold(self, now, system, work, works) -> None:
         """Keep the state that has been reached: now and then while no samples come, and where the user asks for the
@@ -255,6 +276,7 @@ class Phases:
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
         state = consistent_start(system, system.state(t, q, u), work)
         self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
+        self.pace.new_phase()
         return before["works"][-1]
 
     def _over_jump(self, system, work, q: np.ndarray, u: np.ndarray, t: float, left: float) -> np.ndarray:

@@ -1,0 +1,33 @@
+"""The same motion in picoseconds and in thousands of years: steps are compared with the time, not with a second."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+
+def bouncing(second: float) -> fmb.Model:
+    """Return a stone on a spring that bounces on a ball, where a unit of time has so many seconds."""
+    return fmb.Model(
+        gravity=(0, 0, -9.81 / second**2),
+        bodies=[fmb.Ground(), fmb.PointMass("stone", mass=2.0, at=(0.05, 0, 0.3), velocity=(0.1 / second, 0, 0))],
+        forces=[
+            fmb.Contact("ball", markers=("ground.origin", "stone.center"), radius=0.1, stiffness=1e7 / second**2),
+            fmb.SpringDamper(
+                "spring",
+                markers=("ground.origin", "stone.center"),
+                stiffness=100.0 / second**2,
+                damping=0.5 / second,
+                length=0.2,
+            ),
+        ],
+        sensors=[fmb.Position("place", marker="stone.center")],
+    )
+
+
+@pytest.mark.parametrize("second", [1e-12, 1e9])
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Implicit()])
+def test_steps_do_not_depend_on_the_unit_of_time(integrator, second):
+    runs = [fmb.simulate(bouncing(s), t_end=s, samples=5, integrator=integrator) for s in (1.0, second)]
+    assert runs[0].statistics["steps"] == pytest.approx(runs[1].statistics["steps"], rel=0.02)
+    assert np.allclose(runs[0]["place"], runs[1]["place"], rtol=0, atol=1e-5)
