@@ -13,6 +13,7 @@ from flexmb.forces.relative import act_relative, add_relative_tangent, relative_
 from flexmb.math.callbacks import call_back, callback
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
+from flexmb.math.switches import CROSSING, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.foreign import imported
 from flexmb.model.kinds import Force
@@ -21,7 +22,16 @@ from flexmb.model.table import Table
 __all__ = ["UserForce"]
 
 ROW = np.dtype(
-    [("a", np.int64), ("b", np.int64), ("pair", np.int64), ("address", np.int64), ("length", float)], align=True
+    [
+        ("a", np.int64),
+        ("b", np.int64),
+        ("pair", np.int64),
+        ("address", np.int64),
+        ("length", float),
+        ("switch", np.int64),  # address of the function of the switches, or 0
+        ("switches", np.int64),  # how many they are
+    ],
+    align=True,
 )
 STEP = 1e-6
 """Of the differences: rad, rad/s, and relative to the distance of the markers."""
@@ -89,6 +99,55 @@ def apply(raw, data, state, work):
         add_relative_tangent(work.pairs[row.pair], a, b, f, K, C)
 
 
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The numbers of the user that pass zero where the force jumps or has a kink, and their rates."""
+    rows = raw.view(ROW)
+    motion, Q, inputs = np.empty(9), np.empty((3, 3)), np.empty(INPUTS)
+    first = 0
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        if row.switches == 0:
+            continue
+        found = np.empty(2 * row.switches)
+        relative_motion(work.markers[row.a], work.markers[row.b], motion, Q)
+        _ask(row.switch, state.t, motion, Q, inputs, found)
+        for k in range(row.switches):
+            place = out[first + k]
+            place[:] = 0.0
+            place[0], place[1], place[4], place[9] = CROSSING, found[2 * k], found[2 * k + 1], 1.0
+        first += row.switches
+
+
+class _Switches:
+    """The C function that asks a Python function for its switches, and for their rates by differences along the motion;
+    what accelerations do to them is not known.
+    """
+
+    def __init__(self, function: Callable[..., Any], count: int):
+        self.function, self.count, self.failure = function, count, ""
+        self.pointer, self.address = callback(self._run)
+
+    def _at(self, t: float, d, v, R, w) -> np.ndarray:
+        found = np.ravel(np.asarray(self.function(t, d, v, R, w), float))
+        if found.shape != (self.count,):
+            raise ValueError(f"{found.size} switches, at the start {self.count}")
+        return found
+
+    def _run(self, inputs, outputs) -> None:
+        x, out = np.ctypeslib.as_array(inputs, (INPUTS,)), np.ctypeslib.as_array(outputs, (2 * self.count,))
+        try:
+            x = x.copy()  # the function may keep its arguments
+            t, d, v, R, w = x[0], x[1:4], x[4:7], x[10:19].reshape(3, 3), x[7:10]
+            h = STEP / max(1.0, float(np.abs(x[4:10]).max()))
+            turning = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]]) @ R
+            ends = [self._at(t + s, d + s * v, v, R + s * turning, w) for s in (-h, h)]
+            out[0::2], out[1::2] = self._at(t, d, v, R, w), (ends[1] - ends[0]) / (2.0 * h)
+        except Exception as error:  # whatever a user's function raises: it cannot pass through compiled code
+            self.failure = self.failure or f"switches: {type(error).__name__}: {error} at t = {x[0]:.6g} s"
+            out[:] = np.nan
+
+
 class _Callback:
     """The C function that calls a Python function; what goes wrong there is kept, because no exception can pass."""
 
@@ -127,20 +186,25 @@ class UserForce(Force):
         ``function(t, d, v, R, w) -> (force, moment)``, N and N m, on the body of b at its marker, all in the axes of a:
         time, displacement d (3,), m, and velocity v (3,), m/s, of b relative to a, its axes R (3, 3) and its
         angular velocity w (3,), rad/s. It must depend on its arguments only.
+    switches : callable, or "module:function", optional
+        ``switches(t, d, v, R, w) -> number or list of numbers``, with the same arguments, each of which changes its
+        sign where the force jumps or has a kink: ``lambda t, d, v, R, w: d[2] - 0.1``. Adaptive steps end there, as at
+        contacts. It is located to `rtol` times the length of the model, in its own unit: scale it so that 1 is much.
     """
 
     name: str
     _: KW_ONLY
     markers: tuple[str, str]
     function: Any
+    switches: Any = None
 
-    imports: ClassVar[tuple[str, ...]] = ("function",)
+    imports: ClassVar[tuple[str, ...]] = ("function", "switches")
     """Fields whose text names code."""
     unseen: ClassVar[str] = (
         "steps do not end where a Python function jumps or has a kink, and may pass over what is short; give the "
-        "integrator a `largest` step below what matters, or use a force or an expression whose corners are known"
+        "integrator a `largest` step below what matters, or the force `switches` that pass zero at its corners"
     )
-    table: ClassVar[Table] = Table("UserForce", ROW, {"apply": apply})
+    table: ClassVar[Table] = Table("UserForce", ROW, {"apply": apply, "switch": switch}, switches="switches")
 
     def __post_init__(self):
         super().__post_init__()
@@ -153,6 +217,16 @@ class UserForce(Force):
                 expected="a function (t, d, v, R, w) -> (force, moment), or 'module:function'",
                 remedy="Write function=lambda t, d, v, R, w: (-100.0 * d, (0, 0, 0))",
             )
+        if self.switches is not None:
+            named = isinstance(self.switches, str) and self.switches.count(":") == 1
+            if not callable(self.switches) and not named:
+                raise ModelError(
+                    self.title,
+                    found=f"switches = {self.switches!r}",
+                    expected="a function (t, d, v, R, w) -> number or list of numbers, or 'module:function'",
+                    remedy="Write switches=lambda t, d, v, R, w: d[2] - 0.1",
+                )
+            object.__setattr__(self, "unseen", "")
         object.__setattr__(self, "_callbacks", [])
 
     def check(self, model) -> None:
@@ -171,4 +245,33 @@ class UserForce(Force):
         a, b = (compiler.marker(name) for name in self.markers)
         length = float(np.linalg.norm(compiler.position(b) - compiler.position(a)))
         address = self._callbacks[-1].address
-        return {"a": a, "b": b, "pair": compiler.pair(a, b), "address": address, "length": length or 1.0}
+        found = self._switches(compiler.position(b) - compiler.position(a))
+        if found is not None:
+            self._callbacks.append(found)
+        return {
+            "a": a,
+            "b": b,
+            "pair": compiler.pair(a, b),
+            "address": address,
+            "length": length or 1.0,
+            "switch": 0 if found is None else found.address,
+            "switches": 0 if found is None else found.count,
+        }
+
+    def _switches(self, d: np.ndarray) -> _Switches | None:
+        """Return the C function of the switches; how many there are is asked at a displacement d (3,), at rest."""
+        if self.switches is None:
+            return None
+        function = imported(self.switches, self.title, "switches")
+        try:
+            count = np.ravel(
+                np.asarray(function(0.0, np.array(d, float), np.zeros(3), np.eye(3), np.zeros(3)), float)
+            ).size
+        except Exception as error:  # whatever a user's function raises
+            raise ModelError(
+                self.title,
+                found=f"its function of switches fails: {type(error).__name__}: {error}",
+                expected="a number or a list of numbers",
+                remedy="Try it with t = 0, d (3,), v = 0, R = identity (3, 3), w = 0",
+            ) from error
+        return _Switches(function, count)

@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record
-from flexmb.math.switches import COLUMNS, DISTANCE, SLIP, TURN, call_switches
+from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, SLIP, TURN, call_switches
 from flexmb.system.program import run_kernels
 
 __all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
@@ -51,6 +51,8 @@ PAST, NEAR_END = 2.0, 4.0
 """Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
 many before the end of a step began at its end."""
 LOOKS, HALVINGS = 16, 40
+LATEST = 0.999
+"""Part of a step from which on a crossing lies in the next one."""
 SHORTEST, LONGEST = 0.1, 4.0
 """Least part of a step that is tried again where it changed a speed too much, and the largest growth."""
 
@@ -174,6 +176,26 @@ def _struck(a, b, h, g0, g1, share):
     return _fitting(share * speed, change)
 
 
+@inner_kernel
+def _crossed(a, b, h, level):
+    """Return the part of a step that ends just before a number of the user passes zero, or, of one that begins there,
+    just past it; `LONGEST` if it does not pass. A step that ends past a jump of the force would have it as its end.
+
+    Rates may be unknown: a place that is missed is looked for again in the shorter step, or in the next one.
+    """
+    g0, g1 = a[1], b[1]
+    speed = max(abs(a[4]), abs(b[4]), abs(g1 - g0) / h)
+    opposite, begins = (g0 > 0.0) != (g1 > 0.0), abs(g0) <= level
+    if not speed * h > 0.0 or (opposite and begins and abs(g1) <= level):
+        return LONGEST
+    if not opposite and (2.0 * speed * h <= level or abs(g0) + abs(g1) > 4.0 * speed * h):
+        return LONGEST
+    part, near = _first_change(a, b, h, 0.0), 0.5 * level / (speed * h)
+    if part > 1.0:
+        return LONGEST
+    return min(part + near if begins else max(part - near, 0.5 * part), LATEST)
+
+
 @kernel
 def allowed(sw, h, adaptive):
     """Return the part of a step that may be taken; from 1.0 on it may, and the next be so many times as long.
@@ -188,6 +210,10 @@ def allowed(sw, h, adaptive):
         if a[0] == SLIP:
             if adaptive and np.isfinite(sw.limits[0].slip):
                 least = min(least, _slipped(a, b, sw.limits[0].slip))
+            continue
+        if a[0] == CROSSING:
+            if adaptive:
+                least = min(least, _crossed(a, b, h, floor))
             continue
         speed = 0.0
         for i in range(4, 7):
