@@ -31,7 +31,7 @@ _ROOMS = {
 }
 _KINDS = ("flexmb.bodies", "flexmb.joints", "flexmb.forces", "flexmb.sensors", "flexmb.integrate")
 """Rooms whose kinds are public as soon as the room imports them."""
-_DOORS = ("fem", "io", "parts", "reduction", "study", "view")
+_DOORS = ("fem", "fmi", "io", "parts", "reduction", "study", "view")
 _MODULES = {"udwadia": "flexmb.math.udwadia"}
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 

@@ -25,6 +25,7 @@ from flexmb.cli import (
     check,
     demo,
     export,
+    fmu,
     linearize,
     modes,
     plot,
@@ -48,7 +49,7 @@ __all__ = ["VERBS", "main"]
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
     *(statics, modes, linearize, bode),
-    *(export, plot, render, view, report, cache, warm, demo),
+    *(export, fmu, plot, render, view, report, cache, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 

@@ -58,6 +58,7 @@ MAY_KNOW = {
     ),
     "view": ("files", "math", "model", "bodies", "results", "io"),
     "study": ("files", "lock", "broken_pipes", "math", "model", "parts", "results", "io"),
+    "fmi": ("files", "model", "io"),
     "cli": (),
 }
 
@@ -65,6 +66,7 @@ MAY_KNOW = {
 MAY_CALL = {
     "io": ("integrate",),
     "study": ("integrate",),
+    "fmi": ("integrate",),
     "cli": tuple(MAY_KNOW),
 }
 
@@ -98,6 +100,9 @@ DOORS = {
     "vtkmodules": ("io/", "view/"),
     "pyvista": ("io/", "view/"),
     "matplotlib": ("view/",),
+    "pythonfmu": ("fmi/",),
+    "pythonfmu3": ("fmi/",),
+    "fmpy": ("fmi/",),
     "imageio": ("view/",),
     "imageio_ffmpeg": ("view/",),
     "dask": ("study/",),
@@ -119,6 +124,9 @@ HEAVY = (
     "gmsh",
     "pyyeti",
     "control",
+    "pythonfmu",
+    "pythonfmu3",
+    "fmpy",
     "dask",
     "distributed",
     "pyarrow",

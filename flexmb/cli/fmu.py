@@ -1,0 +1,39 @@
+"""Write a model as a functional mock-up unit (FMI) for co-simulation in other programs.
+
+Inputs are those of the model (input = { name = "torque" } in place of a signal), outputs all columns of its sensors.
+
+Examples:
+  flexmb fmu crane.toml
+  flexmb fmu crane.toml --fmi 2 -o units/crane.fmu
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import flexmb as fmb
+from flexmb.cli.model_arguments import add_model_arguments, settings
+
+NAME = "fmu"
+SUMMARY = "write a model as a unit for co-simulation (.fmu)"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_model_arguments(parser)
+    parser.add_argument("--fmi", type=int, choices=(3, 2), default=3, help="version of FMI; default: 3")
+    parser.add_argument("--t-end", type=float, metavar="SECONDS", help="about the end; default: as in [simulation]")
+    parser.add_argument("-o", "--out", metavar="FILE", help="default: <model>.fmu")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    path, given = Path(arguments.model), settings(arguments)
+    model = fmb.load_model(path, given, trust=arguments.trust)
+    simulation = fmb.load_simulation(path, given, t_end=arguments.t_end)
+    out = Path(arguments.out) if arguments.out else Path(f"{path.stem}.fmu")
+    inputs, outputs = fmb.fmi.ports(model)
+    print(f"Inputs: {', '.join(inputs) or 'none'}")
+    print(f"Outputs: {', '.join(outputs) or 'none'}")
+    print(f"FMI {arguments.fmi} unit: {fmb.fmi.write_fmu(model, out, settings=simulation, version=arguments.fmi)}")
+    print("  runs in hosts that load Python with flexmb in it, as FMPy does")
+    return 0
