@@ -24,6 +24,8 @@ class _Motion:
     resources: Any
     register_variable: Callable[..., None]
     register_units: Callable[..., None]
+    variables: Callable[[], Iterator[Any]]
+    """returns the variables, of the package's own class"""
     log: Callable[..., None]
 
     def __init__(self, **given):
@@ -32,10 +34,6 @@ class _Motion:
         self.description = f"{DESCRIPTION} Model: {self.inside.model.name}."
         for variable in self.variables():
             self.register_variable(variable, nested=False)
-
-    def variables(self) -> Iterator[Any]:
-        """Return the variables, of the package's own class."""
-        raise NotImplementedError
 
     def ports(self) -> Iterator[tuple[str, str, Callable[[], float], Callable[[float], None] | None]]:
         """Return name, unit, getter and setter of the inputs, then of the outputs, whose setter is None."""
