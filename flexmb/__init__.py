@@ -14,7 +14,7 @@ __version__ = "0.1.0"
 _ROOMS = {
     "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError "
     "SlowRunWarning ValidityWarning",
-    "flexmb.model": "MATERIALS Material Model ModalNeutralData OrthotropicMaterial Pose",
+    "flexmb.model": "MATERIALS Material Model ModalNeutralData Orbit OrthotropicMaterial Pose",
     "flexmb.model.input_signal": "input",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",

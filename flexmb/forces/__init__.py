@@ -13,7 +13,9 @@ from flexmb.forces.oblate_gravity import OblateGravity
 from flexmb.forces.one_sided_spring import OneSidedSpring
 from flexmb.forces.point_load import PointLoad
 from flexmb.forces.pressure import Pressure
+from flexmb.forces.solar_pressure import SolarPressure
 from flexmb.forces.spring_damper import SpringDamper
+from flexmb.forces.thin_drag import ThinDrag
 from flexmb.forces.third_body import ThirdBody
 from flexmb.forces.torsion_spring import TorsionSpring
 from flexmb.forces.user_force import UserForce

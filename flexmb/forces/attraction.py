@@ -4,6 +4,12 @@ With r from the centre to the centre of mass, e = r / |r| and J the inertia abou
 
     F = -mu m e / r^2 - 3 mu / (2 r^4) ((tr J) e + 2 J e - 5 (e . J e) e),    T = 3 mu / r^3 e x J e,
     V = -mu m / r - mu / (2 r^3) (tr J - 3 e . J e),    (sums over principal axes)
+
+In axes whose origin falls at the place rho a body at rho + d gets the difference of two attractions that are nearly the
+same. It is taken without cancellation (Encke's method with Battin's function; Battin 1999, section 9.4):
+
+    g(rho + d) - g(rho) = -mu / r^3 (d - f rho),
+    f = q (3 + 3 q + q^2) / (1 + (1 + q)^1.5),   q = d . (d + 2 rho) / rho^2.
 """
 
 from __future__ import annotations
@@ -13,15 +19,38 @@ import numpy as np
 from flexmb.math.kernel import kernel
 from flexmb.math.vectors import cross, dot, norm
 
-__all__ = ["attract", "inertia_of"]
+__all__ = ["attract", "falling", "inertia_of"]
 
 
 @kernel
-def attract(r, R, mu, mass, inertia, wanted, field, K):
+def falling(rho, d, mu, out):
+    """Set the attraction (3,), m/s2, at the place rho + d from the centre, less that at rho; all of it if rho is 0."""
+    near = dot(rho, rho)
+    far = 0.0
+    for i in range(3):
+        far += (rho[i] + d[i]) ** 2
+    f = 0.0
+    if near > 0.0:
+        q = 0.0
+        for i in range(3):
+            q += d[i] * (d[i] + 2.0 * rho[i])
+        q /= near
+        f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) ** 1.5)
+    for i in range(3):
+        out[i] = -mu / far**1.5 * (d[i] - f * rho[i])
+
+
+@kernel
+def attract(rho, d, R, mu, mass, inertia, wanted, field, K):
     """Set the force and the torque (6,) and, if wanted, minus their derivatives (6, 6) by place and turn; return V.
 
-    r (3,) leads from the centre to the centre of mass, R (3, 3) are the axes of the body, which its inertia refers to.
+    rho (3,) leads from the centre to a point that falls freely, whose acceleration is left out (0: none is); d (3,)
+    from there to the centre of mass; R (3, 3) are the axes of the body, which its inertia refers to.
     """
+    r, pull = np.empty(3), np.empty(3)
+    for i in range(3):
+        r[i] = rho[i] + d[i]
+    falling(rho, d, mu, pull)
     h, t, unit = np.empty(3), np.empty(3), np.empty(3)
     dr, dh, dF, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     J = np.empty((3, 3))
@@ -40,7 +69,7 @@ def attract(r, R, mu, mass, inertia, wanted, field, K):
     a, b = mu * mass / far**3, 1.5 * mu / far**5
     cross(r, h, t)
     for i in range(3):
-        field[i] = -a * r[i] - b * (trace * r[i] + 2.0 * h[i] - 5.0 * s * r[i] / far**2)
+        field[i] = mass * pull[i] - b * (trace * r[i] + 2.0 * h[i] - 5.0 * s * r[i] / far**2)
         field[3 + i] = 2.0 * b * t[i]
     potential = -mu * mass / far - 0.5 * mu / far**3 * (trace - 3.0 * s / far**2)
     if wanted == 0:

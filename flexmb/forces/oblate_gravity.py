@@ -11,20 +11,23 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.forces.rows import require_center_of_mass
+from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.tables import STIFF, row_kernel
 from flexmb.math.vectors import dot, norm
 from flexmb.model.kinds import Force
+from flexmb.model.orbit import EARTH, elements_of
 from flexmb.model.table import Table
 
 __all__ = ["OblateGravity"]
 
-EARTH, RADIUS, J2 = 3.986004418e14, 6378137.0, 1.0826267e-3
+RADIUS, J2 = 6378137.0, 1.0826267e-3
 ROW = np.dtype(
     [
         ("marker", np.int64),
         ("source", np.int64),
         ("pair", np.int64),
         ("strength", float),  # mu J2 R^2 m / 2, N m4
+        ("orbit", ELEMENTS),
     ],
     align=True,
 )
@@ -34,18 +37,22 @@ ROW = np.dtype(
 def apply(raw, data, state, work):
     """F = -c grad f, f = 3 z^2 / r^5 - 1 / r^3, and the second derivatives of f."""
     rows = raw.view(ROW)
-    r, k = np.empty(3), np.empty(3)
+    r, k, speed = np.empty(3), np.empty(3), np.empty(3)
     for n in range(rows.shape[0]):
         row = rows[n]
         marker, source = work.markers[row.marker], work.markers[row.source]
+        follow_orbit(state.t, row.orbit, r, speed)
         for i in range(3):
-            r[i] = marker.r[i] - source.r[i]
+            r[i] += marker.r[i] - source.r[i]
             k[i] = source.R[i, 2]
         far, z, c = norm(r), dot(k, r), row.strength
         for i in range(3):
             slope = 6.0 * z * k[i] / far**5 - 15.0 * z * z * r[i] / far**7 + 3.0 * r[i] / far**5
             marker.wrench[i] -= c * slope
-        work.energy[0].potential += c * (3.0 * z * z / far**5 - 1.0 / far**3)
+            if row.orbit.follows == 1:  # the potential moves: its power is that of a load
+                work.energy[0].load_power -= c * slope * marker.v[i]
+        if row.orbit.follows == 0:
+            work.energy[0].potential += c * (3.0 * z * z / far**5 - 1.0 / far**3)
         if work.weights[0].wanted == 0:
             continue
         K = work.pairs[row.pair].K
@@ -74,7 +81,8 @@ class OblateGravity(Force):
     j2 : float, -
         By default that of the Earth.
     source : str
-        "ground.marker" of the centre; its z-axis is the axis of the central body.
+        "ground.marker" of the centre; its z-axis is the axis of the central body. With `Model(origin=Orbit(...))` it
+        stands at the origin of W, and only its axes count.
     """
 
     name: str
@@ -105,4 +113,5 @@ class OblateGravity(Force):
         marker, source = compiler.marker(f"{self.body}.center"), compiler.marker(self.source)
         strength = 0.5 * self.mu * self.j2 * self.radius**2 * mass
         pair = compiler.pair(source, marker, STIFF)
-        return {"marker": marker, "source": source, "pair": pair, "strength": strength}
+        orbit = elements_of(compiler.model)
+        return {"marker": marker, "source": source, "pair": pair, "strength": strength, "orbit": orbit}

@@ -82,18 +82,31 @@ def store_three_signals(force, field: str) -> None:
     object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(value)))
 
 
-def require_center_of_mass(force, model) -> None:
-    """Raise ModelError unless the field `body` names one with a centre of mass, and `source` is on the ground."""
+def require_center_of_mass(force, model, elastic: bool = False) -> None:
+    """Raise ModelError unless the field `body` names one with a centre of mass, or with `elastic` a reduced one, and
+    `source` is on the ground.
+    """
     body = model.body(force.body, force.title)
-    if not hasattr(body, "mass") or "center" not in body.marker_poses():
+    reduced = elastic and body.reduced is not None
+    if not reduced and (not hasattr(body, "mass") or "center" not in body.marker_poses()):
         raise ModelError(
             force.title,
             found=f"'{force.body}', {type(body).__name__}",
-            expected="a RigidBody or a PointMass",
+            expected="a RigidBody or a PointMass" + (" or a FloatingBody" if elastic else ""),
             remedy="Name such a body; elastic ones take loads at their markers",
         )
     source = getattr(force, "source", None)
-    if source is not None and model.marker(source, force.title)[0].n_velocities:
+    if source is None:
+        return
+    holder, pose = model.marker(source, force.title)
+    if model.origin is not None and any(pose.at):
+        raise ModelError(
+            force.title,
+            found=f"source = '{source}', at {tuple(pose.at)} m, in a model whose origin falls along an orbit",
+            expected="a ground marker at the origin of W: the orbit says where the centre is",
+            remedy="Leave source out, or place its marker at (0, 0, 0)",
+        )
+    if holder.n_velocities:
         raise ModelError(
             force.title,
             found=f"source = '{source}', on a body that moves",

@@ -13,9 +13,10 @@ import numpy as np
 
 from flexmb.forces.attraction import attract, inertia_of
 from flexmb.forces.rows import require_center_of_mass, store_three_signals
+from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.tables import STIFF, row_kernel
-from flexmb.math.vectors import norm
 from flexmb.model.kinds import Force
+from flexmb.model.orbit import elements_of
 from flexmb.model.table import Table
 
 __all__ = ["ThirdBody"]
@@ -28,6 +29,7 @@ ROW = np.dtype(
         ("mass", float),  # kg
         ("inertia", float, (3, 3)),  # kg m2, about the centre of mass, in body axes
         ("at", np.int64, 3),  # signals, m
+        ("orbit", ELEMENTS),
     ],
     align=True,
 )
@@ -37,21 +39,21 @@ ROW = np.dtype(
 def apply(raw, data, state, work):
     """The attraction less what the origin gets; its power is that of a load, the potential moves."""
     rows = raw.view(ROW)
-    r, s, field, K = np.empty(3), np.empty(3), np.empty(6), np.empty((6, 6))
+    d, away, field, K = np.empty(3), np.empty(3), np.empty(6), np.empty((6, 6))
+    origin, speed = np.empty(3), np.empty(3)
     wanted = work.weights[0].wanted
     for n in range(rows.shape[0]):
         row = rows[n]
         marker = work.markers[row.marker]
+        follow_orbit(state.t, row.orbit, origin, speed)
         for i in range(3):
-            s[i] = state.signals[row.at[i], 0]
-            r[i] = marker.r[i] - s[i]
-        attract(r, marker.R, row.mu, row.mass, row.inertia, wanted, field, K)
-        away = norm(s)
+            away[i] = -state.signals[row.at[i], 0]
+            d[i] = origin[i] + marker.r[i]
+        attract(away, d, marker.R, row.mu, row.mass, row.inertia, wanted, field, K)
         for i in range(3):
-            force = field[i] - row.mu * row.mass * s[i] / away**3
-            marker.wrench[i] += force
+            marker.wrench[i] += field[i]
             marker.wrench[3 + i] += field[3 + i]
-            work.energy[0].load_power += force * marker.v[i] + field[3 + i] * marker.w[i]
+            work.energy[0].load_power += field[i] * marker.v[i] + field[3 + i] * marker.w[i]
         if wanted != 0:
             for i in range(6):
                 for j in range(6):
@@ -72,7 +74,8 @@ class ThirdBody(Force):
     mu : float, N m2/kg
         Gravitational constant times the mass of the third body.
     at : three signals, m
-        Its place in W. The origin of W falls freely: it is the centre of the central body.
+        Its place, in the axes of W. Without an orbit the origin of W is the centre of the central body, which falls
+        freely; with `Model(origin=Orbit(...))` it is the place from that centre all the same.
     """
 
     name: str
@@ -81,6 +84,7 @@ class ThirdBody(Force):
     mu: float
     at: Any
 
+    lasting: ClassVar[bool] = True
     table: ClassVar[Table] = Table("ThirdBody", ROW, {"apply": apply})
 
     def __post_init__(self):
@@ -106,4 +110,11 @@ class ThirdBody(Force):
         marker = compiler.marker(f"{self.body}.center")
         at = tuple(compiler.signal(signal) for signal in self.at)
         pair = compiler.pair(marker, marker, STIFF)
-        return {"marker": marker, "pair": pair, "mass": float(body.mass), "inertia": inertia_of(body), "at": at}
+        return {
+            "marker": marker,
+            "pair": pair,
+            "mass": float(body.mass),
+            "inertia": inertia_of(body),
+            "at": at,
+            "orbit": elements_of(compiler.model),
+        }

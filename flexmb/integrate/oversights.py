@@ -9,20 +9,21 @@ import numpy as np
 
 from flexmb.model.model import Model
 
-__all__ = ["oversights"]
+__all__ = ["oversights", "places_of"]
 
 LISTED = 12
 
 
 def oversights(model: Model) -> list[str]:
     """Return sentences about what is perhaps not meant."""
-    held = {place.rpartition(".")[0] for part in (*model.joints, *model.forces) for place in _places(part, model)}
+    held = {place.rpartition(".")[0] for part in (*model.joints, *model.forces) for place in places_of(part, model)}
     loose = [body for body in model.bodies if body.n_velocities and body.name not in held]
     found = []
     if loose:
         names = ", ".join(f"'{body.name}'" for body in loose[:LISTED]) + (", ..." if len(loose) > LISTED else "")
         found.append(f"nothing holds {names}: no joint and no force acts on a marker there; it moves freely")
-    if not np.any(model.gravity) and any(body.n_velocities for body in model.bodies):
+    falls = np.any(model.gravity) or any(force.lasting for force in model.forces)
+    if not falls and any(body.n_velocities for body in model.bodies):
         found.append("there is no gravity; gravity=(0, 0, -9.81) gives weight")
     unseen: dict[str, list[str]] = {}
     for force in model.forces:
@@ -32,7 +33,7 @@ def oversights(model: Model) -> list[str]:
     return found
 
 
-def _places(part, model: Model) -> tuple[str, ...]:
+def places_of(part, model: Model) -> tuple[str, ...]:
     """Return the markers on which a joint or force acts, "body.marker"; its joint's where it names one."""
     places = [*(getattr(part, "markers", None) or ()), getattr(part, "marker", None)]
     if part.family == "Joint":

@@ -9,7 +9,18 @@ __all__ = ["FAMILIES", "TABLES", "integrators", "parts", "values"]
 FAMILIES = {"body": "bodies", "joint": "joints", "force": "forces", "sensor": "sensors", "event": "events"}
 """Name of the table in a file: family of the model."""
 
-TABLES = ("name", "gravity", "base", "parameters_from", "parameters", "signals", *FAMILIES, "assembly", "simulation")
+TABLES = (
+    "name",
+    "gravity",
+    "origin",
+    "base",
+    "parameters_from",
+    "parameters",
+    "signals",
+    *FAMILIES,
+    "assembly",
+    "simulation",
+)
 """What a model file may hold at its top."""
 
 

@@ -24,6 +24,7 @@ from flexmb.model.foreign import Foreign
 from flexmb.model.material import MATERIALS
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
+from flexmb.model.orbit import Orbit
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import as_signal
 
@@ -143,9 +144,25 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
             name=name, bodies=tuple(families.pop("bodies")), gravity=gravity, parameters=context.parameters
         )
         whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
-        return whole.with_parts(**families)
+        return replace(whole.with_parts(**families), origin=_origin(tables, context, whole.origin))
     except FlexmbError as error:
         raise located(error, path.name) from None
+
+
+def _origin(tables: dict[str, Any], context: Context, given: Orbit | None) -> Orbit | None:
+    """Return the orbit of the table [origin], or that of an assembly."""
+    where = f"{context.path.name}, [origin]"
+    raw = tables.get("origin")
+    if raw is None:
+        return given
+    if not isinstance(raw, dict):
+        raise ModelError(
+            where,
+            found=repr(raw),
+            expected="a table with place and velocity",
+            remedy="Write [origin], place = [6.9e6, 0, 0], velocity = [0, 7600.0, 0]",
+        )
+    return call(Orbit, {name: context.value(entry, f"{where}.{name}") for name, entry in raw.items()}, where)
 
 
 def _check_top(tables: dict[str, Any], file: str) -> None:

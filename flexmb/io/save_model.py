@@ -60,6 +60,8 @@ def _text(model: Model, simulation: Simulation | None, data_name: Callable[[Moda
     if any(model.gravity):
         top["gravity"] = list(model.gravity)
     lines = table_lines("", top)
+    if model.origin is not None:
+        lines += table_lines("[origin]", toml_fields(model.origin, "Orbit", data_name))
     if model.parameters:
         lines += ["# The values below are evaluated already; these are the parameters they came from."]
         lines += table_lines("[parameters]", model.parameters)

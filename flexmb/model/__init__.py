@@ -3,7 +3,8 @@
 from flexmb.model.material import MATERIALS, Material
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
+from flexmb.model.orbit import Orbit
 from flexmb.model.orthotropic_material import OrthotropicMaterial
 from flexmb.model.pose import Pose
 
-__all__ = ["MATERIALS", "Material", "ModalNeutralData", "Model", "OrthotropicMaterial", "Pose"]
+__all__ = ["MATERIALS", "Material", "ModalNeutralData", "Model", "Orbit", "OrthotropicMaterial", "Pose"]

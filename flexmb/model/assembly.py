@@ -84,6 +84,13 @@ def placed(model, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None):
 def _require_own_axes(model, prefix: str, pose: Pose) -> None:
     """Raise ModelError if an equation reads components in the axes of W, which would not move with the model."""
     moved = any(pose.at) or not np.array_equal(pose.matrix, np.eye(3))
+    if moved and model.origin is not None:
+        raise ModelError(
+            f"Assembly '{prefix}'",
+            found=f"a model whose origin falls along {model.origin!r}, placed at {pose.at} or turned",
+            expected="places relative to the orbit as they are",
+            remedy="Place the bodies themselves, and give the orbit to the whole",
+        )
     for part in (*model.joints, *model.forces) if moved else ():
         read = part.in_world_axes(model) if hasattr(part, "in_world_axes") else None
         if read is not None:
@@ -105,8 +112,9 @@ def joined(*models):
     """
     first, *others = models
     parts: dict[str, list[Any]] = {family: list(getattr(first, family)) for family in FAMILIES}
-    parameters, gravity = dict(first.parameters), first.gravity
+    parameters, gravity, origin = dict(first.parameters), first.gravity, first.origin
     for other in others:
+        origin = _one_origin(first, origin, other)
         gravity = _one_gravity(first, gravity, other)
         parameters = {**other.parameters, **parameters}
         for family in FAMILIES:
@@ -121,7 +129,19 @@ def joined(*models):
         **{family: tuple(members) for family, members in parts.items()},
         parameters=parameters,
         gravity=gravity,
+        origin=origin,
     )
+
+
+def _one_origin(first, origin, other):
+    if origin is not None and other.origin is not None and repr(origin.fields()) != repr(other.origin.fields()):
+        raise ModelError(
+            f"Model '{first.name}' + '{other.name}'",
+            found=f"two origins, {origin!r} and {other.origin!r}",
+            expected="one orbit that the origin of W follows",
+            remedy="Set origin in one of them only",
+        )
+    return other.origin if origin is None else origin
 
 
 def _one_gravity(first, gravity, other):

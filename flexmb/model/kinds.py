@@ -321,6 +321,10 @@ class Force(Part):
     """Does it depend on the multipliers of joints (friction)?"""
     strikes: ClassVar[bool] = False
     """Does it begin at a place and stiffen from there (contacts, stops)?"""
+    attracts: ClassVar[bool] = False
+    """Is it the attraction by the centre of an orbit that the origin of W may follow?"""
+    lasting: ClassVar[bool] = False
+    """Does it rule motions over many revolutions, in which the errors of steps add up (orbits)?"""
     unseen: ClassVar[str] = ""
     """What steps do not see of its law, and what to do: runs and checks say it."""
     table: ClassVar[Table]

@@ -11,6 +11,7 @@ from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.assembly import joined, placed
 from flexmb.model.described import Described
 from flexmb.model.kinds import Part, check_names, find_part
+from flexmb.model.orbit import Orbit, check_origin
 from flexmb.model.pose import vector3
 
 __all__ = ["Model"]
@@ -29,6 +30,9 @@ class Model(metaclass=Described):
         Names are unique within each family. The model should have one `Ground`, named "ground".
     gravity : (3,), m/s2, in W
         Acceleration of free fall; none unless given.
+    origin : Orbit, optional
+        The origin of W falls along this orbit about a centre: places and velocities are relative to it, and remain as
+        small as the spacecraft. Every body then needs a `CentralGravity`.
     name : str
         Used in messages, reports and file names.
 
@@ -44,6 +48,7 @@ class Model(metaclass=Described):
     sensors: tuple[Any, ...] = ()
     events: tuple[Any, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    origin: Orbit | None = None
     name: str = "model"
     parameters: Mapping[str, float] = field(default_factory=dict)
 
@@ -71,6 +76,7 @@ class Model(metaclass=Described):
         for family in ("joints", "forces", "sensors", "events"):
             for part in getattr(self, family):
                 part.check(self)
+        check_origin(self)
 
     def _check_ground(self) -> None:
         """Raise ModelError unless "ground" names the one body that cannot move."""

@@ -12,6 +12,7 @@ from flexmb.sensors.loads import ForceOf, Reaction
 from flexmb.sensors.marker_motion import Acceleration, AngularVelocity, Orientation, Position, Velocity
 from flexmb.sensors.momentum import Momentum
 from flexmb.sensors.multiplier import Multiplier
+from flexmb.sensors.orbital_motion import OrbitalPosition, OrbitalVelocity
 from flexmb.sensors.section import SectionForces, SectionStrains
 from flexmb.sensors.state import State
 from flexmb.sensors.stress import Stress

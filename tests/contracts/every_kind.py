@@ -112,6 +112,8 @@ MORE = {
     "LineLoad": {"stretch": "rope.wind", "force": (0, 0, fmb.ramp(rate=2.0)), "section_axes": True},
     "CentralGravity": {"body": "b", "mu": 4.9e12},
     "OblateGravity": {"body": "b", "j2": 2e-4},
+    "SolarPressure": {"area": 3.0, "sun": (fmb.ramp(rate=2.0), 1.0, 0), "mirrored": 0.2, "both_faces": True},
+    "ThinDrag": {"area": 3.0, "density": 2e-12, "mirrored": 0.2, "diffuse": 0.5, "leaving": 300.0},
     "ThirdBody": {"body": "b", "mu": 4.9e12, "at": (fmb.ramp(rate=2.0), 3.8e8, 0)},
     "Pressure": {"amount": fmb.ramp(rate=1e3)},
     "Motor": {"target": fmb.ramp(rate=2.0), "stiffness": 5.0, "limits": (-1.0, 3.0)},

@@ -110,7 +110,16 @@ FORCE_FIELDS = {
     },
 }
 """Fields of forces beyond name and markers, where values by the names of required fields would not do."""
-OF_NO_PAIR = ("Pressure", "LineLoad", "LineContact", "CentralGravity", "OblateGravity", "ThirdBody")
+OF_NO_PAIR = (
+    "Pressure",
+    "LineLoad",
+    "LineContact",
+    "CentralGravity",
+    "OblateGravity",
+    "SolarPressure",
+    "ThinDrag",
+    "ThirdBody",
+)
 FORCES = [name for name in forces.KINDS if name not in OF_NO_PAIR]
 
 

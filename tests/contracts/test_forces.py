@@ -8,7 +8,16 @@ from tolerances import MACHINE
 from flexmb import forces
 from flexmb.system.program import evaluate
 
-EXTERNAL = {"PointLoad", "Pressure", "LineLoad", "CentralGravity", "OblateGravity", "ThirdBody"}
+EXTERNAL = {
+    "PointLoad",
+    "Pressure",
+    "LineLoad",
+    "CentralGravity",
+    "OblateGravity",
+    "SolarPressure",
+    "ThinDrag",
+    "ThirdBody",
+}
 """Loads of the surroundings: they have no partner."""
 ON_LINES = {"LineContact"}
 """Examined in forces/test_line_contact.py."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
-from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
+from flexmb.integrate.orbital import default_integrator
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.record import Recorder
@@ -52,7 +52,7 @@ def resume(
     t_end : float, s
         That of the run, or later.
     integrator : integrator, optional
-        `GeneralizedAlpha()` unless given; a failed run may be continued with another one.
+        As `simulate`; a failed run may be continued with another one.
     samples : int or (nt,) s
         As `simulate`, over the whole run from its first start; those that are there already are not computed again.
     read_model : callable (text, {body name: ModalNeutralData}) -> Model
@@ -67,13 +67,13 @@ def resume(
     IntegrationError, DataFileError
         As `simulate`.
     """
-    integrator = GeneralizedAlpha() if integrator is None else integrator
     path = None if isinstance(run, Solution) else Path(run)
     before = run if isinstance(run, Solution) else Solution.load(run, read_model=read_model)
     clock = time.perf_counter()
     last, model, state, merge = _where(before, t_end)
     if model is None:
         return _ended(before, path)
+    integrator = default_integrator(model) if integrator is None else integrator
     times = sample_times(float(before.t[0]), t_end, samples)
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
     assembled = assemble(model, t=last.t, state=state)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
-from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.explicit.explicit import Explicit
+from flexmb.integrate.orbital import default_integrator, far_from_origin
 from flexmb.integrate.oversights import oversights
 from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
@@ -90,10 +90,10 @@ def state_at(start, model: Model, t: float):
     return carried(system, model, start.q, start.u)
 
 
-def chosen_integrator(integrator, formulation):
+def chosen_integrator(model: Model, integrator, formulation):
     """Return the integrator that is meant by the arguments of `simulate`."""
     if formulation is None:
-        integrator = GeneralizedAlpha() if integrator is None else integrator
+        integrator = default_integrator(model) if integrator is None else integrator
         if not is_integrator(integrator):
             name = integrator.__name__ if isinstance(integrator, type) else str(integrator)
             near = did_you_mean(name, INTEGRATORS)
@@ -136,7 +136,8 @@ def simulate(
     model : Model
     t_end : float, s
     integrator : integrator, optional
-        `GeneralizedAlpha()` unless given.
+        `GeneralizedAlpha()` unless given; for rigid bodies and points in orbit (`CentralGravity`, `ThirdBody`)
+        `Explicit(rtol=1e-10, atol=1e-12)`, because errors add up over the revolutions.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
         How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the
         joints, as `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
@@ -168,7 +169,7 @@ def simulate(
     IntegrationError
         If the integrator cannot continue; ``error.solution`` holds all samples so far.
     """
-    integrator = chosen_integrator(integrator, formulation)
+    integrator = chosen_integrator(model, integrator, formulation)
     times = sample_times(t_start, t_end, samples)
     compile_ahead(getattr(integrator, "entries", ()))
     clock = time.perf_counter()
@@ -182,6 +183,7 @@ def simulate(
     system, begin = assembled
     require_no_jumps(system, begin, float(times[-1]))
     told += require_motion_to_begin(system, begin, system.workspace())
+    told += far_from_origin(system)
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     phases.validity.tell(told)

@@ -311,7 +311,7 @@ def stepper(
             expected="times in s, the end after the start",
             remedy="Give about the time at which the run will end",
         )
-    chosen = chosen_integrator(integrator, formulation)
+    chosen = chosen_integrator(model, integrator, formulation)
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []
     system, begin = (
