@@ -122,6 +122,7 @@ class _Formulation(metaclass=Described):
     """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
 
     compiled: ClassVar[bool] = False
+    closed: ClassVar[bool] = False
     unknowns: ClassVar[None] = None
 
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
@@ -199,6 +200,8 @@ class NullSpace(_Formulation):
     solution of G a0 = b. The multipliers follow by least squares. Source: Wang & Huston 1988.
     """
 
+    closed: ClassVar[bool] = True
+
     def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
         M, L, G, f, scale = _balanced(e)
@@ -218,6 +221,8 @@ class UdwadiaPhohomsiri(_Formulation):
 
     Source: Udwadia & Phohomsiri 2006, eq. 3.13; unique if [M; G] has full column rank, which is checked.
     """
+
+    closed: ClassVar[bool] = True
 
     def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""

@@ -30,6 +30,8 @@ class Formulation(Protocol):
 
     compiled: bool
     """Do the compiled steps of `Explicit` have it for the coordinates of all bodies?"""
+    closed: bool
+    """Do they have it in closed form, where forces of constraints are A^T lam?"""
     unknowns: Callable[..., Any] | None
     """(system, state, work) -> the coordinates it integrates (`RelativeUnknowns`); None: those of all bodies."""
 

@@ -57,6 +57,7 @@ class Recursive(metaclass=Described):
     cut: tuple[str, ...] = ()
 
     compiled: ClassVar[bool] = False
+    closed: ClassVar[bool] = False
 
     def __post_init__(self):
         if not isinstance(self.cut, list | tuple) or not all(isinstance(name, str) for name in self.cut):

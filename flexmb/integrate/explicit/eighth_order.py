@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.integrate.explicit import body_steps, joint_steps
+from flexmb.integrate.explicit import body_steps, closed_steps, joint_steps
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
 from flexmb.integrate.explicit.steps import STAGES, STEPS, ExplicitRun, Steps, call_accepting, call_rates
 from flexmb.integrate.extent import absolute_tolerance
@@ -178,8 +178,10 @@ class CompiledRun:
         self.motion, system, work = motion, motion.system, motion.work
         links = motion.unknowns.links
         self.tree = no_links(system, state) if links is None else links
-        own = body_steps if links is None else joint_steps
+        closed = links is None and not settings.formulation.compiled
+        own = closed_steps if closed else body_steps if links is None else joint_steps
         self.settings, self.system, self.work, self.make_other = settings, system, work, other
+        self.closed = closed
         self.other: Any = None
         self.goal, self.begun = -np.inf, 0
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
@@ -204,6 +206,7 @@ class CompiledRun:
             gaps=system.gaps,
             bounds=system.bounds(settings.drift),
             units=system.units,
+            dense=closed_steps.dense_of(system, work) if closed else closed_steps.no_dense(),
             run=ExplicitRun.table(
                 t=state.t,
                 next_step=span,
@@ -215,7 +218,7 @@ class CompiledRun:
                 sweeps=sweeps[0],
                 last_sweeps=sweeps[1],
                 rates=own.rates.compiled.address,
-                accepting=own.accepting.compiled.address,
+                accepting=(body_steps if closed else own).accepting.compiled.address,
             ),
             **tables,
         )
@@ -322,5 +325,6 @@ class CompiledRun:
             return self.other.sample()
         state = self._state()
         # the sparse solution knows the reactions of joints of the tree as well
-        state.a[:], state.lam[:] = AUGMENTED.accelerate(self.system, state, self.work)
+        own = self.motion.formulation if self.closed else AUGMENTED
+        state.a[:], state.lam[:] = own.accelerate(self.system, state, self.work)
         return state.t, state.q, state.u, state.a, state.lam, self.steps.y[-3:].copy()

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
+from flexmb.integrate.explicit import closed_steps
 from flexmb.integrate.explicit.eighth_order import ATOL, AUGMENTED, CompiledRun, run_to
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
@@ -218,13 +219,15 @@ class Explicit(metaclass=Described):
     @property
     def entries(self) -> tuple:
         """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
-        compiled = self.formulation.compiled or self.formulation.unknowns is not None
+        own = self.formulation
+        compiled = own.compiled or own.closed or own.unknowns is not None
         return (run_to,) if self.method == "DOP853" and compiled else ()
 
     def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
         """Return the solver at the start: compiled where method and formulation are."""
         motion = Motion(self, system, state, work)
-        compiled = self.formulation.compiled or motion.unknowns.links is not None
+        closed = self.formulation.closed and closed_steps.applies(system)
+        compiled = self.formulation.compiled or closed or motion.unknowns.links is not None
         if self.method != "DOP853" or not compiled:
             return _Run(self, motion, state, t_end)
         return CompiledRun(

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.program import PROGRAM
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record, numba_type
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type
 from flexmb.math.tables import COUNT, NUMBER, WORK, caller, void
 from flexmb.tree.rigid.link_tree import LINK_TREE
 
@@ -17,6 +17,7 @@ __all__ = [
     "ACCEPTING",
     "RATES",
     "STAGES",
+    "Dense",
     "ExplicitRun",
     "Steps",
     "call_accepting",
@@ -60,6 +61,20 @@ class ExplicitRun(Record):
     """very short ones in a row"""
 
 
+class Dense(NamedTuple):
+    """Where the mass matrix stands, and which equations are taken first."""
+
+    rows: Integers
+    """(k,) of an entry of the mass matrix, as the next"""
+    columns: Integers
+    at: Integers
+    """(k,) its place in the iteration matrix"""
+    order: Integers
+    """(ng,) of the equations: those that may depend on others last"""
+    apart: Floats
+    """(ng,) part of an equation beyond those before it, from which it counts"""
+
+
 class Steps(NamedTuple):
     """Storage of the steps."""
 
@@ -88,6 +103,8 @@ class Steps(NamedTuple):
     """(nu,) see `project`"""
     run: Annotated[np.ndarray, ArrayOf(ExplicitRun.dtype)]
     """one row: how far it is, and how it goes on"""
+    dense: Dense
+    """of steps with accelerations in closed form"""
     A: FloatRows
     """coefficients of the method, as the next four"""
     B: Floats
