@@ -23,7 +23,13 @@ from flexmb.system.complaints import (
 )
 from flexmb.system.lengths import described_lengths, velocity_units, warn_of_lost_digits
 from flexmb.system.massless import inertia_floor
-from flexmb.system.mobility import constraint_matrix, dependent_equations, equation_scale, mass_metric
+from flexmb.system.mobility import (
+    constraint_matrix,
+    dependent_equations,
+    equation_scale,
+    indeterminate_equations,
+    mass_metric,
+)
 from flexmb.system.program import (
     accelerations,
     constraint_acceleration,
@@ -225,9 +231,14 @@ def _regularised(system: System, state: State, work) -> System:
     forces = equations_of_forces(system, work)
     for family in (forces, ~forces):
         scale[family] = np.minimum(scale[family].max(initial=0.0), 1e4 * scale[family])
-    scale *= REGULARISATION if len(dependent) else 0.0
+    sizes = scale.copy()
+    # others are hard: near a singular position they hardly move anything, and soft ones would not converge
+    shared = np.zeros(system.ng, bool)
+    shared[indeterminate_equations(M, G, dependent)] = True
+    scale = np.where(shared, REGULARISATION * scale, 0.0)
     softness = np.concatenate([np.zeros(system.nu), scale]) if len(dependent) else np.zeros(0)
     pattern = system.program.pattern._replace(softness=softness)
     program = system.program._replace(regularisation=scale, pattern=pattern, floor_at=places, floor=values)
     allowed = system.lengths.equations * (MESH_TOLERANCE if len(dependent) else 0.0)
-    return replace(system, program=program, redundant=tuple(int(k) for k in dependent), gaps=allowed)
+    redundant = tuple(int(k) for k in dependent)
+    return replace(system, program=program, redundant=redundant, sizes=sizes if len(dependent) else None, gaps=allowed)

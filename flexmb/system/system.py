@@ -49,6 +49,8 @@ class System:
         Where their integrals and they themselves stand.
     branch_names : tuple of str
         What the last coordinates of q count: full turns of a joint, the place on a curve (see `keep_branches`).
+    sizes : (ng,), optional
+        What multipliers are measured by where some are not unique.
     redundant : tuple of int
         Equations that depend on others at the assembled configuration.
     gaps : (ng,), m or rad
@@ -101,6 +103,7 @@ class System:
     state_slices: Mapping[str, tuple[slice, slice]] = field(default_factory=dict)
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
+    sizes: np.ndarray | None = None
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __repr__(self):
@@ -154,9 +157,9 @@ class System:
 
     @property
     def multiplier_weights(self) -> np.ndarray:
-        """Weights of the multipliers in the norm that is least where equations are dependent: their regularisation."""
-        weight = np.abs(self.program.regularisation)
-        return weight / weight.max() if np.any(weight > 0.0) else np.ones(self.ng)
+        """Weights of the multipliers in the norm that is least where equations are dependent."""
+        weight = self.sizes
+        return weight / weight.max() if weight is not None and np.any(weight > 0.0) else np.ones(self.ng)
 
     def workspace(self) -> Work:
         """Return new scratch arrays for one thread."""
