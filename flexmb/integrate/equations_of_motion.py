@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import null_space, pinv, svd
 
 from flexmb.errors import ModelError
@@ -40,6 +41,7 @@ class EquationsOfMotion:
     equation_names : tuple of str
         Of the rows of A; rows of unit Euler parameters come last.
     M : (n, n); Q : (n,); A : (m, n); b : (m,)
+        M, A, L and B are arrays, or sparse matrices (csr) where `equations(..., as_sparse=True)` asked for them.
     L : (n, m)
         Forces of unit multipliers: A^T, unless interface loads stiffen reduced bodies.
     u : (n,)
@@ -58,14 +60,14 @@ class EquationsOfMotion:
     state: Any
     names: tuple[str, ...]
     equation_names: tuple[str, ...]
-    M: np.ndarray
+    M: Any
     Q: np.ndarray
-    A: np.ndarray
+    A: Any
     b: np.ndarray
-    L: np.ndarray
+    L: Any
     u: np.ndarray
     velocity: np.ndarray
-    B: np.ndarray
+    B: Any
     Bdot_u: np.ndarray
     rank: int | None = None
 
@@ -83,20 +85,22 @@ class EquationsOfMotion:
     @property
     def complement(self) -> np.ndarray:
         """Orthonormal basis (n, n - rank) of the motions that the constraints leave, A complement = 0."""
-        if not len(self.A):
+        A = dense(self.A)
+        if not len(A):
             return np.eye(len(self.u))
         if self.rank is None:
-            return null_space(self.A, rcond=RANK)
-        norms = np.linalg.norm(self.A, axis=1)
-        return svd(self.A / np.where(norms > 0.0, norms, 1.0)[:, None])[2][self.rank :].T
+            return null_space(A, rcond=RANK)
+        norms = np.linalg.norm(A, axis=1)
+        return svd(A / np.where(norms > 0.0, norms, 1.0)[:, None])[2][self.rank :].T
 
     @property
     def A_pinv(self) -> np.ndarray:
         """Pseudo-inverse of A, (n, m)."""
+        A = dense(self.A)
         if self.rank is None:
-            return pinv(self.A, rtol=RANK)
+            return pinv(A, rtol=RANK)
         N = self.complement
-        return pinv(self.A - (self.A @ N) @ N.T, rtol=RANK)  # dependent to all digits
+        return pinv(A - (A @ N) @ N.T, rtol=RANK)  # dependent to all digits
 
     def partial_velocity(self, marker: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the partial velocities (6, n) of a marker in W, and the acceleration (6,) at u' = 0.
@@ -113,11 +117,12 @@ class EquationsOfMotion:
         J = np.zeros((6, system.nu))
         nu, at = int(row["nu"]), int(row["iJ"])
         J[:, int(row["iu"]) : int(row["iu"]) + nu] = work.J[at : at + 6 * nu].reshape(6, nu)
-        return J @ self.B, row["bias"] + J @ self.Bdot_u
+        return J @ dense(self.B), row["bias"] + J @ self.Bdot_u
 
     def solve(self, C=None) -> Accelerated:
         """Return the accelerations by Udwadia & Phohomsiri's equation; C (n,) makes constraints that are not ideal."""
-        if not np.allclose(self.L, self.A.T, rtol=1e-12, atol=1e-12 * np.max(np.abs(self.A), initial=0.0)):
+        L, A = dense(self.L), dense(self.A)
+        if not np.allclose(L, A.T, rtol=1e-12, atol=1e-12 * np.max(np.abs(A), initial=0.0)):
             raise ModelError(
                 "equations",
                 found="forces of multipliers that are not A^T: interface loads stiffen a reduced body",
@@ -152,9 +157,10 @@ class EquationsOfMotion:
             blocks.append((iu, at, own))
             names += titles
             at += own.shape[1]
-        B = np.zeros((len(u), at))
+        B = sparse.lil_matrix((len(u), at))
         for iu, start, own in blocks:
             B[iu, start : start + own.shape[1]] = own
+        B = B.tocsr() if sparse.issparse(self.M) else B.toarray()
         extra, second = np.zeros((len(unit), at)), np.zeros(len(unit))
         speed = np.zeros(at)
         for iu, start, own in blocks:
@@ -178,11 +184,14 @@ class EquationsOfMotion:
         zero = np.zeros(len(here.v))
         B = np.array([tree.absolute(here.q, row, zero, self.state.t).u for row in np.eye(len(zero))]).T
         B = B.reshape(self.system.nu, len(zero))
+        B = sparse.csr_matrix(B) if sparse.issparse(self.M) else B
         rate = tree.absolute(here.q, here.v, zero, self.state.t).a
         found = self._in(B, rate, here.v.copy(), tree.rate_names, (np.zeros((0, len(zero))), np.zeros(0), ()))
-        size = np.max(np.abs(self.A), axis=1, initial=0.0)
+        size = np.max(np.abs(dense(self.A)), axis=1, initial=0.0)
         least = 1e-9 if self.rank is None else DRIFTS * DEPENDENT
-        kept = np.flatnonzero(np.max(np.abs(found.A), axis=1, initial=0.0) > least * np.where(size > 0.0, size, 1.0))
+        kept = np.flatnonzero(
+            np.max(np.abs(dense(found.A)), axis=1, initial=0.0) > least * np.where(size > 0.0, size, 1.0)
+        )
         return replace(
             found,
             A=found.A[kept],
@@ -193,7 +202,7 @@ class EquationsOfMotion:
         )
 
     def _require_bodies(self) -> None:
-        if len(self.B) != self.B.shape[1] or not np.array_equal(self.B, np.eye(len(self.B))):
+        if self.B.shape[0] != self.B.shape[1] or abs(self.B - sparse.identity(self.B.shape[0])).max() > 0.0:
             raise ModelError(
                 "equations",
                 found="equations in other coordinates than velocities of bodies",
@@ -204,15 +213,17 @@ class EquationsOfMotion:
     def _in(self, B, rate, u, names, more) -> EquationsOfMotion:
         """Return the equations in rates with velocities B u, (B u)' = B u' + rate, and constraints added."""
         rows, second, titles = more
+        stacks: Any = sparse if sparse.issparse(self.M) else np
+        rows = sparse.csr_matrix(rows) if sparse.issparse(self.M) else rows
         return replace(
             self,
             names=names,
             equation_names=(*self.equation_names, *titles),
             M=B.T @ self.M @ B,
             Q=B.T @ (self.Q - self.M @ rate),
-            A=np.vstack([self.A @ B, rows]),
+            A=stacks.vstack([self.A @ B, rows], **({"format": "csr"} if stacks is sparse else {})),
             b=np.concatenate([self.b - self.A @ rate, second]),
-            L=np.hstack([B.T @ self.L, rows.T]),
+            L=stacks.hstack([B.T @ self.L, rows.T], **({"format": "csr"} if stacks is sparse else {})),
             u=u,
             velocity=np.concatenate([self.velocity, np.zeros(len(second))]),
             B=B,
@@ -221,13 +232,18 @@ class EquationsOfMotion:
         )
 
 
+def dense(matrix: Any) -> np.ndarray:
+    """Return a matrix as an array."""
+    return matrix.toarray() if sparse.issparse(matrix) else matrix
+
+
 def _half_product(p: np.ndarray) -> np.ndarray:
     """Return the (4, 3) matrix of p' = L w, 1/2 p o (0, w)."""
     a, b, c, d = 0.5 * p
     return np.array([[-b, -c, -d], [a, -d, c], [d, a, -b], [-c, b, a]])
 
 
-def equations(model: Model, state: Any = None) -> EquationsOfMotion:
+def equations(model: Model, state: Any = None, *, as_sparse: bool = False) -> EquationsOfMotion:
     """Return the equations of motion of a model at a state, in the velocities of its bodies.
 
     Parameters
@@ -235,6 +251,8 @@ def equations(model: Model, state: Any = None) -> EquationsOfMotion:
     model : Model
     state : Instant, optional
         ``solution.final``, ``solution.state(t)``; by default the assembled start.
+    as_sparse : bool
+        Sparse matrices (csr) M, A, L and B, for large models; arrays otherwise.
 
     Examples
     --------
@@ -262,14 +280,14 @@ def equations(model: Model, state: Any = None) -> EquationsOfMotion:
         state=start,
         names=tuple(names),
         equation_names=system.equation_names,
-        M=e.M.toarray(),
+        M=e.M.tocsr() if as_sparse else e.M.toarray(),
         Q=e.f,
-        A=e.G.toarray(),
+        A=e.G.tocsr() if as_sparse else e.G.toarray(),
         b=e.b,
-        L=e.L.toarray(),
+        L=e.L.tocsr() if as_sparse else e.L.toarray(),
         u=start.u.copy(),
         velocity=e.velocity,
-        B=np.eye(nu),
+        B=sparse.identity(nu, format="csr") if as_sparse else np.eye(nu),
         Bdot_u=np.zeros(nu),
         rank=_rank(e.independent().G.toarray() / np.sqrt(mass_metric(e.M))) if len(e.dependent) else None,
     )

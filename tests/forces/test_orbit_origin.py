@@ -233,9 +233,7 @@ def test_default_in_orbit_keeps_relative_places():
 def test_coordinates_from_the_centre_are_told():
     """The pair in coordinates of the Earth: relative places have few digits, and the message says how to keep them."""
     orbit = fmb.Orbit.circular(R0)
-    with pytest.warns(
-        fmb.ValidityWarning, match=r"relative motion has few digits.*flexmb\.Orbit\(\(6900000\.0, 0"
-    ):
+    with pytest.warns(fmb.ValidityWarning, match=r"relative motion has few digits.*flexmb\.Orbit\(\(6900000\.0, 0"):
         fmb.simulate(pair(orbit, True), 1.0, samples=2)
     alone = fmb.Model(
         bodies=[fmb.Ground(), fmb.PointMass("a", mass=1.0, at=orbit.place, velocity=orbit.velocity)],

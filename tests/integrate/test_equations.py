@@ -5,6 +5,8 @@ References: Newton and Euler by hand, closed forms, Udwadia & Phohomsiri's formu
 
 import numpy as np
 import pytest
+from integrate.test_random_constraints import random_model
+from scipy import sparse
 from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
@@ -147,3 +149,27 @@ def test_only_velocities_of_bodies_are_turned_into_others():
         turned.in_joint_coordinates()
     with pytest.raises(ModelError, match=r"ball\.nose"):
         turned.partial_velocity("ball.nose")
+
+
+def test_sparse_matrices_are_the_same_numbers():
+    """In velocities, Euler-parameter rates and joint coordinates; a chain of 60 bodies is mostly empty."""
+    model = random_model(np.random.default_rng(44), 4)
+    full, thin = fmb.equations(model), fmb.equations(model, as_sparse=True)
+    for one, two in (
+        (full, thin),
+        (full.in_euler_parameters(), thin.in_euler_parameters()),
+        (full.in_joint_coordinates(), thin.in_joint_coordinates()),
+    ):
+        assert one.names == two.names
+        for name in ("M", "A", "L", "B"):
+            assert sparse.issparse(getattr(two, name))
+            np.testing.assert_allclose(getattr(two, name).toarray(), getattr(one, name), atol=1e-14)
+        np.testing.assert_allclose(two.solve().a, one.solve().a, atol=1e-11)
+        N, P = one.complement, two.complement  # bases of one space
+        np.testing.assert_allclose(P @ P.T, N @ N.T, atol=1e-10)
+        np.testing.assert_allclose(two.A_pinv, one.A_pinv, atol=1e-12)
+        np.testing.assert_allclose(two.partial_velocity("b0.e")[0], one.partial_velocity("b0.e")[0], atol=1e-14)
+    links = [fmb.RigidBody.rod(f"l{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 0, 0)) for k in range(60)]
+    pins = [fmb.Revolute(f"j{k}", markers=(f"l{k}.end", f"l{k + 1}.start")) for k in range(59)]
+    chain = fmb.equations(fmb.Model(bodies=links, joints=pins), as_sparse=True)
+    assert chain.M.nnz + chain.A.nnz < 0.05 * (360 * 360 + chain.A.shape[0] * 360)
