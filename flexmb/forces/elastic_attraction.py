@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
 
 __all__ = ["attract_elastic", "moments_of"]
@@ -40,13 +40,13 @@ def _symmetric(J) -> np.ndarray:
     return 0.5 * (np.asarray(J) + np.swapaxes(np.asarray(J), -1, -2))
 
 
-@kernel
+@inner_kernel
 def _times(J, x, out):
     for i in range(3):
         out[i] = J[i, 0] * x[0] + J[i, 1] * x[1] + J[i, 2] * x[2]
 
 
-@kernel
+@inner_kernel
 def _of_second_moment(J, x, mu, far, out):
     """Write the force -dV/dx of the second moment J; return what multiplies J in -V."""
     h = np.empty(3)
@@ -57,7 +57,7 @@ def _of_second_moment(J, x, mu, far, out):
     return 0.5 * mu / far**3 * (trace - 3.0 * s / far**2)
 
 
-@kernel
+@inner_kernel
 def _of_second_moment_slope(J, x, dx, mu, far, out):
     """Write the change of `_of_second_moment` with x by dx."""
     h, dh = np.empty(3), np.empty(3)
@@ -70,7 +70,7 @@ def _of_second_moment_slope(J, x, dx, mu, far, out):
         out[i] = -b * (change - 5.0 * log * (trace * x[i] + 2.0 * h[i] - 5.0 * s * x[i] / far**2))
 
 
-@kernel
+@inner_kernel
 def _gradient(x, y, mu, far, out):
     """Write the gradient of the field times y: -mu / r^3 (y - 3 e (e . y))."""
     along = dot(x, y) / far**2
@@ -78,7 +78,7 @@ def _gradient(x, y, mu, far, out):
         out[i] = -mu / far**3 * (y[i] - 3.0 * along * x[i])
 
 
-@kernel
+@inner_kernel
 def _gradient_slope(x, dx, y, mu, far, out):
     """Write the change of `_gradient` with x by dx."""
     log, along = dot(x, dx) / far**2, dot(x, y) / far**2

@@ -9,7 +9,7 @@ from flexmb.model.model import Model
 
 __all__ = ["ORBITAL", "default_integrator", "far_from_origin"]
 
-ORBITAL = Explicit(rtol=1e-10, atol=1e-12)
+ORBITAL = Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)
 """Default in orbit: its errors, of order eight, stay below 1e-6 of a spacecraft's length over ten orbits."""
 FAR = 1e-4
 """Length of an assembly, relative to its distance from the origin, below which relative motion is worse than asked."""

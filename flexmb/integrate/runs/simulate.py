@@ -137,7 +137,7 @@ def simulate(
     t_end : float, s
     integrator : integrator, optional
         `GeneralizedAlpha()` unless given; for rigid bodies and points in orbit (`CentralGravity`, `ThirdBody`)
-        `Explicit(rtol=1e-10, atol=1e-12)`, because errors add up over the revolutions.
+        `Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)`, because errors add up over the revolutions.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
         How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the
         joints, as `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
