@@ -194,6 +194,28 @@ def spacecraft(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
+def towing_chain(path: Path) -> None:
+    """Shapes of the towed chain, and the force on its end."""
+    import runpy
+
+    chain = runpy.run_path(str(FOLDER.parents[1] / "examples" / "towing_chain.py"))
+    motion = chain["run"](samples=33)
+    figure, (shapes, force) = plt.subplots(
+        1, 2, figsize=(8.4, 3.4), layout="constrained", gridspec_kw={"width_ratios": [2, 1]}
+    )
+    places = chain["shapes"](motion)
+    for k in range(0, 33, 4):
+        shapes.plot(*places[k].T, "o-", color=plt.cm.viridis(k / 36), markersize=3, label=f"{motion.t[k]:.1f} s")
+    shapes.set(xlabel="x, m", ylabel="y, m", aspect="equal", title="shapes")
+    for name, style in (("pull", "-"), ("lift", "--")):
+        force.plot(motion.t[1:], motion[name][1:], style, label=name)
+    force.set(xlabel="time, s", ylabel="force on the towed end, N", title="multipliers")
+    for axis in (shapes, force):
+        axis.grid(True, alpha=0.3)
+        axis.legend(fontsize=7)
+    figure.savefig(path, dpi=120)
+
+
 def swept_sections(path: Path) -> None:
     """Beams of several sections and a rope, as they are drawn: bent by loads at their ends."""
     import flexmb as fmb
@@ -328,6 +350,7 @@ DIAGRAMS = {
     "soft_crank": soft_crank,
     "spacecraft": spacecraft,
     "swept_sections": swept_sections,
+    "towing_chain": towing_chain,
     "which_body": which_body,
 }
 
