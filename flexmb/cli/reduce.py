@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stress-side",
         type=float,
         metavar="SIDE",
-        help="side of shells whose stress is kept: 1 top, -1 bottom, 0 middle (default), which has none of bending",
+        help="side of shells whose stress is kept: 1 top, -1 bottom, 0 middle, without bending (default, with a warning)",
     )
     parser.add_argument(
         "--thickness",
@@ -137,7 +137,7 @@ def execute(arguments: argparse.Namespace) -> int:
             )
         else:
             mesh = fem.read_mesh(arguments.mesh, scale=arguments.scale)
-            side = arguments.stress_side or 0.0
+            side = arguments.stress_side
             fe = fem.shell(mesh, material, thickness, stress_side=side) if thickness else fem.solid(mesh, material)
         data = reduction.reduce(
             fe,

@@ -40,8 +40,8 @@ class Plate(metaclass=Described):
         Named nodes at fractions 0..1 along edge 1 (u) and along edge 4 backwards (v); (0, 0) is corner 1.
     lumped : bool
         Diagonal mass.
-    stress_side : float
-        -1, 0 or 1: see `flexmb.fem.shell`.
+    stress_side : float or None
+        -1, 0 or 1, None for the middle with a warning: see `flexmb.fem.shell`.
     name : str
         Set of all nodes and of the surface (for pressures). The sets ``edge_1`` ... ``edge_4`` and
         ``corner_1`` ... ``corner_4`` carry it before their names, "skin.edge_1".
@@ -53,7 +53,7 @@ class Plate(metaclass=Described):
     size: float
     nodes: Mapping[str, Any] = field(default_factory=dict)
     lumped: bool = False
-    stress_side: float = 0.0
+    stress_side: float | None = None
     name: str = "plate"
 
     @property
@@ -84,7 +84,7 @@ class Plate(metaclass=Described):
         size = largest_size(self.size, self.title)
         u, v = self._edges()
         check_count(u / size * v / size, self.title, "shell elements")
-        if not is_number(self.stress_side) or abs(self.stress_side) > 1.0:
+        if self.stress_side is not None and not (is_number(self.stress_side) and abs(self.stress_side) <= 1.0):
             raise ModelError(
                 self.title,
                 found=f"stress_side = {self.stress_side!r}",
@@ -147,9 +147,7 @@ class Plate(metaclass=Described):
             name=self.name,
         )
         middle = np.column_stack([uu[quads].mean(axis=1), vv[quads].mean(axis=1)])
-        return shell(
-            mesh, self.material, self._thickness(*middle.T), lumped=self.lumped, stress_side=float(self.stress_side)
-        )
+        return shell(mesh, self.material, self._thickness(*middle.T), lumped=self.lumped, stress_side=self.stress_side)
 
     def _rows(self, length: float, named: np.ndarray) -> np.ndarray:
         """Return the lines of the mesh across an edge: at named places, and between them as `size` asks."""

@@ -32,13 +32,19 @@ def stress_modes(fe: FEModel, field: np.ndarray) -> np.ndarray:
 
 
 def middle_surface(fe: FEModel) -> str:
-    """Return a warning where a deck's shells bend, but their stress is the middle's and nobody chose it; else ""."""
-    if fe.source is None or "program" not in fe.source or "stress_side" in fe.source:
-        return ""
-    bare = [getattr(block, "block", block) for block in fe.blocks]
-    if not any(getattr(b, "side", None) == 0.0 and np.any(getattr(b, "bending", 0.0)) for b in bare):
+    """Return a warning where shells bend, but their stress is the middle's and nobody chose it; else ""."""
+    if not any(
+        hasattr(b, "side") and b.side is None and np.any(getattr(b, "bending", 1.0)) for b in map(_bare, fe.blocks)
+    ):
         return ""
     return (
-        f"'{fe.name}': stress of shells is that of the middle surface, without bending; "
-        "give stress_side=1 or -1 to fem.read_deck or the part, --stress-side to flexmb reduce (0 where it is meant)"
+        f"'{fe.name}': stress of shells is that of the middle surface, without bending; give stress_side=1 or -1 to "
+        "fem.shell, fem.read_deck or the part, --stress-side to flexmb reduce (0 where it is meant)"
     )
+
+
+def _bare(block):
+    """Return the elements themselves of a block that links or joints with others surround."""
+    while hasattr(block, "block"):
+        block = block.block
+    return block

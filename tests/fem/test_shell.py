@@ -72,7 +72,7 @@ def test_bending_patch(kind, state):
     corner = block.element_stress(found)[..., 0]
     np.testing.assert_allclose(
         corner[:, :, [0, 1, 3]],
-        np.broadcast_to(block.side * expected, (*corner.shape[:2], 3)),
+        np.broadcast_to((block.side or 0.0) * expected, (*corner.shape[:2], 3)),
         atol=1e-8 * MATERIAL.young * T,
     )
 

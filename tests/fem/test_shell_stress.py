@@ -1,5 +1,6 @@
 """Stress of shell triangles at nodes: bending of a strip, order on an edge, folds, lonely cells."""
 
+import warnings
 from dataclasses import replace
 from itertools import pairwise
 
@@ -7,7 +8,8 @@ import numpy as np
 import pytest
 from fem.beams import plate
 
-from flexmb import fem
+from flexmb import fem, reduction
+from flexmb.errors import MeshError
 from flexmb.fem.meshes.mesh import Mesh
 from flexmb.model.material import Material
 
@@ -111,3 +113,22 @@ def test_too_few_nodes_for_a_fit():
         field[:, 0, 0] = 1e-3 * fe.nodes[:, 0]
         stress = fe.blocks[0].nodal_stress(field)[:, 0, 0]
         np.testing.assert_allclose(stress, 1e-3 * STEEL.young / (1 - STEEL.poisson**2), rtol=1e-9)
+
+
+@pytest.mark.parametrize("side", [None, 0.0, 1.0])
+def test_stress_without_bending_is_never_silent(side):
+    """A reduction warns where nobody chose the side of the stress."""
+    mesh = plate(2, 2, 1.0, 1.0, "quad")
+    fe = fem.shell(mesh, STEEL, 0.01, stress_side=side)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        data = reduction.reduce(fe, {"a": 0}, 2)
+    assert sum("middle surface, without bending" in str(w.message) for w in told) == (side is None)
+    assert sum("middle surface" in w for w in data.quality["warnings"]) == (side is None)
+
+
+@pytest.mark.parametrize("side", ["top", 1.5, float("nan"), True])
+def test_sides_are_numbers_from_bottom_to_top(side):
+    mesh = plate(2, 2, 1.0, 1.0, "quad")
+    with pytest.raises(MeshError, match="stress_side"):
+        fem.shell(mesh, STEEL, 0.01, stress_side=side)

@@ -183,8 +183,8 @@ class Deck:
         By which all masses are to be multiplied (PARAM, WTMASS).
     lumped : bool
         Whether the program lumps masses at nodes by default.
-    stress_side : float
-        Side of shells at which their stress is taken: -1, 0 or +1.
+    stress_side : float or None
+        Side of shells at which their stress is taken: -1, 0 or +1; None where nobody chose.
     node_sets, facet_sets : mappings of name to node numbers 0 .. n-1, and to corners of facets (nf, 3 or 4)
     scalar_points : set of int
         Numbers of points without a place (SPOINT): what hangs on them is left out.
@@ -209,7 +209,7 @@ class Deck:
     scalar_points: set[int] = field(default_factory=set)
     mass_factor: float = 1.0
     lumped: bool = False
-    stress_side: float = 0.0
+    stress_side: float | None = None
     units: str = ""
     inventory: Inventory = field(default_factory=Inventory)
 

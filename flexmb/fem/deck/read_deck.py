@@ -16,8 +16,8 @@ from flexmb.fem.deck.nastran import read_nastran_deck
 from flexmb.fem.deck.unit_doubts import doubt
 from flexmb.fem.deck.units import converted
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.shells.shell import check_side
 from flexmb.fem.told import keeping_warnings, tell
-from flexmb.model.described import is_number
 
 __all__ = ["DECK_READERS", "read_deck"]
 
@@ -106,11 +106,10 @@ def read_deck(
             remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
         )
     part = f"Deck '{path}'"
-    if stress_side is not None:
-        _check_side(stress_side, part)
+    check_side(stress_side, part)
     try:
         deck = converted(reader(path), units, part)
-        deck.stress_side = float(stress_side or 0.0)
+        deck.stress_side = None if stress_side is None else float(stress_side)
         fe = assembled(deck, deck.lumped if lumped is None else lumped)
     except MemoryError:
         raise MeshError(
@@ -132,13 +131,3 @@ def _tell(deck: Deck, fe: FEModel, part: str) -> None:
         tell(f"{part}: left out: {left}")
     if weightless := sorted(deck.inventory.weightless):
         tell(f"{part}: materials without density, whose elements weigh nothing: {', '.join(weightless)}")
-
-
-def _check_side(stress_side: float, part: str) -> None:
-    if not is_number(stress_side) or abs(stress_side) > 1.0:
-        raise MeshError(
-            part,
-            found=f"stress_side = {stress_side!r}",
-            expected="-1 (bottom), 0 (middle) or +1 (top)",
-            remedy="Write stress_side=1 for the outer fibres on top",
-        )

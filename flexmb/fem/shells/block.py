@@ -41,8 +41,9 @@ class ShellBlock:
     number_of_nodes : int
     centers : (ne, 3), m, or None
         Mean of the corners, in body axes; None: nodal stress is the mean of the cells' corners for triangles too.
-    side : float
-        Where `nodal_stress` is taken: -1 bottom, 0 middle, +1 top (the side local z points to).
+    side : float or None
+        Where `nodal_stress` is taken: -1 bottom, 0 middle, +1 top (the side local z points to). None: nobody
+        chose; it is the middle, which reductions warn of.
     """
 
     ROWS: ClassVar[tuple[str, ...]] = ("axes", "corners", "heights", "centers", "thickness")
@@ -56,7 +57,7 @@ class ShellBlock:
     material: Material
     number_of_nodes: int
     centers: np.ndarray | None = None
-    side: float = 0.0
+    side: float | None = None
 
     @property
     def cell_type(self) -> str:
@@ -193,7 +194,7 @@ class ShellBlock:
     def nodal_stress(self, displacements: np.ndarray) -> np.ndarray:
         """Stress xx, yy, zz, xy, yz, zx at nodes, (n, 6, k), Pa, on the surface `side`; NaN at nodes of
         other blocks."""
-        return self.surface_stress(displacements, self.side)
+        return self.surface_stress(displacements, self.side or 0.0)
 
     def surface_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:
         """Return the stress at nodes (n, 6, k), Pa, in body axes: side -1 bottom, 0 middle, +1 top.
@@ -245,7 +246,7 @@ class ShellBlock:
     def element_stress(self, displacements: np.ndarray, cells: np.ndarray | None = None) -> np.ndarray:
         """Stress xx, yy, zz, xy, yz, zx, (ne, corners, 6, k), Pa, on the surface `side` at the corners of chosen cells
         (all by default), each cell by itself."""
-        stress = self._corner_stress(np.asarray(displacements, float), self.side)
+        stress = self._corner_stress(np.asarray(displacements, float), self.side or 0.0)
         return stress if cells is None else stress[cells]
 
     def _corner_stress(self, displacements: np.ndarray, side: float) -> np.ndarray:

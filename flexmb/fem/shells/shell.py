@@ -17,7 +17,7 @@ from flexmb.fem.told import keeping_warnings
 from flexmb.model.described import check_kind, is_number
 from flexmb.model.material import Material
 
-__all__ = ["WARPING", "flattened", "shell"]
+__all__ = ["WARPING", "check_side", "flattened", "shell"]
 
 WARPING = 0.2
 """Largest distance of a quadrilateral's corners from its mean plane, as a share of the square root of its
@@ -31,7 +31,7 @@ def shell(
     thickness: float | Mapping[str, float] | np.ndarray,
     *,
     lumped: bool = False,
-    stress_side: float = 0.0,
+    stress_side: float | None = None,
     name: str | None = None,
 ) -> FEModel:
     """Return an FE model of the triangles and quadrilaterals of a mesh, six freedoms per node.
@@ -47,9 +47,9 @@ def shell(
     thickness : float, m, or mapping of group name to float, or (ne,) for the cells of a mesh of one kind
     lumped : bool
         Diagonal mass in local axes instead of the consistent one.
-    stress_side : float
+    stress_side : float or None
         Where the stress is recovered: -1 bottom, 0 middle, +1 top; top is where the right-hand rule of the
-        cell points.
+        cell points. None: the middle, which has no stress of bending; reductions warn of it.
 
     Raises
     ------
@@ -65,6 +65,7 @@ def shell(
         "Write flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
         MeshError,
     )
+    check_side(stress_side, part)
     nodes, cells, groups, node_sets, facet_sets, numbering = kept_cells(mesh, ("triangle", "quad"), part)
     warn_about_material(part, material.young, material.density)
     blocks = []
@@ -192,3 +193,14 @@ def _corner_areas(corners: np.ndarray) -> np.ndarray:
     """Return twice the signed area (ne, c) of the triangle at every corner; positive for a convex cell."""
     after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     return after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
+
+
+def check_side(stress_side: float | None, part: str) -> None:
+    """Raise MeshError if a side of shells is not between -1 and +1; None is nobody's choice."""
+    if stress_side is not None and not (is_number(stress_side) and abs(stress_side) <= 1.0):
+        raise MeshError(
+            part,
+            found=f"stress_side = {stress_side!r}",
+            expected="-1 (bottom), 0 (middle) or +1 (top)",
+            remedy="Write stress_side=1 for the outer fibres on top",
+        )
