@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stress-side",
         type=float,
         metavar="SIDE",
-        help="side of shells whose stress is kept: 1 top, -1 bottom, 0 middle, without bending (default, with a warning)",
+        help="side of shells whose stress is kept: 1 top, -1 bottom, 0 middle (default, with a warning): no bending",
     )
     parser.add_argument(
         "--thickness",
