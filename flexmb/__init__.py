@@ -15,7 +15,11 @@ _ROOMS = {
     "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError "
     "SlowRunWarning ValidityWarning",
     "flexmb.model": "MATERIALS Material Model ModalNeutralData Orbit OrthotropicMaterial Pose",
+    "flexmb.model.blocks": "DeadZone Integral Lag Limit Pid RateLimit",
+    "flexmb.model.function_block": "Delay Function",
     "flexmb.model.input_signal": "input",
+    "flexmb.model.linear_blocks": "StateSpace TransferFunction",
+    "flexmb.model.measurement": "formula measured",
     "flexmb.model.signal": "expression harmonic ramp step",
     "flexmb.model.table_signal": "table",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",

@@ -22,6 +22,7 @@ ROW = np.dtype(
     [
         ("x", COORDINATE),
         ("signal", np.int64),
+        ("channels", np.int64, 2),  # by which the wrenches on both markers change with the signal, or -1
         ("table", np.int64),  # where it begins in the bulk data, or -1
         ("lower", float),
         ("upper", float),
@@ -38,18 +39,22 @@ def apply(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         x, rate = measure(row.x, state, work, gradient)
-        effort, slope = state.signals[row.signal, 0], 0.0
+        effort, slope, share = state.signals[row.signal, 0], 0.0, 1.0
         if row.table >= 0:
             f, f1, _ = interpolate(x, data[row.table :])
-            slope = effort * f1
+            slope, share = effort * f1, f
             effort *= f
         force = min(max(effort, row.lower), row.upper)
         if force != effort:
-            slope = 0.0
+            slope = share = 0.0
         act(row.x, work, gradient, force)
         work.energy[0].load_power += force * rate
         if work.weights[0].wanted == 1:
             add_tangent(row.x, work, gradient, force, -slope, 0.0)
+            for side in range(2):
+                if row.channels[side] >= 0:
+                    for i in range(6):
+                        work.channels[row.channels[side], i] = share * gradient[6 * side + i]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +72,7 @@ class Actuator(OnCoordinate):
     joint : str
         A joint that turns or slides.
     effort : signal, table over the joint, or a product of them; N or N m
-        Force of a slide, torque of a turn.
+        Force of a slide, torque of a turn. It may follow what is measured: a sensor, a formula, a controller.
     limits : (float, float), N or N m, optional
         Smallest and largest effort that the actuator can give.
     freedom : str, optional
@@ -103,4 +108,5 @@ class Actuator(OnCoordinate):
         table = -1 if over is None else compiler.bulk(over.numbers())
         lower, upper = self.limits or (-np.inf, np.inf)
         x = self.coordinate_row(compiler, counts=over is not None)
-        return {"x": x, "signal": compiler.signal(signal), "table": table, "lower": lower, "upper": upper}
+        number, channels = compiler.follow(signal, x["a"], x["b"])
+        return {"x": x, "signal": number, "channels": channels, "table": table, "lower": lower, "upper": upper}

@@ -27,6 +27,7 @@ ROW = np.dtype(
         ("axes", np.int64),
         ("pair", np.int64),
         ("signals", np.int64, 6),
+        ("channels", np.int64, 6),  # by which the wrench changes with each signal, or -1
         ("tables", np.int64, 6),  # where the table of each component begins in the bulk data, or -1
         ("x", COORDINATE),  # the argument of the tables
         ("pairs", np.int64, 2),  # (marker, a) and (marker, b) of the coordinate, or -1
@@ -63,10 +64,11 @@ def apply(raw, data, state, work):
             load[:] = 0.0
             slope[:] = 0.0
             for i in range(3):
-                amount, change = state.signals[row.signals[3 * half + i], 0], 0.0
+                amount, change, factor = state.signals[row.signals[3 * half + i], 0], 0.0, 1.0
+                channel = row.channels[3 * half + i]
                 if row.tables[3 * half + i] >= 0:
                     f, f1, _ = interpolate(x, data[row.tables[3 * half + i] :])
-                    change = amount * f1
+                    change, factor = amount * f1, f
                     amount *= f
                 for j in range(3):
                     if row.axes >= 0:
@@ -75,6 +77,8 @@ def apply(raw, data, state, work):
                         share = 1.0 if i == j else 0.0
                     load[j] += share * amount
                     slope[j] += share * change
+                    if channel >= 0:
+                        work.channels[channel, 3 * half + j] = share * factor
             for i in range(3):
                 marker.wrench[3 * half + i] += load[i]
             work.energy[0].load_power += dot(load, marker.v) if half == 0 else dot(load, marker.w)
@@ -100,7 +104,8 @@ class PointLoad(Force):
     marker : str
         "body.marker" on which the load acts.
     force, moment : three signals, N and N m
-        Numbers, signals, tables over a joint, or products of them; all tables of a load are over one joint.
+        Numbers, signals, tables over a joint, or products of them; all tables of a load are over one joint. Signals may
+        follow what is measured: a sensor, a formula, a controller.
     axes : str, optional
         A marker whose axes the components refer to (a follower load turns with it); default: world axes.
     freedom : str, optional
@@ -138,9 +143,10 @@ class PointLoad(Force):
         axes = -1 if self.axes is None else compiler.marker(self.axes)
         pair = -1 if axes < 0 else compiler.pair(marker, axes)
         factors = [signal_and_table(component) for component in (*self.force, *self.moment)]
-        signals = tuple(compiler.signal(signal) for signal, _ in factors)
+        followed = [compiler.follow(signal, marker) for signal, _ in factors]
+        signals, channels = tuple(number for number, _ in followed), tuple(channel for _, (channel,) in followed)
         tables = tuple(-1 if table is None else compiler.bulk(table.numbers()) for _, table in factors)
-        row = {"marker": marker, "axes": axes, "pair": pair, "signals": signals, "tables": tables}
+        row = {"marker": marker, "axes": axes, "pair": pair, "signals": signals, "channels": channels, "tables": tables}
         if self._joint is None:
             return {**row, "x": NO_COORDINATE, "pairs": (-1, -1)}
         joint = compiler.joint(self._joint)

@@ -21,10 +21,11 @@ from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.io.limits import check_extent, named_file
 from flexmb.io.part_tables import check_parameters, described_part
 from flexmb.model import expression
+from flexmb.model.foreign import Foreign
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose
 from flexmb.model.signal import Constant, Expression, Signal
-from flexmb.model.table_signal import SIGNALS
+from flexmb.model.signal_words import SIGNAL_WORDS
 from flexmb.results import stored_body
 
 __all__ = ["Context", "call", "find_kind", "located", "own_kind", "same", "toml_fields", "toml_value"]
@@ -76,7 +77,7 @@ class Context:
         if isinstance(raw, dict):
             if len(raw) == 1 and not poses:
                 ((word, given),) = raw.items()
-                if word in SIGNALS:
+                if word in SIGNAL_WORDS:
                     return self._signal(word, given, f"{where}, {word}")
             values = {name: self.value(entry, f"{where}.{name}") for name, entry in raw.items()}
             return self._object(values, where) if "kind" in values and not poses else values
@@ -97,9 +98,12 @@ class Context:
             raise located(error, where) from None
 
     def _signal(self, word: str, given: Any, where: str) -> Signal:
-        kind = SIGNALS[word]
+        kind = SIGNAL_WORDS[word]
         if isinstance(given, dict):
             values = {name: self.value(entry, f"{where}.{name}") for name, entry in given.items()}
+            for name in getattr(kind, "imports", ()):
+                if isinstance(values.get(name), str) and not self.trust:
+                    values[name] = Foreign(values[name])
             return call(kind, values, where)
         first = fields(kind)[0].name
         return call(kind, {first: self.value(given, where)}, where)

@@ -169,6 +169,8 @@ class Work(NamedTuple):
     """one row: sums over all parts"""
     loads: Floats
     """(nl,) amount of each load shape"""
+    channels: FloatRows
+    """(nc, 6) derivative of a wrench on a marker by a signal that follows measurements; written by the force"""
 
 
 FLOATS, INTEGERS, BYTES = np.dtype(float), np.dtype(np.int64), np.dtype(np.uint8)

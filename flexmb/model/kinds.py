@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described, check_mapping, is_number
+from flexmb.model.measurement import Measurement, complaint_of
 from flexmb.model.pose import Pose
 from flexmb.model.table import Compiler, Table
 
@@ -340,7 +341,7 @@ class Force(Part):
 
     def complaint(self) -> str:
         """Return what went wrong while this force was evaluated (forces that call foreign functions)."""
-        return ""
+        return next((told for value in vars(self).values() if (told := complaint_of(value))), "")
 
     def record(self, compiler: Compiler) -> dict[str, Any]:
         """Return fields of the row by name, where they are not those of the force (see `Table.filled`)."""
@@ -383,6 +384,14 @@ class Sensor(Part):
             expected="Position, Velocity, AngularVelocity, Distance, JointCoordinate or AxisCosine",
             remedy="Measure positions, velocities or joint coordinates",
         )
+
+    def signal(self) -> Any:
+        """Return the signal whose value this is; None for what is measured."""
+        return None
+
+    def reading(self, column: int = 0) -> Measurement:
+        """Return a column of it as a signal, measured while the motion is computed."""
+        return Measurement(self, column)
 
     def values(self, series) -> np.ndarray:
         """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""

@@ -26,7 +26,6 @@ __all__ = [
     "Constant",
     "Expression",
     "Harmonic",
-    "Packed",
     "Product",
     "Ramp",
     "Signal",
@@ -58,7 +57,20 @@ class Signal(metaclass=Described):
 
     def program(self) -> SignalProgram:
         """Return the operations that compute the signal."""
+        return self.program_of([part.program() for part in self.parts()])
+
+    def parts(self) -> tuple[Signal, ...]:
+        """Return the signals that this one is made of."""
+        return ()
+
+    def program_of(self, parts: Sequence[SignalProgram]) -> SignalProgram:
+        """Return the operations that compute the signal from those of its parts."""
         raise TypeError(f"{type(self).__name__} has no program")
+
+    @cached_property
+    def follows(self) -> bool:
+        """Does it depend on what is measured, not on time alone?"""
+        return any(part.follows for part in self.parts())
 
     @cached_property
     def extent(self) -> tuple[int, int]:
@@ -318,8 +330,11 @@ class Sum(Signal):
     def extent(self) -> tuple[int, int]:
         return _extent(self.terms)
 
-    def program(self) -> SignalProgram:
-        return _fold(self.terms, op.ADD)
+    def parts(self) -> tuple[Signal, ...]:
+        return self.terms
+
+    def program_of(self, parts):
+        return parts[0].then(*(p.then(SignalProgram.of((op.ADD, 0.0))) for p in parts[1:]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,8 +352,11 @@ class Product(Signal):
     def extent(self) -> tuple[int, int]:
         return _extent(self.terms)
 
-    def program(self) -> SignalProgram:
-        return _fold(self.terms, op.MULTIPLY)
+    def parts(self) -> tuple[Signal, ...]:
+        return self.terms
+
+    def program_of(self, parts):
+        return parts[0].then(*(p.then(SignalProgram.of((op.MULTIPLY, 0.0))) for p in parts[1:]))
 
 
 def _extent(terms: tuple[Signal, ...]) -> tuple[int, int]:
@@ -354,13 +372,6 @@ def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:
             remedy=f"Write {word} = [first, second]",
         )
     return tuple(as_signal(term, f"Signal {word}", "terms") for term in terms)
-
-
-def _fold(terms: tuple[Signal, ...], code: int) -> SignalProgram:
-    first, *others = (term.program() for term in terms)
-    for other in others:
-        first = first.then(other, SignalProgram.of((code, 0.0)))
-    return first
 
 
 def _since(start: float) -> tuple[tuple[int, float], ...]:
@@ -399,6 +410,8 @@ def as_signal(value: Any, part: str, field: str) -> Signal:
     """Return a signal from a signal, a number, or an ``"= expression"``; ModelError naming part and field otherwise."""
     if isinstance(value, Signal):
         return value
+    if hasattr(value, "reading"):  # a sensor
+        return value.reading()
     if isinstance(value, str) and value.lstrip().startswith("="):
         return Expression(value)
     if is_number(value):
@@ -412,15 +425,12 @@ def as_signal(value: Any, part: str, field: str) -> Signal:
     raise ModelError(
         part,
         found=f"{field} = {value!r}",
-        expected=f"a signal: a number, {', '.join(WORDS)}",
+        expected=f"a signal: a number, a sensor, {', '.join(WORDS)}",
         remedy=remedy,
     )
 
 
-Packed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-def pack(programs: Sequence[SignalProgram]) -> Packed:
+def pack(programs: Sequence[SignalProgram]) -> tuple[np.ndarray, ...]:
     """Return the fields of `flexmb.math.jets.SignalCode` for all programs."""
     starts = np.cumsum([0] + [len(p.ops) for p in programs]).astype(np.int64)
     ops, args, tables = joined_arrays(programs)

@@ -84,6 +84,14 @@ class Compiler(Protocol):
     def signal(self, value: Any) -> int:
         """Return the number of a signal."""
 
+    def follow(self, value: Any, *markers: int) -> tuple[int, tuple[int, ...]]:
+        """Return the number of a signal that may follow measurements, and a channel for every marker on which a force
+        acts by it (-1: a function of time). Into `work.channels` the force writes how its wrench there changes with it.
+        """
+
+    def value(self, name: str, value: Any) -> None:
+        """Let the value of a signal be known by a name."""
+
     def pair(self, a: int, b: int, writes: int = ..., *, alone: bool = ...) -> int:
         """Return the number of a pair of markers, to whose stiffness (and damping) the kernel adds."""
 

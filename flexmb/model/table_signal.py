@@ -109,7 +109,13 @@ class Table(Signal):
                 expected="a function of time",
                 remedy="PointLoad, Pressure and Actuator may depend on a joint, by a table alone or times a signal",
             )
-        argument = SignalProgram.of((op.TIME, 0.0)) if self.of is None else self.of.program()
+        return super().program()
+
+    def parts(self) -> tuple[Signal, ...]:
+        return () if self.of is None or self.joint is not None else (self.of,)
+
+    def program_of(self, parts):
+        argument = parts[0] if parts else SignalProgram.of((op.TIME, 0.0))
         return argument.then(SignalProgram.of((op.TABLE, 0.0), tables=(self.numbers(),)))
 
     def _coefficients(self) -> np.ndarray:
@@ -149,4 +155,4 @@ def table(x, y, of: Any = None, kind: str = "cubic") -> Table:
 SIGNALS: dict[str, type[Signal]] = {
     kind.word: kind for kind in (Constant, Input, Ramp, Step, Harmonic, Table, Expression, Sum, Product)
 }
-"""Kinds of signals by the word that makes them."""
+"""Kinds of signals of time by the word that makes them."""

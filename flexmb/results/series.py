@@ -66,6 +66,14 @@ class Series:
         return compile_model(self.model)
 
     @cached_property
+    def signals(self) -> np.ndarray:
+        """Values of all compiled signals, (nt, ns)."""
+        from flexmb.system.observe import observe_signals
+
+        p = self.phase
+        return observe_signals(self.system, p.t, p.q, p.u, p.a, p.lam)
+
+    @cached_property
     def observation(self):
         """The arrays over time of all markers, joints and forces (see flexmb.system.observe)."""
         from flexmb.system import observe

@@ -14,6 +14,7 @@ from flexmb.sensors.momentum import Momentum
 from flexmb.sensors.multiplier import Multiplier
 from flexmb.sensors.orbital_motion import OrbitalPosition, OrbitalVelocity
 from flexmb.sensors.section import SectionForces, SectionStrains
+from flexmb.sensors.signal_value import SignalValue
 from flexmb.sensors.state import State
 from flexmb.sensors.stress import Stress
 from flexmb.sensors.stress_resultants import StressResultants

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.constraints import EQUATIONS
+from flexmb.errors import CompileError
 from flexmb.math.jets import SignalCode
 from flexmb.math.tables import DAMPED, MARKER, STIFF
 from flexmb.model.described import check_kind
@@ -18,6 +19,7 @@ from flexmb.model.table import Table
 from flexmb.system.inputs import places_of_inputs
 from flexmb.system.layout import Layout, check_size
 from flexmb.system.lengths import unit_lengths
+from flexmb.system.loops import Loops
 from flexmb.system.program import Program, evaluation, kernel_table
 from flexmb.system.signal_times import SignalTimes
 from flexmb.system.sparsity import sparsity
@@ -51,6 +53,8 @@ class _Compiler:
         self.branch_index: dict[str, int] = {}
         self.equations: dict[str, slice] = {}  # of the joints, when forces are recorded
         self.states: dict[str, StateGroup] = {}
+        self.loops = Loops(self)
+        self.values: dict[str, int] = {}
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
 
@@ -77,9 +81,26 @@ class _Compiler:
 
     def signal(self, value) -> int:
         """Return the number of a signal."""
-        self.signals.append(as_signal(value, f"Model '{self.model.name}'", "signal"))
+        signal = as_signal(value, f"Model '{self.model.name}'", "signal")
+        if signal.follows:
+            raise CompileError(
+                self.writing,
+                found=f"a signal ({signal.word}) that follows measurements",
+                expected="a function of time",
+                remedy="Let an Actuator or a PointLoad follow it; a motion that depends on measured ones "
+                "is a Constraint",
+            )
+        self.signals.append(signal)
         self.signal_titles.append(self.writing)
         return len(self.signals) - 1
+
+    def follow(self, value, *markers: int) -> tuple[int, tuple[int, ...]]:
+        """Return the number of a signal that may follow measurements, and a channel for every marker."""
+        return self.loops.follow(as_signal(value, self.writing, "signal"), markers)
+
+    def value(self, name: str, value) -> None:
+        """Let the value of a signal be known by a name."""
+        self.values[name] = self.follow(value)[0]
 
     def pair(self, a: int, b: int, writes: int = DAMPED, *, alone: bool = False) -> int:
         """Return the number of a pair of markers; `writes`: DAMPED, STIFF, or 0 for neither stiffness nor damping.
@@ -221,7 +242,8 @@ def _force_items(model: Model, compiler: _Compiler) -> list[tuple[Table, tuple]]
     for sensor in model.sensors:
         compiler.writing = sensor.title
         items += [(table, table.filled(sensor, row)) for table, row in sensor.followed(compiler)]
-    return items
+    before, after = compiler.loops.rows()
+    return [*before, *items, *after]
 
 
 def _state_rows(compiler: _Compiler, layout: Layout):
@@ -358,6 +380,8 @@ def compile(model: Model) -> System:
         u0=layout.u,
         n_signals=len(compiler.signals),
         n_loads=len(compiler.load_index),
+        n_channels=len(compiler.loops.channels),
+        values=compiler.values,
         size_J=size_J,
         size_H=compiler.size_H,
         tables={"markers": markers, **tables},

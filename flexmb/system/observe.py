@@ -9,10 +9,11 @@ import numpy as np
 from flexmb.math.energies import stored_energies
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State, call_row_kernel
-from flexmb.system.program import constraint_acceleration, constraint_velocity, energies
+from flexmb.math.weights import no_matrix
+from flexmb.system.program import constraint_acceleration, constraint_velocity, energies, evaluate
 from flexmb.system.system import System
 
-__all__ = ["Observation", "observe"]
+__all__ = ["Observation", "observe", "observe_signals"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -184,3 +185,14 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
         energy=energy,
         constraint_error=error,
     )
+
+
+def observe_signals(system: System, t, q, u, a, lam) -> np.ndarray:
+    """Return the values of all signals (nt, ns), of time and of what is measured, at the given samples."""
+    work, found = system.workspace(), np.zeros((len(t), max(1, system.n_signals)))
+    no_matrix(work.weights)
+    for k in range(len(t)):
+        state = system.state(t[k], q[k], u[k], a[k], lam[k])
+        evaluate(system.program, state, work)
+        found[k] = state.signals[:, 0]
+    return found

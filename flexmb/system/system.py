@@ -47,6 +47,8 @@ class System:
         First-order states of forces and blocks.
     state_slices : dict of owner to (slice of q, slice of u)
         Where their integrals and they themselves stand.
+    values : dict of sensor name to int
+        Numbers of the signals whose values sensors read.
     branch_names : tuple of str
         What the last coordinates of q count: full turns of a joint, the place on a curve (see `keep_branches`).
     sizes : (ng,), optional
@@ -79,6 +81,7 @@ class System:
     u0: np.ndarray
     n_signals: int
     n_loads: int
+    n_channels: int
     size_J: int
     size_H: int
     tables: dict[str, np.ndarray]
@@ -98,6 +101,7 @@ class System:
     units: np.ndarray
     switch_kinds: np.ndarray
     switch_owners: tuple[str, ...] = ()
+    values: Mapping[str, int] = field(default_factory=dict)
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
     states: tuple[StateGroup, ...] = ()
     state_slices: Mapping[str, tuple[slice, slice]] = field(default_factory=dict)
@@ -180,6 +184,7 @@ class System:
             weights=Weights.table(),
             energy=Energy.table(),
             loads=np.zeros(max(1, self.n_loads)),
+            channels=np.zeros((max(1, self.n_channels), 6)),
         )
 
     def state(self, t=0.0, q=None, u=None, a=None, lam=None) -> State:

@@ -97,6 +97,7 @@ MORE = {
     "Contact": {"radius": 0.1, "friction": 0.2},
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},
+    "SignalValue": {"of": fmb.Lag(fmb.formula("2*rate(x)", over={"x": "s"}, c=0.2), time=0.1)},
     "State": {"of": "spring", "state": "x"},
     "SectionForces": {"body": "rope"},
     "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},

@@ -154,7 +154,8 @@ def signal_slopes(system, state, port: InputPort | NamedInput, outputs: list[Out
     """Return how all coordinates move with a signal (nu,), zero unless it drives, and the derivatives by the signal,
     its rate and its second rate: three columns, accelerations besides those of that motion.
     """
-    value = abs(float(port.signal(system.model).sample(state.t)[0]))
+    signal = port.signal(system.model)
+    value = 0.0 if signal.follows else abs(float(signal.sample(state.t)[0]))
     step = SHARE * max(value, 1.0)
     gap = np.zeros(system.ng)
     work = system.workspace()

@@ -1,0 +1,208 @@
+"""Signals that follow what is measured: their values before the forces, their derivatives after them.
+
+All such signals of a model, and the rates of the states of its blocks, are one row. It reads scalars (`Measured`: the
+atoms) and runs programs, each of which may read atoms and the results of programs before it. The derivatives of all
+results by the atoms follow by the chain rule from the jets of the programs, eq. (loop-gradient). A force that follows a
+signal tells in `work.channels` how its wrench on a marker changes with the signal.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints.measured import MEASURED, POSITION, VELOCITY, measure_scalar
+from flexmb.math import operations as op
+from flexmb.math.callbacks import call_back
+from flexmb.math.jets import run_program
+from flexmb.math.kernel import inner_kernel
+from flexmb.math.tables import row_kernel
+from flexmb.model.table import Table
+
+__all__ = ["LOOP", "LOOP_TANGENT", "words"]
+
+ROW = np.dtype(
+    [
+        ("n_atoms", np.int64),
+        ("atoms", np.int64),  # where their rows begin in the bulk data
+        ("n", np.int64),  # number of programs
+        ("programs", np.int64),  # first operation of each in ops, and the end
+        ("ops", np.int64),
+        ("args", np.int64),
+        ("n_tables", np.int64),
+        ("tables", np.int64),  # numbers of all tables
+        ("table_starts", np.int64),  # first number of each table, and the end
+        ("uses", np.int64),  # inputs that programs read
+        ("use_starts", np.int64),  # first of each program, and the end
+        ("addresses", np.int64),  # C functions in the place of programs, or 0
+        ("n_outputs", np.int64),
+        ("outputs", np.int64),  # program, signal
+        ("n_acts", np.int64),  # what programs act on: rates of states, then forces by channels
+        ("n_rates", np.int64),
+        ("acts", np.int64),  # program, marker, component or channel, first block, end of blocks
+        ("blocks", np.int64),  # leg, pair, row, column
+        ("n_legs", np.int64),
+    ],
+    align=True,
+)
+WORDS = MEASURED.itemsize // 8
+_STACK = op.STACK
+
+
+@inner_kernel
+def _integers(data, first, count):
+    """Return integers of the bulk data, which are stored as their bits."""
+    return data[first : first + count].view(np.int64)
+
+
+@inner_kernel
+def _run(row, data, p, time, z, stack, answer):
+    """Leave value and derivative along the seeds of program p in stack[0]."""
+    addresses = _integers(data, row.addresses, row.n)
+    if addresses[p] != 0:
+        starts = _integers(data, row.use_starts, row.n + 1)
+        uses = _integers(data, row.uses, starts[row.n])
+        count = starts[p + 1] - starts[p]
+        given = np.empty(1 + count)
+        given[0] = time[0]
+        for k in range(count):
+            given[1 + k] = z[uses[starts[p] + k], 0]
+        call_back(addresses[p], given.ctypes.data, answer.ctypes.data)
+        stack[0, 0], stack[0, 1] = answer[0], 0.0
+        for k in range(count):
+            stack[0, 1] += answer[1 + k] * z[uses[starts[p] + k], 1]
+        return
+    bounds = _integers(data, row.programs, row.n + 1)
+    size = bounds[row.n]
+    table_starts = _integers(data, row.table_starts, row.n_tables + 1)
+    tables = data[row.tables : row.tables + table_starts[row.n_tables]]
+    ops = _integers(data, row.ops, size)
+    run_program(ops, data[row.args : row.args + size], bounds[p], bounds[p + 1], time, z, tables, table_starts, stack)
+
+
+@inner_kernel
+def _values(row, data, state, work, z, sorts, push, slope):
+    """Measure the atoms, and write the values of all programs behind them in `z` (n_atoms + n, 3)."""
+    atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
+    jet, time, stack, answer = np.empty(3), np.zeros(3), np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
+    time[0] = state.t
+    z[:] = 0.0
+    for k in range(row.n_atoms):
+        sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
+        z[k, 0] = jet[0]
+    for p in range(row.n):
+        _run(row, data, p, time, z, stack, answer)
+        z[row.n_atoms + p, 0] = stack[0, 0]
+
+
+@row_kernel
+def sample(raw, data, state, work):
+    """Write the values of the signals, and let the rates act on the states."""
+    rows = raw.view(ROW)
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
+        push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
+        _values(row, data, state, work, z, sorts, push, slope)
+        outputs = _integers(data, row.outputs, 2 * row.n_outputs)
+        for k in range(row.n_outputs):
+            to = state.signals[outputs[2 * k + 1]]
+            to[0], to[1], to[2] = z[row.n_atoms + outputs[2 * k], 0], 0.0, 0.0
+        acts = _integers(data, row.acts, 5 * row.n_rates)
+        for k in range(row.n_rates):
+            work.markers[acts[5 * k + 1]].wrench[acts[5 * k + 2]] += z[row.n_atoms + acts[5 * k], 0]
+
+
+@inner_kernel
+def _gradients(row, data, state, z):
+    """Return the derivatives (n, n_atoms) of the results of all programs by the atoms."""
+    found, time = np.zeros((row.n, row.n_atoms)), np.zeros(3)
+    stack, answer = np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
+    time[0] = state.t
+    starts = _integers(data, row.use_starts, row.n + 1)
+    uses = _integers(data, row.uses, starts[row.n])
+    for p in range(row.n):
+        for u in range(starts[p], starts[p + 1]):
+            i = uses[u]
+            z[i, 1] = 1.0
+            _run(row, data, p, time, z, stack, answer)
+            z[i, 1] = 0.0
+            by = stack[0, 1]
+            if by == 0.0:
+                continue
+            if i < row.n_atoms:
+                found[p, i] += by
+            else:
+                for k in range(row.n_atoms):
+                    found[p, k] += by * found[i - row.n_atoms, k]
+    return found
+
+
+@inner_kernel
+def _spread(z, x, p, out):
+    """Add x p of a scalar's 12 components to the legs, `out` (n_legs, 6)."""
+    for i in range(6):
+        if z.leg_a >= 0:
+            out[z.leg_a, i] += x * p[i]
+        if z.leg_b >= 0:
+            out[z.leg_b, i] += x * p[6 + i]
+
+
+@inner_kernel
+def _add(pair, x, y, wrench, component, by_place, by_twist):
+    """Subtract the derivatives of a wrench (or of one component of it) from K and D of a pair."""
+    for i in range(6):
+        w = wrench[i] if component < 0 else (1.0 if i == component else 0.0)
+        if w != 0.0:
+            for j in range(6):
+                pair.K[x + i, y + j] -= w * by_place[j]
+                pair.D[x + i, y + j] -= w * by_twist[j]
+
+
+@row_kernel
+def tangent(raw, data, state, work):
+    """Write how the rates of states, and the forces that follow signals, change with what is measured."""
+    weights = work.weights[0]
+    if weights.wanted == 0 or (weights.damping == 0.0 and weights.stiffness == 0.0):
+        return
+    rows = raw.view(ROW)
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
+        push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
+        _values(row, data, state, work, z, sorts, push, slope)
+        atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
+        by_atoms = _gradients(row, data, state, z)
+        by_place, by_twist = np.empty((row.n_legs, 6)), np.empty((row.n_legs, 6))
+        acts = _integers(data, row.acts, 5 * row.n_acts)
+        none = np.zeros(6)
+        for k in range(row.n_acts):
+            act = acts[5 * k : 5 * k + 5]
+            by_place[:] = 0.0
+            by_twist[:] = 0.0
+            for a in range(row.n_atoms):
+                x = by_atoms[act[0], a]
+                if x == 0.0:
+                    continue
+                if sorts[a] == POSITION:
+                    _spread(atoms[a], x, push[a], by_place)
+                elif sorts[a] == VELOCITY:
+                    _spread(atoms[a], x, slope[a], by_place)
+                    _spread(atoms[a], x, push[a], by_twist)
+            for b in range(act[3], act[4]):
+                block = _integers(data, row.blocks + 4 * b, 4)
+                pair, leg = work.pairs[block[1]], block[0]
+                if k < row.n_rates:
+                    _add(pair, block[2], block[3], none, act[2], by_place[leg], by_twist[leg])
+                else:
+                    _add(pair, block[2], block[3], work.channels[act[2]], -1, by_place[leg], by_twist[leg])
+
+
+LOOP = Table("Loop", ROW, {"apply": sample})
+LOOP_TANGENT = Table("LoopTangent", ROW, {"apply": tangent})
+
+
+def words(numbers: Any) -> np.ndarray:
+    """Return integers as bulk data holds them."""
+    return np.array(numbers, np.int64).ravel().view(float)

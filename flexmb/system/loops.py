@@ -1,0 +1,304 @@
+"""What is measured while the motion is computed, and what follows it: names become one row of programs.
+
+Signals that follow measurements are taken apart: what depends on time alone is a signal of its own, a column of a
+sensor is an atom, a block brings its states, and everything else is a program that reads these and programs before it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints import Measured
+from flexmb.constraints.loop import LOOP, LOOP_TANGENT, words
+from flexmb.constraints.measured import MEASURED, POSITION
+from flexmb.errors import ModelError, did_you_mean
+from flexmb.math import operations as op
+from flexmb.model.block import Block, OwnState
+from flexmb.model.expression import SignalProgram, joined_arrays
+from flexmb.model.function_block import Function
+from flexmb.model.measurement import Formula, Measurement, input_program
+from flexmb.model.signal import Constant, Signal
+from flexmb.model.table import in_order
+
+__all__ = ["Loops"]
+
+LATER = 1_000_000
+"""Inputs from here on are results of programs."""
+
+
+class Loops:
+    """Collects what follows measurements while the parts of a model write themselves."""
+
+    def __init__(self, compiler):
+        self.compiler = compiler
+        self.atoms: list[Measured] = []
+        self.programs: list[SignalProgram] = []
+        self.addresses: list[int] = []
+        self.outputs: list[tuple[int, int]] = []
+        self.rates: list[tuple[int, int, int]] = []
+        self.channels: list[tuple[int, int]] = []
+        self.kept: list[Any] = []
+        self._known: dict[int, SignalProgram] = {}
+        self._open: dict[int, str] = {}
+        self._numbers: dict[int, int] = {}
+        self._blocks: dict[int, tuple[str, tuple[str, ...]]] = {}
+        self._waiting: list[tuple[Block, str]] = []
+
+    def follow(self, signal: Signal, markers: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
+        """Return the number of a signal, and the channels by which forces on markers change with it (-1: by none)."""
+        if not signal.follows:
+            return self.compiler.signal(signal), (-1,) * len(markers)
+        if id(signal) not in self._numbers:
+            slot = self._slot(self._program(signal))
+            number = self.compiler.signal(Constant(0.0))  # its value is written by the loop
+            self._numbers[id(signal)] = number
+            self.outputs.append((slot, number))
+            self.kept.append(signal)
+        number = self._numbers[id(signal)]
+        slot = next(slot for slot, known in self.outputs if known == number)
+        first = len(self.channels)
+        self.channels += [(slot, marker) for marker in markers]
+        return number, tuple(range(first, len(self.channels)))
+
+    def _slot(self, program: SignalProgram, address: int = 0) -> int:
+        """Return the number of the result of a program."""
+        if address == 0 and list(program.ops) == [op.INPUT] and program.args[0] >= LATER:
+            return int(program.args[0]) - LATER
+        self.programs.append(program)
+        self.addresses.append(address)
+        return len(self.programs) - 1
+
+    def _atom(self, scalar: Measured) -> SignalProgram:
+        """Return the program that reads a measured scalar."""
+        if scalar not in self.atoms:
+            self.atoms.append(scalar)
+        return input_program(self.atoms.index(scalar))
+
+    def _program(self, signal: Signal) -> SignalProgram:
+        """Return the program of a signal, in atoms and in the results of programs."""
+        if isinstance(signal, Constant):
+            return signal.program()
+        if id(signal) in self._known:
+            return self._known[id(signal)]
+        self.kept.append(signal)
+        if id(signal) in self._open:
+            names = [*self._open.values()]
+            chain = " -> ".join(names[list(self._open).index(id(signal)) :])
+            raise ModelError(
+                self.compiler.writing,
+                found=f"an algebraic loop: {chain} -> {signal.word}",
+                expected="signals that depend on each other by way of a state",
+                remedy="Put a lag, an integrator or a delay into the loop",
+            )
+        self._open[id(signal)] = getattr(signal, "name", None) or signal.word
+        program = self._made(signal)
+        if len(program.ops) > 1:
+            program = input_program(LATER + self._slot(program))
+        del self._open[id(signal)]
+        self._known[id(signal)] = program
+        return program
+
+    def _made(self, signal: Signal) -> SignalProgram:
+        if not signal.follows:
+            return self._atom(Measured("signal", signal=signal))
+        if isinstance(signal, Measurement):
+            return self._measurement(signal.of, signal.column, signal.rate)
+        if isinstance(signal, Formula):
+            return self._formula(signal)
+        if isinstance(signal, OwnState):
+            owner, _ = self._states(signal.block)
+            return self._atom(Measured("state", state=(owner, signal.name)))
+        if isinstance(signal, Function):
+            return self._function(signal)
+        if isinstance(signal, Block):
+            self._states(signal)
+            return self._program(signal.output())
+        return signal.program_of([self._program(part) for part in signal.parts()])
+
+    def _function(self, function: Function) -> SignalProgram:
+        """Return what reads the result of a function of the user; every argument is a program of its own."""
+        arguments = []
+        for part in function.of:
+            own = self._program(part)
+            if list(own.ops) != [op.INPUT] or own.args[0] in arguments:
+                own = input_program(
+                    LATER + self._slot(own.then(SignalProgram.of((op.CONSTANT, 1.0), (op.MULTIPLY, 0.0))))
+                )
+            arguments.append(own.args[0])
+        read = SignalProgram.of(*((op.INPUT, argument) for argument in arguments))
+        return input_program(LATER + self._slot(read, function.address()))
+
+    def _states(self, block: Block) -> tuple[str, tuple[str, ...]]:
+        """Return owner and names of the states of a block, which are registered when it is first met."""
+        if id(block) not in self._blocks:
+            states = block.states()
+            number = 1 + sum(title.startswith(f"Block '{block.word} ") for title in self.compiler.states)
+            owner = block.name or f"{block.word} {number}"
+            title = f"Block '{owner}'"
+            if title in self.compiler.states:
+                raise ModelError(
+                    title, found="the name is used twice", expected="one block of each name", remedy="Rename one"
+                )
+            if states:
+                self.compiler.state_marker(title, states, block.sizes())
+                self._waiting.append((block, title))
+            self._blocks[id(block)] = owner, tuple(states)
+            self.kept.append(block)
+        return self._blocks[id(block)]
+
+    def _sensor(self, given: Any) -> Any:
+        """Return a sensor that is given, or that of the model with this name."""
+        model = self.compiler.model
+        if not isinstance(given, str):
+            given.check(model)
+            return given
+        known = {sensor.name: sensor for sensor in model.sensors}
+        if given not in known:
+            raise ModelError(
+                self.compiler.writing,
+                found=f"sensor '{given}' does not exist",
+                expected=f"The model has: {', '.join(known) or 'no sensors'}",
+                remedy=did_you_mean(given, known) or "Add the sensor to the model, or give the sensor itself",
+            )
+        return known[given]
+
+    def _measurement(self, given: Any, column: int, rate: bool) -> SignalProgram:
+        sensor = self._sensor(given)
+        signal = sensor.signal()
+        if signal is not None and not rate:
+            return self._program(signal)
+        scalars = sensor.measured(self.compiler.model)
+        if column >= len(scalars):
+            raise ModelError(
+                self.compiler.writing,
+                found=f"column {column} of {sensor.title}",
+                expected=f"columns 0 to {len(scalars) - 1}",
+                remedy="Count from 0",
+            )
+        scalar = scalars[column]
+        if rate and scalar.sort != POSITION:
+            raise ModelError(
+                self.compiler.writing,
+                found=f"the rate of {sensor.title}, which depends on forces",
+                expected="rates of positions: joint coordinates, distances, positions of markers",
+                remedy="Measure the velocity itself, or filter it by a lag",
+            )
+        return self._atom(scalar.of_rate() if rate else scalar)
+
+    def _formula(self, formula: Formula) -> SignalProgram:
+        sizes = {}
+        for name, given in formula.over.items():
+            if not isinstance(given, Signal):
+                sensor = self._sensor(given)
+                sizes[name] = 1 if sensor.signal() is not None else len(sensor.measured(self.compiler.model))
+        program, inputs = formula.read(sizes)
+        read = []
+        for one in inputs:
+            if one.signal is None:
+                read.append(self._measurement(formula.over[one.name], one.column, one.rate))
+            elif not one.rate:
+                read.append(self._program(one.signal))
+            elif isinstance(one.signal, Measurement):
+                read.append(self._measurement(one.signal.of, one.signal.column, True))
+            elif not one.signal.follows:
+                read.append(self._atom(Measured("signal", signal=one.signal, rate=True)))
+            else:
+                raise ModelError(
+                    self.compiler.writing,
+                    found=f"rate({one.name}) of a signal that follows measurements",
+                    expected="rates of measured positions and of functions of time",
+                    remedy="Use a lag, whose rate is known, or measure the rate",
+                )
+        return _with_inputs(program, read)
+
+    def rows(self) -> tuple[list[tuple[Any, tuple]], list[tuple[Any, tuple]]]:
+        """Return the rows that run before all forces, and after them; none if nothing follows measurements."""
+        while self._waiting:
+            block, title = self._waiting.pop(0)
+            first = self.compiler.states[title].marker
+            for k, rate in enumerate(block.rates()):
+                slot = self._slot(self._program(rate))
+                self.rates.append((slot, first + k // 6, k % 6))
+        if not self.programs:
+            return [], []
+        row = self._row()
+        return [(LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
+
+    def _row(self) -> dict[str, Any]:
+        compiler, n_atoms = self.compiler, len(self.atoms)
+        compiler.writing = compiler.writing or "Signals"
+        numbers = [tuple(self._markers(scalar)) for scalar in self.atoms]
+        legs = tuple(dict.fromkeys(m for of_one in numbers for m in of_one if m >= 0))
+        rows = np.array([in_order(MEASURED, z.record(compiler, legs)) for z in self.atoms], MEASURED)
+        programs = [_renumbered(program, n_atoms) for program in self.programs]
+        ops, args, tables = joined_arrays(programs)
+        uses = [list(dict.fromkeys(int(a) for o, a in zip(p.ops, p.args) if o == op.INPUT)) for p in programs]
+        read = self._atoms_read(uses, n_atoms)
+        acts, blocks = [], []
+        acting = [*self.rates, *((slot, marker, k) for k, (slot, marker) in enumerate(self.channels))]
+        for slot, marker, component in acting:
+            own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
+            acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
+            blocks += [(legs.index(m), *_block(compiler, marker, m)) for m in own]
+        return {
+            "n_atoms": n_atoms,
+            "atoms": compiler.bulk(rows.view(float)),
+            "n": len(programs),
+            "programs": compiler.bulk(words(np.cumsum([0] + [len(p.ops) for p in programs]))),
+            "ops": compiler.bulk(words(ops)),
+            "args": compiler.bulk(args),
+            "n_tables": len(tables),
+            "tables": compiler.bulk(np.concatenate([*tables, np.zeros(0)])),
+            "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
+            "uses": compiler.bulk(words([i for of_one in uses for i in of_one])),
+            "use_starts": compiler.bulk(words(np.cumsum([0] + [len(of_one) for of_one in uses]))),
+            "addresses": compiler.bulk(words(self.addresses)),
+            "n_outputs": len(self.outputs),
+            "outputs": compiler.bulk(words(self.outputs)),
+            "n_acts": len(acting),
+            "n_rates": len(self.rates),
+            "acts": compiler.bulk(words(acts)),
+            "blocks": compiler.bulk(words(blocks)),
+            "n_legs": len(legs),
+        }
+
+    def _markers(self, scalar: Measured) -> list[int]:
+        """Return the markers that move a scalar."""
+        if scalar.state is not None:
+            return [self.compiler.state_place(*scalar.state)[0]]
+        return [self.compiler.marker(name) for name in scalar.markers]
+
+    @staticmethod
+    def _atoms_read(uses: list[list[int]], n_atoms: int) -> list[set[int]]:
+        """Return the atoms on which the result of each program depends."""
+        found: list[set[int]] = []
+        for of_one in uses:
+            found.append({a for i in of_one for a in ((i,) if i < n_atoms else found[i - n_atoms])})
+        return found
+
+
+def _with_inputs(program: SignalProgram, inputs: list[SignalProgram]) -> SignalProgram:
+    """Return a program with programs in the place of its inputs."""
+    pieces, first = [], 0
+    for k in np.flatnonzero(program.ops == op.INPUT).tolist():
+        pieces += [_part(program, first, k), inputs[int(program.args[k])]]
+        first = k + 1
+    whole = [piece for piece in [*pieces, _part(program, first, len(program.ops))] if len(piece.ops)]
+    return whole[0].then(*whole[1:])
+
+
+def _part(program: SignalProgram, first: int, last: int) -> SignalProgram:
+    return SignalProgram(program.ops[first:last], program.args[first:last], program.tables)
+
+
+def _renumbered(program: SignalProgram, n_atoms: int) -> SignalProgram:
+    """Return a program that reads results of programs behind all atoms."""
+    later = (program.ops == op.INPUT) & (program.args >= LATER)
+    return SignalProgram(program.ops, np.where(later, program.args - LATER + n_atoms, program.args), program.tables)
+
+
+def _block(compiler, marker: int, leg: int) -> tuple[int, int, int]:
+    """Return the pair of markers, and row and column in it, where derivatives of a wrench by a leg stand."""
+    return (compiler.pair(marker, leg), 0, 0 if marker == leg else 6)
