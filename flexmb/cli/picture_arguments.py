@@ -1,4 +1,4 @@
-"""Arguments of all verbs that draw: camera, size, scale."""
+"""Arguments of all verbs that draw: camera, size, scale, hidden parts, labels."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from flexmb.errors import ModelError
 
-__all__ = ["add_picture_arguments", "direction", "picture_settings"]
+__all__ = ["add_look_arguments", "add_picture_arguments", "direction", "look_settings", "picture_settings"]
 
 
 def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +23,40 @@ def picture_settings(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return camera, size and scale."""
     size = tuple(int(x) for x in _numbers("--size", arguments.size, "x", 2, "1600x900"))
     return {"camera": direction(arguments.camera), "size": size, "scale": arguments.scale}
+
+
+def add_look_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ``--hide`` and ``--label``."""
+    parser.add_argument(
+        "--hide",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="a body, or joints, springs, supports; repeat for each",
+    )
+    parser.add_argument(
+        "--label",
+        metavar="TEXT=MARKER",
+        action="append",
+        default=[],
+        help="a text at a marker of a body; repeat for each",
+    )
+
+
+def look_settings(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what is hidden, and the labels."""
+    labels = {}
+    for given in arguments.label:
+        text, equals, marker = given.partition("=")
+        if not (text and equals and "." in marker):
+            raise ModelError(
+                f"--label {given}",
+                found=f"'{given}'",
+                expected="a text and a marker",
+                remedy='Write --label "track 2=t2_carriage.F"',
+            )
+        labels[text] = marker
+    return {"hide": arguments.hide, "labels": labels}
 
 
 def direction(text: str | None) -> tuple[float, ...] | None:

@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 
 from flexmb.cli.model_arguments import add_trust
-from flexmb.cli.picture_arguments import add_picture_arguments, picture_settings
+from flexmb.cli.picture_arguments import add_look_arguments, add_picture_arguments, look_settings, picture_settings
 from flexmb.cli.run_folder import open_run
 
 NAME = "render"
@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="state to draw (default: the last); several are drawn in one picture, the earlier ones translucent",
     )
     add_picture_arguments(parser)
+    add_look_arguments(parser)
     parser.add_argument(
         "--rate",
         type=float,
@@ -45,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
     solution = open_run(arguments.run, trust=arguments.trust)
     name = Path(arguments.run).resolve().name
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{name}.png"
-    common = picture_settings(arguments)
+    common = {**picture_settings(arguments), **look_settings(arguments)}
     times = arguments.times
     if times and len(times) > 1 and target.suffix not in (".gif", ".mp4"):
         picture = view.overlay(solution, target, times=times, **common)

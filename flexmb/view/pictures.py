@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from flexmb.errors import FlexmbError
+from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.files import complaints, replacing
 from flexmb.io.scene import Scene
 from flexmb.results import recover
@@ -20,7 +21,16 @@ MOVING = (".gif", ".mp4")
 
 
 def render(
-    solution, path: str | Path, *, times=None, camera=None, size=(1600, 900), scale: float = 1.0, rate: float = 25.0
+    solution,
+    path: str | Path,
+    *,
+    times=None,
+    camera=None,
+    size=(1600, 900),
+    scale: float = 1.0,
+    rate: float = 25.0,
+    hide: Sequence[str] = (),
+    labels: Mapping[str, str] | None = None,
 ) -> Path:
     """Draw a solution and return the path of the picture.
 
@@ -41,6 +51,10 @@ def render(
         Factor on elastic displacements.
     rate : float, 1/s
         Pictures per second of an animation.
+    hide : sequence of str
+        What is not drawn: names of bodies, or "joints", "springs", "supports".
+    labels : mapping of text to marker, optional
+        Texts in still pictures, each at the place of a marker, "body.marker".
 
     Raises
     ------
@@ -49,9 +63,11 @@ def render(
     """
     picture = _checked(path, STILL + MOVING)
     scene, frames = _scene(solution, times, default_all=picture.suffix in MOVING)
-    stage = Stage(scene, size, largest_stress(scene, frames), scale)
+    stage = Stage(scene, size, largest_stress(scene, frames), scale, hide=_hidden(scene, hide))
     try:
         stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
+        if picture.suffix in STILL:
+            stage.label(_places(scene, labels, frames[-1]))
         stage.look_from(camera, upwards(solution.model), frames if picture.suffix in MOVING else ())
         with replacing(picture, f"Picture '{picture}'") as file:
             if picture.suffix in STILL:
@@ -63,18 +79,29 @@ def render(
     return picture
 
 
-def overlay(solution, path: str | Path, *, times, camera=None, size=(1600, 900), scale: float = 1.0) -> Path:
+def overlay(
+    solution,
+    path: str | Path,
+    *,
+    times,
+    camera=None,
+    size=(1600, 900),
+    scale: float = 1.0,
+    hide: Sequence[str] = (),
+    labels: Mapping[str, str] | None = None,
+) -> Path:
     """Draw several states in one picture: the last one solid with its stress, those before it translucent.
 
     Parameters as in `render`; `times` lists the states in the order in which they fade in.
     """
     picture = _checked(path, STILL)
     scene, frames = _scene(solution, times, default_all=True)
-    stage = Stage(scene, size, largest_stress(scene, frames[-1:]), scale)
+    stage = Stage(scene, size, largest_stress(scene, frames[-1:]), scale, hide=_hidden(scene, hide))
     try:
         for number, frame in enumerate(frames[:-1]):
             stage.add_state(frame, Look(opacity=0.15 + 0.2 * (number + 1) / len(frames), color="#5b7fa6"))
         stage.add_state(frames[-1])
+        stage.label(_places(scene, labels, frames[-1]))
         stage.plotter.enable_depth_peeling(8)
         stage.look_from(camera, upwards(solution.model))
         with replacing(picture, f"Picture '{picture}'") as file:
@@ -82,6 +109,33 @@ def overlay(solution, path: str | Path, *, times, camera=None, size=(1600, 900),
     finally:
         stage.close()
     return picture
+
+
+def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of what is not drawn; FlexmbError for one that is not in the scene, or if nothing would be left."""
+    names = (hide,) if isinstance(hide, str) else tuple(hide)
+    known = [part.name for part in scene.parts]
+    layers = ("joints", "springs", "supports")
+    for name in names:
+        if name not in known and name not in layers:
+            raise FlexmbError(
+                "Picture",
+                found=f"hide names '{name}'",
+                expected=f"a body that is drawn, or one of {', '.join(layers)}",
+                remedy=did_you_mean(name, [*known, *layers]) or f"One of: {', '.join(known)[:200]}",
+            )
+    if set(known) <= set(names):
+        raise FlexmbError("Picture", found="everything is hidden", expected="something to draw", remedy="Hide less")
+    return names
+
+
+def _places(scene: Scene, labels: Mapping[str, str] | None, frame: int) -> dict[str, np.ndarray]:
+    """Return the places (3,), m, in W of the labels' markers at a frame."""
+    phase, row = scene.samples[frame]
+    series = scene.solution.series(phase)
+    for marker in (labels or {}).values():
+        series.model.marker(marker, "Picture, label")
+    return {text: series.marker(marker).r[row] for text, marker in (labels or {}).items()}
 
 
 def _checked(path: str | Path, endings: tuple[str, ...]) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,9 +45,19 @@ class Stage:
         Factor on elastic displacements.
     shown : bool
         Open a window on the screen.
+    hide : sequence of str
+        Names of bodies, or "joints", "springs", "supports": what is not drawn.
     """
 
-    def __init__(self, scene: Scene, size, largest_stress: float, scale: float = 1.0, shown: bool = False):
+    def __init__(
+        self,
+        scene: Scene,
+        size,
+        largest_stress: float,
+        scale: float = 1.0,
+        shown: bool = False,
+        hide: Sequence[str] = (),
+    ):
         import pyvista
         from vtkmodules.vtkCommonCore import vtkLogger
 
@@ -60,11 +70,14 @@ class Stage:
         plotter.enable_anti_aliasing("ssaa")
         self.plotter = plotter
         self._drawn: list[tuple[DrawnPart, Any, np.ndarray, list]] = []
+        self._hidden = frozenset(hide)
 
     def add_state(self, frame: int, look: Look | None = None) -> None:
         """Add all parts as they are at a frame."""
         look = look or Look()
         for part in self.scene.parts:
+            if part.name in self._hidden:
+                continue
             if look.color is None or part.look != "supports":  # what stands still would be drawn twice
                 self._add(part, frame, look)
 
@@ -97,6 +110,22 @@ class Stage:
         self.plotter.camera.view_angle = VIEW_ANGLE
         self.plotter.camera_position = camera_position(np.vstack(seen), direction, up, width / height, room)
         self.plotter.renderer.reset_camera_clipping_range()
+
+    def label(self, places: Mapping[str, np.ndarray]) -> None:
+        """Write texts at places (3,), m, in W, in front of everything."""
+        if places:
+            self.plotter.add_point_labels(
+                np.array(list(places.values()), float),
+                list(places),
+                font_size=max(10, self.plotter.window_size[1] // 36),
+                shape_color="white",
+                shape_opacity=0.75,
+                text_color="black",
+                show_points=True,
+                point_size=9,
+                point_color="#26303a",
+                always_visible=True,
+            )
 
     def picture(self) -> np.ndarray:
         """Return the picture, (height, width, 3) uint8."""

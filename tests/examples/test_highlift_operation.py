@@ -93,18 +93,17 @@ def test_forces_of_the_data_set():
 
 
 def test_outcome_5_3():
-    """Strut 2 is pressed with about four times the tension of strut 1.
+    """Strut 2 is pressed with about four times the tension of strut 1: 3 to 5 for 0.3 <= progress <= 0.9.
 
-    3 to 5 for 0.3 <= progress <= 0.9 without elasticity. Drives that give way (4 mm) twist the flap, whose torsional
-    stiffness then moves load to track 1: down to 2.9 at progress 0.8.
+    Slowly, without elasticity and as shipped, and at full speed as shipped.
     """
     eta = np.linspace(0.3, 0.9, 61)
-    for settings, low, high in ((STIFF, 3.0, 5.0), ((), 2.85, 4.5)):
-        one, two = (at_stations(slow_run(*settings), f"inboard_t{k}_strut force", 0, eta) for k in (1, 2))
+    for solution in (slow_run(*STIFF), slow_run(), run("operation")):
+        one, two = (at_stations(solution, f"inboard_t{k}_strut force", 0, eta) for k in (1, 2))
         assert one.min() > 0.0 > two.max()
         ratio = -two / one
-        assert low < ratio.min()
-        assert ratio.max() < high
+        assert 3.0 < ratio.min()
+        assert ratio.max() < 5.0
 
 
 def test_outcome_5_13():

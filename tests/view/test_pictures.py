@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 
+import flexmb as fmb
 from flexmb.errors import FlexmbError
 from flexmb.io.scene import Scene
 from flexmb.view import graphics, overlay, render, window
@@ -58,6 +59,37 @@ def test_states_over_one_another(solution, tmp_path):
     several = overlay(solution, tmp_path / "several.png", times=(0.0, 0.04, 0.08), size=(320, 180), camera=(0, 0, 1))
     a, b = (pyvista.read(path).point_data.active_scalars.astype(float) for path in (one, several))
     assert np.abs(a - b).max() > 30
+
+
+@pytest.mark.render
+def test_hidden_parts_and_labels(tmp_path):
+    """What is hidden is not in the picture, a text is; unknown names and markers are named."""
+    import pyvista
+
+    model = fmb.Model(
+        bodies=[
+            fmb.Ground(),
+            fmb.RigidBody.box(
+                "rod", size=(1, 0.1, 0.1), density=100.0, at=(0.5, 0, 0), markers={"a": (-0.5, 0, 0), "b": (0.5, 0, 0)}
+            ),
+        ],
+        joints=[fmb.Revolute("pin", markers=("ground.origin", "rod.a"))],
+    )
+    solution = fmb.simulate(model, 0.01, samples=2)
+
+    def pixels(name, **fields):
+        path = render(solution, tmp_path / f"{name}.png", size=(320, 180), camera=(0, 0, 1), **fields)
+        return pyvista.read(path).point_data.active_scalars.astype(float)
+
+    plain = pixels("plain")
+    assert np.abs(pixels("hidden", hide=("joints", "supports")) - plain).max() > 30
+    assert np.abs(pixels("label", labels={"tip": "rod.b"}) - plain).max() > 30
+    with pytest.raises(FlexmbError, match="hide names 'joint'.*Did you mean 'joints'"):
+        render(solution, tmp_path / "x.png", hide=("joint",))
+    with pytest.raises(FlexmbError, match="everything is hidden"):
+        render(solution, tmp_path / "x.png", hide=[part.name for part in Scene(solution).parts])
+    with pytest.raises(FlexmbError, match="label: .*nothing"):
+        render(solution, tmp_path / "x.png", labels={"tip": "nothing.tip"})
 
 
 @pytest.mark.render
