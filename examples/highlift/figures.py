@@ -4,6 +4,7 @@ Run it with: python examples/highlift/figures.py [picture]   (a minute for four 
 """
 
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import flexmb as fmb
 
 FOLDER = Path(__file__).parent
 BLUE, ORANGE, GREY = "tab:blue", "tab:orange", "0.6"
+STOPS = tomllib.loads((FOLDER / "parameters.toml").read_text())["trailing_edge"]["interconnection_strut"]["free_travel"]
 FAILURE = 1.8  # s, until the stationary values after the failure show
 
 
@@ -61,7 +63,7 @@ def main(picture: str = "high_lift.png") -> None:
     axes = axes.ravel()
     strut = "interconnection strut"
     titles = (
-        "flaps and actuators [deg] over t [s]",
+        "flaps and actuators [deg]",
         f"{strut} [mm]",
         "drive struts / track 1 at 0.645 s",
         "the same, failure",
@@ -72,13 +74,15 @@ def main(picture: str = "high_lift.png") -> None:
         draw(axes, run("operation", rigid), run("strut_2_breaks", rigid, FAILURE), style, label)
     dress(axes, [f"{title}, cf. Fig. {number}" for number, title in enumerate(titles, 16)])
     for ax in (axes[1], axes[4]):
-        for stop in (-28.0, 12.0):
-            ax.axhline(stop, color=GREY, linewidth=0.8)
+        for stop in STOPS:
+            ax.axhline(1e3 * stop, color=GREY, linewidth=0.8)
     low, high = (f(ax.get_ylim()[k] for ax in axes[2:4]) for k, f in enumerate((min, max)))
     for ax in axes[2:4]:  # operation and failure on one scale
         ax.set_ylim(low, high)
     for ax in axes[3:]:
         ax.set_xlim(0.5, FAILURE)
+    for ax in axes:
+        ax.set_xlabel("t [s]", fontsize=8)
     figure.savefig(picture, dpi=150)
 
 

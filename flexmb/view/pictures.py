@@ -112,7 +112,7 @@ def overlay(
 
 
 def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of what is not drawn; FlexmbError for one that is not in the scene, or if nothing would be left."""
+    """Return the names of what is not drawn; FlexmbError for unknown ones, or if nothing would be left."""
     names = (hide,) if isinstance(hide, str) else tuple(hide)
     known = [part.name for part in scene.parts]
     layers = ("joints", "springs", "supports")

@@ -34,7 +34,7 @@ def failure():
 
 
 def test_forces_before():
-    """7.96 kN and -25.6 kN on the two-freedom model of the data set; the full model with its stiffness is within a tenth."""
+    """7.96 kN and -25.6 kN on the two-freedom model; the full one with its stiffness is within a tenth."""
     check = DATA["check"]["failure_two_dof"]
     own = check["of"]
     settings = (

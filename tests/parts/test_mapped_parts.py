@@ -111,3 +111,13 @@ def test_a_file_that_is_not_there(model):
     model.write_text(model.read_text().replace("flow.csv", "flaw.csv"))
     with pytest.raises(FlexmbError, match="flaw"):
         fmb.load_model(model)
+
+
+def test_an_optimiser_reaches_the_elements(model):
+    """The span at which the tip gives way by 20 mm, by Brent's method over the model file: (8 E I w/q)^(1/4)."""
+    from scipy.optimize import brentq
+
+    def gap(span):
+        return fmb.statics(fmb.load_model(model, {"span": span}))["tip"][-1, 2] - 0.020
+
+    assert brentq(gap, 2.0, 4.0, xtol=1e-4) == pytest.approx((8 * EI * 0.020 / (PRESSURE * CHORD)) ** 0.25, rel=2e-3)

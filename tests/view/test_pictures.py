@@ -84,11 +84,11 @@ def test_hidden_parts_and_labels(tmp_path):
     plain = pixels("plain")
     assert np.abs(pixels("hidden", hide=("joints", "supports")) - plain).max() > 30
     assert np.abs(pixels("label", labels={"tip": "rod.b"}) - plain).max() > 30
-    with pytest.raises(FlexmbError, match="hide names 'joint'.*Did you mean 'joints'"):
+    with pytest.raises(FlexmbError, match=r"hide names 'joint'.*Did you mean 'joints'"):
         render(solution, tmp_path / "x.png", hide=("joint",))
     with pytest.raises(FlexmbError, match="everything is hidden"):
         render(solution, tmp_path / "x.png", hide=[part.name for part in Scene(solution).parts])
-    with pytest.raises(FlexmbError, match="label: .*nothing"):
+    with pytest.raises(FlexmbError, match=r"label: .*nothing"):
         render(solution, tmp_path / "x.png", labels={"tip": "nothing.tip"})
 
 
