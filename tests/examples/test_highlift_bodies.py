@@ -178,7 +178,7 @@ def test_track_beam_on_the_wing(yielding):
 
     The beam with an overhang a behind the span b gives way by a^2 (a + b)/3EI, its shear by (a + a^2/b)/GA, its
     attachments by (1 + a/b)^2/k and (a/b)^2/k. The 58 Hz of the data set leave out shear and attachments. Its own mass
-    counts by the square of the static deflection, of which a/(a + b) is that of a clamped beam, c = (3 x^2 - x^3)/2, and
+    counts by the square of the deflection, of which a/(a + b) is that of a clamped beam, c = 1.5 x^2 - 0.5 x^3, and
     the rest a rotation: the integrals of c^2, c x and x^2 are 33/140, 11/40 and 1/3.
     """
     arguments = highlift_bodies.track_arguments(DATA)["track_2"]
