@@ -230,7 +230,12 @@ def memory_limits(bench: Bench) -> Counts:
         end = ended(bench.start(before=lambda more=more: resource.setrlimit(resource.RLIMIT_AS, (pages + more,) * 2)))
         counts.take(end, f"run, {more} bytes more")
         bench.judge(counts, end.promised, f"run, {more} bytes more")
-    return counts
+    return _all_verbs(
+        bench,
+        counts,
+        lambda: int(2 ** bench.random.uniform(20, 28)),
+        lambda more: resource.setrlimit(resource.RLIMIT_AS, (pages + more,) * 2),
+    )
 
 
 def read_only(bench: Bench) -> Counts:
@@ -259,7 +264,11 @@ def full_disk(bench: Bench) -> Counts:
         if saved.is_dir():
             shutil.copytree(saved, bench.run)
         bench.judge(counts, end.promised, f"run, {kilobytes} kB")
-    return counts
+    crowded = bench.folder / "crowded"
+    crowded.mkdir(exist_ok=True)
+    size = sum(path.stat().st_size for path in (bench.folder / "reference").iterdir())
+    with _small_disk(crowded, size // 1024 + 40) as mounted:
+        return _all_verbs(bench, counts, lambda: 0, lambda _: None, crowded) if mounted else counts
 
 
 def deleted_folder(bench: Bench) -> Counts:
@@ -273,7 +282,9 @@ def deleted_folder(bench: Bench) -> Counts:
         end = ended(child)
         counts.cases += 1
         counts.take(end, f"moment {k}")
-    return counts
+    gone = bench.folder / "gone"
+    gone.mkdir(exist_ok=True)
+    return _all_verbs(bench, counts, lambda: 0, lambda _: None, gone, removed_after=0.3)
 
 
 def two_at_a_time(bench: Bench) -> Counts:
@@ -299,13 +310,13 @@ def two_at_a_time(bench: Bench) -> Counts:
     return counts
 
 
-def _all_verbs(bench: Bench, counts: Counts, draw, limit, folder: Path | None = None) -> Counts:
-    """Run every verb that writes under a limit: messages, no tracebacks."""
+def _all_verbs(
+    bench: Bench, counts: Counts, draw, limit, folder: Path | None = None, removed_after: float | None = None
+) -> Counts:
+    """Run every verb that writes under a limit, or remove its folder after some seconds: messages, no tracebacks."""
     target = folder or bench.folder / "limited"
     target.mkdir(exist_ok=True)
     run = target / "run"
-    if not run.is_dir():
-        shutil.copytree(bench.folder / "reference", run)
     body, mesh = str(bench.folder / "block.h5"), str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
     block_data().save(body)
     verbs = [
@@ -327,7 +338,13 @@ def _all_verbs(bench: Bench, counts: Counts, draw, limit, folder: Path | None = 
     ]
     for verb in verbs:
         number = draw()
-        end = ended(begin(verb, lambda number=number: limit(number)))
+        if not run.is_dir():
+            shutil.copytree(bench.folder / "reference", run)
+        child = begin(verb, lambda number=number: limit(number))
+        if removed_after is not None:
+            time.sleep(removed_after)
+            shutil.rmtree(target, ignore_errors=True)
+        end = ended(child)
         counts.cases += 1
         counts.take(end, " ".join(verb))
     return counts
