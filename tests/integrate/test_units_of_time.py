@@ -26,6 +26,20 @@ def bouncing(second: float) -> fmb.Model:
 
 
 @pytest.mark.parametrize("second", [1e-12, 1e9])
+def test_events_are_found_as_closely(second):
+    """It falls by 0.1 m from rest: t = sqrt(0.2 / 9.81) s."""
+    stone = fmb.PointMass("stone", mass=2.0, at=(0, 0, 1.0))
+    model = fmb.Model(
+        gravity=(0, 0, -9.81 / second**2),
+        bodies=[fmb.Ground(), stone],
+        sensors=[fmb.Position("place", marker="stone.center")],
+        events=[fmb.Event("low", sensor="place", column=2, below=0.9, then=fmb.Stop())],
+    )
+    solution = fmb.simulate(model, t_end=second, samples=5, integrator=fmb.Explicit())
+    assert solution.t[-1] / second == pytest.approx(np.sqrt(0.2 / 9.81), rel=1e-9)
+
+
+@pytest.mark.parametrize("second", [1e-12, 1e9])
 @pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Implicit()])
 def test_steps_do_not_depend_on_the_unit_of_time(integrator, second):
     runs = [fmb.simulate(bouncing(s), t_end=s, samples=5, integrator=integrator) for s in (1.0, second)]

@@ -130,7 +130,8 @@ class AncfCable(AncfLine):
         of the plane in which gravity makes it swing; else the marker's z-axis.
         """
         normals = np.cross(self.curve.t[:-1], self.curve.t[1:]).sum(axis=0) if len(self.curve.t) > 1 else np.zeros(3)
-        candidates = [axes[:, 2]] if rotation is not None else [normals, np.cross(t, gravity)]
+        down = gravity / max(float(np.linalg.norm(gravity)), 1e-300)
+        candidates = [axes[:, 2]] if rotation is not None else [normals, np.cross(t, down)]
         for d in (*candidates, axes[:, 2], axes[:, 1]):
             size = np.linalg.norm(d)
             if size > 1e-6 and np.linalg.norm(np.cross(d, t)) > 0.1 * size:

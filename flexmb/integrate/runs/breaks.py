@@ -16,14 +16,19 @@ NEXT = 1e-3
 """Distance, relative to the run, at which values tell what size is."""
 
 
+def beside(t):
+    """Return how far from a time one is just before or after it, whatever is rounded, s; from t = 0 it is 1e-18 s."""
+    return 1e-12 * np.maximum(np.abs(t), 1e-6)
+
+
 def just_before(t):
-    """Return times at which signals still have the values on the left of `t`, whatever is rounded."""
-    return t - 1e-12 * np.maximum(np.abs(t), 1e-6)
+    """Return times at which signals still have the values on the left of `t`."""
+    return t - beside(t)
 
 
 def just_after(t):
-    """Return times at which signals have the values on the right of `t`, whatever is rounded."""
-    return t + 1e-12 * np.maximum(np.abs(t), 1e-6)
+    """Return times at which signals have the values on the right of `t`."""
+    return t + beside(t)
 
 
 def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from flexmb.errors import IntegrationError
+from flexmb.integrate.runs.breaks import beside
 from flexmb.integrate.runs.record import joined_rows
 from flexmb.results import Phase, Series
 from flexmb.system.assembly import consistent_start
@@ -123,11 +124,12 @@ class Watch:
 
         if distance(t0) >= 0.0:
             return before
-        if t1 - t0 <= 2e-12 * max(1.0, abs(t1)):  # at a jump of a load
+        if t1 - t0 <= 2.0 * float(beside(t1)):  # at a jump of a load
             return after
-        t = brentq(distance, t0, t1, xtol=1e-12 * max(1.0, abs(t1)), rtol=1e-14)
+        close = 1e-12 * max(abs(t0), abs(t1))
+        t = brentq(distance, t0, t1, xtol=close, rtol=1e-14)
         while distance(t) < 0.0 and t < t1:
-            t = min(t1, t + 1e-12 * max(1.0, abs(t1)))
+            t = min(t1, t + close)
         return rows[t]
 
     def _again(self, before, t: float) -> dict[str, np.ndarray]:

@@ -1,0 +1,171 @@
+"""Small numbers that quantities are compared with as they stand: each is known here, with what makes it right.
+
+A threshold without a unit's size beside it is right for pure numbers only, or absolute: then it stands in
+docs/theory/tolerances.md too. A new one fails this test: make it relative, or add it to its family.
+"""
+
+import ast
+from pathlib import Path
+
+import flexmb
+
+ROOT = Path(flexmb.__file__).parent
+SMALL = 1e-3
+TINY = 1e-100
+"""Numbers below only keep a quotient of zeros finite."""
+
+KNOWN = {
+    "absolute": (
+        "constraints/by_function.py: max(abs(difference), abs(found), 0.001)",
+        "fem/deck/unit_doubts.py: rho > 1e-25",
+        "integrate/explicit/eighth_order.py: max(1e-06, 0.001 * h)",
+        "integrate/explicit/eighth_order.py: max(d1, d2) <= 1e-15",
+        "integrate/explicit/eighth_order.py: max(t_end - state.t, 1e-12)",
+        "integrate/explicit/eighth_order.py: min(d0, d1) < 1e-05",
+        "integrate/linear/steady.py: max(fastest ** 2 * size, 1e-12)",
+        "integrate/runs/breaks.py: np.maximum(np.abs(t), 1e-06)",
+        "integrate/runs/phases.py: max(abs(latest), 1e-06)",
+        "system/complaints.py: max(system.lengths.whole * own, FLAT)",
+        "system/complaints.py: np.max(np.abs(gradients), initial=0.0) > 1e-06",
+        "system/complaints.py: own <= FLAT",
+        "system/complaints.py: own > FLAT",
+        "tree/coordinates/reach.py: max(1e-09, float(np.linalg.norm(J[:3, self.rates], axis=0).max(initial=0.0)))",
+        "trust/balance.py: max(change / speed if speed > 0.0 else 0.0, turning, 0.001)",
+        "trust/levels.py: max(speed / size, np.sqrt(change / size), 0.001)",
+    ),
+    "shown to people": (
+        "io/quality_page.py: share >= 0.001",
+        "reduction/quality.py: body.grounding > 1e-08",
+        "reduction/quality.py: numbers['static_error'] > 1e-06",
+        "trust/verification.py: share >= 1e-05",
+        "view/quantities.py: 0.001 <= size < 1000000.0",
+        "view/report_model.py: share >= 0.001",
+    ),
+    "seconds of the clock": (
+        "integrate/runs/patience.py: max(now - self._clock, 1e-06)",
+        "integrate/runs/phases.py: max(spent, 0.0001)",
+    ),
+    "keeps a quotient finite": (
+        "integrate/equilibria/descent.py: max(pull, 1e-30)",
+        "integrate/equilibria/descent.py: max(tolerance * self.largest, 1e-30)",
+        "integrate/equilibria/path.py: max(self.largest, 1e-30)",
+        "integrate/explicit/eighth_order.py: max(error, 1e-30)",
+        "math/splines.py: square < 1e-30",
+        "trust/balance.py: max(float(np.abs(u).max(initial=0.0)), 1e-30)",
+    ),
+    "pure numbers: angles, unit vectors, places on an element, fractions": (
+        "bodies/line/ancf_cable.py: np.abs(N) < 1e-15",
+        "bodies/line/ancf_cable.py: size > 1e-06",
+        "bodies/line/curve.py: sine < 1e-09",
+        "bodies/line/tangent_frame.py: max(1.0 - tau * tau, CLOSEST)",
+        "bodies/plate/places.py: np.abs(own) < 1e-14",
+        "fem/deck/ansys_materials.py: max(ratios) - min(ratios) <= ALIKE",
+        "fem/deck/links.py: np.abs(needed @ vectors[:, ~firm]) > 1e-06",
+        "fem/deck/nastran_lines.py: b - a < CLOSEST",
+        "fem/deck/nastran_links.py: abs(np.linalg.det(scaled)) < 1e-09",
+        "fem/deck/nastran_links.py: np.abs(rows).max(axis=0) > 1e-09",
+        "fem/deck/supports.py: abs(abs(row[main]) - 1.0) < 1e-06",
+        "fem/deck/tie.py: np.abs(step).max() < 1e-12",
+        "fem/frames/frame.py: np.linalg.norm(y, axis=1) < 0.001",
+        "fem/meshes/universal_datasets.py: 1e-12 < factor < 1000000000000.0",
+        "fem/meshes/universal_datasets.py: abs(found.unit * factor - 1.0) > 1e-06",
+        "fem/solids/elements.py: distance[np.arange(len(found)), found].max() < 1e-12",
+        "io/scene.py: np.maximum(np.linalg.norm(x, axis=1), 1e-12)",
+        "io/sid.py: min(errors.values()) > _IDENTITY",
+        "math/rotations.py: angle < 0.0001",
+        "math/rotations.py: angle < 0.001",
+        "math/rotations.py: s < 1e-08",
+        "math/splines.py: np.linalg.norm(first) < 1e-08",
+        "model/changed_data.py: np.abs(axes.T @ axes - np.eye(3)).max() > 1e-09",
+        "parts/line.py: b - a <= CLOSE",
+        "parts/line.py: np.diff(ordered) > CLOSE",
+        "sensors/joint_coordinate.py: abs(before - now - TURN * turns) < 0.001",
+    ),
+    "shares of errors, tolerances, rates of convergence, ranks, matrices of unit size": (
+        "integrate/alpha/newmark.py: error <= 1e-06",
+        "integrate/alpha/newmark.py: max(error, 1e-06)",
+        "integrate/alpha/newmark.py: max(rate, 0.0001)",
+        "integrate/alpha/newmark.py: max(rate, 1e-06)",
+        "integrate/equilibria/load_path.py: s < 1e-08",
+        "integrate/equilibria/load_path.py: s > 1e-05",
+        "integrate/equilibria/path.py: max(point.tangent[-1] ** 2, 1e-12)",
+        "integrate/equilibria/path.py: stride <= 1e-13",
+        "integrate/ida/ida.py: max(YIELDING, 0.01 * misfit)",
+        "integrate/ida/ida.py: max(min(1.0, FARTHER * system.lengths.whole / farthest), LEAST)",
+        "integrate/implicit/implicit.py: max(error, 1e-06)",
+        "integrate/linear/campbell.py: self.damping_ratios > -1e-07",
+        "integrate/linear/first_frequencies.py: abs(value) * self.mu >= NOTHING",
+        "integrate/linear/plant.py: share > ACCURATE",
+        "integrate/runs/continuity.py: largest[0] > JUMP",
+        "reduction/basis.py: left > HELD",
+        "reduction/basis.py: np.linalg.eigvalsh(K_a)[0] <= 1e-12",
+        "reduction/checks.py: np.linalg.eigvalsh(_unit_diagonal(rigid_mass)).min(initial=1.0) < 1e-12",
+        "reduction/checks.py: ratio[worst] > _GROUNDED",
+        "reduction/statics.py: self.factor.weakest_pivot > 1e-09",
+        "system/assembly.py: shares > OPEN_RATE",
+        "system/lengths.py: lost[k] <= LOST",
+        "system/massless.py: held.min() <= HELD",
+        "system/massless.py: np.linalg.svd(scaled, compute_uv=False)[:, -1] > SINGULAR",
+        "system/mobility.py: shares > SHARE",
+        "tree/any_body/joint_basis.py: length > 1e-12",
+        "tree/any_body/light_points.py: mass * usual < LIGHT",
+        "tree/any_body/loops.py: max(RANK * s[0], ROUNDING)",
+        "tree/coordinates/reach.py: max(damping * 0.1, LEAST)",
+        "tree/rigid/closing.py: max(RANK * most, ROUNDING)",
+        "trust/settings.py: max(LEAST, TENTH * value)",
+        "trust/settings.py: max(LEAST, getattr(integrator, 'rtol', 1e-06))",
+        "trust/settings.py: min(rtol, 1e-06)",
+    ),
+}
+"""Family: file and expression."""
+
+
+def _small(node: ast.expr) -> bool:
+    node = node.operand if isinstance(node, ast.UnaryOp) else node
+    return isinstance(node, ast.Constant) and isinstance(node.value, float) and TINY < abs(node.value) <= SMALL
+
+
+def _constants(tree: ast.Module) -> set[str]:
+    """Return the names of the small numbers of a file."""
+    found = set()
+    for statement in tree.body:
+        if isinstance(statement, ast.Assign):
+            for target in statement.targets:
+                names = target.elts if isinstance(target, ast.Tuple) else [target]
+                values = statement.value.elts if isinstance(statement.value, ast.Tuple) else [statement.value]
+                if len(names) == len(values):
+                    found |= {n.id for n, v in zip(names, values) if isinstance(n, ast.Name) and _small(v)}
+    return found
+
+
+def bare_thresholds(text: str) -> list[str]:
+    """Return the comparisons with a small number that nothing multiplies, as min and max are ones."""
+    tree = ast.parse(text)
+    names = _constants(tree)
+    found = []
+    for node in ast.walk(tree):
+        compared: list[ast.expr] = []
+        if isinstance(node, ast.Compare):
+            compared = [node.left, *node.comparators]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in ("max", "min", "np.maximum", "np.minimum"):
+            compared = node.args
+        if any(_small(one) or (isinstance(one, ast.Name) and one.id in names) for one in compared):
+            found.append(ast.unparse(node))
+    return found
+
+
+def test_the_search_finds_them():
+    text = "SAME = 1e-9\nif gap < SAME or gap < SAME * size or max(gap, 1e-6) > 0.5 or gap < 1e-300: pass"
+    assert bare_thresholds(text) == ["gap < SAME", "max(gap, 1e-06)"]
+
+
+def test_every_bare_threshold_is_known():
+    known = {entry for family in KNOWN.values() for entry in family}
+    found = {
+        f"{path.relative_to(ROOT).as_posix()}: {threshold}"
+        for path in ROOT.rglob("*.py")
+        for threshold in bare_thresholds(path.read_text("utf-8"))
+    }
+    new = sorted(found - known)
+    assert not new, "compare with something of the same unit, or add it to its family here: " + "; ".join(new)
+    assert not known - found, "gone; take it out here: " + "; ".join(sorted(known - found))
