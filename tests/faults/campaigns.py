@@ -264,8 +264,7 @@ def full_disk(bench: Bench) -> Counts:
         if saved.is_dir():
             shutil.copytree(saved, bench.run)
         bench.judge(counts, end.promised, f"run, {kilobytes} kB")
-    crowded = bench.folder / "crowded"
-    crowded.mkdir(exist_ok=True)
+    (crowded := bench.folder / "crowded").mkdir(exist_ok=True)
     size = sum(path.stat().st_size for path in (bench.folder / "reference").iterdir())
     with _small_disk(crowded, size // 1024 + 40) as mounted:
         return _all_verbs(bench, counts, lambda: 0, lambda _: None, crowded) if mounted else counts
@@ -282,8 +281,7 @@ def deleted_folder(bench: Bench) -> Counts:
         end = ended(child)
         counts.cases += 1
         counts.take(end, f"moment {k}")
-    gone = bench.folder / "gone"
-    gone.mkdir(exist_ok=True)
+    (gone := bench.folder / "gone").mkdir(exist_ok=True)
     return _all_verbs(bench, counts, lambda: 0, lambda _: None, gone, removed_after=0.3)
 
 

@@ -22,6 +22,8 @@ INTEGRATORS = {
     "IDA": lambda s: fmb.IDA(rtol=TIGHT, atol=1e-2 * TIGHT * min(1.0, s.length) * min(1.0, 1.0 / s.time)),
     "Explicit": lambda s: fmb.Explicit(rtol=TIGHT),
     "Implicit": lambda s: fmb.Implicit(rtol=1e-6),
+    "elastic": lambda s: fmb.GeneralizedAlpha(rtol=1e-7),
+    "stiff": lambda s: fmb.Implicit(rtol=1e-7),
     "Recursive": lambda s: fmb.Explicit(rtol=TIGHT, formulation=fmb.Recursive()),
 }
 FORMULATIONS = {

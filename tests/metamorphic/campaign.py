@@ -3,6 +3,7 @@
     cd tests
     python -m metamorphic.campaign --seeds 100:200                        # all analyses
     python -m metamorphic.campaign --seeds 7 --analyses IDA,statics --ways units,mirror
+    python -m metamorphic.campaign --seeds 100:200 --extras               # with contacts, friction, stops, ...
 
 Prints a line for every relation that does not hold, with the seed that repeats it, and at the end how many were tried.
 """
@@ -16,6 +17,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from metamorphic.analyses import ANALYSES, WITHOUT_TIME, analysed, worst_difference
+from metamorphic.extras import KINDS_AND_PLATES
 from metamorphic.limits import KINDS_FOR, LIMITS
 from metamorphic.mechanisms import mechanism
 from metamorphic.relations import RELATIONS, differs
@@ -24,9 +26,10 @@ from metamorphic.seen import CHANGES
 import flexmb as fmb
 
 
-def kinds_for(how: str) -> dict:
-    """Return the kinds of bodies that an analysis takes."""
-    return {"kinds": KINDS_FOR[how]} if how in KINDS_FOR else {}
+def kinds_for(how: str, extras: bool = False) -> dict:
+    """Return the kinds of bodies that an analysis takes, and whether contacts and the like are added."""
+    kinds = {"kinds": KINDS_FOR[how]} if how in KINDS_FOR else {"kinds": KINDS_AND_PLATES} if extras else {}
+    return {**kinds, "extras": extras}
 
 
 def outcome(model: fmb.Model, how: str, *seen):
@@ -43,11 +46,11 @@ def _told(seen) -> str:
     return ", ".join(f"{name} {size:.3g}" for name, size in sizes.items() if size != 1.0) or "SI units"
 
 
-def way_holds(seed: int, how: str, change: str, plain=None) -> tuple[bool, str]:
+def way_holds(seed: int, how: str, change: str, plain=None, extras: bool = False) -> tuple[bool, str]:
     """Does an analysis give the same when the mechanism is written down in another way? And what it found."""
     seen = CHANGES[change](np.random.default_rng(seed))
-    mine = outcome(mechanism(seed, **kinds_for(how)), how) if plain is None else plain
-    other = outcome(mechanism(seed, seen, **kinds_for(how)), how, seen)
+    mine = outcome(mechanism(seed, **kinds_for(how, extras)), how) if plain is None else plain
+    other = outcome(mechanism(seed, seen, **kinds_for(how, extras)), how, seen)
     if isinstance(mine, str) or isinstance(other, str):
         both = isinstance(mine, str) and isinstance(other, str)
         return both, f"plain: {mine if isinstance(mine, str) else 'found'}; {change}: {str(other)[:200]}"
@@ -55,9 +58,9 @@ def way_holds(seed: int, how: str, change: str, plain=None) -> tuple[bool, str]:
     return share <= LIMITS[how], f"{where}: {share:.1e}, limit {LIMITS[how]:.0e}; {_told(seen)}"
 
 
-def relation_holds(seed: int, how: str, name: str) -> tuple[bool, str]:
+def relation_holds(seed: int, how: str, name: str, extras: bool = False) -> tuple[bool, str]:
     """Does a motion stay the same when the mechanism is changed in a way that must not matter?"""
-    model = mechanism(seed, **kinds_for(how))
+    model = mechanism(seed, **kinds_for(how, extras))
     try:
         share, where = differs(model, RELATIONS[name](model, np.random.default_rng(seed)), how)
     except fmb.FlexmbError as error:
@@ -65,16 +68,16 @@ def relation_holds(seed: int, how: str, name: str) -> tuple[bool, str]:
     return share <= LIMITS[how], f"{where}: {share:.1e}, limit {LIMITS[how]:.0e}"
 
 
-def campaign(seeds, analyses, ways) -> Iterator[tuple[str, bool, str]]:
+def campaign(seeds, analyses, ways, extras: bool = False) -> Iterator[tuple[str, bool, str]]:
     """Yield (what, does it hold, what was found)."""
     for seed in seeds:
         for how in analyses:
-            plain = outcome(mechanism(seed, **kinds_for(how)), how)
+            plain = outcome(mechanism(seed, **kinds_for(how, extras)), how)
             for change in ways:
                 if change in CHANGES and not (change == "start" and how in WITHOUT_TIME):
-                    yield f"seed {seed}, {how}, {change}", *way_holds(seed, how, change, plain)
+                    yield f"seed {seed}, {how}, {change}", *way_holds(seed, how, change, plain, extras)
                 elif change in RELATIONS and how in ("steps", "IDA"):
-                    yield f"seed {seed}, {how}, {change}", *relation_holds(seed, how, change)
+                    yield f"seed {seed}, {how}, {change}", *relation_holds(seed, how, change, extras)
 
 
 def main(arguments=None) -> int:
@@ -83,12 +86,13 @@ def main(arguments=None) -> int:
     parser.add_argument("--seeds", default="0:20", help="a seed, or FIRST:END")
     parser.add_argument("--analyses", default=",".join(ANALYSES))
     parser.add_argument("--ways", default=",".join((*CHANGES, *RELATIONS)))
+    parser.add_argument("--extras", action="store_true", help="with contacts, friction, stops, equations, attraction")
     given = parser.parse_args(arguments)
     first, _, end = given.seeds.partition(":")
     seeds = range(int(first), int(end) if end else int(first) + 1)
     tried = failed = 0
     warnings.simplefilter("ignore")
-    for what, holds, found in campaign(seeds, given.analyses.split(","), given.ways.split(",")):
+    for what, holds, found in campaign(seeds, given.analyses.split(","), given.ways.split(","), given.extras):
         tried += 1
         if not holds:
             failed += 1

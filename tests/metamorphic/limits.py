@@ -21,6 +21,8 @@ LIMITS = {
     "Explicit": 1e-3,
     "Implicit": 1e-3,
     "Recursive": 1e-3,
+    "elastic": 2e-3,
+    "stiff": 1e-3,
 }
 KINDS_FOR = {
     # bodies with a frame, and points
@@ -28,6 +30,8 @@ KINDS_FOR = {
     "Implicit": ("rigid", "point"),
     # steps that resolve the vibrations of bars would take minutes
     "Recursive": ("rigid", "point"),
+    "elastic": ("rigid", "reduced", "beam"),
+    "stiff": ("rigid", "point", "reduced"),
     "adaptive": ("rigid", "point"),
     "Explicit": ("rigid", "point", "cable"),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from metamorphic.extras import add_extras, plate
 from metamorphic.seen import PLAIN, Seen, turn
 from scipy.spatial.transform import Rotation
 
@@ -204,7 +205,7 @@ class Builder:
             end = self.reduced(name, place, A, own)
             second, tip = f"{s.name(name)}.start", f"line {name}.end"
         else:
-            end = self.line(kind, name, place, A)
+            end = plate(self, name, place, A) if kind == "plate" else self.line(kind, name, place, A)
             second, tip = f"{s.name(name)}.start", f"line {name}.end"
         first = self.first_marker(parent, number, place, axes)
         if kind == "point":
@@ -251,12 +252,14 @@ class Builder:
         self.bodies[k] = old.replaced(markers=markers)
         return f"{s.name(body)}.m{number}"
 
-    def model(self, count: int) -> fmb.Model:
-        """Return a mechanism of so many bodies."""
+    def model(self, count: int, seed: int | None = None) -> fmb.Model:
+        """Return a mechanism of so many bodies; with a seed, what else is drawn from it is added."""
         s = self.seen
         gravity = np.array([1.0, -2.0, -9.0])
         for number in range(1, count + 1):
             self.grow(number)
+        if seed is not None:
+            add_extras(self, seed)
         bodies = [fmb.Ground(markers=self.ground), *self.bodies]
         sensors = [*self.sensors, fmb.Energy(s.name("kinetic"), kind="kinetic"), fmb.Energy(s.name("total"))]
         return fmb.Model(
@@ -272,7 +275,10 @@ def _matrix(rotation) -> np.ndarray:
     return np.asarray(rotation, float)
 
 
-def mechanism(seed: int, seen: Seen = PLAIN, *, count: int | None = None, frame=None, kinds=KINDS) -> fmb.Model:
+def mechanism(
+    seed: int, seen: Seen = PLAIN, *, count: int | None = None, frame=None, kinds=KINDS, extras: bool = False
+) -> fmb.Model:
     """Return the random mechanism of a seed as it is seen; the same mechanism for the same seed."""
     rng = np.random.default_rng(seed)
-    return Builder(seed, seen, frame, kinds).model(int(rng.integers(1, 4)) if count is None else count)
+    builder = Builder(seed, seen, frame, kinds)
+    return builder.model(int(rng.integers(1, 4)) if count is None else count, seed if extras else None)

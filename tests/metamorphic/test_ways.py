@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from metamorphic.analyses import WITHOUT_TIME
 from metamorphic.campaign import kinds_for, outcome, way_holds
+from metamorphic.extras import KINDS_AND_PLATES
 from metamorphic.mechanisms import mechanism
 from metamorphic.relations import apart
 from metamorphic.seen import CHANGES
@@ -32,6 +33,25 @@ def test_ways_to_write_it_down(seed, number, how):
     for change in rng.choice(possible, size=WAYS, replace=False):
         holds, found = way_holds(seed, how, str(change), plain)
         assert holds, f"seed {seed}, {how}, {change}: {found}"
+
+
+@pytest.mark.parametrize(("number", "how"), [(0, "Augmented"), (1, "steps"), (2, "steps")])
+def test_ways_to_write_down_contacts_and_the_like(seed, number, how):
+    """With plates, contacts, friction, stops, equations of the user and attraction."""
+    seed += 50 + number
+    rng = np.random.default_rng(seed)
+    plain = outcome(mechanism(seed, **kinds_for(how, True)), how)
+    for change in ("mirror", str(rng.choice(["units", "time", "length"]))):
+        holds, found = way_holds(seed, how, change, plain, True)
+        assert holds, f"seed {seed}, {how}, {change}: {found}"
+
+
+def test_what_is_added_acts():
+    """Among some mechanisms there is everything."""
+    mechanisms = [mechanism(seed, kinds=KINDS_AND_PLATES, extras=True) for seed in range(60)]
+    parts = [type(part).__name__ for m in mechanisms for part in (*m.bodies, *m.joints, *m.forces)]
+    wanted = ("AncfPlate", "Contact", "JointFriction", "BiStop", "Constraint", "CentralGravity")
+    assert all(parts.count(name) > 4 for name in wanted), {name: parts.count(name) for name in wanted}
 
 
 def test_comparison_sees_what_differs():
