@@ -71,7 +71,7 @@ class SolarPressure(Force):
     marker : str
         "body.marker" in the middle of the plate, its z-axis the outward normal.
     area : float, m2
-    sun : three signals
+    sun : three signals, -
         Direction to the Sun in W, of any length.
     mirrored, diffuse : float, -
         Shares of the light that the surface mirrors and scatters; the rest is absorbed.

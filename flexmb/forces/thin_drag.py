@@ -104,12 +104,16 @@ class ThinDrag(Force):
         "body.marker" in the middle of the plate, its z-axis the outward normal.
     area : float, m2
     density : float, kg/m3
-        At the `altitude` (m).
+        At the `altitude`.
+    altitude : float, m
+        Where the density is given.
     scale_height : float, m
         Over which the density falls to 1/e.
     mirrored, diffuse : float, -
-        Shares of the molecules that the surface mirrors, and that leave in all directions with a mean normal speed of
-        `leaving` (m/s); the rest stays without recoil.
+        Shares of the molecules that the surface mirrors, and that leave in all directions; the rest stays without
+        recoil.
+    leaving : float, m/s
+        Mean normal speed of those that leave in all directions.
     rotation : float, rad/s
         Of the atmosphere about the z-axis of `source`; by default that of the Earth.
     surface : float, m

@@ -7,33 +7,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError
 from flexmb.sensors.marker_motion import MarkerSensor
 
 __all__ = ["OrbitalPosition", "OrbitalVelocity"]
 
 
 @dataclass(frozen=True, eq=False)
-class _Orbital(MarkerSensor):
-    """What a marker tells together with the origin of W."""
-
-    def check(self, model) -> None:
-        """Raise ModelError if the marker does not exist, or the origin of W follows no orbit."""
-        super().check(model)
-        if model.origin is None:
-            raise ModelError(
-                self.title,
-                found="a model whose origin rests",
-                expected="Model(origin=flexmb.Orbit(...))",
-                remedy=f"Use {type(self).__name__.removeprefix('Orbital')}: W is all there is",
-            )
-
-
-@dataclass(frozen=True, eq=False)
-class OrbitalPosition(_Orbital):
+class OrbitalPosition(MarkerSensor):
     """Position of a marker from the centre of the orbit that the origin of W follows, (nt, 3), m, along the axes of W.
 
-    `Position` is that from the origin of W: near it, it has more digits.
+    `Position` is that from the origin of W: near it, it has more digits. Without an orbit both are the same.
 
     Parameters
     ----------
@@ -46,12 +29,15 @@ class OrbitalPosition(_Orbital):
 
     def values(self, series) -> np.ndarray:
         """Return r (nt, 3), m."""
-        return series.marker(self.marker).r + series.model.origin.at(series.t)[0]
+        origin, r = series.model.origin, series.marker(self.marker).r
+        return r if origin is None else r + origin.at(series.t)[0]
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitalVelocity(_Orbital):
+class OrbitalVelocity(MarkerSensor):
     """Velocity of a marker against the centre of the orbit that the origin of W follows, (nt, 3), m/s, along W.
+
+    Without an orbit it is that of `Velocity`.
 
     Parameters
     ----------
@@ -64,4 +50,5 @@ class OrbitalVelocity(_Orbital):
 
     def values(self, series) -> np.ndarray:
         """Return v (nt, 3), m/s."""
-        return series.marker(self.marker).v + series.model.origin.at(series.t)[1]
+        origin, v = series.model.origin, series.marker(self.marker).v
+        return v if origin is None else v + origin.at(series.t)[1]

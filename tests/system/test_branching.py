@@ -102,6 +102,50 @@ def test_nothing_is_singular_beside_it(model):
     assert fmb.check(model).singular is None
 
 
+def bricard(turn: float) -> fmb.Model:
+    """Six links of 1 m whose axes are turned by a right angle, to and fro (trihedral, Bricard 1927); closed for every
+    turn of the first hinge: cos a + cos b + cos a cos b = 0.
+    """
+    other = -np.arccos(-np.cos(turn) / (1 + np.cos(turn)))
+    frames = [np.eye(4)]
+    for k in range(6):
+        c, s, twist = np.cos((turn, other)[k % 2]), np.sin((turn, other)[k % 2]), (1.0, -1.0)[k % 2]
+        link = [[c, 0, s * twist, c], [s, 0, -c * twist, s], [0, twist, 0, 0], [0, 0, 0, 1.0]]
+        frames.append(frames[-1] @ np.array(link))
+    names, bodies = ["ground", *(f"l{k}" for k in range(1, 6))], []
+    for k, name in enumerate(names):
+        one, two, at = frames[k], frames[k + 1], frames[k][:3, 3]
+        ends = {"s": fmb.Pose((0, 0, 0), one[:3, :3]), "e": fmb.Pose(two[:3, 3] - at, two[:3, :3])}
+        inertia = {"mass": 1.0, "inertia": (0.1, 0.1, 0.1), "at": at}
+        bodies.append(fmb.RigidBody(name, markers=ends, **inertia) if k else fmb.Ground(markers=ends))
+    hinges = [fmb.Revolute(f"r{k}", markers=(f"{names[k]}.e", f"{names[(k + 1) % 6]}.s")) for k in range(6)]
+    return fmb.Model(bodies=bodies, joints=hinges, gravity=(0, 0, -9.81))
+
+
+@pytest.mark.parametrize("turn", [0.5 * np.pi, 0.5 * np.pi - 1e-9, 1.0, 2.0 * np.pi / 3.0])
+def test_trihedral_linkage_of_bricard_does_not_branch_here(turn):
+    """Mobility 1 where Gruebler counts 0, at the symmetric position (all turns alike) too."""
+    report = fmb.check(bricard(turn))
+    assert (report.mobility, report.gruebler, report.singular) == (1, 0, None)
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Explicit()])
+def test_driven_dead_centre_is_named(integrator):
+    """Crank and rod in line: the slider cannot be pushed at a speed."""
+    ground = {"A": (0, 0, 0), "rail": fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))}
+    links = {"crank": ((0, 0), (0.3, 0)), "rod": ((0.3, 0), (1.3, 0))}
+    model = linkage(ground, links, {"a": ("ground.A", "crank.s"), "b": ("crank.e", "rod.s")})
+    slider = fmb.RigidBody("slider", mass=1.0, inertia=INERTIA, at=(1.3, 0, 0), markers={"rail": ground["rail"]})
+    joints = [
+        fmb.Revolute("c", markers=("rod.e", "slider.center")),
+        fmb.Prismatic("p", markers=("ground.rail", "slider.rail")),
+        fmb.Drive("push", joint="p", displacement=fmb.expression("1.3 - 0.1*t")),
+    ]
+    driven = fmb.Model(bodies=[*model.bodies, slider], joints=[*model.joints, *joints])
+    with pytest.raises(CompileError, match=r"push.*first derivative misses zero.*singular configuration.*dead centre"):
+        fmb.simulate(driven, 0.1, integrator=integrator)
+
+
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("model", [towing_chain(0.0), toggle(False)])
 def test_all_integrators_refuse_alike(model, integrator):
