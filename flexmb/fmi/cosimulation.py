@@ -1,0 +1,331 @@
+"""`cosimulate`: a model together with functional mock-up units of other programs (FMI 2.0 and 3.0, co-simulation)."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
+from flexmb.fmi.inside import output_names
+from flexmb.integrate import Stepper, stepper
+from flexmb.model.described import Described, is_number
+from flexmb.model.model import Model
+from flexmb.results import Solution
+
+__all__ = ["Fmu", "cosimulate"]
+
+MOST_STEPS = 50_000_000
+"""Steps of one run: the state of each is kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fmu(metaclass=Described):
+    """A unit of another program, and how it is connected.
+
+    Parameters
+    ----------
+    path : path
+        The .fmu file, for co-simulation.
+    inputs : mapping of variable of the unit to sensor of the model
+        ``{"measured": "angle"}``, ``{"load": "pin fx"}``: a sensor with several columns is named with one.
+    outputs : mapping of input of the model to variable of the unit
+        ``{"torque": "u"}``, for ``effort=flexmb.input("torque")``.
+    parameters : mapping of variable of the unit to number
+        Set before the start.
+    """
+
+    path: str | Path
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self):
+        for name in ("inputs", "outputs", "parameters"):
+            given = getattr(self, name)
+            if not isinstance(given, Mapping):
+                raise ModelError(
+                    f"Fmu '{self.path}'",
+                    found=f"{name} = {given!r}",
+                    expected="names and what they are connected to",
+                    remedy=f'Write {name}={{"u": "angle"}}',
+                )
+        for name, value in self.parameters.items():
+            if not is_number(value):
+                raise ModelError(
+                    f"Fmu '{self.path}'",
+                    found=f"parameter {name} = {value!r}",
+                    expected="a finite number",
+                    remedy="Correct the value",
+                )
+
+
+class _Unit:
+    """A unit that has been loaded: its variables by name, and its run."""
+
+    def __init__(self, described: Fmu, folder: str, start: float, end: float):
+        self.described, self.title = described, f"Fmu '{described.path}'"
+        fmpy = _fmpy()
+        path = Path(described.path)
+        if not path.is_file():
+            raise DataFileError(self.title, found="no such file", expected="an .fmu file", remedy="Correct the path")
+        try:
+            about = fmpy.read_model_description(str(path), validate=False)  # small faults do not matter
+            unpacked = fmpy.extract(str(path), folder)
+        except Exception as error:  # whatever the reader meets in a foreign file
+            raise DataFileError(
+                self.title,
+                found=f"it cannot be read: {error}",
+                expected="a unit of FMI 2 or 3",
+                remedy="Export it again",
+            ) from None
+        self._require_runnable(fmpy, about, path)
+        self.variables = {v.name: v for v in about.modelVariables}
+        kind = {"2.0": fmpy.fmi2.FMU2Slave}.get(about.fmiVersion, fmpy.fmi3.FMU3Slave)
+        self.old = about.fmiVersion == "2.0"
+        self.slave = kind(
+            guid=about.guid,
+            unzipDirectory=unpacked,
+            modelIdentifier=about.coSimulation.modelIdentifier,
+            instanceName=path.stem,
+        )
+        with self._speaking("cannot be started"):
+            self.slave.instantiate()
+            self._begin(start, end)
+
+    def _require_runnable(self, fmpy, about, path: Path) -> None:
+        if about.coSimulation is None or about.fmiVersion not in ("2.0", "3.0"):
+            raise ModelError(
+                self.title,
+                found=f"FMI {about.fmiVersion}" + ("" if about.coSimulation else " without co-simulation"),
+                expected="a unit for co-simulation of FMI 2.0 or 3.0",
+                remedy="Export it for co-simulation, with its solver",
+            )
+        platforms = fmpy.supported_platforms(str(path))
+        if fmpy.platform not in platforms and fmpy.platform_tuple not in platforms:
+            raise ModelError(
+                self.title,
+                found=f"binaries for {', '.join(platforms) or 'no platform'}",
+                expected=f"one for {fmpy.platform_tuple}",
+                remedy="Export it for this platform",
+            )
+
+    def _begin(self, start: float, end: float) -> None:
+        if self.old:
+            self.slave.setupExperiment(startTime=start, stopTime=end)
+        for name, value in self.described.parameters.items():
+            self.set(name, float(value))
+        if self.old:
+            self.slave.enterInitializationMode()
+        else:
+            self.slave.enterInitializationMode(startTime=start, stopTime=end)
+        self.slave.exitInitializationMode()
+
+    def variable(self, name: str, *causalities: str) -> Any:
+        """Return a real variable of one of these causalities; ModelError if there is none."""
+        known = [v.name for v in self.variables.values() if v.causality in causalities]
+        found = self.variables.get(name)
+        if found is None or found.causality not in causalities or found.type not in ("Real", "Float64"):
+            raise ModelError(
+                self.title,
+                found=f"no {causalities[0]} '{name}' that is a real number",
+                expected=f"one of: {listed(name, known)}"
+                if known
+                else f"a unit with a variable that is {causalities[0]}",
+                remedy=did_you_mean(name, known) or "Correct the connection",
+            )
+        return found
+
+    def set(self, name: str, value: float) -> None:
+        """Set a variable."""
+        write = self.slave.setReal if self.old else self.slave.setFloat64
+        write([self.variable(name, "input", "parameter").valueReference], [value])
+
+    def get(self, name: str) -> float:
+        """Return the value of a variable."""
+        read = self.slave.getReal if self.old else self.slave.getFloat64
+        return float(read([self.variable(name, "output", "local").valueReference])[0])
+
+    def step(self, t: float, h: float) -> bool:
+        """Let the unit take a step; return if it goes on."""
+        with self._speaking(f"failed at t = {t:.9g} s"):
+            if self.old:
+                self.slave.doStep(currentCommunicationPoint=t, communicationStepSize=h)
+                return True
+            _, ends, *_ = self.slave.doStep(currentCommunicationPoint=t, communicationStepSize=h)
+            return not ends
+
+    def close(self) -> None:
+        """End the unit."""
+        with suppress(Exception):  # a unit that has failed may not be able to
+            self.slave.terminate()
+            self.slave.freeInstance()
+
+    def _speaking(self, what: str) -> Any:
+        return _Speaking(self.title, what)
+
+
+class _Speaking:
+    """Turns what a unit fails with into an error with its name."""
+
+    def __init__(self, title: str, what: str):
+        self.title, self.what = title, what
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind, error, trace) -> None:
+        if not isinstance(error, Exception) or isinstance(error, FlexmbError):
+            return
+        raise IntegrationError(
+            self.title,
+            found=f"the unit {self.what}: {error}",
+            expected="a unit that takes the step",
+            remedy="Look at its inputs and at its log; try a shorter communication step",
+        ) from None
+
+
+def cosimulate(
+    model: Model,
+    units: Fmu | Sequence[Fmu],
+    t_end: float,
+    *,
+    step: float,
+    t_start: float = 0.0,
+    integrator: Any = None,
+    start: Any = None,
+) -> Solution:
+    """Integrate a model and units of other programs side by side, with values exchanged every `step`, s.
+
+    At every communication time the units read sensors of the model and the model takes the outputs of the units; then
+    all go on to the next with what they have read (Jacobi scheme). What passes from one to the other is late by up to
+    a step, so the coupling has an error of first order in `step`: halve it to see how much it matters.
+
+    Parameters
+    ----------
+    model : Model
+    units : Fmu, or several
+    t_end, t_start, step : float, s
+    integrator, start : optional
+        As `simulate`.
+
+    Returns
+    -------
+    Solution
+        With a sample at every communication time.
+
+    Raises
+    ------
+    ModelError, DataFileError
+        Before computing starts: names that do not exist, units that cannot run here.
+    IntegrationError
+        The model or a unit fails; ``error.solution`` holds what was computed.
+
+    Source: FMI 3.0.1, section 4; Gomes et al. 2018, section 4 (schemes of co-simulation).
+    """
+    given = [units] if isinstance(units, Fmu) else list(units)
+    if not all(is_number(x) for x in (step, t_start, t_end)) or not 0.0 < step <= t_end - t_start:
+        raise ModelError(
+            "cosimulate",
+            found=f"step = {step!r} s from {t_start!r} to {t_end!r} s",
+            expected="a positive step, not longer than the run",
+            remedy="Give the time between two exchanges, as step=0.001",
+        )
+    count = int(np.ceil((t_end - t_start) / step * (1.0 - 1e-12)))
+    if count > MOST_STEPS:
+        raise ModelError(
+            "cosimulate", found=f"{count} steps", expected=f"at most {MOST_STEPS}", remedy="Give a longer step"
+        )
+    times = np.append(t_start + step * np.arange(count), t_end)
+    columns = output_names(model)
+    readings = {label.replace(".", " ").strip("'"): place[:2] for label, place in columns.items()}
+    readings |= {label: place[:2] for label, place in columns.items()}
+    with ExitStack() as stack:
+        folder = tempfile.mkdtemp(prefix="flexmb_units_")
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        run = stack.enter_context(stepper(model, integrator=integrator, start=start, t_start=t_start, t_end=t_end))
+        loaded = []
+        for number, unit in enumerate(given):
+            for sensor in unit.inputs.values():
+                _require_reading(unit, sensor, readings)
+            one = _Unit(unit, f"{folder}/{number}", t_start, t_end)
+            stack.callback(one.close)
+            for name in unit.inputs:
+                one.variable(name, "input")
+            for name in unit.outputs.values():
+                one.variable(name, "output", "local")
+            loaded.append(one)
+        try:
+            _exchange(run, loaded, readings)
+            for t, following in pairwise(times):
+                goes_on = _all_step(loaded, float(t), float(following - t))
+                goes_on = run.advance(to=float(following)) and goes_on
+                if not goes_on:
+                    break
+                _exchange(run, loaded, readings)
+        except IntegrationError as error:
+            error.solution = run.solution
+            raise
+        return run.solution
+
+
+def _all_step(units: list[_Unit], t: float, h: float) -> bool:
+    """Let all units take a step; return if all go on."""
+    ended = [unit for unit in units if not unit.step(t, h)]
+    return not ended
+
+
+def _exchange(run: Stepper, units: list[_Unit], readings: Mapping[str, tuple[str, int]]) -> None:
+    """Let all read what they are connected to, at the present time."""
+    values: dict[str, np.ndarray] = {}
+    taken = {}
+    for unit in units:
+        for name, variable in unit.described.outputs.items():
+            taken[name] = unit.get(variable)
+            if not np.isfinite(taken[name]):
+                raise IntegrationError(
+                    unit.title,
+                    found=f"{variable} = {taken[name]} at t = {run.t:.9g} s",
+                    expected="a finite value",
+                    remedy="Look at the inputs of the unit, and at its log",
+                )
+    for unit in units:
+        for name, reading in unit.described.inputs.items():
+            sensor, column = readings[reading]
+            if sensor not in values:
+                values[sensor] = np.ravel(run[sensor])
+            unit.set(name, float(values[sensor][column]))
+    run.set(taken)
+
+
+def _require_reading(unit: Fmu, reading: str, readings: Mapping[str, Any]) -> None:
+    if reading not in readings:
+        known = [name for name in readings if "." not in name]
+        raise ModelError(
+            f"Fmu '{unit.path}'",
+            found=f"no sensor '{reading}' in the model",
+            expected=f"one of: {listed(str(reading), known)}" if known else "a model with sensors",
+            remedy=did_you_mean(str(reading), known) or "Add the sensor to the model",
+        )
+
+
+def _fmpy() -> Any:
+    try:
+        import fmpy
+        import fmpy.fmi2
+        import fmpy.fmi3
+    except ImportError:
+        raise DataFileError(
+            "Fmu",
+            found="the package fmpy is not installed",
+            expected="fmpy, which loads units",
+            remedy='pip install "flexmb[fmi]"',
+        ) from None
+    return fmpy
