@@ -58,7 +58,7 @@ MAY_KNOW = {
     ),
     "view": ("files", "math", "model", "bodies", "results", "io"),
     "study": ("files", "lock", "broken_pipes", "math", "model", "parts", "results", "io"),
-    "fmi": ("files", "model", "io"),
+    "fmi": ("files", "model", "results", "io"),
     "cli": (),
 }
 
