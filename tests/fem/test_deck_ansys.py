@@ -181,6 +181,30 @@ def test_shells_with_offset_and_added_mass(tmp_path, place, height):
     np.testing.assert_allclose(centre, [0.5, 0.05, height], atol=1e-12)
 
 
+@pytest.mark.parametrize(("given", "mean"), [((0.01,), 0.01), ((0.01, 0.02, 0.02, 0.0), 0.015)])
+def test_thickness_by_real_constants(tmp_path, given, mean):
+    """SHELL181 without a section, as HyperMesh writes it: TK(I) to TK(L), THETA, ADMSUA; equal to the section of it."""
+    real = (*given, *(0.0,) * (5 - len(given)), 5.0)
+    text = strip("MID", layers=f"SECDATA, {mean}, 1, 0.0, 3\n")
+    start, stop = text.index("SECTYPE"), text.index("NBLOCK")
+    fe = read(tmp_path, text[:start] + rlblock({1: real}) + text[stop:])
+    assert mass_and_center(fe)[0] == pytest.approx(0.1 * (7850 * mean + 5.0), rel=1e-12)
+    np.testing.assert_allclose(fe.K.toarray(), read(tmp_path, text).K.toarray(), atol=1e-12 * fe.K.max())
+
+
+def test_nodes_with_integers_of_two_widths(tmp_path):
+    """(1i7,2i9,6e21.13) of Workbench is the block of (3i9,6e21.13e3)."""
+    text = strip("MID")
+    lines, block = [], False
+    for line in text.split("\n"):
+        block = (block or line.startswith("(3i9")) and not line.startswith("N,R5.3")
+        lines.append("(1i7,2i9,6e21.13)" if line.startswith("(3i9") else line[2:] if block else line)
+    other = read(tmp_path, "\n".join(lines))
+    whole = read(tmp_path, text)
+    np.testing.assert_array_equal(other.nodes, whole.nodes)
+    np.testing.assert_array_equal(other.labels, whole.labels)
+
+
 def test_layers_lie_from_bottom_to_top(tmp_path):
     """A soft heavy layer on a stiff light one: the free strip has its neutral axis in the stiff layer."""
     layers = "SECDATA, 0.006, 2, 0.0, 3\nSECDATA, 0.004, 1, 0.0, 3\n"

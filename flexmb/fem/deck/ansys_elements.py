@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.ansys_materials import AnsysSection, Solid
-from flexmb.fem.deck.ansys_text import Archive
+from flexmb.fem.deck.ansys_text import Archive, Command
 from flexmb.fem.deck.cells import SolidCells, first_order_shells
 from flexmb.fem.deck.contents import Deck, Inventory, Shells, Solids
 from flexmb.fem.deck.nastran_shells import turned_solid
@@ -207,11 +207,27 @@ def _system(group: Group) -> System:
     return group.system
 
 
+def _thickness(group: Group, deck: Deck) -> AnsysSection:
+    """Return the section that real constants of a SHELL181 stand for: TK(I) to TK(L), THETA, ADMSUA, E11, E22, E12."""
+    real = [*group.real, *[0.0] * 9]
+    if group.element != 181 or not real[0] > 0.0 or min(real[1:4]) < 0.0:
+        expected = "SECTYPE, n, SHELL with SECDATA or SECBLOCK; of SHELL181 also thicknesses as real constants"
+        raise group.refused("no shell section", expected)
+    corners = [real[0], *(t or real[0] for t in real[1:4])]
+    if max(corners) - min(corners) > 1e-6 * max(corners):
+        what = f"{group.name} with thicknesses that differ at the corners, their mean"
+        deck.inventory.approximated[what] += len(group.labels)
+    section = AnsysSection("SHEL", "", Command("R", ("of real constants",), group.part))
+    section.layers = [(sum(corners) / 4.0, 0, real[4])]
+    section.controls = [real[6], real[7], real[8], real[5]]
+    return section
+
+
 def add_shells(group: Group, deck: Deck) -> None:
     """Add SHELL181 and SHELL281 with layers, offset and added mass; K = L (and O) makes a triangle."""
     section = group.section
     if section is None or not section.layers:
-        raise group.refused("no shell section", "SECTYPE, n, SHELL with SECDATA or SECBLOCK")
+        section = _thickness(group, deck)
     plies, across, density, names = [], [], 0.0, []
     for thickness, number, angle in section.layers:
         material = group.need(number)

@@ -18,6 +18,8 @@ from flexmb.fem.deck.files import HUGE, deck_bytes
 __all__ = ["Archive", "Command", "read_archive"]
 
 FORMAT = re.compile(rb"^\s*\(\s*(\d+)\s*i\s*(\d+)\s*(?:,\s*(\d+)\s*[eg]\s*(\d+)\.\d+(?:e\d+)?)?.*\)\s*$", re.IGNORECASE)
+MIXED = re.compile(rb"^\s*\(\s*(\d+)i(\d+)\s*,\s*(\d+)i(\d+)\s*,\s*(\d+)[eg](\d+)\.\d+(?:e\d+)?.*\)\s*$", re.IGNORECASE)
+"""Integers of two widths, as Workbench writes them."""
 MOST = 10**7
 """More entries than a count in front of a block says."""
 HEADER = 11
@@ -114,6 +116,20 @@ class Lines:
             raise self.wrong(what, f"the format {line[:60].decode('latin-1')}", "1 to 40 fields of 1 to 30 characters")
         return integers, width, reals, wide
 
+    def node_layout(self) -> tuple[int, int, int, int]:
+        """Read the format of NBLOCK, (3i9,6e21.13e3) or (1i7,2i9,6e21.13): widths of the number and of all integers,
+        count and width of the reals."""
+        line = self.text[self.at] if self.at < len(self.text) else b""
+        mixed = MIXED.match(line)
+        if mixed is None:
+            integers, width, reals, wide = self.layout("NBLOCK")
+            return width, integers * width, reals, wide
+        self.at += 1
+        one, first, more, second, reals, wide = (int(word) for word in mixed.groups())
+        if not (1 <= one <= 40 and 1 <= more <= 40) or max(first, second, reals, wide) > 40 or first < 1:
+            raise self.wrong("NBLOCK", f"the format {line[:60].decode('latin-1')}", "fields of 1 to 40 characters")
+        return first, one * first + more * second, reals, wide
+
     def data(self, most: int | None = None) -> list[bytes]:
         """Return the lines up to the next command or the line -1, which is passed over; at most some lines."""
         start = self.at
@@ -198,15 +214,15 @@ def _columns(rows: list[bytes], count: int, width: int, lines: Lines, what: str,
 
 def _nodes(command: Command, lines: Lines, out: Archive) -> None:
     """NBLOCK: number, with SOLID two references of the solid model, then x, y, z and, with SOLID, three angles."""
-    integers, width, reals, wide = lines.layout("NBLOCK")
+    width, whole, reals, wide = lines.node_layout()
     rows = [row for row in lines.data() if row.strip()]
-    left, right = [row[: integers * width] for row in rows], [row[integers * width :] for row in rows]
+    left, right = [row[:width] for row in rows], [row[whole:] for row in rows]
     if not rows or reals < 3:
         raise lines.wrong("NBLOCK", f"{len(rows)} nodes of {reals} coordinates", "nodes with x, y, z")
     told = command.integer(3, 0)
     if told and told != len(rows):
         raise lines.wrong("NBLOCK", f"{len(rows)} nodes where the block says {told}", "as many as it says")
-    labels = _columns(left, integers, width, lines, "NBLOCK", np.int64)[:, 0]
+    labels = _columns(left, 1, width, lines, "NBLOCK", np.int64)[:, 0]
     values = _columns(right, reals, wide, lines, "NBLOCK", np.float64)
     values = np.hstack([values, np.zeros((len(rows), max(0, 6 - reals)))])
     if not (np.abs(values) < HUGE).all():
