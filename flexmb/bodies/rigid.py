@@ -277,12 +277,16 @@ class RigidBody(Body):
         """Return linear and angular momentum about the origin of W, (nt, 6)."""
         return rigid_momentum(self.mass, self.center_of_mass, self.inertia, q, u)
 
-    def record(self, compiler, place):
-        """Return the row: inertia about the body's origin (Steiner), marker offsets."""
+    def rest_inertia(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return mass, first moment (3,) and inertia (3, 3) about the origin (Steiner)."""
         c = np.array(self.center_of_mass)
-        origin = self.inertia + self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+        return self.mass, self.mass * c, self.inertia + self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+    def record(self, compiler, place):
+        """Return the row: inertia about the body's origin, marker offsets."""
+        _, _, origin = self.rest_inertia()
         bulk = place.bulk(pack_markers(self.marker_poses()))
-        return {"data": bulk, "c": c, "inertia": origin, "gravity": compiler.gravity}
+        return {"data": bulk, "c": self.center_of_mass, "inertia": origin, "gravity": compiler.gravity}
 
     @classmethod
     @named_arguments

@@ -19,14 +19,12 @@ import numpy as np
 from flexmb.bodies.line.chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.io.limits import check_extent, named_file
-from flexmb.io.part_tables import check_parameters, described_part
 from flexmb.model import expression
 from flexmb.model.foreign import Foreign
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose
 from flexmb.model.signal import Constant, Expression, Signal
 from flexmb.model.signal_words import SIGNAL_WORDS
-from flexmb.results import stored_body
 
 __all__ = ["Context", "call", "find_kind", "located", "own_kind", "same", "toml_fields", "toml_value"]
 
@@ -122,37 +120,6 @@ class Context:
         mesh = fem.read_mesh(named_file(self.path.parent, name, where).resolve())
         mesh = mesh.only(group) if group else mesh
         return single_chain(mesh.points, mesh.cells_of("line"), f"{where} = '{raw}'")
-
-    def data(self, raw: Any, where: str, name: str) -> Any:
-        """Return the reduced body of a file named relative to the model file, or of the description in a table."""
-        if isinstance(raw, dict):
-            part = described_part(raw, where, name, self)
-            text = repr(part.recipe())
-            if text not in self.made:
-                try:
-                    self.made[text] = part.reduced()
-                except FlexmbError as error:
-                    raise located(error, where) from None
-            return self.made[text]
-        value = self.value(raw, where)
-        if not isinstance(value, str):
-            return value
-        if self.stored is not None and value in self.stored:
-            return self.stored[value]
-        name, _, body = value.partition("#")  # a body of a run: "solution.h5#lever"
-        path = named_file(self.path.parent, name, where).resolve()
-        if not path.is_file():
-            held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
-            raise ModelError(
-                where,
-                found=f"the file '{name}' does not exist",
-                expected=f"A file relative to the model file; the folder holds: {', '.join(held) or 'no .h5 file'}",
-                remedy=did_you_mean(path.name, held) or "Make it with `flexmb reduce`, or correct the path",
-            )
-        if (path, body) not in self.cache:
-            self.cache[path, body] = stored_body(path, body) if body else ModalNeutralData.load(path)
-        check_parameters(self.cache[path, body], name, where, self)
-        return self.cache[path, body]
 
 
 def located(error: FlexmbError, where: str) -> ModelError:

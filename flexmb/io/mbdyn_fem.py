@@ -23,8 +23,9 @@ from flexmb.errors import DataFileError
 from flexmb.files import write_text
 from flexmb.io.mbdyn_text import Record, group_text, read_groups
 from flexmb.io.sid import acceleration_fields, skew, wallrapp_stiffness
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants
 from flexmb.model.modal_neutral_checks import check_modes, checked
-from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_neutral_data import ModalNeutralData
 
 __all__ = ["read_mbdyn_fem", "write_mbdyn_fem"]
 

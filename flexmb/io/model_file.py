@@ -17,6 +17,7 @@ from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.file_parameters import resolve
 from flexmb.io.file_tables import read_tables
 from flexmb.io.limits import ASSEMBLIES, NESTED, named_file
+from flexmb.io.part_tables import body_data
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
@@ -252,7 +253,7 @@ def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
         if field == "kind":
             continue
         if field == "data":
-            values[field] = context.data(entry, place, str(raw.get("name", table)))
+            values[field] = body_data(context, entry, place, str(raw.get("name", table)))
         elif field == "points" and isinstance(entry, str) and not entry.lstrip().startswith("="):
             values[field], ring = context.line(entry, place)
             values |= {"closed": True} if ring else {}

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.limits import named_file
 from flexmb.model import expression
 from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.results import stored_body
 
-if TYPE_CHECKING:
-    from flexmb.io.field_values import Context
-
-__all__ = ["check_parameters", "described_part"]
+__all__ = ["body_data", "check_parameters", "described_part"]
 
 OF_MESHES = ("Pressure", "LineLoad")
 """Loads of `flexmb.reduction` on sets of a mesh."""
@@ -48,12 +47,43 @@ def _kinds() -> dict[str, dict[str, type]]:
     }
 
 
+def body_data(context: Context, raw: Any, where: str, name: str) -> Any:
+    """Return the reduced body of a file named relative to the model file, or of the description in a table."""
+    if isinstance(raw, dict):
+        part = described_part(raw, where, name, context)
+        text = repr(part.recipe())
+        if text not in context.made:
+            try:
+                context.made[text] = part.reduced()
+            except FlexmbError as error:
+                raise located(error, where) from None
+        return context.made[text]
+    value = context.value(raw, where)
+    if not isinstance(value, str):
+        return value
+    if context.stored is not None and value in context.stored:
+        return context.stored[value]
+    name, _, body = value.partition("#")  # a body of a run: "solution.h5#lever"
+    path = named_file(context.path.parent, name, where).resolve()
+    if not path.is_file():
+        held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
+        raise ModelError(
+            where,
+            found=f"the file '{name}' does not exist",
+            expected=f"A file relative to the model file; the folder holds: {', '.join(held) or 'no .h5 file'}",
+            remedy=did_you_mean(path.name, held) or "Make it with `flexmb reduce`, or correct the path",
+        )
+    if (path, body) not in context.cache:
+        context.cache[path, body] = stored_body(path, body) if body else ModalNeutralData.load(path)
+    check_parameters(context.cache[path, body], name, where, context)
+    return context.cache[path, body]
+
+
 def described_part(raw: Mapping[str, Any], where: str, name: str, context: Context) -> Any:
     """Return the part that a table describes; `name` is the body's."""
     from dataclasses import replace
 
     from flexmb import parts
-    from flexmb.io.field_values import call
 
     kinds = _kinds()
     inner = replace(context, kinds=kinds[""], signals={})
@@ -90,8 +120,6 @@ def _load(raw: Any, where: str, kinds: Mapping[str, type], context: Context) -> 
 
 def _piece(raw: Any, where: str, kinds: Mapping[str, type], context: Context) -> Any:
     """Return a piece, link or mass of a part."""
-    from flexmb.io.field_values import call, find_kind
-
     if not _is_object(raw):
         raise ModelError(
             where,

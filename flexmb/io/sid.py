@@ -20,8 +20,9 @@ import numpy as np
 from flexmb.errors import DataFileError
 from flexmb.files import write_text
 from flexmb.io.sid_text import SidText, Taylor, read_sid_text, taylor_text
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants
 from flexmb.model.modal_neutral_checks import check_modes, checked
-from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_neutral_data import ModalNeutralData
 
 __all__ = ["read_sid", "write_sid"]
 

@@ -8,16 +8,18 @@ H^T (.) H.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.model.mirrored_cells import mirrored_cells
-from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, ModalArrays
 
 __all__ = ["mirrored", "moved", "rescaled", "rotated", "translated"]
+
+Data = TypeVar("Data", bound=ModalArrays)
 
 PLANES = {"yz": (1.0, 0.0, 0.0), "xz": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """Normals of the coordinate planes."""
@@ -25,7 +27,7 @@ PLANES = {"yz": (1.0, 0.0, 0.0), "xz": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 _TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of stress xx, yy, zz, xy, yz, zx
 
 
-def moved(data: ModalNeutralData, rotation: Any = None, origin: Any = (0.0, 0.0, 0.0)) -> ModalNeutralData:
+def moved(data: Data, rotation: Any = None, origin: Any = (0.0, 0.0, 0.0)) -> Data:
     """Return the data in other body axes.
 
     Parameters
@@ -38,17 +40,17 @@ def moved(data: ModalNeutralData, rotation: Any = None, origin: Any = (0.0, 0.0,
     return _in_axes(data, _matrix(data, rotation).T, _vector(data, "origin", origin))
 
 
-def rotated(data: ModalNeutralData, rotation: Any) -> ModalNeutralData:
+def rotated(data: Data, rotation: Any) -> Data:
     """Return the body turned about its origin, x' = R x."""
     return _in_axes(data, _matrix(data, rotation), np.zeros(3))
 
 
-def translated(data: ModalNeutralData, displacement: Any) -> ModalNeutralData:
+def translated(data: Data, displacement: Any) -> Data:
     """Return the body moved, x' = x + d."""
     return _in_axes(data, np.eye(3), -_vector(data, "displacement", displacement))
 
 
-def _vector(data: ModalNeutralData, name: str, value: Any) -> np.ndarray:
+def _vector(data: ModalArrays, name: str, value: Any) -> np.ndarray:
     vector = np.asarray(value, float)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)):
         raise ReductionError(
@@ -60,7 +62,7 @@ def _vector(data: ModalNeutralData, name: str, value: Any) -> np.ndarray:
     return vector
 
 
-def _matrix(data: ModalNeutralData, rotation: Any) -> np.ndarray:
+def _matrix(data: ModalArrays, rotation: Any) -> np.ndarray:
     """Return a rotation given as a matrix, a rotation vector, a scipy Rotation or None as (3, 3)."""
     from scipy.spatial.transform import Rotation
 
@@ -80,7 +82,7 @@ def _matrix(data: ModalNeutralData, rotation: Any) -> np.ndarray:
     return axes
 
 
-def mirrored(data: ModalNeutralData, plane: Any, name: str | None = None) -> ModalNeutralData:
+def mirrored(data: Data, plane: Any, name: str | None = None) -> Data:
     """Return the mirror image at a plane through the origin: the part of the other side.
 
     Parameters
@@ -103,7 +105,7 @@ def mirrored(data: ModalNeutralData, plane: Any, name: str | None = None) -> Mod
     return replace(image, name=name or data.name)
 
 
-def rescaled(data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, time: float = 1.0) -> ModalNeutralData:
+def rescaled(data: Data, length: float = 1.0, mass: float = 1.0, time: float = 1.0) -> Data:
     """Return the data in other units: how many new units one old unit of length, mass and time is.
 
     From tonnes, millimetres, seconds to SI: ``rescaled(data, length=1e-3, mass=1e3)``. Load shapes keep the unit in
@@ -151,7 +153,7 @@ def rescaled(data: ModalNeutralData, length: float = 1.0, mass: float = 1.0, tim
     return _with_effective_mass(changed, np.sqrt(m) * np.diag(lengths))
 
 
-def _in_axes(data: ModalNeutralData, Q: np.ndarray, p: np.ndarray) -> ModalNeutralData:
+def _in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
     s = float(np.sign(np.linalg.det(Q)))
     turn = lambda shapes, sign=1.0: sign * np.einsum("ab,nbj->naj", Q, shapes)  # noqa: E731
     changed = _with_quality(
@@ -239,7 +241,7 @@ def _stress(modes: np.ndarray, Q: np.ndarray) -> np.ndarray:
     return np.stack([tensor[:, a, b] for a, b in rows], axis=1)
 
 
-def _with_quality(data: ModalNeutralData) -> ModalNeutralData:
+def _with_quality(data: Data) -> Data:
     """Bring the numbers of the report that depend on axes and units up to date."""
     if not data.quality:
         return data
@@ -267,7 +269,7 @@ def _with_quality(data: ModalNeutralData) -> ModalNeutralData:
     )
 
 
-def _with_effective_mass(data: ModalNeutralData, G: np.ndarray) -> ModalNeutralData:
+def _with_effective_mass(data: Data, G: np.ndarray) -> Data:
     """Change the participation factors (vectors about the centroid) by G (6, 6) and make their shares anew."""
     table = data.quality.get("effective_mass", {})
     if "participation" not in table:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from flexmb.model.modal_neutral_data import ModalNeutralData
 
 __all__ = ["DataSource", "plain"]
 
@@ -19,8 +16,8 @@ __all__ = ["DataSource", "plain"]
 class DataSource(Protocol):
     """What a flexible body may be given instead of its data: it is reduced, or taken from a cache, when it is asked."""
 
-    def reduced(self) -> ModalNeutralData:
-        """Return the data."""
+    def reduced(self) -> Any:
+        """Return the `ModalNeutralData`."""
 
 
 def plain(value: Any) -> Any:

@@ -145,6 +145,13 @@ class Body(Part):
             remedy="Leave the Momentum sensor out of models with this kind of body",
         )
 
+    def rest_inertia(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return the ten numbers of a body with a frame, undeformed and in its axes, about its origin.
+
+        Mass, kg; first moment (3,), kg m; inertia (3, 3), kg m2.
+        """
+        raise TypeError(f"{type(self).__name__} does not say what its inertia is")
+
     @property
     def n_velocities(self) -> int:
         """Number of velocities."""

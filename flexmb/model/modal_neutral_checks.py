@@ -7,21 +7,21 @@ every reader of a file passes what it has read through `checked`.
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from flexmb.errors import DataFileError, ModelError
-
-if TYPE_CHECKING:
-    from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.modal_arrays import ModalArrays
 
 __all__ = ["check_modes", "check_shapes", "checked", "selected_quality"]
+
+Data = TypeVar("Data", bound=ModalArrays)
 
 _REMEDY = "Make the data with reduction.reduce, or see its fields"
 
 
-def check_shapes(data: ModalNeutralData) -> None:
+def check_shapes(data: ModalArrays) -> None:
     """Raise ModelError unless all arrays are numbers of shapes that fit each other."""
     part = f"Modal neutral data '{data.name}'"
     m = np.shape(data.stiffness)[0] if np.ndim(data.stiffness) else 0
@@ -69,7 +69,7 @@ def _check(part: str, name: str, value: Any, shape: tuple[int, ...]) -> None:
         raise ModelError(part, found=f"{name} holds no real numbers (kind '{kind}')", expected="floats", remedy=_REMEDY)
 
 
-def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
+def checked(data: Data, part: str) -> Data:
     """Return data that were read from a file; DataFileError if they are no body that can move.
 
     Checked are finite numbers, cells of existing nodes, names that differ, a positive mass, modal masses that are
@@ -108,7 +108,7 @@ def checked(data: ModalNeutralData, part: str) -> ModalNeutralData:
     return data
 
 
-def _check_places(data: ModalNeutralData, part: str) -> None:
+def _check_places(data: ModalArrays, part: str) -> None:
     """Raise DataFileError unless node sets and the numbers of the file fit the nodes and cells."""
     n = len(data.nodes)
     for name, nodes in data.node_sets.items():
@@ -132,7 +132,7 @@ def _whole(array: Any) -> bool:
     return isinstance(array, np.ndarray) and array.ndim == 1 and array.dtype.kind in "iu"
 
 
-def selected_quality(data: ModalNeutralData, modes: np.ndarray) -> dict[str, Any]:
+def selected_quality(data: ModalArrays, modes: np.ndarray) -> dict[str, Any]:
     """Return the quality report with the rows of some modes (int indices) only."""
     rows = data.quality.get("modes", [])
     if data.quality and (not isinstance(rows, list) or len(rows) <= max(modes, default=-1)):

@@ -7,7 +7,7 @@ The velocity of a body is u = (v, w, eta'), in body axes; its kinetic energy is 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,80 +16,14 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.data_source import plain
 from flexmb.model.described import finite_array
+from flexmb.model.modal_arrays import ModalArrays
 from flexmb.model.modal_neutral_checks import check_shapes, selected_quality
-from flexmb.model.numbering import Numbering
 
-__all__ = ["GeometricStiffness", "InertiaInvariants", "ModalNeutralData"]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class InertiaInvariants:
-    """Coefficients of the body mass matrix, a quadratic polynomial in eta (theory, "floating frame", M_b).
-
-    With the fixed vectors E_k (unit translation), P_k X (rigid rotation), P_k Phi_j (rotated modes) and
-    Phi_j, all scalar products under the FE mass matrix M::
-
-        M_vv                = E^T M E                    vv  (3, 3)     kg
-        M_vw = vw0 + sum_j eta_j vw1[j]                  vw0 (3, 3)     kg m     vw1 (m, 3, 3)     kg
-        M_vn                = E^T M Phi                  vn  (3, m)     kg
-        M_ww = ww0 + sum_j eta_j ww1[j] + sum_jk eta_j eta_k ww2[j, k]
-                                                         ww0 (3, 3)     kg m2    ww1 (m, 3, 3)     kg m
-                                                         ww2 (m, m, 3, 3)  kg
-        M_wn = wn0 + sum_j eta_j wn1[j]                  wn0 (3, m)     kg m     wn1 (m, 3, m)     kg
-        M_nn                = Phi^T M Phi                nn  (m, m)     kg
-    """
-
-    vv: np.ndarray
-    vw0: np.ndarray
-    vw1: np.ndarray
-    vn: np.ndarray
-    ww0: np.ndarray
-    ww1: np.ndarray
-    ww2: np.ndarray
-    wn0: np.ndarray
-    wn1: np.ndarray
-    nn: np.ndarray
-
-    def selected(self, modes: np.ndarray) -> InertiaInvariants:
-        """Return the invariants of a subset of the modes (int indices)."""
-        j = np.asarray(modes, int)
-        return InertiaInvariants(
-            vv=self.vv,
-            vw0=self.vw0,
-            vw1=self.vw1[j],
-            vn=self.vn[:, j],
-            ww0=self.ww0,
-            ww1=self.ww1[j],
-            ww2=self.ww2[np.ix_(j, j)],
-            wn0=self.wn0[:, j],
-            wn1=self.wn1[j][:, :, j],
-            nn=self.nn[np.ix_(j, j)],
-        )
+__all__ = ["ModalNeutralData"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class GeometricStiffness:
-    """Modal geometric stiffness matrices of unit loads, N/m each per unit of the load (Banerjee 1993).
-
-    ``inertia`` (12, m, m): index k = 0..2 for the nodal forces -M E_k, scaled by A_k (m/s2); index 3 + 3 k + l
-    for -M [x_l e_k], scaled by B_kl (1/s2), of the acceleration field a(x) = A + B x, gravity included in A.
-    ``interface`` (ni, 6, m, m): unit force (N) and moment (N m) along the body axes at each interface.
-    ``loads`` (nl, m, m): one per load shape. ``preload`` (m, m): constant.
-    """
-
-    inertia: np.ndarray
-    interface: np.ndarray
-    loads: np.ndarray
-    preload: np.ndarray
-
-    def selected(self, modes: np.ndarray) -> GeometricStiffness:
-        """Return the matrices of a subset of the modes (int indices)."""
-        j = np.asarray(modes, int)
-        return GeometricStiffness(**{f.name: getattr(self, f.name)[..., j, :][..., j] for f in fields(self)})
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ModalNeutralData:
+class ModalNeutralData(ModalArrays):
     """A reduced elastic body.
 
     Parameters
@@ -142,32 +76,6 @@ class ModalNeutralData:
         Numbers of nodes and cells in the file that the FE model comes from.
     """
 
-    name: str
-    nodes: np.ndarray
-    cells: tuple[tuple[str, np.ndarray], ...]
-    shapes: np.ndarray
-    rotation_shapes: np.ndarray | None = None
-    marker_names: tuple[str, ...]
-    n_interfaces: int
-    marker_positions: np.ndarray
-    marker_translations: np.ndarray
-    marker_rotations: np.ndarray
-    stiffness: np.ndarray
-    damping_ratios: np.ndarray
-    frequencies: np.ndarray
-    invariants: InertiaInvariants
-    geometric: GeometricStiffness | None = None
-    load_names: tuple[str, ...] = ()
-    load_shapes: np.ndarray
-    load_turning: np.ndarray | None = None
-    preload_turning: np.ndarray | None = None
-    stress_modes: np.ndarray | None = None
-    frame: str = "buckens"
-    quality: dict[str, Any] = field(default_factory=dict)
-    recipe: dict[str, Any] = field(default_factory=dict)
-    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
-    numbering: Numbering | None = None
-
     def __post_init__(self):
         from flexmb.model.modal_neutral_report import Quality
 
@@ -181,32 +89,6 @@ class ModalNeutralData:
             f"ModalNeutralData('{self.name}': {self.mass:.4g} kg, {self.n_modes} flexible coordinates{first}; markers: "
             f"{', '.join(self.marker_names) or 'none'}{more})"
         )
-
-    @property
-    def n_modes(self) -> int:
-        """Number m of flexible coordinates."""
-        return self.stiffness.shape[0]
-
-    @property
-    def mass(self) -> float:
-        """Mass, kg (a planar FE model has mass only in the directions of its freedoms)."""
-        return float(np.diag(self.invariants.vv).max())
-
-    @property
-    def center_of_mass(self) -> np.ndarray:
-        """Centre of mass of the undeformed body, (3,), m, in body axes."""
-        s = self.invariants.vw0 / self.mass  # M_vw = -m c~
-        return np.array([s[1, 2], s[2, 0], s[0, 1]])
-
-    @property
-    def inertia(self) -> np.ndarray:
-        """Inertia of the undeformed body about its centre of mass, (3, 3), kg m2, in body axes."""
-        c = self.center_of_mass
-        return self.invariants.ww0 - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
-
-    def node_name(self, node: int) -> str:
-        """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""
-        return f"node {int(node)}" if self.numbering is None else self.numbering.node_name(node)
 
     def nodes_named(self, where: Any, part: str) -> np.ndarray:
         """Return node numbers (k,) of a set name, "node 63241", "element 812", a node number, or a sequence of these.
@@ -299,7 +181,7 @@ class ModalNeutralData:
         """Read data written by `save`; DataFileError if the file is damaged or of another schema version."""
         from flexmb.model.modal_neutral_file import load
 
-        return load(path)
+        return load(path, ModalNeutralData)
 
 
 def _selected(turning: np.ndarray, j: np.ndarray) -> np.ndarray:

@@ -6,16 +6,19 @@ import json
 import warnings
 from dataclasses import fields
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from flexmb import hdf5
 from flexmb.errors import ValidityWarning
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, ModalArrays
 from flexmb.model.modal_neutral_checks import checked
-from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
 from flexmb.model.numbering import Numbering
 
 __all__ = ["SCHEMA", "VERSION", "load", "read", "save", "write"]
+
+Data = TypeVar("Data", bound=ModalArrays)
 
 SCHEMA = "flexmb.modal_neutral_data"
 VERSION = 1
@@ -26,7 +29,7 @@ _GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
 _OWN = {"cells", "recipe", "node_sets", "numbering", *_GROUPS}  # written in their own way
 
 
-def save(data: ModalNeutralData, path: str | Path) -> Path:
+def save(data: ModalArrays, path: str | Path) -> Path:
     """Write `data` to `path` and return the path; an existing file is replaced only by a complete one."""
     path = Path(path)
     with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
@@ -35,16 +38,19 @@ def save(data: ModalNeutralData, path: str | Path) -> Path:
     return path
 
 
-def load(path: str | Path) -> ModalNeutralData:
-    """Read what `save` wrote; DataFileError if the file is missing, foreign, damaged or of another version."""
+def load(path: str | Path, kind: type[Data]) -> Data:
+    """Read what `save` wrote, as data of that class.
+
+    DataFileError if the file is missing, foreign, damaged or of another version.
+    """
     with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
-        data = read(file)
+        data = read(file, kind)
         if data.load_names and file.attrs.get(PRESSURE) != ONTO:
             _tell_of_old_sign(data, path)
         return data
 
 
-def write(data: ModalNeutralData, group) -> None:
+def write(data: ModalArrays, group) -> None:
     """Write `data` into an open HDF5 group (a solution file holds its bodies this way)."""
     for field in fields(data):
         value = getattr(data, field.name)
@@ -93,10 +99,10 @@ def _read_numbering(group) -> Numbering:
     )
 
 
-def read(group) -> ModalNeutralData:
-    """Return what `write` wrote into an open HDF5 group; KeyError if something is missing."""
+def read(group, kind: type[Data]) -> Data:
+    """Return what `write` wrote into an open HDF5 group as data of a class; KeyError if something is missing."""
     values = {}
-    for field in fields(ModalNeutralData):
+    for field in fields(kind):
         name = field.name
         if name in _OWN:
             continue
@@ -124,12 +130,12 @@ def read(group) -> ModalNeutralData:
     if "numbering" in group:
         values["numbering"] = _read_numbering(group["numbering"])
     part = f"Reduced body '{values['name']}' in '{group.file.filename}'"
-    data = checked(ModalNeutralData(**values), part)
+    data = checked(kind(**values), part)
     _tell_of_old_loads(data, part)
     return data
 
 
-def _tell_of_old_sign(data: ModalNeutralData, path: str | Path) -> None:
+def _tell_of_old_sign(data: ModalArrays, path: str | Path) -> None:
     """Warn of load shapes that may have the former sign; in a solution file, bodies and amounts are of one time."""
     names = ", ".join(map(repr, data.load_names))
     warnings.warn(
@@ -142,7 +148,7 @@ def _tell_of_old_sign(data: ModalNeutralData, path: str | Path) -> None:
     )
 
 
-def _tell_of_old_loads(data: ModalNeutralData, part: str) -> None:
+def _tell_of_old_loads(data: ModalArrays, part: str) -> None:
     """Warn of loads whose change with the deformation is not in the file: it was not computed in former times."""
     lacking = list(data.load_names) if data.load_turning is None and data.n_modes else []
     preload = data.geometric is not None and np.any(data.geometric.preload) and data.preload_turning is None

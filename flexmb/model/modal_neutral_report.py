@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import DataFileError
+from flexmb.model.modal_arrays import ModalArrays
 from flexmb.model.mode_table import mode_table
-
-if TYPE_CHECKING:
-    from flexmb.model.modal_neutral_data import ModalNeutralData
 
 __all__ = ["Quality", "report"]
 
@@ -26,7 +24,7 @@ class Quality(dict):
         return "\n\n".join("\n".join(lines) for lines in parts)
 
 
-def report(data: ModalNeutralData) -> str:
+def report(data: ModalArrays) -> str:
     """Return the quality report, one paragraph per question; ``data.quality`` holds every number.
 
     Parameters
@@ -45,7 +43,7 @@ def report(data: ModalNeutralData) -> str:
         ) from error
 
 
-def _report(data: ModalNeutralData) -> str:
+def _report(data: ModalArrays) -> str:
     q = data.quality
     title = f"Modal neutral data '{data.name}'"
     lines = [title, "=" * len(title), *_body(data)]
@@ -67,7 +65,7 @@ def _report(data: ModalNeutralData) -> str:
     return "\n".join(lines)
 
 
-def _body(data: ModalNeutralData) -> list[str]:
+def _body(data: ModalArrays) -> list[str]:
     f = data.frequencies
     span = f"{f.min():.6g} to {f.max():.6g} Hz" if len(f) else "no modes"
     rows = [f"{len(data.nodes)} nodes, {data.n_modes} flexible coordinates ({span}), frame: {data.frame}"]
@@ -93,7 +91,7 @@ def _source(q: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _mass(data: ModalNeutralData, q: dict[str, Any]) -> list[str]:
+def _mass(data: ModalArrays, q: dict[str, Any]) -> list[str]:
     mesh = q["mass"]
     vector = lambda a: "(" + ", ".join(f"{x:.6g}" for x in a) + ")"  # noqa: E731
     scale = max(np.abs(mesh["inertia"]).max(), 1e-300)
@@ -153,7 +151,7 @@ def _effective_mass(q: dict[str, Any]) -> list[str]:
     ]
 
 
-def _modes(data: ModalNeutralData) -> list[str]:
+def _modes(data: ModalArrays) -> list[str]:
     """Number, frequency, what it is, its part in static deflection, the mass it moves, what moves in it."""
     rows = []
     for row in mode_table(data):

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.modal_arrays import ModalArrays
 
 __all__ = ["mode_table"]
 
 
-def mode_table(data: ModalNeutralData) -> list[dict[str, Any]]:
+def mode_table(data: ModalArrays) -> list[dict[str, Any]]:
     """Return one row per flexible coordinate, as JSON can hold it.
 
     Keys of a row: ``number`` from 1; ``kind``, "normal mode 3" or "interface motion"; ``interface``, the one that
@@ -43,14 +42,14 @@ def mode_table(data: ModalNeutralData) -> list[dict[str, Any]]:
     return rows
 
 
-def _effective_mass(data: ModalNeutralData, number: int) -> dict[str, float]:
+def _effective_mass(data: ModalArrays, number: int) -> dict[str, float]:
     """Return the shares of one fixed-interface mode by direction."""
     table = data.quality.get("effective_mass", {"directions": [], "per_mode": []})
     shares = table["per_mode"][number] if number < len(table["per_mode"]) else []
     return dict(zip(table["directions"], shares))
 
 
-def _compliance_shares(data: ModalNeutralData) -> np.ndarray:
+def _compliance_shares(data: ModalArrays) -> np.ndarray:
     """Return phi_ij^2 / k_j over its sum over j, mean over the freedoms i of the interfaces, (m,)."""
     k, n = np.diag(data.stiffness), data.n_interfaces
     shapes = np.concatenate([data.marker_translations[:n], data.marker_rotations[:n]], axis=1).reshape(-1, len(k))

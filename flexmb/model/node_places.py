@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.modal_arrays import ModalArrays
 from flexmb.model.numbering import named_numbers
-
-if TYPE_CHECKING:
-    from flexmb.model.modal_neutral_data import ModalNeutralData
 
 __all__ = ["nodes_named"]
 
 MANY = 12
 
 
-def nodes_named(data: ModalNeutralData, where: Any, part: str) -> np.ndarray:
+def nodes_named(data: ModalArrays, where: Any, part: str) -> np.ndarray:
     """Return the node numbers (k,) of a set name, "node 63241", "element 812", a number, or a sequence of these."""
     if isinstance(where, str):
         return _of_text(data, where, part)
@@ -35,7 +33,7 @@ def nodes_named(data: ModalNeutralData, where: Any, part: str) -> np.ndarray:
     return nodes if nodes.size else nodes.astype(int)
 
 
-def _of_text(data: ModalNeutralData, text: str, part: str) -> np.ndarray:
+def _of_text(data: ModalArrays, text: str, part: str) -> np.ndarray:
     if text in data.node_sets:
         return np.asarray(data.node_sets[text], int)
     if named_numbers(text) and data.numbering is not None:

@@ -14,7 +14,8 @@ from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
 from flexmb.model.described import check_kind, check_mapping, is_number
-from flexmb.model.modal_neutral_data import GeometricStiffness, ModalNeutralData
+from flexmb.model.modal_arrays import GeometricStiffness
+from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.numbering import Numbering
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.cache import kept

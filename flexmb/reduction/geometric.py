@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
-from flexmb.model.modal_neutral_data import GeometricStiffness
+from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.nodal_inertia import NodalInertia
 from flexmb.reduction.statics import HeldBody

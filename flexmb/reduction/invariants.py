@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.fem.fe_model import FEModel
-from flexmb.model.modal_neutral_data import InertiaInvariants
+from flexmb.model.modal_arrays import InertiaInvariants
 from flexmb.reduction.nodal_inertia import NodalInertia
 
 __all__ = ["inertia_invariants", "rotated"]

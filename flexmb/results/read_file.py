@@ -14,6 +14,7 @@ from flexmb import hdf5
 from flexmb.errors import DataFileError, did_you_mean
 from flexmb.lock import holder
 from flexmb.model import modal_neutral_file
+from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.results.phase import Phase
 from flexmb.results.run_file import SCHEMA, VERSION, read_written
 from flexmb.results.status import Status
@@ -115,7 +116,7 @@ def stored_body(path: str | Path, body: str):
                 expected=f"One of: {', '.join(numbers) or 'none'}",
                 remedy=did_you_mean(body, numbers) or "Name a body of the run",
             )
-        return modal_neutral_file.read(file["data"][str(numbers[body])])
+        return modal_neutral_file.read(file["data"][str(numbers[body])], ModalNeutralData)
 
 
 def _read_bodies(file):
@@ -123,7 +124,7 @@ def _read_bodies(file):
     bodies = {}
     for name, number in json.loads(file.attrs["bodies"]).items():
         if number not in loaded:
-            loaded[number] = modal_neutral_file.read(file["data"][str(number)])
+            loaded[number] = modal_neutral_file.read(file["data"][str(number)], ModalNeutralData)
         bodies[name] = loaded[number]
     return bodies
 

@@ -17,6 +17,11 @@ def name(path: Path) -> str:
     return path.relative_to(ROOT).as_posix()
 
 
+def dotted(path: Path) -> str:
+    """Return the name by which a file is imported: "flexmb.math.kernel", "flexmb.math" for the door of a room."""
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
 def room(path: Path) -> str:
     """Return the room a file belongs to: "math", "errors", or "" for the package's own face."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts

@@ -1,8 +1,10 @@
 """Imports between rooms point upwards, never sideways between kinds, never past what a room must not know."""
 
+from graphlib import CycleError, TopologicalSorter
+
 import pytest
 from architecture.rooms import MAY_CALL, MAY_KNOW, MAY_USE_THE_FACE, MUST_NOT_KNOW
-from architecture.sources import FILES, PACKAGE, ROOT, imports, name, room
+from architecture.sources import FILES, PACKAGE, ROOT, dotted, imports, name, room
 
 
 def covers(entries, module):
@@ -39,6 +41,23 @@ def test_order_is_acyclic():
     for here, targets in MAY_KNOW.items():
         for target in targets + MAY_CALL.get(here, ()):
             assert order.index(target.split(".")[0]) <= order.index(here)
+
+
+def circle(graph):
+    """Return modules that import each other, or nothing; `graph`: what each module imports."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+def test_no_file_imports_itself_through_others():
+    """Not within a room either, nor inside functions: of two files one can be read without the other."""
+    graph = {dotted(path): {module for module, _ in imports(path)} - {dotted(path)} for path in FILES}
+    assert len(graph) == len(FILES)
+    assert not circle(graph), " -> ".join(circle(graph))
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}})
 
 
 def test_every_room_is_described():

@@ -9,7 +9,8 @@ import pytest
 
 from flexmb import hdf5
 from flexmb.errors import DataFileError, ValidityWarning
-from flexmb.model.modal_neutral_data import GeometricStiffness, InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants
+from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.modal_neutral_file import SCHEMA, VERSION
 
 

@@ -17,7 +17,8 @@ from flexmb.joints.fixed import Fixed
 from flexmb.joints.prismatic import Prismatic
 from flexmb.joints.revolute import Revolute
 from flexmb.model.kinds import Body
-from flexmb.model.modal_neutral_data import InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_arrays import InertiaInvariants
+from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
 from flexmb.model.pose import Pose
 from flexmb.results import Phase

@@ -9,7 +9,8 @@ import numpy as np
 import flexmb as fmb
 from flexmb.constraints import InPlane
 from flexmb.model.kinds import Joint
-from flexmb.model.modal_neutral_data import InertiaInvariants, ModalNeutralData
+from flexmb.model.modal_arrays import InertiaInvariants
+from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.results import Instant
 
 CRANK, ROD, OMEGA = 0.15, 0.3, 150.0

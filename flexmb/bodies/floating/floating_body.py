@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.bodies.floating.kernels import energy, inertia, place
+from flexmb.bodies.floating.momentum import floating_momentum
 from flexmb.bodies.floating.row import ROW, pack
 from flexmb.bodies.floating.validity import FloatingWatch
-from flexmb.bodies.frame_momentum import floating_momentum
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.data_source import DataSource
@@ -192,7 +192,12 @@ class FloatingBody(Body):
 
     def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return linear and angular momentum about the origin of W, (nt, 6)."""
-        return floating_momentum(self.reduced.invariants, q, u)
+        return floating_momentum(self.reduced, q, u)
+
+    def rest_inertia(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return mass, first moment (3,) and inertia (3, 3) of the undeformed body about the origin of its frame."""
+        i = self.reduced.invariants  # vw0 = -h~
+        return self.reduced.mass, np.array([i.vw0[1, 2], i.vw0[2, 0], i.vw0[0, 1]]), i.ww0.copy()
 
     @property
     def stiffening_groups(self) -> tuple[str, ...]:

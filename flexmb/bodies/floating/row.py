@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.bodies.rows import HEADER
 from flexmb.math.kernel import kernel
 
-__all__ = ["ROW", "geometry", "invariants", "mean_motion", "pack", "stiffness_matrices"]
+__all__ = ["ROW", "geometry", "invariants", "mean_motion", "pack", "pack_mass", "stiffness_matrices"]
 
 ROW = np.dtype(
     [
@@ -44,12 +44,7 @@ def pack(
     poses : sequence of Pose
         Undeformed markers in body axes.
     """
-    i, m = data.invariants, data.n_modes
-    rows, columns = zip(*SYMMETRIC, strict=True)
-    ww2 = 0.5 * (i.ww2 + np.swapaxes(i.ww2, 2, 3))
-    ww2 = 0.5 * (ww2 + np.swapaxes(ww2, 0, 1))
-    pairs = np.swapaxes(ww2[:, :, rows, columns], 1, 2)  # (m, 6, m): sums over modes run along rows
-    mass = [i.vv, i.vw0, i.vw1, i.vn, i.ww0, i.ww1[:, rows, columns], pairs, i.wn0, i.wn1, i.nn, mean_of_modes(i)]
+    m = data.n_modes
     geometry = []
     for k, pose in enumerate(poses):
         geometry += [np.array(pose.at), pose.matrix, data.marker_translations[k], data.marker_rotations[k]]
@@ -71,11 +66,22 @@ def pack(
         n_stiffening = len(matrices)
         # row j of all matrices side by side: the product of all with eta is one sum of long rows
         elastic.append(0.5 * (matrices + np.swapaxes(matrices, 1, 2)).transpose(1, 0, 2))
+    return pack_mass(data.invariants), _flat(geometry), _flat(elastic), n_stiffening, len(turning)
 
-    def flat(arrays):
-        return np.concatenate([np.asarray(a, float).ravel() for a in arrays] or [np.empty(0)])
 
-    return flat(mass), flat(geometry), flat(elastic), n_stiffening, len(turning)
+def _flat(arrays) -> np.ndarray:
+    return np.concatenate([np.asarray(a, float).ravel() for a in arrays] or [np.empty(0)])
+
+
+def pack_mass(i) -> np.ndarray:
+    """Return the bulk data of the inertia invariants, as `invariants` and `mean_motion` read them."""
+    rows, columns = zip(*SYMMETRIC, strict=True)
+    ww2 = 0.5 * (i.ww2 + np.swapaxes(i.ww2, 2, 3))
+    ww2 = 0.5 * (ww2 + np.swapaxes(ww2, 0, 1))
+    pairs = np.swapaxes(ww2[:, :, rows, columns], 1, 2)  # (m, 6, m): sums over modes run along rows
+    return _flat(
+        [i.vv, i.vw0, i.vw1, i.vn, i.ww0, i.ww1[:, rows, columns], pairs, i.wn0, i.wn1, i.nn, mean_of_modes(i)]
+    )
 
 
 def mean_of_modes(invariants) -> np.ndarray:

@@ -17,7 +17,6 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import invert_block, shift_inertia
 from flexmb.tree.any_body.joint_basis import joint_basis, velocity_terms
 from flexmb.tree.any_body.modes import add_to_modes, eliminate_modes, own_modes
-from flexmb.tree.any_body.store import AXES, DROP, FREE, GAIN, INVERSE, LEVER, SPEED, STEP, WAY, P, U
 
 __all__ = ["factor"]
 
@@ -29,31 +28,39 @@ SINGULAR = 1e-15
 def _axes(row, q, at):
     """Write the rotation matrix of Euler parameters (scalar first) at q[at]."""
     a, b, c, d = q[at], q[at + 1], q[at + 2], q[at + 3]
-    row[AXES] = 1.0 - 2.0 * (c * c + d * d)
-    row[AXES + 1] = 2.0 * (b * c - a * d)
-    row[AXES + 2] = 2.0 * (b * d + a * c)
-    row[AXES + 3] = 2.0 * (b * c + a * d)
-    row[AXES + 4] = 1.0 - 2.0 * (b * b + d * d)
-    row[AXES + 5] = 2.0 * (c * d - a * b)
-    row[AXES + 6] = 2.0 * (b * d - a * c)
-    row[AXES + 7] = 2.0 * (c * d + a * b)
-    row[AXES + 8] = 1.0 - 2.0 * (b * b + c * c)
+    row.R[0, 0] = 1.0 - 2.0 * (c * c + d * d)
+    row.R[0, 1] = 2.0 * (b * c - a * d)
+    row.R[0, 2] = 2.0 * (b * d + a * c)
+    row.R[1, 0] = 2.0 * (b * c + a * d)
+    row.R[1, 1] = 1.0 - 2.0 * (b * b + d * d)
+    row.R[1, 2] = 2.0 * (c * d - a * b)
+    row.R[2, 0] = 2.0 * (b * d - a * c)
+    row.R[2, 1] = 2.0 * (c * d + a * b)
+    row.R[2, 2] = 1.0 - 2.0 * (b * b + c * c)
 
 
 @inner_kernel
-def _turned_inertia(row, S, rows, iu, J):
-    """Write R J R^T to `J` (9,), the inertia about the body's origin;
-    its own axes stand in the lower right block of S.
+def _ten_numbers(S, rows, iu, J):
+    """Write the inertia about the origin to `J` (9,) and return mass and first moment, all in the body's own axes.
+
+    They stand in the block of the body's frame, ``[m 1, -h~; h~, J]``: of a body that deforms, for its present shape.
     """
     for i in range(3):
         at = rows[iu + 3 + i] + 3
-        x, y, z = S[at], S[at + 1], S[at + 2]
         for j in range(3):
-            r = AXES + 3 * j
-            J[9 + 3 * i + j] = x * row[r] + y * row[r + 1] + z * row[r + 2]
+            J[3 * i + j] = S[at + j]
+    return S[rows[iu]], S[rows[iu + 5] + 1], S[rows[iu + 3] + 2], S[rows[iu + 4]]
+
+
+@inner_kernel
+def _turn(R, J):
+    """Replace J (9,) by R J R^T; the nine numbers behind it are scratch."""
     for i in range(3):
-        r = AXES + 3 * i
-        x, y, z = row[r], row[r + 1], row[r + 2]
+        x, y, z = J[3 * i], J[3 * i + 1], J[3 * i + 2]
+        for j in range(3):
+            J[9 + 3 * i + j] = x * R[j, 0] + y * R[j, 1] + z * R[j, 2]
+    for i in range(3):
+        x, y, z = R[i, 0], R[i, 1], R[i, 2]
         for j in range(3):
             J[3 * i + j] = x * J[9 + j] + y * J[12 + j] + z * J[15 + j]
 
@@ -66,108 +73,109 @@ def _own_inertia(row, q, iq, iu, outer, markers, S, rows, J):
     ``J_C = J + (m s.s - 2 h.s) 1 + h s^T + s h^T - m s s^T``.
     """
     _axes(row, q, iq + 3)
-    _turned_inertia(row, S, rows, iu, J)
-    C, m = markers[outer], S[rows[iu]]
-    # the lower left block of S is m c~
-    a, b, c = S[rows[iu + 5] + 1], S[rows[iu + 3] + 2], S[rows[iu + 4]]
+    R, P, lever = row.R, row.P, row.lever
+    m, a, b, c = _ten_numbers(S, rows, iu, J)
+    _turn(R, J)
+    C = markers[outer]
     hs, ss = 0.0, 0.0
     for i in range(3):
-        r, s = AXES + 3 * i, C.r[i] - q[iq + i]
-        h = row[r] * a + row[r + 1] * b + row[r + 2] * c
-        row[LEVER + i], J[9 + i] = s, h
+        s = C.r[i] - q[iq + i]
+        h = R[i, 0] * a + R[i, 1] * b + R[i, 2] * c
+        lever[i], J[9 + i] = s, h
         hs += h * s
         ss += s * s
     for i in range(3):
         for j in range(3):
-            s, t = row[LEVER + i], row[LEVER + j]
-            row[P + 6 * i + j] = 0.0
-            row[P + 6 * (3 + i) + 3 + j] = J[3 * i + j] + J[9 + i] * t + s * J[9 + j] - m * s * t
-        row[P + 7 * i] = m
-        row[P + 7 * (3 + i)] += m * ss - 2.0 * hs
-    x, y, z = J[9] - m * row[LEVER], J[10] - m * row[LEVER + 1], J[11] - m * row[LEVER + 2]
-    row[P + 3], row[P + 4], row[P + 5] = 0.0, z, -y
-    row[P + 9], row[P + 10], row[P + 11] = -z, 0.0, x
-    row[P + 15], row[P + 16], row[P + 17] = y, -x, 0.0
-    row[P + 18], row[P + 19], row[P + 20] = 0.0, -z, y
-    row[P + 24], row[P + 25], row[P + 26] = z, 0.0, -x
-    row[P + 30], row[P + 31], row[P + 32] = -y, x, 0.0
+            s, t = lever[i], lever[j]
+            P[i, j] = 0.0
+            P[3 + i, 3 + j] = J[3 * i + j] + J[9 + i] * t + s * J[9 + j] - m * s * t
+        P[i, i] = m
+        P[3 + i, 3 + i] += m * ss - 2.0 * hs
+    x, y, z = J[9] - m * lever[0], J[10] - m * lever[1], J[11] - m * lever[2]
+    P[0, 3], P[0, 4], P[0, 5] = 0.0, z, -y
+    P[1, 3], P[1, 4], P[1, 5] = -z, 0.0, x
+    P[2, 3], P[2, 4], P[2, 5] = y, -x, 0.0
+    P[3, 0], P[3, 1], P[3, 2] = 0.0, -z, y
+    P[4, 0], P[4, 1], P[4, 2] = z, 0.0, -x
+    P[5, 0], P[5, 1], P[5, 2] = -y, x, 0.0
 
 
 @inner_kernel
 def _open_hinge(row, through):
     """Write what `_open_joint` writes, for one free motion, the most frequent case."""
-    way = WAY + 30
+    N, P = row.way[5], row.P
     D, largest = 0.0, 0.0
     for i in range(6):
         x, y = 0.0, 0.0
         for j in range(6):
-            n = row[way + j]
-            x += row[P + 6 * i + j] * n
-            y += row[P + 6 * j + i] * n
-        row[U + i], row[GAIN + i] = x, y
-        D += row[way + i] * x
-        largest = max(largest, abs(row[P + 7 * i]))
+            n = N[j]
+            x += P[i, j] * n
+            y += P[j, i] * n
+        row.U[0, i], row.gain[0, i] = x, y
+        D += N[i] * x
+        largest = max(largest, abs(P[i, i]))
     if not abs(D) > SINGULAR * largest:
         return False
     D = 1.0 / D
-    row[INVERSE] = D
+    row.D[0] = D
     for i in range(6):
-        x = row[U + i] * D
-        row[U + i] = x
+        x = row.U[0, i] * D
+        row.U[0, i] = x
         for j in range(6):
-            through[6 * i + j] = row[P + 6 * i + j] - x * row[GAIN + j]
+            through[6 * i + j] = P[i, j] - x * row.gain[0, j]
     for i in range(6):
-        row[GAIN + i] *= D
+        row.gain[0, i] *= D
     return True
 
 
 @inner_kernel
 def _open_joint(row, through, scratch, pivots):
-    """Write D, U, GAIN and what the body transmits, eq. (tree-open); False if a free motion has no inertia."""
-    nf = int(row[FREE])
+    """Write D, U, gain and what the body transmits, eq. (tree-open); False if a free motion has no inertia."""
+    nf = row.free
     if nf == 1:
         return _open_hinge(row, through)
-    way = WAY + 6 * (6 - nf)
+    first, P = 6 - nf, row.P
     largest = 0.0
     for i in range(6):
-        largest = max(largest, abs(row[P + 7 * i]))
+        largest = max(largest, abs(P[i, i]))
     E, column = scratch[0:6], scratch[6]
     for f in range(nf):
         for i in range(6):
             x, y = 0.0, 0.0
             for j in range(6):
-                x += row[P + 6 * i + j] * row[way + 6 * f + j]
-                y += row[P + 6 * j + i] * row[way + 6 * f + j]
-            row[U + 6 * f + i] = x
-            row[GAIN + 6 * f + i] = y
+                x += P[i, j] * row.way[first + f, j]
+                y += P[j, i] * row.way[first + f, j]
+            row.U[f, i] = x
+            row.gain[f, i] = y
     for f in range(nf):
         for e in range(nf):
             x = 0.0
             for i in range(6):
-                x += row[way + 6 * f + i] * row[U + 6 * e + i]
+                x += row.way[first + f, i] * row.U[e, i]
             E[f, e] = x
-    if nf > 1 and not invert_block(E, nf, pivots, column, SINGULAR * largest, row, INVERSE):
+    if nf > 1 and not invert_block(E, nf, pivots, column, SINGULAR * largest, row.D, 0):
         return False
-    for i in range(36):
-        through[i] = row[P + i]
+    for i in range(6):
+        for j in range(6):
+            through[6 * i + j] = P[i, j]
     for j in range(6):
         for f in range(nf):
-            column[f] = row[GAIN + 6 * f + j]
+            column[f] = row.gain[f, j]
         for f in range(nf):
             x = 0.0
             for e in range(nf):
-                x += row[INVERSE + nf * f + e] * column[e]
-            row[GAIN + 6 * f + j] = x
+                x += row.D[nf * f + e] * column[e]
+            row.gain[f, j] = x
             for i in range(6):
-                through[6 * i + j] -= row[U + 6 * f + i] * x
+                through[6 * i + j] -= row.U[f, i] * x
     for i in range(6):
         for f in range(nf):
-            column[f] = row[U + 6 * f + i]
+            column[f] = row.U[f, i]
         for f in range(nf):
             x = 0.0
             for e in range(nf):
-                x += column[e] * row[INVERSE + nf * e + f]
-            row[U + 6 * f + i] = x
+                x += column[e] * row.D[nf * e + f]
+            row.U[f, i] = x
     return True
 
 
@@ -199,7 +207,7 @@ def factor(tables, state, work, store):
         if tables.parent[k] >= 0:
             a, b = work.markers[tables.outer[k]], work.markers[tables.outer[tables.parent[k]]]
             for i in range(3):
-                row[STEP + i] = a.r[i] - b.r[i]
+                row.step[i] = a.r[i] - b.r[i]
     for k in range(n - 1, -1, -1):
         failed[0], failed[1] = k, 1
         outer, first, last = tables.outer[k], tables.start_equation[k], tables.start_equation[k + 1]
@@ -220,8 +228,8 @@ def factor(tables, state, work, store):
         for i in range(6):
             x = 0.0
             for j in range(6):
-                x += through[6 * i + j] * row[SPEED + j]
-            row[DROP + i] = x
+                x += through[6 * i + j] * row.bias[j]
+            row.drop[i] = x
         p = tables.parent[k]
         if p < 0:
             continue
@@ -240,8 +248,9 @@ def factor(tables, state, work, store):
                 scratch,
                 half,
             )
-        shift_inertia(through, 0, row[STEP], row[STEP + 1], row[STEP + 2])
+        shift_inertia(through, row.step[0], row.step[1], row.step[2])
         of_parent = store.rows[p]
-        for i in range(36):
-            of_parent[P + i] += through[i]
+        for i in range(6):
+            for j in range(6):
+                of_parent.P[i, j] += through[6 * i + j]
     failed[0] = -1

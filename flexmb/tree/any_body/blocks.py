@@ -11,20 +11,19 @@ __all__ = ["factor_block", "invert_block", "shift_inertia", "solve_block"]
 
 
 @kernel
-def shift_inertia(A, at, x, y, z):
-    """Replace the matrix (6, 6) at A[at] by Sh(d)^T A Sh(d), d = (x, y, z), eq. (tree-shift)."""
+def shift_inertia(A, x, y, z):
+    """Replace the matrix A (36,) by Sh(d)^T A Sh(d), d = (x, y, z), eq. (tree-shift)."""
     for i in range(6):
-        k = at + 6 * i
+        k = 6 * i
         a, b, c = A[k], A[k + 1], A[k + 2]
         A[k + 3] += y * c - z * b
         A[k + 4] += z * a - x * c
         A[k + 5] += x * b - y * a
     for j in range(6):
-        k = at + j
-        a, b, c = A[k], A[k + 6], A[k + 12]
-        A[k + 18] += y * c - z * b
-        A[k + 24] += z * a - x * c
-        A[k + 30] += x * b - y * a
+        a, b, c = A[j], A[j + 6], A[j + 12]
+        A[j + 18] += y * c - z * b
+        A[j + 24] += z * a - x * c
+        A[j + 30] += x * b - y * a
 
 
 @kernel

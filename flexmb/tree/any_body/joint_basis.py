@@ -3,33 +3,31 @@
 from __future__ import annotations
 
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.tree.any_body.store import FREE, SPEED, TRIANGLE, WAY
 
 __all__ = ["joint_basis", "velocity_terms"]
 
 
 @inner_kernel
-def _orthogonalise(row, n, at, factors):
-    """Subtract from the vector (6,) at row[at] its parts along the first n directions; add them to `factors`.
+def _orthogonalise(way, n, factors):
+    """Subtract from direction n of `way` (6, 6) its parts along the first n directions; add them to `factors`.
 
     Returns its length. Twice is enough (Parlett 1980, section 6-9), and once if little was cancelled.
     """
     before = 0.0
     for m in range(6):
-        before += row[at + m] * row[at + m]
+        before += way[n, m] * way[n, m]
     for _ in range(2):
         for i in range(n):
-            way = WAY + 6 * i
             s = 0.0
             for m in range(6):
-                s += row[way + m] * row[at + m]
+                s += way[i, m] * way[n, m]
             factors[i] += s
             if s != 0.0:
                 for m in range(6):
-                    row[at + m] -= s * row[way + m]
+                    way[n, m] -= s * way[i, m]
         length = 0.0
         for m in range(6):
-            length += row[at + m] * row[at + m]
+            length += way[n, m] * way[n, m]
         if length > 0.5 * before:
             break
     return length**0.5
@@ -38,52 +36,50 @@ def _orthogonalise(row, n, at, factors):
 @kernel
 def joint_basis(row, equations, first, last, outer, table, legs, factors):
     """Write directions, triangular factor and free motions N, eq. (tree-joint); False if equations are dependent."""
-    ne = last - first
+    ne, way = last - first, row.way
     for j in range(ne):
         equation = table[equations[first + j]]
-        at = WAY + 6 * j
         for m in range(6):
-            row[at + m] = 0.0
+            way[j, m] = 0.0
             factors[m] = 0.0
         for n in range(equation.leg, equation.leg + equation.legs):
             leg = legs[n]
             if leg.marker == outer:
                 for m in range(6):
-                    row[at + m] += leg.gradient[m]
-        length = _orthogonalise(row, j, at, factors)
+                    way[j, m] += leg.gradient[m]
+        length = _orthogonalise(way, j, factors)
         if not length > 1e-12:
             return False
         for i in range(j):
-            row[TRIANGLE + 6 * i + j] = factors[i]
-        row[TRIANGLE + 7 * j] = length
+            row.triangle[i, j] = factors[i]
+        row.triangle[j, j] = length
         length = 1.0 / length
         for m in range(6):
-            row[at + m] *= length
-    row[FREE] = 6 - ne
-    _free_motions(row, ne, factors)
+            way[j, m] *= length
+    row.free = 6 - ne
+    _free_motions(way, ne, factors)
     return True
 
 
 @inner_kernel
-def _free_motions(row, ne, factors):
+def _free_motions(way, ne, factors):
     """Complete the directions of ne equations to an orthonormal basis."""
     for found in range(ne, 6):
-        at = WAY + 6 * found
         # the unit vector that the directions so far represent worst keeps at least (6 - found) / 6 of its square
         best, most = 0, -1.0
         for m in range(6):
             rest = 1.0
             for i in range(found):
-                x = row[WAY + 6 * i + m]
+                x = way[i, m]
                 rest -= x * x
             if rest > most + 1e-3:
                 best, most = m, rest
         for m in range(6):
-            row[at + m] = 0.0
-        row[at + best] = 1.0
-        length = 1.0 / _orthogonalise(row, found, at, factors)
+            way[found, m] = 0.0
+        way[found, best] = 1.0
+        length = 1.0 / _orthogonalise(way, found, factors)
         for m in range(6):
-            row[at + m] *= length
+            way[found, m] *= length
 
 
 @kernel
@@ -91,23 +87,23 @@ def velocity_terms(row, equations, first, last, outer, inner, table, markers, fa
     """Write c = Sh bias_P + sigma - bias_C, eq. (tree-velocity); sigma satisfies the joint's equations alone."""
     C = markers[outer]
     for i in range(6):
-        row[SPEED + i] = -C.bias[i]
+        row.bias[i] = -C.bias[i]
     if inner < 0:
         return
     for j in range(last - first):
         s = -table[equations[first + j]].drift
         for i in range(j):
-            s -= row[TRIANGLE + 6 * i + j] * factors[i]
-        s /= row[TRIANGLE + 7 * j]
+            s -= row.triangle[i, j] * factors[i]
+        s /= row.triangle[j, j]
         factors[j] = s
         for i in range(6):
-            row[SPEED + i] += s * row[WAY + 6 * j + i]
+            row.bias[i] += s * row.way[j, i]
     P = markers[inner]
     x, y, z = C.r[0] - P.r[0], C.r[1] - P.r[1], C.r[2] - P.r[2]
     a, b, c = P.bias[3], P.bias[4], P.bias[5]
-    row[SPEED] += P.bias[0] + b * z - c * y
-    row[SPEED + 1] += P.bias[1] + c * x - a * z
-    row[SPEED + 2] += P.bias[2] + a * y - b * x
-    row[SPEED + 3] += a
-    row[SPEED + 4] += b
-    row[SPEED + 5] += c
+    row.bias[0] += P.bias[0] + b * z - c * y
+    row.bias[1] += P.bias[1] + c * x - a * z
+    row.bias[2] += P.bias[2] + a * y - b * x
+    row.bias[3] += a
+    row.bias[4] += b
+    row.bias[5] += c

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import factor_block, solve_block
-from flexmb.tree.any_body.store import AXES, LEVER, STEP, P, modal_views
+from flexmb.tree.any_body.store import modal_views
 
 __all__ = ["add_to_modes", "eliminate_modes", "own_modes"]
 
@@ -18,7 +18,7 @@ def own_modes(row, m, i_modal, iu, outer, work, store):
     """Write modal block and couplings in the coordinates (V, eta''), eq. (tree-own)."""
     K, right, left, Jc, Jr = modal_views(store.modal, i_modal, m)
     C = work.markers[outer]
-    x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
+    x, y, z = row.lever[0], row.lever[1], row.lever[2]
     for j in range(m):
         for i in range(6):
             v = work.J[C.iJ + i * C.nu + 6 + j]
@@ -31,7 +31,7 @@ def own_modes(row, m, i_modal, iu, outer, work, store):
             first = 3 * (i // 3)
             v, w = 0.0, 0.0
             for a in range(3):
-                r = row[AXES + 3 * (i % 3) + a]
+                r = row.R[i % 3, a]
                 v += r * work.S[work.rows[iu + first + a] + 6 + j]
                 w += r * work.S[at + first + a]
             right[i, j] = v
@@ -58,7 +58,7 @@ def _hang_on_marker(row, K, right, left, Jc, Jr):
                 K[j, i] -= x * Jc[a, i]
     for i in range(6):
         for a in range(6):
-            x = row[P + 6 * i + a]
+            x = row.P[i, a]
             for j in range(m):
                 right[i, j] -= x * Jc[a, j]
     for j in range(m):
@@ -67,7 +67,7 @@ def _hang_on_marker(row, K, right, left, Jc, Jr):
             for i in range(m):
                 K[j, i] -= x * right[a, i]
             for i in range(6):
-                left[j, i] -= x * row[P + 6 * a + i]
+                left[j, i] -= x * row.P[a, i]
 
 
 @kernel
@@ -87,7 +87,7 @@ def eliminate_modes(row, m, i_modal, i_eta, store, column):
         for a in range(m):
             x = right[i, a]
             for j in range(6):
-                row[P + 6 * i + j] -= x * left[a, j]
+                row.P[i, j] -= x * left[a, j]
     return True
 
 
@@ -110,7 +110,7 @@ def add_to_modes(row, through, m, i_modal, i_parent, outer, inner, work, store, 
     E = store.parent[i_parent : i_parent + 6 * m].reshape((6, m))
     Er = store.parent[i_parent + 6 * m : i_parent + 12 * m].reshape((6, m))
     C, Q = work.markers[outer], work.markers[inner]
-    x, y, z = row[STEP], row[STEP + 1], row[STEP + 2]
+    x, y, z = row.step[0], row.step[1], row.step[2]
     # first by the way from the parent's own marker to P, backwards, then by the whole step
     u, v, w = C.r[0] - Q.r[0] - x, C.r[1] - Q.r[1] - y, C.r[2] - Q.r[2] - z
     for j in range(m):

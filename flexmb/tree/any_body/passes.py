@@ -4,24 +4,7 @@ from __future__ import annotations
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import solve_block
-from flexmb.tree.any_body.store import (
-    AXES,
-    DROP,
-    FREE,
-    GAIN,
-    INVERSE,
-    LEVER,
-    LOAD,
-    RATE,
-    SPEED,
-    STEP,
-    SUM,
-    TRIANGLE,
-    WAY,
-    P,
-    U,
-    modal_views,
-)
+from flexmb.tree.any_body.store import modal_views
 
 __all__ = ["joint_multipliers", "solve"]
 
@@ -30,15 +13,14 @@ __all__ = ["joint_multipliers", "solve"]
 def _own_load(row, force, iu):
     """Write the generalised force of a body to its load at C, eq. (tree-load)."""
     for i in range(3):
-        r = AXES + 3 * i
-        x, y, z = row[r], row[r + 1], row[r + 2]
-        row[LOAD + i] = x * force[iu] + y * force[iu + 1] + z * force[iu + 2]
-        row[LOAD + 3 + i] = x * force[iu + 3] + y * force[iu + 4] + z * force[iu + 5]
-    x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
-    a, b, c = row[LOAD], row[LOAD + 1], row[LOAD + 2]
-    row[LOAD + 3] -= y * c - z * b
-    row[LOAD + 4] -= z * a - x * c
-    row[LOAD + 5] -= x * b - y * a
+        x, y, z = row.R[i, 0], row.R[i, 1], row.R[i, 2]
+        row.load[i] = x * force[iu] + y * force[iu + 1] + z * force[iu + 2]
+        row.load[3 + i] = x * force[iu + 3] + y * force[iu + 4] + z * force[iu + 5]
+    x, y, z = row.lever[0], row.lever[1], row.lever[2]
+    a, b, c = row.load[0], row.load[1], row.load[2]
+    row.load[3] -= y * c - z * b
+    row.load[4] -= z * a - x * c
+    row.load[5] -= x * b - y * a
 
 
 @inner_kernel
@@ -48,7 +30,7 @@ def _own_modal_load(row, force, iu, m, i_modal, i_eta, store):
     for j in range(m):
         x = force[iu + 6 + j]
         for i in range(6):
-            x -= Jr[i, j] * row[LOAD + i]
+            x -= Jr[i, j] * row.load[i]
         store.eta[i_eta + j] = x
 
 
@@ -62,70 +44,68 @@ def _eliminate_load(row, m, i_modal, i_eta, store):
         x = 0.0
         for j in range(m):
             x += right[i, j] * eta[j]
-        row[LOAD + i] -= x
+        row.load[i] -= x
 
 
 @inner_kernel
 def _pass_load(row, weight, of_parent, passed):
     """Write what the joint passes on of the load, eq. (tree-open), and add it to the parent's."""
-    nf = int(row[FREE])
+    nf = row.free
     for i in range(6):
-        passed[i] = row[LOAD + i] - weight * row[DROP + i]
+        passed[i] = row.load[i] - weight * row.drop[i]
     for f in range(nf):
-        s = row[SUM + f]
+        s = row.along[f]
         for i in range(6):
-            passed[i] -= s * row[U + 6 * f + i]
-    x, y, z = row[STEP], row[STEP + 1], row[STEP + 2]
+            passed[i] -= s * row.U[f, i]
+    x, y, z = row.step[0], row.step[1], row.step[2]
     a, b, c = passed[0], passed[1], passed[2]
-    of_parent[LOAD] += a
-    of_parent[LOAD + 1] += b
-    of_parent[LOAD + 2] += c
-    of_parent[LOAD + 3] += passed[3] + y * c - z * b
-    of_parent[LOAD + 4] += passed[4] + z * a - x * c
-    of_parent[LOAD + 5] += passed[5] + x * b - y * a
+    of_parent.load[0] += a
+    of_parent.load[1] += b
+    of_parent.load[2] += c
+    of_parent.load[3] += passed[3] + y * c - z * b
+    of_parent.load[4] += passed[4] + z * a - x * c
+    of_parent.load[5] += passed[5] + x * b - y * a
 
 
 @inner_kernel
 def _sum_load(row):
     """Write N^T p."""
-    nf = int(row[FREE])
+    nf = row.free
     for f in range(nf):
-        way = WAY + 6 * (6 - nf + f)
         s = 0.0
         for i in range(6):
-            s += row[way + i] * row[LOAD + i]
-        row[SUM + f] = s
+            s += row.way[6 - nf + f, i] * row.load[i]
+        row.along[f] = s
 
 
 @inner_kernel
 def _carried(row, weight, of_parent):
     """Write the rate of C that the parent's frame gives it."""
-    x, y, z = row[STEP], row[STEP + 1], row[STEP + 2]
-    a, b, c = of_parent[RATE + 3], of_parent[RATE + 4], of_parent[RATE + 5]
-    row[RATE] = weight * row[SPEED] + of_parent[RATE] + b * z - c * y
-    row[RATE + 1] = weight * row[SPEED + 1] + of_parent[RATE + 1] + c * x - a * z
-    row[RATE + 2] = weight * row[SPEED + 2] + of_parent[RATE + 2] + a * y - b * x
-    row[RATE + 3] = weight * row[SPEED + 3] + a
-    row[RATE + 4] = weight * row[SPEED + 4] + b
-    row[RATE + 5] = weight * row[SPEED + 5] + c
+    x, y, z = row.step[0], row.step[1], row.step[2]
+    a, b, c = of_parent.rate[3], of_parent.rate[4], of_parent.rate[5]
+    row.rate[0] = weight * row.bias[0] + of_parent.rate[0] + b * z - c * y
+    row.rate[1] = weight * row.bias[1] + of_parent.rate[1] + c * x - a * z
+    row.rate[2] = weight * row.bias[2] + of_parent.rate[2] + a * y - b * x
+    row.rate[3] = weight * row.bias[3] + a
+    row.rate[4] = weight * row.bias[4] + b
+    row.rate[5] = weight * row.bias[5] + c
 
 
 @inner_kernel
 def _move(row, x):
     """Add the motion of the joint to the rate of C."""
-    nf = int(row[FREE])
+    nf = row.free
     for f in range(nf):
         s = 0.0
         for e in range(nf):
-            s += row[INVERSE + nf * f + e] * row[SUM + e]
+            s += row.D[nf * f + e] * row.along[e]
         for i in range(6):
-            s -= row[GAIN + 6 * f + i] * row[RATE + i]
+            s -= row.gain[f, i] * row.rate[i]
         x[f] = s
     for f in range(nf):
-        way = WAY + 6 * (6 - nf + f)
         s = x[f]
         for i in range(6):
-            row[RATE + i] += s * row[way + i]
+            row.rate[i] += s * row.way[6 - nf + f, i]
 
 
 @inner_kernel
@@ -135,7 +115,7 @@ def _own_modal_accelerations(row, iu, m, i_modal, i_eta, store, a, frame):
     for i in range(m):
         x = store.eta[i_eta + i]
         for j in range(6):
-            x -= left[i, j] * row[RATE + j]
+            x -= left[i, j] * row.rate[j]
         a[iu + 6 + i] = x
         for j in range(6):
             frame[j] -= Jc[j, i] * x
@@ -144,11 +124,11 @@ def _own_modal_accelerations(row, iu, m, i_modal, i_eta, store, a, frame):
 @inner_kernel
 def _frame_accelerations(row, frame, iu, a):
     """Write the accelerations of the frame, in its own axes and at its origin."""
-    x, y, z = row[LEVER], row[LEVER + 1], row[LEVER + 2]
+    x, y, z = row.lever[0], row.lever[1], row.lever[2]
     u, v, w = frame[3], frame[4], frame[5]
     x, y, z = frame[0] - (v * z - w * y), frame[1] - (w * x - u * z), frame[2] - (u * y - v * x)
     for i in range(3):
-        r, s, t = row[AXES + i], row[AXES + 3 + i], row[AXES + 6 + i]
+        r, s, t = row.R[0, i], row.R[1, i], row.R[2, i]
         a[iu + i] = r * x + s * y + t * z
         a[iu + 3 + i] = r * u + s * v + t * w
 
@@ -181,7 +161,7 @@ def _spread(tables, store, k, weight, a, x):
     row, iu, p = store.rows[k], tables.iu[k], tables.parent[k]
     if p < 0:
         for i in range(6):
-            row[RATE + i] = weight * row[SPEED + i]
+            row.rate[i] = weight * row.bias[i]
     else:
         _carried(row, weight, store.rows[p])
         m = tables.i_eta[p + 1] - tables.i_eta[p]
@@ -189,10 +169,10 @@ def _spread(tables, store, k, weight, a, x):
             E = store.parent[tables.i_parent[k] : tables.i_parent[k] + 6 * m].reshape((6, m))
             for i in range(6):
                 for j in range(m):
-                    row[RATE + i] += E[i, j] * a[tables.iu[p] + 6 + j]
+                    row.rate[i] += E[i, j] * a[tables.iu[p] + 6 + j]
     _move(row, x)
     for i in range(6):
-        x[i] = row[RATE + i]
+        x[i] = row.rate[i]
     m = tables.i_eta[k + 1] - tables.i_eta[k]
     if m > 0:
         _own_modal_accelerations(row, iu, m, tables.i_modal[k], tables.i_eta[k], store, a, x)
@@ -239,14 +219,14 @@ def joint_multipliers(tables, store, lam):
             continue
         row = store.rows[k]
         for i in range(6):
-            s = -row[LOAD + i]
+            s = -row.load[i]
             for j in range(6):
-                s += row[P + 6 * i + j] * row[RATE + j]
+                s += row.P[i, j] * row.rate[j]
             W[i] = s
         for j in range(ne - 1, -1, -1):
             s = 0.0
             for i in range(6):
-                s += row[WAY + 6 * j + i] * W[i]
+                s += row.way[j, i] * W[i]
             for i in range(j + 1, ne):
-                s -= row[TRIANGLE + 6 * j + i] * lam[tables.equations[first + i]]
-            lam[tables.equations[first + j]] = s / row[TRIANGLE + 7 * j]
+                s -= row.triangle[j, i] * lam[tables.equations[first + i]]
+            lam[tables.equations[first + j]] = s / row.triangle[j, j]

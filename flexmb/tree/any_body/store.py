@@ -2,58 +2,43 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from flexmb.math.kernel import kernel
-from flexmb.math.structures import FloatRows, Floats, Integers
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers
 
-__all__ = [
-    "AXES",
-    "DROP",
-    "FREE",
-    "GAIN",
-    "INVERSE",
-    "LEVER",
-    "LOAD",
-    "RATE",
-    "SPEED",
-    "STEP",
-    "SUM",
-    "TRIANGLE",
-    "WAY",
-    "P",
-    "Store",
-    "U",
-    "modal_views",
-    "new_store",
-]
+__all__ = ["BODY_STATE", "Store", "modal_views", "new_store"]
 
-# Places in the row of a body; vectors at its own marker C, in W.
-AXES = 0  # (3, 3) axes of the body
-LEVER = 9  # (3,) C from the body's origin
-STEP = 12  # (3,) C from the parent's
-SPEED = 15  # (6,) velocity terms of the joint, c
-DROP = 21  # (6,) what is transmitted of their inertia
-LOAD = 27  # (6,) load p
-RATE = 33  # (6,) rate of the twist of C, V
-SUM = 39  # (6,) N^T p, by free motions
-P = 45  # (6, 6) articulated inertia, modes eliminated
-WAY = 81  # 6 directions (6,): of the joint's equations, then the free motions N
-U = 117  # by free motions (6,): P N D
-GAIN = 153  # by free motions (6,): D N^T P
-INVERSE = 189  # (nf, nf) D = (N^T P N)^-1
-TRIANGLE = 225  # (6, 6) factor of the equations in their directions
-FREE = 261  # number of free motions
-WIDTH = 264
+BODY_STATE = np.dtype(
+    [
+        ("R", float, (3, 3)),  # axes of the body
+        ("lever", float, 3),  # m, C from the body's origin
+        ("step", float, 3),  # m, C from the parent's
+        ("P", float, (6, 6)),  # articulated inertia, modes eliminated
+        ("load", float, 6),  # p
+        ("rate", float, 6),  # of the twist of C, V
+        ("bias", float, 6),  # velocity terms of the joint, c
+        ("drop", float, 6),  # what is transmitted of their inertia
+        ("free", np.int64),  # number of free motions, nf
+        ("way", float, (6, 6)),  # directions: of the joint's equations, then the nf free motions N
+        ("triangle", float, (6, 6)),  # factor of the equations in their directions, T
+        ("along", float, 6),  # N^T p, by free motions
+        ("U", float, (6, 6)),  # by free motions: P N D
+        ("gain", float, (6, 6)),  # by free motions: D N^T P
+        ("D", float, 36),  # (nf, nf), flat: (N^T P N)^-1
+    ],
+    align=True,
+)
+"""The numbers of a body at a state. Vectors are (linear, angular) at its own marker C, in W; names as in the theory."""
 
 
 class Store(NamedTuple):
     """What the passes of the recursion leave for each other."""
 
-    rows: FloatRows
-    """(nb, WIDTH) see above"""
+    rows: Annotated[np.ndarray, ArrayOf(BODY_STATE)]
+    """(nb,)"""
     plain: Floats
     """inverse mass matrices of bodies without a frame"""
     modal: Floats
@@ -77,7 +62,7 @@ def new_store(tables) -> Store:
         return np.zeros(max(1, int(size)), kind)
 
     return Store(
-        rows=np.zeros((len(tables.iu), WIDTH)),
+        rows=np.zeros(len(tables.iu), BODY_STATE),
         plain=flat(tables.i_plain[-1]),
         modal=flat(tables.i_modal[-1]),
         pivots=flat(tables.i_eta[-1], np.int64),

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import FloatRows, Floats, Integers
 from flexmb.tree.rigid.passes import solve_factor
-from flexmb.tree.rigid.places import BALL, BIAS, DIVISOR, DRIVE, FRAME, GAIN, LOAD, SINGLE, TURN, WAY
+from flexmb.tree.rigid.places import BALL, FRAME, SINGLE
 
 __all__ = ["Closing", "add_multipliers", "closing", "factorise", "solve_multipliers", "wrench_at"]
 
@@ -138,12 +138,13 @@ def wrench_at(pose, s, force, out):
     """Add the wrench (6,) of a force and moment in W at a place s of a link, to its (moment, force) in link axes."""
     a, b, c = force[0], force[1], force[2]
     x, y, z = force[3], force[4], force[5]
-    f = pose[0] * a + pose[3] * b + pose[6] * c
-    g = pose[1] * a + pose[4] * b + pose[7] * c
-    h = pose[2] * a + pose[5] * b + pose[8] * c
-    out[0] += pose[0] * x + pose[3] * y + pose[6] * z + s[1] * h - s[2] * g
-    out[1] += pose[1] * x + pose[4] * y + pose[7] * z + s[2] * f - s[0] * h
-    out[2] += pose[2] * x + pose[5] * y + pose[8] * z + s[0] * g - s[1] * f
+    R = pose.R
+    f = R[0, 0] * a + R[1, 0] * b + R[2, 0] * c
+    g = R[0, 1] * a + R[1, 1] * b + R[2, 1] * c
+    h = R[0, 2] * a + R[1, 2] * b + R[2, 2] * c
+    out[0] += R[0, 0] * x + R[1, 0] * y + R[2, 0] * z + s[1] * h - s[2] * g
+    out[1] += R[0, 1] * x + R[1, 1] * y + R[2, 1] * z + s[2] * f - s[0] * h
+    out[2] += R[0, 2] * x + R[1, 2] * y + R[2, 2] * z + s[0] * g - s[1] * f
     out[3] += f
     out[4] += g
     out[5] += h
@@ -156,28 +157,28 @@ def _leave(link, row, block, W, push, give):
         b = link.turn * W[2] + link.slide * W[5]
         push[0], give[0] = b, 0.0
         if link.driven == 0:
-            give[0] = b * row[DIVISOR]
+            give[0] = b * row.mobility
             for i in range(6):
-                W[i] -= row[BIAS + i] * b
+                W[i] -= row.gain[i] * b
     elif link.kind == BALL or link.kind == FRAME:
         n = 3 if link.kind == BALL else 6
         for i in range(n):
             push[i] = give[i] = W[i]
-        solve_factor(block, n, give)
+        solve_factor(block.L, n, give)
         if n == 3:
             for i in range(3):
                 for j in range(3):
-                    W[3 + i] -= block[GAIN + 3 * i + j] * W[j]
+                    W[3 + i] -= block.gain[i, j] * W[j]
             W[:3] = 0.0
 
 
 @inner_kernel
 def _pass_on(row, W, of_parent):
     """Add a wrench of a link to its parent's."""
-    x, y, z = row[WAY], row[WAY + 1], row[WAY + 2]
+    x, y, z = row.r[0], row.r[1], row.r[2]
     f, g, h = 0.0, 0.0, 0.0
     for i in range(3):
-        p, q, r = row[TURN + 3 * i], row[TURN + 3 * i + 1], row[TURN + 3 * i + 2]
+        p, q, r = row.R[i, 0], row.R[i, 1], row.R[i, 2]
         of_parent[i] += p * W[0] + q * W[1] + r * W[2]
         force = p * W[3] + q * W[4] + r * W[5]
         of_parent[3 + i] += force
@@ -288,7 +289,7 @@ def add_multipliers(tree, c):
         for i in range(c.start_meet[k], c.start_meet[k + 1]):
             lam, p = c.x[c.equation[i]], c.meet[i]
             if link.kind == SINGLE:
-                row[DRIVE] += lam * c.push[p]
+                row.load += lam * c.push[p]
             else:
                 for m in range(link.kind):
-                    blocks[link.block, LOAD + m] += lam * c.push[p + m]
+                    blocks[link.block].load[m] += lam * c.push[p + m]

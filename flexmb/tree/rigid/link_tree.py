@@ -15,7 +15,7 @@ from flexmb.tree.coordinates.motions import MOTION
 from flexmb.tree.coordinates.settle import Chart
 from flexmb.tree.rigid.closing import Closing, closing
 from flexmb.tree.rigid.links import MARK, link_marks
-from flexmb.tree.rigid.places import BALL, BLOCK, FRAME, LINK, SCRATCH
+from flexmb.tree.rigid.places import BALL, FRAME, LINK, LINK_FACTOR, LINK_POSE, LINK_STATE
 
 __all__ = ["LINK_TREE", "LinkTree", "link_tree", "no_links"]
 
@@ -35,12 +35,12 @@ class LinkTree(NamedTuple):
     """Rigid links with what acts on them."""
 
     links: Annotated[np.ndarray, ArrayOf(LINK)]
-    rows: FloatRows
-    """(nl + 1, SCRATCH)"""
-    blocks: FloatRows
-    """(nb, BLOCK) scratch"""
-    poses: FloatRows
-    """(nl, 12) axes and origins in W"""
+    rows: Annotated[np.ndarray, ArrayOf(LINK_STATE)]
+    """(nl + 1,)"""
+    blocks: Annotated[np.ndarray, ArrayOf(LINK_FACTOR)]
+    """of links of several freedoms"""
+    poses: Annotated[np.ndarray, ArrayOf(LINK_POSE)]
+    """(nl,)"""
     marks: Annotated[np.ndarray, ArrayOf(MARK)]
     """markers that forces or cut joints see"""
     mark_of: Integers
@@ -113,9 +113,9 @@ def link_tree(tree, chart, links, frames, work) -> LinkTree:
     blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
     return LinkTree(
         links=links,
-        rows=np.zeros((len(links) + 1, SCRATCH)),
-        blocks=np.zeros((max(1, blocks), BLOCK)),
-        poses=np.zeros((len(links), 12)),
+        rows=np.zeros(len(links) + 1, LINK_STATE),
+        blocks=np.zeros(max(1, blocks), LINK_FACTOR),
+        poses=np.zeros(len(links), LINK_POSE),
         marks=marks,
         mark_of=mark_of,
         gravity=np.array(tree.model.gravity, float),
@@ -149,7 +149,9 @@ def no_links(system, state) -> LinkTree:
     )
     return LinkTree(
         links=links,
-        **dict.fromkeys(("rows", "blocks", "poses"), pairs),
+        rows=np.zeros(0, LINK_STATE),
+        blocks=np.zeros(0, LINK_FACTOR),
+        poses=np.zeros(0, LINK_POSE),
         marks=np.zeros(0, MARK),
         mark_of=whole,
         gravity=none,

@@ -120,7 +120,7 @@ class _Chain:
 def link_rows(tree, state, work) -> tuple[np.ndarray, list[tuple[int, np.ndarray, np.ndarray]]]:
     """Return the rows of a tree of rigid links, and of every body its link with origin and axes of that in W.
 
-    `work` holds an evaluation at `state` with the blocks of the bodies.
+    `work` holds an evaluation at `state`.
     """
     _check(tree)
     driven = {tree.rate_names.index(name) for name in tree.drives}
@@ -149,18 +149,17 @@ def link_rows(tree, state, work) -> tuple[np.ndarray, list[tuple[int, np.ndarray
             if link["kind"] in (BALL, FRAME):
                 link["block"], blocks = blocks, blocks + 1
             rows.append(link)
-        _give_inertia(rows[-1], row, r_b - origin, R_b, axes, work)
+        _give_inertia(rows[-1], tree.model.body(tree.tree.order[k]), r_b - origin, R_b, axes)
         frames.append((len(rows) - 1, origin, axes))
     return np.array(rows, LINK), frames
 
 
-def _give_inertia(link, row, away, R_b, axes, work) -> None:
+def _give_inertia(link, body, away, R_b, axes) -> None:
     """Write the inertia of a body to its link, whose axes (3, 3) stand in W; `away` (3,) to the body's origin, in W."""
     T, s = axes.T @ R_b, axes.T @ away  # T: from body axes to link axes
-    block = np.array([work.S[at : at + 6] for at in work.rows[row["u"] : row["u"] + 6]])
-    mass = block[0, 0]
-    h = T @ np.array([block[5, 1], block[3, 2], block[4, 0]])
-    J = T @ block[3:, 3:] @ T.T - _cross(s) @ _cross(h) - _cross(h) @ _cross(s) - mass * _cross(s) @ _cross(s)
+    mass, moment, inertia = body.rest_inertia()
+    h = T @ moment
+    J = T @ inertia @ T.T - _cross(s) @ _cross(h) - _cross(h) @ _cross(s) - mass * _cross(s) @ _cross(s)
     link["mass"], link["h"] = mass, h + mass * s
     link["J"] = J[UPPER]
 

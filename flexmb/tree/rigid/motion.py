@@ -20,19 +20,7 @@ from flexmb.tree.coordinates.settle import count_turns, prescribe, unit_length
 from flexmb.tree.rigid.closing import add_multipliers, factorise, solve_multipliers, wrench_at
 from flexmb.tree.rigid.link_tree import LINK_TREE, LinkTree
 from flexmb.tree.rigid.passes import gather, spread
-from flexmb.tree.rigid.places import (
-    BALL,
-    DRIVE,
-    FORCE,
-    FRAME,
-    LOAD,
-    RATE,
-    SINGLE,
-    SPEED,
-    TURN,
-    WAY,
-    place_links,
-)
+from flexmb.tree.rigid.places import BALL, FRAME, SINGLE, place_links
 
 __all__ = ["close_links", "evaluate_links", "link_rates", "loops_are_open", "ready"]
 
@@ -57,15 +45,15 @@ def _pose_links(tree):
     for k in range(len(links)):
         link, row, pose = links[k], rows[k], poses[k]
         if link.parent < 0:
-            pose[:9] = row[TURN : TURN + 9]
-            pose[9:] = row[WAY : WAY + 3]
+            pose.R[:] = row.R
+            pose.r[:] = row.r
             continue
         of_parent = poses[link.parent]
         for i in range(3):
-            a, b, c = of_parent[3 * i], of_parent[3 * i + 1], of_parent[3 * i + 2]
+            a, b, c = of_parent.R[i, 0], of_parent.R[i, 1], of_parent.R[i, 2]
             for j in range(3):
-                pose[3 * i + j] = a * row[TURN + j] + b * row[TURN + 3 + j] + c * row[TURN + 6 + j]
-            pose[9 + i] = of_parent[9 + i] + a * row[WAY] + b * row[WAY + 1] + c * row[WAY + 2]
+                pose.R[i, j] = a * row.R[0, j] + b * row.R[1, j] + c * row.R[2, j]
+            pose.r[i] = of_parent.r[i] + a * row.r[0] + b * row.r[1] + c * row.r[2]
 
 
 @inner_kernel
@@ -76,11 +64,11 @@ def _place_marks(tree, work):
         mark = marks[n]
         marker, pose, row = markers[mark.marker], poses[mark.link], rows[mark.link]
         x, y, z = mark.s[0], mark.s[1], mark.s[2]
-        a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
-        u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
+        a, b, c = row.twist[0], row.twist[1], row.twist[2]
+        u, v, w = row.twist[3] + b * z - c * y, row.twist[4] + c * x - a * z, row.twist[5] + a * y - b * x
         for i in range(3):
-            p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
-            marker.r[i] = pose[9 + i] + p * x + q * y + r * z
+            p, q, r = pose.R[i, 0], pose.R[i, 1], pose.R[i, 2]
+            marker.r[i] = pose.r[i] + p * x + q * y + r * z
             marker.v[i] = p * u + q * v + r * w
             marker.w[i] = p * a + q * b + r * c
             for j in range(3):
@@ -114,7 +102,7 @@ def _act(tree, chart, program, work, t):
         W[:] = 0.0
         wrench_at(poses[mark.link], mark.s, wrench, W)
         for i in range(6):
-            rows[mark.link, FORCE + i] -= W[i]
+            rows[mark.link].force[i] -= W[i]
 
 
 @inner_kernel
@@ -139,17 +127,17 @@ def _closing_rates(tree, closing, work, second):
             mark = marks[place]
             row, pose = rows[mark.link], poses[mark.link]
             x, y, z = mark.s[0], mark.s[1], mark.s[2]
-            a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
+            a, b, c = row.twist[0], row.twist[1], row.twist[2]
             # the velocity of the marker, of which the spatial acceleration does not know that it turns
-            u, v, w = row[SPEED + 3] + b * z - c * y, row[SPEED + 4] + c * x - a * z, row[SPEED + 5] + a * y - b * x
-            d, e, f = row[RATE], row[RATE + 1], row[RATE + 2]
+            u, v, w = row.twist[3] + b * z - c * y, row.twist[4] + c * x - a * z, row.twist[5] + a * y - b * x
+            d, e, f = row.rate[0], row.rate[1], row.rate[2]
             u, v, w = (
-                row[RATE + 3] + e * z - f * y + b * w - c * v,
-                row[RATE + 4] + f * x - d * z + c * u - a * w,
-                row[RATE + 5] + d * y - e * x + a * v - b * u,
+                row.rate[3] + e * z - f * y + b * w - c * v,
+                row.rate[4] + f * x - d * z + c * u - a * w,
+                row.rate[5] + d * y - e * x + a * v - b * u,
             )
             for i in range(3):
-                p, q, r = pose[3 * i], pose[3 * i + 1], pose[3 * i + 2]
+                p, q, r = pose.R[i, 0], pose.R[i, 1], pose.R[i, 2]
                 s += leg.gradient[i] * (p * u + q * v + r * w + g[i]) + leg.gradient[3 + i] * (p * d + q * e + r * f)
         closing.x[n] = -s
 
@@ -257,7 +245,7 @@ def _advance(tree, change):
                 pose = tree.poses[k]
                 for i in range(3):
                     for j in range(3):
-                        tree.x[at + i] += pose[3 * i + j] * change[iv + j]
+                        tree.x[at + i] += pose.R[i, j] * change[iv + j]
                 at, iv = at + 3, iv + 3
             exp_euler(change[iv : iv + 3], dp)
             p[:] = tree.x[at : at + 4]
@@ -271,9 +259,9 @@ def _changes(tree, closing):
     for k in range(len(tree.links)):
         link = tree.links[k]
         if link.kind == SINGLE:
-            tree.rows[k, DRIVE] = 0.0
+            tree.rows[k].load = 0.0
         elif link.kind > 0:
-            tree.blocks[link.block, LOAD : LOAD + link.kind] = 0.0
+            tree.blocks[link.block].load[: link.kind] = 0.0
     _solve(tree, closing, 0.0)
 
 

@@ -10,28 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.tree.rigid.places import (
-    BALL,
-    BIAS,
-    COUPLING,
-    DIVISOR,
-    DRIVE,
-    FIXED,
-    FORCE,
-    FRAME,
-    GAIN,
-    INERTIA,
-    LOAD,
-    MOMENT,
-    RATE,
-    SINGLE,
-    SWING,
-    TURN,
-    WAY,
-    carry,
-    reach_axes,
-    read_axes,
-)
+from flexmb.tree.rigid.places import BALL, FIXED, FRAME, SINGLE, carry, reach_axes, read_axes
 
 __all__ = ["gather", "solve_factor", "spread"]
 
@@ -41,12 +20,12 @@ def _column(link, row):
     """Return the column of the inertia (6,) that belongs to the joint's one motion."""
     t, s = link.turn, link.slide
     return (
-        t * row[MOMENT + 2] + s * row[COUPLING + 2],
-        t * row[MOMENT + 4] + s * row[COUPLING + 5],
-        t * row[MOMENT + 5] + s * row[COUPLING + 8],
-        t * row[COUPLING + 6] + s * row[INERTIA + 2],
-        t * row[COUPLING + 7] + s * row[INERTIA + 4],
-        t * row[COUPLING + 8] + s * row[INERTIA + 5],
+        t * row.J[2] + s * row.H[0, 2],
+        t * row.J[4] + s * row.H[1, 2],
+        t * row.J[5] + s * row.H[2, 2],
+        t * row.H[2, 0] + s * row.M[2],
+        t * row.H[2, 1] + s * row.M[4],
+        t * row.H[2, 2] + s * row.M[5],
     )
 
 
@@ -59,17 +38,17 @@ def _open(link, row, tau):
         return False
     D = 1.0 / D
     for i in range(6):
-        row[BIAS + i] = U[i] * D
-    row[DIVISOR] = D
-    row[DRIVE] = link.sign * tau[link.rate] - link.turn * row[FORCE + 2] - link.slide * row[FORCE + 5]
+        row.gain[i] = U[i] * D
+    row.mobility = D
+    row.load = link.sign * tau[link.rate] - link.turn * row.force[2] - link.slide * row.force[5]
     k = 0
     for i in range(3):
         for j in range(i, 3):
-            row[MOMENT + k] -= row[BIAS + i] * U[j]
-            row[INERTIA + k] -= row[BIAS + 3 + i] * U[3 + j]
+            row.J[k] -= row.gain[i] * U[j]
+            row.M[k] -= row.gain[3 + i] * U[3 + j]
             k += 1
         for j in range(3):
-            row[COUPLING + 3 * i + j] -= row[BIAS + i] * U[3 + j]
+            row.H[i, j] -= row.gain[i] * U[3 + j]
     return True
 
 
@@ -110,110 +89,84 @@ def solve_factor(L, n, b):
 @inner_kernel
 def _open_ball(link, row, block, tau, column):
     """The same for a ball: P - U J^-1 U^T leaves M - H^T J^-1 H alone."""
-    J, H = row[MOMENT : MOMENT + 6], row[COUPLING : COUPLING + 9]
-    block[0], block[3], block[4], block[6], block[7], block[8] = J[0], J[1], J[3], J[2], J[4], J[5]
-    if not _factorise(block[:9], 3):
+    J, H, L = row.J, row.H, block.L
+    L[0], L[3], L[4], L[6], L[7], L[8] = J[0], J[1], J[3], J[2], J[4], J[5]
+    if not _factorise(L, 3):
         return False
     x, y, z = reach_axes(link, row, tau[link.rate], tau[link.rate + 1], tau[link.rate + 2])
-    block[LOAD], block[LOAD + 1], block[LOAD + 2] = x - row[FORCE], y - row[FORCE + 1], z - row[FORCE + 2]
+    block.load[0], block.load[1], block.load[2] = x - row.force[0], y - row.force[1], z - row.force[2]
     for j in range(3):  # K = H^T J^-1, row j
-        column[0], column[1], column[2] = H[j], H[3 + j], H[6 + j]
-        solve_factor(block[:9], 3, column)
+        column[0], column[1], column[2] = H[0, j], H[1, j], H[2, j]
+        solve_factor(L, 3, column)
         for i in range(3):
-            block[GAIN + 3 * j + i] = column[i]
+            block.gain[j, i] = column[i]
     k = 0
     for i in range(3):
         for j in range(i, 3):
             x = 0.0
             for m in range(3):
-                x += block[GAIN + 3 * i + m] * H[3 * m + j]
-            row[INERTIA + k] -= x
+                x += block.gain[i, m] * H[m, j]
+            row.M[k] -= x
             k += 1
     for i in range(3):
-        row[FORCE + i] += block[LOAD + i]
+        row.force[i] += block.load[i]
         for m in range(3):
-            row[FORCE + 3 + i] += block[GAIN + 3 * i + m] * block[LOAD + m]
-    row[MOMENT : MOMENT + 6] = 0.0
-    row[COUPLING : COUPLING + 9] = 0.0
+            row.force[3 + i] += block.gain[i, m] * block.load[m]
+    J[:] = 0.0
+    H[:] = 0.0
     return True
 
 
 @inner_kernel
 def _open_frame(link, row, block, tau):
     """Factorise the whole inertia of a free body: nothing is passed on."""
-    J, H, M = row[MOMENT : MOMENT + 6], row[COUPLING : COUPLING + 9], row[INERTIA : INERTIA + 6]
+    J, H, M, L = row.J, row.H, row.M, block.L
     k = 0
     for i in range(3):
         for j in range(i, 3):
-            block[6 * j + i], block[6 * (3 + j) + 3 + i] = J[k], M[k]
+            L[6 * j + i], L[6 * (3 + j) + 3 + i] = J[k], M[k]
             k += 1
         for j in range(3):
-            block[6 * (3 + j) + i] = H[3 * i + j]
+            L[6 * (3 + j) + i] = H[i, j]
     for i in range(3):
-        block[LOAD + i] = tau[link.rate + 3 + i] - row[FORCE + i]
-        block[LOAD + 3 + i] = tau[link.rate + i] - row[FORCE + 3 + i]
-    return _factorise(block[:36], 6)
+        block.load[i] = tau[link.rate + 3 + i] - row.force[i]
+        block.load[3 + i] = tau[link.rate + i] - row.force[3 + i]
+    return _factorise(L, 6)
 
 
 @inner_kernel
-def _force_with_swing(row):
+def _force_with_bias(row):
     """Add P c to the force, and what the joint's one motion gives it."""
-    a, b, c = row[SWING], row[SWING + 1], row[SWING + 2]
-    u, v, w = row[SWING + 3], row[SWING + 4], row[SWING + 5]
-    J, H, M = MOMENT, COUPLING, INERTIA
-    load = row[DRIVE]
-    row[FORCE] += row[J] * a + row[J + 1] * b + row[J + 2] * c + row[H] * u + row[H + 1] * v + row[H + 2] * w
-    row[FORCE + 1] += (
-        row[J + 1] * a + row[J + 3] * b + row[J + 4] * c + row[H + 3] * u + row[H + 4] * v + row[H + 5] * w
-    )
-    row[FORCE + 2] += (
-        row[J + 2] * a + row[J + 4] * b + row[J + 5] * c + row[H + 6] * u + row[H + 7] * v + row[H + 8] * w
-    )
-    row[FORCE + 3] += row[H] * a + row[H + 3] * b + row[H + 6] * c + row[M] * u + row[M + 1] * v + row[M + 2] * w
-    row[FORCE + 4] += (
-        row[H + 1] * a + row[H + 4] * b + row[H + 7] * c + row[M + 1] * u + row[M + 3] * v + row[M + 4] * w
-    )
-    row[FORCE + 5] += (
-        row[H + 2] * a + row[H + 5] * b + row[H + 8] * c + row[M + 2] * u + row[M + 4] * v + row[M + 5] * w
-    )
+    a, b, c = row.bias[0], row.bias[1], row.bias[2]
+    u, v, w = row.bias[3], row.bias[4], row.bias[5]
+    J, H, M = row.J, row.H, row.M
+    force = row.force
+    force[0] += J[0] * a + J[1] * b + J[2] * c + H[0, 0] * u + H[0, 1] * v + H[0, 2] * w
+    force[1] += J[1] * a + J[3] * b + J[4] * c + H[1, 0] * u + H[1, 1] * v + H[1, 2] * w
+    force[2] += J[2] * a + J[4] * b + J[5] * c + H[2, 0] * u + H[2, 1] * v + H[2, 2] * w
+    force[3] += H[0, 0] * a + H[1, 0] * b + H[2, 0] * c + M[0] * u + M[1] * v + M[2] * w
+    force[4] += H[0, 1] * a + H[1, 1] * b + H[2, 1] * c + M[1] * u + M[3] * v + M[4] * w
+    force[5] += H[0, 2] * a + H[1, 2] * b + H[2, 2] * c + M[2] * u + M[4] * v + M[5] * w
     for i in range(6):
-        row[FORCE + i] += row[BIAS + i] * load
+        force[i] += row.gain[i] * row.load
 
 
 @inner_kernel
-def _turned(row, at, symmetric, out, half):
-    """Write R A R^T to `out` (9,); A at row[at] has 6 numbers if symmetric, else 9."""
-    if symmetric:
-        A = (
-            row[at],
-            row[at + 1],
-            row[at + 2],
-            row[at + 1],
-            row[at + 3],
-            row[at + 4],
-            row[at + 2],
-            row[at + 4],
-            row[at + 5],
-        )
-    else:
-        A = (
-            row[at],
-            row[at + 1],
-            row[at + 2],
-            row[at + 3],
-            row[at + 4],
-            row[at + 5],
-            row[at + 6],
-            row[at + 7],
-            row[at + 8],
-        )
+def _full(A):
+    """Return all nine numbers of a symmetric matrix of six."""
+    return A[0], A[1], A[2], A[1], A[3], A[4], A[2], A[4], A[5]
+
+
+@inner_kernel
+def _turned(R, A, out, half):
+    """Write R A R^T to `out` (9,); A is given as nine numbers."""
     for j in range(3):
-        x, y, z = row[TURN + 3 * j], row[TURN + 3 * j + 1], row[TURN + 3 * j + 2]
+        x, y, z = R[j, 0], R[j, 1], R[j, 2]
         half[j] = A[0] * x + A[1] * y + A[2] * z
         half[3 + j] = A[3] * x + A[4] * y + A[5] * z
         half[6 + j] = A[6] * x + A[7] * y + A[8] * z
     for i in range(3):
-        x, y, z = row[TURN + 3 * i], row[TURN + 3 * i + 1], row[TURN + 3 * i + 2]
+        x, y, z = R[i, 0], R[i, 1], R[i, 2]
         for j in range(3):
             out[3 * i + j] = x * half[j] + y * half[3 + j] + z * half[6 + j]
 
@@ -221,10 +174,11 @@ def _turned(row, at, symmetric, out, half):
 @inner_kernel
 def _give(row, of_parent, M, H, J, half):
     """Add inertia and force to the parent's: turned, then moved by r: H + r~ M, J + r~ H^T - (H + r~ M) r~."""
-    x, y, z = row[WAY], row[WAY + 1], row[WAY + 2]
-    _turned(row, INERTIA, True, M, half)
-    _turned(row, COUPLING, False, H, half)
-    _turned(row, MOMENT, True, J, half)
+    x, y, z = row.r[0], row.r[1], row.r[2]
+    R, of = row.R, row.H
+    _turned(R, _full(row.M), M, half)
+    _turned(R, (of[0, 0], of[0, 1], of[0, 2], of[1, 0], of[1, 1], of[1, 2], of[2, 0], of[2, 1], of[2, 2]), H, half)
+    _turned(R, _full(row.J), J, half)
     for j in range(3):
         # r~ H^T: the cross product of r with row j of H, as column j
         a, b, c = H[3 * j], H[3 * j + 1], H[3 * j + 2]
@@ -242,20 +196,20 @@ def _give(row, of_parent, M, H, J, half):
         # row i of -H r~ is r x (row i of H) with the opposite sign of (row i of H) x r
         shift = (y * c - z * b, z * a - x * c, x * b - y * a)
         for j in range(i, 3):
-            of_parent[MOMENT + k] += J[3 * i + j] + shift[j]
-            of_parent[INERTIA + k] += M[3 * i + j]
+            of_parent.J[k] += J[3 * i + j] + shift[j]
+            of_parent.M[k] += M[3 * i + j]
             k += 1
         for j in range(3):
-            of_parent[COUPLING + 3 * i + j] += H[3 * i + j]
+            of_parent.H[i, j] += H[3 * i + j]
     for i in range(3):
-        p, q, r = row[TURN + 3 * i], row[TURN + 3 * i + 1], row[TURN + 3 * i + 2]
-        half[i] = p * row[FORCE] + q * row[FORCE + 1] + r * row[FORCE + 2]
-        half[3 + i] = p * row[FORCE + 3] + q * row[FORCE + 4] + r * row[FORCE + 5]
-    of_parent[FORCE] += half[0] + y * half[5] - z * half[4]
-    of_parent[FORCE + 1] += half[1] + z * half[3] - x * half[5]
-    of_parent[FORCE + 2] += half[2] + x * half[4] - y * half[3]
+        p, q, r = row.R[i, 0], row.R[i, 1], row.R[i, 2]
+        half[i] = p * row.force[0] + q * row.force[1] + r * row.force[2]
+        half[3 + i] = p * row.force[3] + q * row.force[4] + r * row.force[5]
+    of_parent.force[0] += half[0] + y * half[5] - z * half[4]
+    of_parent.force[1] += half[1] + z * half[3] - x * half[5]
+    of_parent.force[2] += half[2] + x * half[4] - y * half[3]
     for i in range(3):
-        of_parent[FORCE + 3 + i] += half[3 + i]
+        of_parent.force[3 + i] += half[3 + i]
 
 
 @kernel
@@ -267,7 +221,7 @@ def gather(links, rows, blocks, tau):
     M, H, J, half = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
     for k in range(len(links) - 1, -1, -1):
         link, row = links[k], rows[k]
-        row[DRIVE] = 0.0
+        row.load = 0.0
         if link.kind == FRAME:
             if not _open_frame(link, row, blocks[link.block], tau):
                 return k
@@ -275,12 +229,12 @@ def gather(links, rows, blocks, tau):
         if link.kind == BALL:
             if not _open_ball(link, row, blocks[link.block], tau, half):
                 return k
-            row[BIAS : BIAS + 6] = 0.0
+            row.gain[:] = 0.0
         elif link.kind == FIXED or link.driven == 1:
-            row[BIAS : BIAS + 6] = 0.0
+            row.gain[:] = 0.0
         elif not _open(link, row, tau):
             return k
-        _force_with_swing(row)
+        _force_with_bias(row)
         if link.parent >= 0:
             _give(row, rows[link.parent], M, H, J, half)
     return -1
@@ -292,16 +246,16 @@ def _several(link, row, block, column, a):
     at = link.rate
     n = 3 if link.kind == BALL else 6
     for i in range(n):
-        column[i] = block[LOAD + i]
-    solve_factor(block, n, column)
+        column[i] = block.load[i]
+    solve_factor(block.L, n, column)
     if n == 3:
         for i in range(3):
             for j in range(3):
-                column[i] -= block[GAIN + 3 * j + i] * row[RATE + 3 + j]
+                column[i] -= block.gain[j, i] * row.rate[3 + j]
     for i in range(n):
         x = column[i]
-        column[i] -= row[RATE + i]
-        row[RATE + i] = x
+        column[i] -= row.rate[i]
+        row.rate[i] = x
     if n == 3:
         a[at], a[at + 1], a[at + 2] = read_axes(link, row, column[0], column[1], column[2])
     else:
@@ -319,24 +273,24 @@ def spread(links, rows, blocks, fall, weight, tau, a):
     column = np.empty(6)
     ground = rows[n]
     for i in range(3):
-        ground[RATE + i], ground[RATE + 3 + i] = 0.0, -weight * fall[i]
+        ground.rate[i], ground.rate[3 + i] = 0.0, -weight * fall[i]
     for k in range(n):
         link, row = links[k], rows[k]
-        carry(row, rows[link.parent], RATE, RATE)
+        carry(row, rows[link.parent].rate, row.rate)
         if link.driven == 1 and weight != 0.0:
             U = _column(link, row)
-            x = link.turn * row[FORCE + 2] + link.slide * row[FORCE + 5] - row[DRIVE]
+            x = link.turn * row.force[2] + link.slide * row.force[5] - row.load
             for i in range(6):
-                x += U[i] * row[RATE + i]
+                x += U[i] * row.rate[i]
             tau[link.rate] = link.sign * x
         for i in range(6):
-            row[RATE + i] += weight * row[SWING + i]
+            row.rate[i] += weight * row.bias[i]
         if link.kind == SINGLE and link.driven == 0:
-            x = row[DRIVE] * row[DIVISOR]
+            x = row.load * row.mobility
             for i in range(6):
-                x -= row[BIAS + i] * row[RATE + i]
-            row[RATE + 2] += link.turn * x
-            row[RATE + 5] += link.slide * x
+                x -= row.gain[i] * row.rate[i]
+            row.rate[2] += link.turn * x
+            row.rate[5] += link.slide * x
             a[link.rate] = link.sign * x
         elif link.kind == BALL or link.kind == FRAME:
             _several(link, row, blocks[link.block], column, a)

@@ -14,26 +14,13 @@ from flexmb.math.rotations import euler_to_matrix
 
 __all__ = [
     "BALL",
-    "BIAS",
-    "BLOCK",
-    "COUPLING",
-    "DIVISOR",
-    "DRIVE",
     "FIXED",
-    "FORCE",
     "FRAME",
-    "GAIN",
-    "INERTIA",
     "LINK",
-    "LOAD",
-    "MOMENT",
-    "RATE",
-    "SCRATCH",
+    "LINK_FACTOR",
+    "LINK_POSE",
+    "LINK_STATE",
     "SINGLE",
-    "SPEED",
-    "SWING",
-    "TURN",
-    "WAY",
     "carry",
     "place_links",
     "reach_axes",
@@ -64,14 +51,37 @@ LINK = np.dtype(
     align=True,
 )
 
-# Places in the scratch row of a link; vectors are (angular, linear) in link axes.
-TURN, WAY, SPEED, SWING, BIAS, FORCE, RATE, DIVISOR, DRIVE = 0, 9, 12, 18, 24, 30, 36, 42, 43
-MOMENT, COUPLING, INERTIA = 44, 50, 59  # J (6,), H (9,), M (6,)
-SCRATCH = 66
+LINK_STATE = np.dtype(
+    [
+        ("R", float, (3, 3)),  # axes, in axes of the parent
+        ("r", float, 3),  # m, origin, there
+        ("twist", float, 6),  # m/s, rad/s
+        ("bias", float, 6),  # what velocities make of its rate
+        ("rate", float, 6),  # of the twist
+        ("J", float, 6),  # articulated inertia [J, H; H^T, M]: xx xy xz yy yz zz
+        ("H", float, (3, 3)),
+        ("M", float, 6),  # as J
+        ("force", float, 6),  # that holds it at rate zero
+        ("gain", float, 6),  # of one freedom: column of the inertia times mobility
+        ("mobility", float),  # 1 over the inertia of its one freedom
+        ("load", float),  # what is left for its one freedom
+    ],
+    align=True,
+)
+"""The numbers of a link at a state. Vectors are (angular, linear) in link axes, about its origin."""
 
-# Places in the row of a link of several freedoms.
-LOAD, GAIN = 36, 42  # after the Cholesky factor of the leading block (n, n): its load, H^T J^-1 (3, 3)
-BLOCK = 52
+LINK_FACTOR = np.dtype(
+    [
+        ("L", float, 36),  # Cholesky factor (n, n), flat, of the inertia of its freedoms
+        ("load", float, 6),  # what is left for them
+        ("gain", float, (3, 3)),  # of a ball: H^T J^-1
+    ],
+    align=True,
+)
+"""The numbers of a link of several freedoms at a state."""
+
+LINK_POSE = np.dtype([("R", float, (3, 3)), ("r", float, 3)], align=True)
+"""Where a link is in W: axes, and origin in m."""
 
 
 @inner_kernel
@@ -80,41 +90,41 @@ def _place(link, row, q, Q):
     at = link.coordinate
     if link.kind == BALL or link.kind == FRAME:
         if link.kind == FRAME:
-            row[WAY], row[WAY + 1], row[WAY + 2] = q[at], q[at + 1], q[at + 2]
+            row.r[0], row.r[1], row.r[2] = q[at], q[at + 1], q[at + 2]
             at += 3
         else:
-            row[WAY], row[WAY + 1], row[WAY + 2] = link.r[0], link.r[1], link.r[2]
+            row.r[0], row.r[1], row.r[2] = link.r[0], link.r[1], link.r[2]
         euler_to_matrix(q[at : at + 4], Q)
         for i in range(3):
             for j in range(3):
                 x = 0.0
                 for k in range(3):
                     x += link.R[i, k] * (Q[k, j] if link.sign > 0.0 else Q[j, k])
-                row[TURN + 3 * i + j] = x
+                row.R[i, j] = x
         return
     x = link.sign * q[at] if link.kind == SINGLE else 0.0
     c, s = (np.cos(x), np.sin(x)) if link.turn != 0.0 else (1.0, 0.0)
     along = x * link.slide
     for i in range(3):
         a, b, z = link.R[i, 0], link.R[i, 1], link.R[i, 2]
-        row[TURN + 3 * i] = a * c + b * s
-        row[TURN + 3 * i + 1] = b * c - a * s
-        row[TURN + 3 * i + 2] = z
-        row[WAY + i] = link.r[i] + along * z
+        row.R[i, 0] = a * c + b * s
+        row.R[i, 1] = b * c - a * s
+        row.R[i, 2] = z
+        row.r[i] = link.r[i] + along * z
 
 
 @kernel
-def carry(row, of_parent, at, to):
-    """Write a twist or acceleration of the parent, moved to the link and turned into its axes, from `at` to `to`."""
-    a, b, c = of_parent[at], of_parent[at + 1], of_parent[at + 2]
-    x, y, z = row[WAY], row[WAY + 1], row[WAY + 2]
-    u = of_parent[at + 3] + b * z - c * y
-    v = of_parent[at + 4] + c * x - a * z
-    w = of_parent[at + 5] + a * y - b * x
+def carry(row, of_parent, out):
+    """Write a twist or rate (6,) of the parent, moved to the link and turned into its axes, to `out`."""
+    a, b, c = of_parent[0], of_parent[1], of_parent[2]
+    x, y, z = row.r[0], row.r[1], row.r[2]
+    u = of_parent[3] + b * z - c * y
+    v = of_parent[4] + c * x - a * z
+    w = of_parent[5] + a * y - b * x
     for i in range(3):
-        p, q, r = row[TURN + i], row[TURN + 3 + i], row[TURN + 6 + i]
-        row[to + i] = p * a + q * b + r * c
-        row[to + 3 + i] = p * u + q * v + r * w
+        p, q, r = row.R[0, i], row.R[1, i], row.R[2, i]
+        out[i] = p * a + q * b + r * c
+        out[3 + i] = p * u + q * v + r * w
 
 
 @kernel
@@ -129,9 +139,9 @@ def reach_axes(link, row, x, y, z):
         -R[2, 0] * x - R[2, 1] * y - R[2, 2] * z,
     )
     return (
-        row[TURN] * a + row[TURN + 3] * b + row[TURN + 6] * c,
-        row[TURN + 1] * a + row[TURN + 4] * b + row[TURN + 7] * c,
-        row[TURN + 2] * a + row[TURN + 5] * b + row[TURN + 8] * c,
+        row.R[0, 0] * a + row.R[1, 0] * b + row.R[2, 0] * c,
+        row.R[0, 1] * a + row.R[1, 1] * b + row.R[2, 1] * c,
+        row.R[0, 2] * a + row.R[1, 2] * b + row.R[2, 2] * c,
     )
 
 
@@ -141,9 +151,9 @@ def read_axes(link, row, x, y, z):
     if link.sign > 0.0:
         return x, y, z
     a, b, c = (
-        -row[TURN] * x - row[TURN + 1] * y - row[TURN + 2] * z,
-        -row[TURN + 3] * x - row[TURN + 4] * y - row[TURN + 5] * z,
-        -row[TURN + 6] * x - row[TURN + 7] * y - row[TURN + 8] * z,
+        -row.R[0, 0] * x - row.R[0, 1] * y - row.R[0, 2] * z,
+        -row.R[1, 0] * x - row.R[1, 1] * y - row.R[1, 2] * z,
+        -row.R[2, 0] * x - row.R[2, 1] * y - row.R[2, 2] * z,
     )
     R = link.R
     return (
@@ -156,21 +166,21 @@ def read_axes(link, row, x, y, z):
 @inner_kernel
 def _move(link, row, v, a):
     """Add the joint's own motion to the twist, and write the velocity terms of the acceleration."""
-    s, at = row[SPEED : SPEED + 6], link.rate
-    row[SWING : SWING + 6] = 0.0
+    s, at = row.twist, link.rate
+    row.bias[:] = 0.0
     if link.kind == SINGLE:
         turn, slide = link.sign * link.turn * v[at], link.sign * link.slide * v[at]
         s[2] += turn
         s[5] += slide
-        row[SWING], row[SWING + 1] = s[1] * turn, -s[0] * turn
-        row[SWING + 3], row[SWING + 4] = s[4] * turn + s[1] * slide, -s[3] * turn - s[0] * slide
+        row.bias[0], row.bias[1] = s[1] * turn, -s[0] * turn
+        row.bias[3], row.bias[4] = s[4] * turn + s[1] * slide, -s[3] * turn - s[0] * slide
         if link.driven == 1:
-            row[SWING + 2] = link.sign * link.turn * a[at]
-            row[SWING + 5] = link.sign * link.slide * a[at]
+            row.bias[2] = link.sign * link.turn * a[at]
+            row.bias[5] = link.sign * link.slide * a[at]
     elif link.kind == BALL:
         x, y, z = reach_axes(link, row, v[at], v[at + 1], v[at + 2])
-        row[SWING], row[SWING + 1], row[SWING + 2] = s[1] * z - s[2] * y, s[2] * x - s[0] * z, s[0] * y - s[1] * x
-        row[SWING + 3], row[SWING + 4], row[SWING + 5] = s[4] * z - s[5] * y, s[5] * x - s[3] * z, s[3] * y - s[4] * x
+        row.bias[0], row.bias[1], row.bias[2] = s[1] * z - s[2] * y, s[2] * x - s[0] * z, s[0] * y - s[1] * x
+        row.bias[3], row.bias[4], row.bias[5] = s[4] * z - s[5] * y, s[5] * x - s[3] * z, s[3] * y - s[4] * x
         s[0] += x
         s[1] += y
         s[2] += z
@@ -182,8 +192,8 @@ def _move(link, row, v, a):
 @inner_kernel
 def _own(link, row):
     """Write the link's inertia and its gyroscopic force."""
-    a, b, c = row[SPEED], row[SPEED + 1], row[SPEED + 2]
-    u, v, w = row[SPEED + 3], row[SPEED + 4], row[SPEED + 5]
+    a, b, c = row.twist[0], row.twist[1], row.twist[2]
+    u, v, w = row.twist[3], row.twist[4], row.twist[5]
     m, x, y, z = link.mass, link.h[0], link.h[1], link.h[2]
     J = link.J
     # momentum l = m v + w x h, spin k = J w + h x v
@@ -191,17 +201,17 @@ def _own(link, row):
     d = J[0] * a + J[1] * b + J[2] * c + y * w - z * v
     e = J[1] * a + J[3] * b + J[4] * c + z * u - x * w
     f = J[2] * a + J[4] * b + J[5] * c + x * v - y * u
-    row[FORCE] = b * f - c * e + v * r - w * q
-    row[FORCE + 1] = c * d - a * f + w * p - u * r
-    row[FORCE + 2] = a * e - b * d + u * q - v * p
-    row[FORCE + 3], row[FORCE + 4], row[FORCE + 5] = b * r - c * q, c * p - a * r, a * q - b * p
+    row.force[0] = b * f - c * e + v * r - w * q
+    row.force[1] = c * d - a * f + w * p - u * r
+    row.force[2] = a * e - b * d + u * q - v * p
+    row.force[3], row.force[4], row.force[5] = b * r - c * q, c * p - a * r, a * q - b * p
     for i in range(6):
-        row[MOMENT + i] = J[i]
-        row[INERTIA + i] = 0.0
-    row[INERTIA], row[INERTIA + 3], row[INERTIA + 5] = m, m, m
-    row[COUPLING], row[COUPLING + 4], row[COUPLING + 8] = 0.0, 0.0, 0.0
-    row[COUPLING + 1], row[COUPLING + 2], row[COUPLING + 3] = -z, y, z
-    row[COUPLING + 5], row[COUPLING + 6], row[COUPLING + 7] = -x, -y, x
+        row.J[i] = J[i]
+        row.M[i] = 0.0
+    row.M[0], row.M[3], row.M[5] = m, m, m
+    row.H[0, 0], row.H[1, 1], row.H[2, 2] = 0.0, 0.0, 0.0
+    row.H[0, 1], row.H[0, 2], row.H[1, 0] = -z, y, z
+    row.H[1, 2], row.H[2, 0], row.H[2, 1] = -x, -y, x
 
 
 @kernel
@@ -210,13 +220,13 @@ def place_links(links, rows, q, v, a):
 
     Of driven links the second rate is read from `a`.
 
-    rows (n + 1, SCRATCH) : scratch; the last row stands for the ground
+    rows (n + 1,) of LINK_STATE : the last one stands for the ground
     """
     Q = np.empty((3, 3))
-    rows[len(links)] = 0.0
+    rows[len(links)].twist[:] = 0.0
     for k in range(len(links)):
         link, row = links[k], rows[k]
         _place(link, row, q, Q)
-        carry(row, rows[link.parent], SPEED, SPEED)
+        carry(row, rows[link.parent].twist, row.twist)
         _move(link, row, v, a)
         _own(link, row)
