@@ -1,6 +1,11 @@
 """Sphinx configuration: ``sphinx-build -W docs docs/_build``."""
 
+import sys
 from importlib.metadata import version as _version
+from pathlib import Path as _Path
+
+_here = _Path(__file__).parent
+sys.path[:0] = [str(_here), str(_here / "images")]
 
 project = "flexmb"
 author = "flexmb developers"
@@ -28,3 +33,12 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 suppress_warnings = ["ref.python"]  # where a type is expected, the docstrings have shape and unit: "(n, 3), m"
+
+
+def setup(app):
+    """Draw the joints, and write their entries, from what is registered."""
+    import draw_joints
+    import joint_entries
+
+    app.connect("builder-inited", lambda app: draw_joints.draw())
+    app.connect("source-read", joint_entries.fill)

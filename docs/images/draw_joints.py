@@ -1,4 +1,4 @@
-"""Draw the joints of the reference pages: ``python docs/images/draw_joints.py`` writes docs/images/joints/<Kind>.png.
+"""Draw the joints of the reference page: what builds the pages writes docs/images/joints/<Kind>.png.
 
 Grey is the body of marker a, blue that of marker b, red what is permitted (straight arrows: slides; round ones: turns).
 The solids at the markers are those of the pictures of models; the arrows follow from what the joint permits.
@@ -17,7 +17,7 @@ from matplotlib import pyplot as plt
 from matplotlib.collections import PolyCollection
 
 from flexmb import joints
-from flexmb.io.joint_glyphs import GLYPHS
+from flexmb.io.joint_glyphs import joint_solids
 from flexmb.io.solids import box, sphere, tube
 from flexmb.math.rotations import rotation_matrix
 
@@ -90,14 +90,13 @@ def bar(drawing: Drawing, start, end, colour) -> None:
 def with_markers(kind: str) -> Drawing:
     """Draw a joint of two markers whose z-axis lies across the drawing (upright for those of a plane)."""
     drawing = Drawing()
-    R_a = UPRIGHT if kind in ("Planar", "PointOnPlane", "Spherical", "Fixed", "Universal", "Revolute") else ACROSS
+    R_a = ACROSS if kind in ("Prismatic", "Cylindrical", "InLine", "ConstantVelocity") else UPRIGHT
     R_b = R_a
     if kind == "Universal":
         R_b = np.column_stack([(0, 0, 1.0), (1.0, 0, 0), (0, 1.0, 0)])
     if kind == "ConstantVelocity":
         R_b = rotation_matrix((0, 0, 0.5)) @ R_a
-    solids = GLYPHS.get(kind, (lambda e: sphere(0.9 * e), None))
-    for make, R, colour in zip(solids, (R_a, R_b), (GREY, BLUE), strict=True):
+    for make, R, colour in zip(joint_solids(joints.KINDS[kind]), (R_a, R_b), (GREY, BLUE), strict=True):
         if make is not None:
             drawing.solid(make(E), colour, R)
     if kind == "Planar":
@@ -115,8 +114,8 @@ def with_markers(kind: str) -> Drawing:
     else:
         bar(drawing, (-0.9, 0, 0), (0, 0, 0), GREY)
         bar(drawing, (0, 0, 0), (0.85, 0.3, 0), BLUE)
-    freedoms = joints.KINDS[kind]("j", markers=("a.m", "b.m")).permits
-    for freedom in freedoms:
+    freedoms = joints.KINDS[kind].permits
+    for freedom in freedoms if isinstance(freedoms, tuple) else ():
         for twist in freedom.twists(R_a, R_b, np.zeros(3)):
             slide, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])
             if slide > 0.0:
@@ -259,6 +258,7 @@ def constraint() -> Drawing:
     return drawing
 
 
+# what a drawing shows better than the solids and arrows that follow from the freedoms
 OTHERS = {
     "Constraint": constraint,
     "Rod": rod,
@@ -273,13 +273,13 @@ OTHERS = {
 }
 
 
-def main() -> None:
+def draw(folder: Path = FOLDER) -> None:
     """Write the pictures of all kinds."""
-    FOLDER.mkdir(exist_ok=True)
+    folder.mkdir(exist_ok=True)
     for kind in joints.KINDS:
         drawing = OTHERS[kind]() if kind in OTHERS else with_markers(kind)
-        drawing.save(FOLDER / f"{kind}.png")
+        drawing.save(folder / f"{kind}.png")
 
 
 if __name__ == "__main__":
-    main()
+    draw()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
 
 from flexmb.constraints import Meshing
 from flexmb.errors import ModelError
@@ -35,6 +36,8 @@ class GearPair(Joint):
     _: KW_ONLY
     radii: tuple[float, float]
     inside: bool = False
+
+    drawn: ClassVar[str] = "shapes"
 
     def __post_init__(self):
         super().__post_init__()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,6 +28,8 @@ class Rod(Joint):
 
     _: KW_ONLY
     length: float | None = None
+
+    drawn: ClassVar[str] = "link"
 
     def __post_init__(self):
         super().__post_init__()

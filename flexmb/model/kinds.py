@@ -278,6 +278,9 @@ class Joint(Part):
     """Can its ideal force do work on what moves as it demands, by its equations alone?"""
     couples: ClassVar[bool] = False
     """Does it relate the coordinates of other joints?"""
+    drawn: ClassVar[str] = "freedoms"
+    """What pictures show of it: "freedoms" (solids that permit what it permits), "link" (a bar from marker to marker)
+    or "shapes" (nothing: the shapes of its bodies show it)."""
 
     def __post_init__(self):
         super().__post_init__()

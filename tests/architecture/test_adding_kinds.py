@@ -124,6 +124,14 @@ assert np.allclose(there["pellet"][:3], (3.0, 0.0, -9.81), atol=1e-12), there["p
 assert np.allclose(there["arm"], 0.0, atol=1e-9), there["arm"]
 mesh = fem.read_mesh(sys.argv[2])
 assert len(mesh.points) > 3
+
+sys.path[:0] = [sys.argv[3], sys.argv[3] + "/images"]
+import draw_joints
+import joint_entries
+assert "### Latch\\n" in joint_entries.entries()
+draw_joints.with_markers("Latch").save("latch.png")
+draw_joints.with_markers("Revolute").save("revolute.png")
+assert open("latch.png", "rb").read() == open("revolute.png", "rb").read()  # it permits the same
 print("known")
 """
 
@@ -162,7 +170,7 @@ def test_every_family_takes_a_kind_with_two_files(package, tmp_path):
     mesh = tmp_path / "cube.other"
     shutil.copy(min((ROOT / "meshes").glob("*.msh"), key=lambda p: p.stat().st_size), mesh)
     run = subprocess.run(
-        [sys.executable, "-c", USE, str(folder), str(mesh)],
+        [sys.executable, "-c", USE, str(folder), str(mesh), str(ROOT / "docs")],
         capture_output=True,
         text=True,
         cwd=tmp_path,

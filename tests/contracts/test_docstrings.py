@@ -2,7 +2,9 @@
 
 import inspect
 import re
+import sys
 from dataclasses import fields
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -61,13 +63,26 @@ def test_first_sentence_says_what_it_does(name):
     assert first.endswith((".", ":")), first
 
 
-@pytest.mark.parametrize("name", joints.KINDS)
-def test_every_joint_has_a_drawing_and_an_entry(name):
-    """The pictures are made by docs/images/draw_joints.py."""
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """Return the text of the reference page of joints as it is built, and the folder of its drawings."""
     docs = Path(__file__).parents[2] / "docs"
-    picture = (docs / "images" / "joints" / f"{name}.png").read_bytes()
+    sys.path[:0] = [str(docs), str(docs / "images")]
+    draw_joints, joint_entries = import_module("draw_joints"), import_module("joint_entries")
+    del sys.path[:2]
+    source = [(docs / "reference" / "joints.md").read_text("utf-8")]
+    joint_entries.fill(None, "reference/joints", source)
+    folder = tmp_path_factory.mktemp("joints")
+    draw_joints.draw(folder)
+    return source[0], folder
+
+
+@pytest.mark.parametrize("name", joints.KINDS)
+def test_every_joint_has_a_drawing_and_an_entry(name, page):
+    """Both are made from the kinds when the pages are built."""
+    text, folder = page
+    picture = (folder / f"{name}.png").read_bytes()
     assert picture.startswith(b"\x89PNG")
     assert len(picture) < 20_000
-    page = (docs / "reference" / "joints.md").read_text("utf-8")
-    assert f"![{name}](../images/joints/{name}.png)" in page
-    assert f".. autoclass:: flexmb.joints.{name}\n" in page
+    assert text.count(f"![{name}](../images/joints/{name}.png)") == 1
+    assert text.count(f".. autoclass:: flexmb.joints.{name}\n") == 1
