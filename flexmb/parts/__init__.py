@@ -6,6 +6,7 @@ object: ``flexmb.FloatingBody("beam", data=parts.Part(...))``.
 
 from flexmb.parts.body_cache import BodyCache, body_folder, clear_bodies, kept_bodies
 from flexmb.parts.extrusion import Bore, Boss, Extrusion
+from flexmb.parts.kept_models import reduced
 from flexmb.parts.line import Line
 from flexmb.parts.mesh_file import MeshFile, Stretch
 from flexmb.parts.nodal_loads import Each, Forces
@@ -43,6 +44,7 @@ __all__ = [
     "body_folder",
     "clear_bodies",
     "kept_bodies",
+    "reduced",
     "watching",
 ]
 

@@ -20,10 +20,10 @@ from flexmb.model.data_source import plain
 from flexmb.model.described import Described, is_number
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
+from flexmb.parts.fingerprint import fingerprint
 from flexmb.parts.limits import check_count, check_file
 from flexmb.parts.nodal_loads import Each
 from flexmb.parts.watchers import tell_progress
-from flexmb.reduction.cache import fingerprint
 from flexmb.reduction.craig_bampton import reduce
 
 __all__ = ["Part"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.numbering import Numbering
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
-from flexmb.reduction.cache import kept
 from flexmb.reduction.damping import damping_ratios
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
 from flexmb.reduction.interfaces import Coupling, offered, resolve
@@ -50,7 +48,6 @@ def reduce(
     residual_vectors: Sequence[str] = (),
     preload: Mapping[str, float] | None = None,
     compare: int = 6,
-    cache: str | Path | None = None,
     backend: Backend | None = None,
     progress: Progress | None = None,
 ) -> ModalNeutralData:
@@ -80,8 +77,6 @@ def reduce(
         Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
-    cache : path or None
-        Folder in which reduced bodies are kept by content: the same model and settings are reduced once.
     backend, progress : Backend, callable (stage, fraction), or None
         Sparse factorisation, see flexmb.math.factor; a function called with the progress.
 
@@ -121,9 +116,7 @@ def reduce(
     for words, given in (("interfaces", named), ("stations", stations or {}), ("loads", loads or {})):
         check_mapping(given, "Reduction", words, f'{{"{EXAMPLES[words]}": "name of a set"}}', ReductionError)
     _check_names(settings)
-    if cache is None:
-        return _reduced(fe, settings, backend, progress or _silent)
-    return kept(cache, fe, (settings,), lambda: _reduced(fe, settings, backend, progress or _silent))
+    return _reduced(fe, settings, backend, progress or _silent)
 
 
 EXAMPLES = {"interfaces": "a", "stations": "mid", "loads": "air"}

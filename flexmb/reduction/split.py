@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,6 @@ def split(
     loads: Mapping[str, Any] | None = None,
     damping: Any = None,
     stress: bool = True,
-    cache: str | Path | None = None,
 ) -> tuple[ModalNeutralData, ...]:
     """Reduce the parts of an FE model, each with its cuts as rigid interfaces.
 
@@ -46,7 +44,7 @@ def split(
         Fixed-interface modes of each part.
     loads : as `reduce`
         Each goes to all parts that have a piece of its set, under the same name: "air" of every part is one pressure.
-    geometric_stiffness, damping, stress, cache : as `reduce`
+    geometric_stiffness, damping, stress : as `reduce`
 
     Returns
     -------
@@ -78,7 +76,6 @@ def split(
             loads=shapes,
             damping=damping,
             stress=stress,
-            cache=cache,
         )
         for part, (faces, points, shapes) in zip(parts, own)
     )

@@ -1,50 +1,18 @@
-"""Reduced bodies kept on disk by content: the same model and settings are reduced once."""
+"""A finite element model as a digest of its content: equal models and settings give equal data."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from flexmb.errors import DataFileError
 from flexmb.fem.fe_model import ElementBlock, FEModel
-from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.model.modal_neutral_file import VERSION
 
-__all__ = ["fingerprint", "kept"]
-
-_RELEASE = "10"  # of the reduction: raise it when the same input gives other data
-
-
-def kept(folder: str | Path, fe: FEModel, settings: tuple, work: Callable[[], ModalNeutralData]) -> ModalNeutralData:
-    """Return the data of an earlier reduction of the same content, or do the work and keep its result.
-
-    A file that cannot be read (cut off, of an older release) is made again.
-    """
-    folder = Path(folder).expanduser()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataFileError(
-            f"Cache '{folder}'",
-            found=f"no folder can be made there ({error.strerror})",
-            expected="a folder that may be written to",
-            remedy='Give another one, cache="reduced", or none',
-        ) from error
-    path = folder / f"{fe.name}-{fingerprint(fe, settings)}.h5"
-    if path.is_file():
-        try:
-            return ModalNeutralData.load(path)
-        except DataFileError:
-            path.unlink()
-    data = work()
-    data.save(path)
-    return data
+__all__ = ["fingerprint"]
 
 
 def fingerprint(fe: FEModel, settings: tuple) -> str:
@@ -52,8 +20,6 @@ def fingerprint(fe: FEModel, settings: tuple) -> str:
     digest = hashlib.sha256()
     cells = [(block.cell_type, np.asarray(block.connectivity), *_answers(block, len(fe.nodes))) for block in fe.blocks]
     content = (
-        _RELEASE,
-        VERSION,
         fe.name,
         fe.nodes,
         fe.dofs,
