@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -27,31 +26,14 @@ from flexmb.tree.coordinates.joint_torques import gather_torques
 from flexmb.tree.coordinates.motions import FREE, HINGED, describable, joint_labels, motion_rows
 from flexmb.tree.coordinates.passes import read_state
 from flexmb.tree.coordinates.reach import reach
+from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers
 from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
 from flexmb.tree.rigid.link_tree import LinkTree, link_tree
 from flexmb.tree.rigid.links import link_rows
 from flexmb.tree.rigid.motion import evaluate_links, ready
 from flexmb.tree.spanning import Spanning, spanning_tree
 
-__all__ = ["JointTree", "RelativeState"]
-
-
-@dataclass(frozen=True, eq=False)
-class RelativeState:
-    """A state in relative coordinates.
-
-    Parameters
-    ----------
-    q : (nq,), rad, m, Euler parameters, modal coordinates
-    v : (nv,), rad/s, m/s, modal rates
-    a : (nv,), rad/s2, m/s2
-    t : float, s
-    """
-
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    t: float = 0.0
+__all__ = ["JointTree"]
 
 
 class JointTree:
@@ -373,26 +355,7 @@ class JointTree:
         return state
 
     def _checked(self, q, v, a):
-        out = []
-        for name, x, labels in (("q", q, self.names), ("v", v, self.rate_names), ("a or tau", a, self.rate_names)):
-            x = np.zeros(len(labels)) if x is None else np.array(x, float)
-            if x.shape != (len(labels),):
-                raise ModelError(
-                    "JointTree",
-                    found=f"{name} has the shape {x.shape}",
-                    expected=f"({len(labels)},): {', '.join(labels)}",
-                    remedy="Give one number for each coordinate",
-                )
-            bad = np.flatnonzero(~np.isfinite(x))
-            if len(bad):
-                raise ModelError(
-                    "JointTree",
-                    found=f"{name} has {x[bad[0]]} for '{labels[bad[0]]}'",
-                    expected="finite numbers",
-                    remedy="Look at where these numbers come from",
-                )
-            out.append(x)
-        return out
+        return checked_numbers({"q": (q, self.names), "v": (v, self.rate_names), "a or tau": (a, self.rate_names)})
 
     @cached_property
     def counted(self) -> tuple[tuple[int, int], ...]:
