@@ -27,8 +27,16 @@ LENGTH, MASS, RATE, GROWTH = 2.0, 3.0, 40.0, 7.0
 POINT = (0.3, -0.1, 0.2)  # where the hinge is
 
 
+def symmetric(a):
+    """Return the symmetric part of matrices (..., n, n)."""
+    return 0.5 * (a + np.swapaxes(a, -1, -2))
+
+
 def block_data(stress=True):
-    """A hexahedron and a tetrahedron with two modes: stretch along x, bending along y; invariants are arbitrary."""
+    """A hexahedron and a tetrahedron with two modes: stretch along x, bending along y; invariants are arbitrary.
+
+    Only symmetric matrices are a mass matrix: T = 1/2 u^T M u knows no other part.
+    """
     nodes = np.array([[x, y, z] for z in (0, 0.2) for x, y in ((0, 0), (1, 0), (1, 0.2), (0, 0.2))] + [[0.5, 0.1, 0.5]])
     n, m = len(nodes), 2
     shapes = np.zeros((n, 3, m))
@@ -42,8 +50,8 @@ def block_data(stress=True):
         vw1=rng.random((m, 3, 3)),
         vn=rng.random((3, m)),
         ww0=np.eye(3),
-        ww1=rng.random((m, 3, 3)),
-        ww2=rng.random((m, m, 3, 3)),
+        ww1=symmetric(rng.random((m, 3, 3))),
+        ww2=symmetric(rng.random((m, m, 3, 3))),
         wn0=rng.random((3, m)),
         wn1=rng.random((m, 3, m)),
         nn=np.eye(m),
