@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.integrate.explicit import body_steps, closed_steps, joint_steps
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
-from flexmb.integrate.explicit.explicit import body_steps, closed_steps, joint_steps
 from flexmb.integrate.explicit.steps import STAGES, STEPS, ExplicitRun, Steps, call_accepting, call_rates
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.formulations import Augmented

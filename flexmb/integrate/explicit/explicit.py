@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
+from flexmb.integrate.explicit import closed_steps
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
 from flexmb.integrate.explicit.eighth_order import ATOL, AUGMENTED, CompiledRun, run_to
-from flexmb.integrate.explicit.explicit import closed_steps
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.outcome import Outcome
