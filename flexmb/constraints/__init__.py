@@ -16,7 +16,7 @@ from flexmb.constraints.on_curve import OnCurve, OnTrace
 from flexmb.constraints.on_path import OnPath, OnStrip
 from flexmb.constraints.perpendicular import Perpendicular
 from flexmb.constraints.rolling_contact import NoSlip, Touching
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 
 __all__ = [
     "EQUATIONS",

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.constraints.rows import HEADER
 from flexmb.math.tables import row_kernel
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["Coincident"]

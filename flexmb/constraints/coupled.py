@@ -11,7 +11,7 @@ from flexmb.constraints.coordinate import COORDINATE, Coordinate
 from flexmb.constraints.coordinate_kernels import act, add_curvature, measure, second_rate
 from flexmb.constraints.rows import HEADER
 from flexmb.math.tables import STIFF, row_kernel
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["Coupled"]

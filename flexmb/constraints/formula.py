@@ -23,7 +23,7 @@ from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import DAMPED, STIFF, row_kernel
 from flexmb.model.expression import SignalProgram
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table, in_order
 
 __all__ = ["Formula"]

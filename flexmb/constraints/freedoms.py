@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.constraints.coordinate import Coordinate
-from flexmb.model.kinds import Freedom
+from flexmb.model.primitives import Freedom
 
 __all__ = ["Ball", "Bend", "Helix", "RollAbout", "Slide", "Turn", "TurnOfSecond"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, centripetal, set_gradient
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import add_skew, cross, dot
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["InPlane"]

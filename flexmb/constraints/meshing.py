@@ -11,7 +11,7 @@ from flexmb.constraints.rows import HEADER, apply_multiplier, centripetal
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["Meshing"]

@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.constraints.rows import HEADER, add_block, apply_multiplier, rotating_product, set_gradient
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["NoTwist"]

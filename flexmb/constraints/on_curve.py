@@ -12,7 +12,7 @@ from flexmb.math.kernel import inner_kernel
 from flexmb.math.splines import evaluate_spline, nearest_parameter
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import add_skew, cross, dot, matvec, matvec_t
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["OnCurve", "OnTrace"]

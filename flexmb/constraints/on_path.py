@@ -17,7 +17,7 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.splines import cardinal_splines, evaluate_cardinal, pack_spline
 from flexmb.math.tables import STIFF, row_kernel
 from flexmb.math.vectors import cross, dot, matvec
-from flexmb.model.kinds import Equation
+from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
 
 __all__ = ["OnPath", "OnStrip"]

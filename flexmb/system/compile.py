@@ -12,8 +12,8 @@ from flexmb.errors import CompileError
 from flexmb.math.jets import SignalCode
 from flexmb.math.tables import DAMPED, MARKER, STIFF
 from flexmb.model.described import check_kind
-from flexmb.model.kinds import Equation
 from flexmb.model.model import Model
+from flexmb.model.primitives import Equation
 from flexmb.model.signal import as_signal, pack
 from flexmb.model.table import Table
 from flexmb.system.inputs import places_of_inputs

@@ -11,8 +11,8 @@ import numpy as np
 from flexmb.math.energies import Energy
 from flexmb.math.tables import State, Work
 from flexmb.math.weights import Weights
-from flexmb.model.kinds import Equation
 from flexmb.model.model import Model
+from flexmb.model.primitives import Equation
 from flexmb.system.lengths import Lengths
 from flexmb.system.program import Program
 from flexmb.system.signal_times import SignalTimes
