@@ -9,8 +9,11 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.integrate import NullSpace, accelerations
+from flexmb.math.weights import weigh
 from flexmb.model.described import is_number
 from flexmb.results import Solution
+from flexmb.system.mobility import constraint_matrix, mass_metric
+from flexmb.system.program import evaluate
 from flexmb.tree import Recursive
 from flexmb.trust.answers import Difference, differences, quantities, turned_over
 from flexmb.trust.balance import unexplained
@@ -25,6 +28,10 @@ SAMPLES = 7
 """Samples of every phase at which equations are looked at."""
 HELD = 1e-2
 """Limit of open constraints, relative to the limit of the answers."""
+REST = 1e-9
+"""Accelerations, relative to those that the loads would give to free bodies, that are rounding of a model at rest."""
+STILL = 1e-12
+"""The same of energies, relative to what is stored and to the work of the loads along the length of the model."""
 DENSE = 200
 """Unknowns up to which accelerations are compared by a null space, beyond by recursion."""
 
@@ -183,7 +190,9 @@ def _of_itself(solution: Solution, within: float) -> tuple[list[Check], list[str
 def _by_formulation(phase, system, samples, within, notes) -> list[Check]:
     """Compare accelerations with another formulation, relative to the largest of all samples and freedoms."""
     formulation = NullSpace() if system.nu + system.ng <= DENSE else Recursive()
-    largest = float(np.abs(phase.a[samples]).max(initial=0.0))
+    free, _ = _of_loads(phase, system, samples)
+    # in an equilibrium, what is left of the loads; in a motion that is none, rounding
+    largest = max(float(np.abs(phase.a[samples]).max(initial=0.0)), free if _rests(phase) else REST * free)
     apart, body, at = 0.0, "", 0.0
     try:
         for k in samples:
@@ -200,6 +209,22 @@ def _by_formulation(phase, system, samples, within, notes) -> list[Check]:
     return [Check(name="accelerations", share=share, limit=within, worst=where)]
 
 
+def _of_loads(phase, system, samples) -> tuple[float, float]:
+    """Return the largest acceleration that the loads would give to free bodies (m/s2, rad/s2), and their work along the
+    length of the model or a radian (J).
+    """
+    work, free, energy = system.workspace(), 0.0, 0.0
+    lengths = 1.0 / np.where(system.units > 0.0, system.units, 1.0)
+    for k in samples:
+        state = system.state(phase.t[k], phase.q[k], phase.u[k])
+        weigh(work.weights, 1.0)
+        evaluate(system.program, state, work)
+        loads = np.abs(work.residual)
+        free = max(free, float(np.max(loads / mass_metric(constraint_matrix(system, work)[0]), initial=0.0)))
+        energy = max(energy, float(np.sum(loads * lengths)))
+    return free, energy
+
+
 def _energy(solution: Solution, number: int, within: float) -> list[Check]:
     """Compare the change of energy in a phase with the works, relative to all that was turned over in it."""
     series = solution.series(number)
@@ -209,7 +234,9 @@ def _energy(solution: Solution, number: int, within: float) -> list[Check]:
     total = energy.sum(axis=1)
     gained = works[:, 0] + works[:, 1] - works[:, 2]
     left = np.abs((total - total[0]) - (gained - gained[0]))
-    turned = turned_over(solution, number)
+    phase = solution.phases[number]
+    standing = float(np.abs(energy).max()) + _of_loads(phase, series.system, _samples(phase))[1]
+    turned = max(turned_over(solution, number), STILL * standing)
     if turned <= 0.0:
         return []
     k = int(np.argmax(left))

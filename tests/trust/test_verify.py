@@ -1,7 +1,10 @@
 """`verify`: its estimates are compared with the true error of a run whose solution is known in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
 
 import flexmb as fmb
@@ -193,3 +196,24 @@ def test_what_is_no_solution_or_has_no_model(coarse):
     bare = fmb.Solution(phases=(replace(coarse[0].phases[0], model=None),))
     with pytest.raises(fmb.ModelError, match="the model of the solution is not known"):
         fmb.verify(bare)
+
+
+@pytest.mark.parametrize("joint", [fmb.Spherical, fmb.Fixed], ids=["hangs", "is held"])
+def test_a_model_at_rest_is_compared_with_its_loads(joint):
+    """All that moves is rounding: compared with itself, everything would fail. Under a wrong load it still fails."""
+    axes, place, lever = (0.3, 0.4, 0.5), np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.0, 0.7])
+    own = Rotation.from_rotvec(axes).inv().apply(lever)
+    body = fmb.RigidBody("b", mass=1.0, inertia=(1, 2, 3), at=tuple(place), rotation=axes, markers={"p": tuple(own)})
+    model = fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(markers={"q": fmb.Pose(tuple(place + lever), axes)}), body],
+        joints=[joint("j", markers=("ground.q", "b.p"))],
+        sensors=[fmb.Position("place", marker="b.center")],
+    )
+    solution = fmb.simulate(model, 1.0, samples=6)
+    assert 0.0 < max(np.abs(solution.phases[0].u).max(), np.abs(solution.phases[0].a).max()) < 1e-12
+    found = fmb.verify(solution)
+    assert all(check.share <= check.limit for check in found.checks), found
+    pushed = replace(solution.phases[0], a=solution.phases[0].a + 1e-3)
+    wrong = fmb.verify(replace(solution, phases=(pushed,)))
+    assert [check.name for check in wrong.checks if check.share > check.limit], wrong
