@@ -60,3 +60,23 @@ def test_equilibrium_without_load_stays_where_it_is():
     solution = fmb.statics(model)
     np.testing.assert_allclose(solution["x"][-1], hung.at, atol=1e-12)
     np.testing.assert_allclose(solution["p"][-1], (1, 0, 0, 0), atol=1e-12)
+
+
+def test_a_mechanism_that_nothing_holds_is_named():
+    """A wheel on a hinge with a constant moment, beside a rod that a spring holds: only the wheel turns away."""
+    wheel = fmb.RigidBody("wheel", mass=1.0, inertia=(0.1, 0.1, 0.1))
+    block = fmb.PointMass("block", mass=1.0, at=(0.5, 0, 0))
+    model = fmb.Model(
+        name="open",
+        bodies=[fmb.Ground(), wheel, block],
+        joints=[fmb.Revolute("axle", markers=("ground.origin", "wheel.center"))],
+        forces=[
+            fmb.PointLoad("turn", marker="wheel.center", moment=(0, 0, 5.0)),
+            fmb.SpringDamper("s", markers=("ground.origin", "block.center"), stiffness=100.0, length=0.5),
+        ],
+        gravity=(0, 0, 0),
+    )
+    with pytest.raises(
+        fmb.IntegrationError, match=r"had moved Body 'wheel', rotation about its z-axis, by .* rad: perh"
+    ):
+        fmb.statics(model)

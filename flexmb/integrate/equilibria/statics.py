@@ -18,8 +18,12 @@ from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
 from flexmb.system.given_state import given_state, refuse_states
 from flexmb.system.mobility import shared_reactions
+from flexmb.system.program import increment
 
 __all__ = ["statics"]
+
+FAR = 1.0
+"""Lengths of the model, or rad: a search that has moved a part by more may have met a motion that nothing holds."""
 
 
 def statics(
@@ -125,9 +129,9 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold
         Status.finished(t)
         if found
         else Status.failed(
-            f"no equilibrium after {iterations} iterations; unbalanced force {iteration.unbalanced:.3g} N on "
-            f"{iteration.most_unbalanced()}{'' if on_path else _limit_below(model, t)}",
-            "Begin nearer to the equilibrium, add supports to free motions, or raise iterations; "
+            f"no equilibrium after {iterations} iterations; {_left(iteration)}{_runaway(system, iteration.path)}"
+            f"{'' if on_path else _limit_below(model, t)}",
+            "Begin nearer to the equilibrium, add supports (a drive, a joint) to free motions, or raise iterations; "
             "follow a structure that "
             "buckles with path=flexmb.ArcLength()",
         )
@@ -158,6 +162,31 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold
             solution=solution,
         )
     return solution
+
+
+def _left(iteration: Descent) -> str:
+    """Say what is out of balance at the end of a search."""
+    if not np.isfinite(iteration.unbalanced):
+        return "the search has left all bounds"
+    return f"unbalanced force {iteration.unbalanced:.3g} N on {iteration.most_unbalanced()}"
+
+
+def _runaway(system, path) -> str:
+    """Say which part a search has moved by more than the size of the model or a radian, if it has."""
+    for k, row in enumerate(path[1:], 1):
+        moved = np.zeros(system.nu)
+        increment(system.program, path[0][0], row[0], moved)
+        share = np.abs(moved) * np.where(system.is_state, 0.0, system.units)
+        if not np.all(np.isfinite(share)):
+            return ""
+        worst = int(np.argmax(share))
+        if share[worst] > FAR:
+            unit = "rad" if "rotation" in system.owner(worst) else "m"
+            return (
+                f"; in iteration {k} it had moved {system.owner(worst)}, by {moved[worst]:.3g} {unit}: perhaps nothing "
+                "holds this motion against the loads"
+            )
+    return ""
 
 
 def _limit_below(model, t: float) -> str:
