@@ -299,6 +299,11 @@ class Constraint(Joint):
                 remedy="Give the rate a signal of its own, fmb.expression(...) or fmb.table(...), or write it out in t",
             )
 
+    def unseen_kinks(self, model) -> tuple[str, ...]:
+        """Return the functions with a kink, of measured quantities, in its given forces: steps do not end there."""
+        codes = [int(code) for _, program in self._formula(model).given for code in program.ops]
+        return tuple(dict.fromkeys(KINKS[code] for code in codes if code in KINKS))
+
     def _require_smooth(self, program: SignalProgram) -> None:
         """Raise ModelError for functions of measured quantities that have no second derivative everywhere."""
         kinks = [KINKS[int(code)] for code in program.ops if int(code) in KINKS]
