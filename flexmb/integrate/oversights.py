@@ -33,8 +33,8 @@ def oversights(model: Model) -> list[str]:
         kinks = joint.unseen_kinks(model) if hasattr(joint, "unseen_kinks") else ()
         if kinks:
             why = (
-                f"steps do not end where '{kinks[0]}' in its given forces changes; an integrator may fail there as at "
-                "a stiff model, or pass over it; write forces that are smooth (tanh(v/1e-3), smooth), or act by a force "
+                f"steps do not end where '{kinks[0]}' in its given forces changes; an integrator may fail there as "
+                "at a stiff model, or pass over it; write forces that are smooth (tanh(v/1e-3), smooth), or act by a force "
                 "whose corners are known (JointFriction, OneSidedSpring, UserForce with switches)"
             )
             unseen.setdefault(why, []).append(joint.title)
