@@ -338,7 +338,7 @@ class Sensor(Part):
         raise ModelError(
             self.title,
             found=f"{type(self).__name__} cannot be measured while the motion is computed",
-            expected="Position, Velocity, AngularVelocity, Distance, JointCoordinate or AxisCosine",
+            expected="Position, Velocity, AngularVelocity, Distance, JointCoordinate or AxisCosine; in loops State too",
             remedy="Measure positions, velocities or joint coordinates",
         )
 
