@@ -1,4 +1,4 @@
-"""Nastran decks of a folder, such as `models` of pyNastran: read, or refused and why, and their masses beside pyNastran.
+"""Nastran decks of a folder, such as `models` of pyNastran: read, or refused and why; their masses beside pyNastran.
 
 Run: python benchmarks/nastran_decks.py folder
 """
