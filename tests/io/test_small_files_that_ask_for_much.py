@@ -98,7 +98,7 @@ def test_refused(tmp_path, text, change, words):
 
 def test_all_bodies_together(monkeypatch):
     """Each body within its limit, all of them not."""
-    monkeypatch.setattr(sys.modules["flexmb.system.compile"], "MOST", 50)
+    monkeypatch.setattr(sys.modules["flexmb.system.layout"], "MOST", 50)
     section, material = fem.Section.solid_circle(0.01), fmb.Material(young=1e9, poisson=0.3, density=1e3)
     ropes = [
         fmb.AncfCable(f"rope {k}", points=((0, k, 0), (1, k, 0)), elements=4, section=section, material=material)
