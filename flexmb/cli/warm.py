@@ -4,6 +4,7 @@ Examples:
   flexmb warm
   flexmb warm --into kernels                           then: NUMBA_CACHE_DIR=kernels flexmb run ...
   flexmb warm --into kernels --processor x86-64-v3     code for every processor of that level
+  flexmb warm --ship                                   put such code into the package, for a wheel
 
 What is compiled already is passed over. Compiled kernels are kept in the user's cache folder, or below NUMBA_CACHE_DIR.
 """
@@ -13,11 +14,13 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import os
+import platform
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from flexmb.cli.progress import ProgressBar
 from flexmb.errors import ModelError
@@ -33,6 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--processor", metavar="NAME", help="compile for this processor instead of the one that runs, as x86-64-v3"
     )
+    parser.add_argument(
+        "--ship", action="store_true", help="compile for all usual processors, into the folder of the package"
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -45,10 +51,33 @@ def execute(arguments: argparse.Namespace) -> int:
             remedy="Omit it for one per core",
         )
     began = time.perf_counter()
-    with _environment(arguments.into, arguments.processor):
-        count = _in_processes(jobs)
+    if arguments.ship:
+        count = _ship(jobs, arguments)
+    else:
+        with _environment(arguments.into, arguments.processor):
+            count = _in_processes(jobs)
     print(f"{count} kernels and analyses are ready, {time.perf_counter() - began:.0f} s on {jobs} cores")
     return 0
+
+
+def _ship(jobs: int, arguments: argparse.Namespace) -> int:
+    """Compile for the baseline of this architecture and put the kernels into the package."""
+    from flexmb.math import shipped_kernels
+
+    known = shipped_kernels.BASELINES
+    level, _ = known.get(platform.machine(), ("", ""))
+    if not level or arguments.into or arguments.processor:
+        raise ModelError(
+            "flexmb warm --ship",
+            found=f"architecture {platform.machine()}" if not level else "--into or --processor",
+            expected=f"one of {', '.join(known)}, and no other folder or processor",
+            remedy="Use --into and --processor without --ship",
+        )
+    with TemporaryDirectory(prefix="flexmb-kernels-") as folder:
+        with _environment(folder, level):
+            count = _in_processes(jobs)
+        shipped_kernels.ship(Path(folder) / "flexmb", shipped_kernels.SHIPPED)
+    return count
 
 
 @contextmanager

@@ -14,13 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import Floats, Integers
+from flexmb.math.structures import Floats, Integers, structure
 
 __all__ = ["BlockPattern", "blocks", "lu_factor", "lu_solve", "lu_solve_softened", "stored"]
 
 NONE = np.zeros(0)
 
 
+@structure
 class BlockPattern(NamedTuple):
     """The pattern of the factors, with the storage that belongs to them."""
 

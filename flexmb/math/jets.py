@@ -18,11 +18,12 @@ import numpy as np
 
 from flexmb.math import operations as op
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import Floats, Integers
+from flexmb.math.structures import Floats, Integers, structure
 
 __all__ = ["SignalCode", "interpolate", "run_program", "sample_signals"]
 
 
+@structure
 class SignalCode(NamedTuple):
     """Signals as programs in postfix order, one after another (see `flexmb.math.operations`)."""
 
@@ -289,8 +290,10 @@ def sample_signals(t, signals, out):
     out : (ns, 3) float
         Receives value, rate and second rate.
     """
-    starts, ops, args, tables, table_starts = signals
+    starts = signals.starts
     stack, time, none = np.empty((_STACK, 3)), np.array([t, 1.0, 0.0]), np.empty((0, 3))
     for s in range(len(starts) - 1):
-        run_program(ops, args, starts[s], starts[s + 1], time, none, tables, table_starts, stack)
+        run_program(
+            signals.ops, signals.args, starts[s], starts[s + 1], time, none, signals.tables, signals.table_starts, stack
+        )
         out[s] = stack[0]

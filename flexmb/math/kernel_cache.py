@@ -20,7 +20,6 @@ from hashlib import blake2b
 from pathlib import Path
 from types import FunctionType
 
-import llvmlite.binding as llvm
 import numba
 from numba.core import config
 from numba.core.caching import _Cache
@@ -30,17 +29,11 @@ from numba.core.typing import Signature
 from flexmb.math.kernel_claims import claim, release
 from flexmb.math.kernel_content import UnknownContent, code_digest, type_text
 from flexmb.math.kernel_library import rebuilt, reduced
+from flexmb.math.shipped_kernels import BASELINES, SHIPPED, lacking, why_unused
 
 __all__ = ["KernelCache", "kernel_folder"]
 
-SHIPPED = Path(__file__).parents[1] / "compiled"
-"""Kernels that came with the package, compiled for a BASELINE when the wheel was built."""
-BASELINES = {
-    "x86_64": ("x86-64-v3", "sse3 ssse3 sse4.1 sse4.2 popcnt cx16 sahf xsave avx avx2 bmi bmi2 f16c fma lzcnt movbe"),
-}
-"""By architecture: the processor that shipped kernels are compiled for, and the features that it has."""
-
-FORMAT = b"flexmb kernel 2\n"
+FORMAT = b"flexmb kernel 3\n"
 CHECK = 32  # bytes of the checksum that follows
 UNUSED_DAYS = 60  # after which a file of the same kernel is removed
 
@@ -131,12 +124,12 @@ class KernelCache(_Cache):
 
     def save_overload(self, sig, data) -> None:
         """Keep what was compiled for these argument types."""
-        if not self._enabled or data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
-            return
-        path = self._path(kernel_folder(), sig, data.codegen.magic_tuple())
+        path = self._path(kernel_folder(), sig, data.codegen.magic_tuple()) if self._enabled else None
         if path is None:
             return
         try:
+            if data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
+                return
             _write(path, dumps(reduced(data)))
             _remove_unused(path.parent, f"{_file_stem(self._function)}-*")
         except OSError as error:
@@ -169,8 +162,7 @@ def _baseline(triple: str, processor: str, features: str) -> tuple[str, str, str
     name, needed = BASELINES.get(triple.partition("-")[0], ("", ""))
     if not name or not SHIPPED.is_dir() or config.CPU_NAME or config.CPU_FEATURES:
         return None
-    host = llvm.get_host_cpu_features()
-    return (triple, name, "") if all(host.get(feature) for feature in needed.split()) else None
+    return None if lacking(needed) else (triple, name, "")
 
 
 def _file_stem(function: FunctionType) -> str:
@@ -227,8 +219,10 @@ def _remove_unused(folder: Path, pattern: str) -> None:
 def announce_compiling() -> None:
     """Say once in a process that it takes long because kernels are compiled, unless FLEXMB_QUIET is set."""
     if not os.environ.get("FLEXMB_QUIET"):
+        reason = why_unused(SHIPPED)
         print(
-            f"flexmb: compiling kernels (once on this machine, kept in {kernel_folder()}; `flexmb warm` compiles all)",
+            f"flexmb: compiling kernels{reason and f', as {reason}'} (once on this machine, "
+            f"kept in {kernel_folder()}; `flexmb warm` compiles all)",
             file=sys.stderr,
             flush=True,
         )

@@ -63,7 +63,7 @@ def give_up() -> None:
 
 
 class _End(event.Listener):
-    """Gives up what is left when the outermost kernel ends."""
+    """Gives up what is left when the outermost kernel fails; else it is written now, and released after that."""
 
     depth = 0
 
@@ -72,7 +72,7 @@ class _End(event.Listener):
 
     def on_end(self, event):
         self.depth -= 1
-        if not self.depth:
+        if not self.depth and event._exc_details is not None:  # `is_failed` of numba 0.68 says the contrary
             give_up()
 
 

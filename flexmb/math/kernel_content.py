@@ -21,6 +21,8 @@ import numpy as np
 from numba import types
 from numba.core.typing import Signature
 
+from flexmb.math.structure_type import Structure
+
 __all__ = ["UnknownContent", "code_digest", "loaded_globals", "type_text"]
 
 LIBRARIES = ("builtins", "cmath", "llvmlite", "math", "numba", "numpy", "scipy")
@@ -193,6 +195,9 @@ def _type_parts(kind: Any) -> Iterator[str]:
     if isinstance(kind, types.Array):
         yield type_text(kind.dtype)
         yield f"{kind.ndim} {kind.layout} {kind.mutable} {kind.aligned}"
+    elif isinstance(kind, Structure):
+        yield f"{kind.kind.__module__}.{kind.kind.__qualname__}{kind.kind._fields}"
+        yield from map(type_text, kind.types)
     elif isinstance(kind, types.BaseTuple):
         made = getattr(kind, "instance_class", None)
         if made is not None:

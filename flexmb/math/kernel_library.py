@@ -7,6 +7,9 @@ callers. What is kept of a kernel on disk names the kernels that it calls, which
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import blake2b
 from importlib import import_module
@@ -16,8 +19,11 @@ from weakref import WeakValueDictionary
 import llvmlite.binding as llvm
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
+from numba.core.typed_passes import NativeLowering, NopythonTypeInference
 
 from flexmb.math.kernel_content import UnknownContent, code_digest
+from flexmb.math.remembered_types import ComparedFlags, RememberingInference
+from flexmb.math.structure_lowering import StructureLowering
 
 __all__ = ["Callee", "KernelCompiler", "MissingCallee", "rebuilt", "reduced", "register"]
 
@@ -82,6 +88,10 @@ class KernelLibrary(JITCodeLibrary):
             super().add_linking_library(library)
             self.called.update(library.called)
 
+    def _optimize_functions(self, module) -> None:
+        """Leave functions as they are until all are together: what follows does the same and more."""
+        module.data_layout = self._codegen._data_layout
+
     def stand_alone(self, callee: Callee) -> None:
         """Let callers call this code, if it is too large to be copied into them."""
         if _is_large(self._final_module.get_function(callee.symbol)):
@@ -121,6 +131,20 @@ def _is_large(function) -> bool:
     return sum(1 for block in function.blocks for _ in block.instructions) > limit
 
 
+@contextmanager
+def _few_collections() -> Iterator[None]:
+    """Let Python look for circles of dead objects rarely: a compiler makes many objects that live on."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(before[0], 200_000) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+REPLACED = {NativeLowering: StructureLowering, NopythonTypeInference: RememberingInference}
+
+
 class KernelCompiler(Compiler):
     """numba's compiler with libraries of ours, and with symbols that are named by what a kernel contains.
 
@@ -128,10 +152,23 @@ class KernelCompiler(Compiler):
     process has that name.
     """
 
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.state.flags = ComparedFlags(self.state.flags)
+
+    def define_pipelines(self):
+        made = super().define_pipelines()
+        for passes in made:
+            passes.passes = [(REPLACED.get(kind, kind), told) for kind, told in passes.passes]
+            passes._finalized = False
+            passes.finalize()
+        return made
+
     def compile_extra(self, function):
         self.state.library = KernelLibrary(self.state.targetctx.codegen(), function.__qualname__)
         self.state.library.enable_object_caching()
-        return super().compile_extra(function)
+        with _few_collections():
+            return super().compile_extra(function)
 
     def _compile_bytecode(self):
         state = self.state

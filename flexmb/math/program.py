@@ -6,12 +6,13 @@ from typing import NamedTuple
 
 from flexmb.math.block_lu import BlockPattern
 from flexmb.math.jets import SignalCode
-from flexmb.math.structures import Bytes, Floats, IntegerRows, Integers, numba_type
+from flexmb.math.structures import Bytes, Floats, IntegerRows, Integers, numba_type, structure
 from flexmb.math.tables import STATE, WORK, caller, void
 
 __all__ = ["EVALUATION", "PROGRAM", "Program", "call_evaluation"]
 
 
+@structure
 class Program(NamedTuple):
     """What is the same in all evaluations of a system.
 

@@ -14,6 +14,8 @@ from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hint
 import numpy as np
 from numba import from_dtype, types
 
+from flexmb.math.structure_type import Structure, read_as_structure
+
 __all__ = [
     "ArrayOf",
     "Bytes",
@@ -25,6 +27,7 @@ __all__ = [
     "array_type",
     "counted",
     "numba_type",
+    "structure",
 ]
 
 
@@ -76,7 +79,13 @@ def counted(table: np.ndarray, names: Sequence[str]) -> dict[str, int]:
 def numba_type(kind: Any) -> types.Type:
     """Return the numba type of a structure, from its annotations."""
     hints = get_type_hints(kind, include_extras=True)
-    return types.BaseTuple.from_types([_field_type(hints[name]) for name in kind._fields], kind)
+    return Structure(kind, tuple(_field_type(hints[name]) for name in kind._fields))
+
+
+def structure(kind: type) -> type:
+    """Declare a `NamedTuple` as a structure: kernels get its address (see `structure_type`)."""
+    read_as_structure(kind)
+    return kind
 
 
 def _field_type(hint: Any) -> types.Type:

@@ -23,7 +23,7 @@ from numba.extending import intrinsic
 from flexmb.math.energies import Energy
 from flexmb.math.kernel_cache import KernelCache
 from flexmb.math.kernel_library import KernelCompiler
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, array_type, numba_type
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, array_type, numba_type, structure
 from flexmb.math.weights import Weights
 
 __all__ = [
@@ -120,6 +120,7 @@ INTEGRALS = 2
 """What marks, among the plain vectors of a program, the integrals of first-order states."""
 
 
+@structure
 class State(NamedTuple):
     """What an evaluation reads: time, coordinates and sampled signals."""
 
@@ -137,6 +138,7 @@ class State(NamedTuple):
     """(ns, 3) value, rate and second rate of every signal"""
 
 
+@structure
 class Work(NamedTuple):
     """What an evaluation writes."""
 

@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.errors import CompileError, did_you_mean
-from flexmb.math.structures import Integers
+from flexmb.math.structures import Integers, structure
 
 __all__ = ["Spanning", "TreeTables", "spanning_tree"]
 
 
+@structure
 class TreeTables(NamedTuple):
     """Flat tables of the recursion, bodies in an order with parents first."""
 

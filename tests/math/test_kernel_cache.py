@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexmb.math import kernel_cache
+from flexmb.math import kernel_cache, shipped_kernels
 from flexmb.math.kernel import kernel
 
 NUMBERS = """
@@ -240,13 +240,13 @@ def test_flush_removes_the_files(folder):
     assert not list(folder.rglob("*-*"))
 
 
-FEATURES = kernel_cache.BASELINES["x86_64"][1].split()
+FEATURES = shipped_kernels.BASELINES["x86_64"][1].split()
 
 
 @pytest.fixture
 def shipped(package, tmp_path, monkeypatch):
     """Compile a kernel for the baseline in another process, as a wheel carries it."""
-    host = kernel_cache.llvm.get_host_cpu_features()
+    host = shipped_kernels.llvm.get_host_cpu_features()
     if platform.machine() != "x86_64" or not all(host.get(feature) for feature in FEATURES):
         pytest.skip("the baseline of the shipped kernels is x86-64-v3")
     top = package("here")
@@ -268,8 +268,8 @@ def test_kernels_that_came_with_the_package_are_used(folder, shipped):
 
 
 def test_shipped_kernels_stay_unused_where_the_processor_lacks_a_feature(folder, shipped, monkeypatch):
-    host = dict(kernel_cache.llvm.get_host_cpu_features()) | {"avx2": False}
-    monkeypatch.setattr(kernel_cache.llvm, "get_host_cpu_features", lambda: host)
+    host = dict(shipped_kernels.llvm.get_host_cpu_features()) | {"avx2": False}
+    monkeypatch.setattr(shipped_kernels.llvm, "get_host_cpu_features", lambda: host)
     assert shipped.outer(2.0) == 2.0
     assert hits(shipped.outer) == 0
 
@@ -278,6 +278,33 @@ def test_other_shipped_code_stays_unused(folder, shipped, package):
     top = package("there", numbers="SIN, COS = 21, 20")
     assert top.outer(2.0) == -2.0
     assert hits(top.outer) == 0
+
+
+def test_shipping_takes_kernels_and_says_why_they_do_not_fit(folder, shipped, tmp_path, monkeypatch, capsys):
+    """Locks and parts of files stay behind; another numba, or an older processor, is named in the message."""
+    made = tmp_path / "built" / "flexmb"
+    (made / "scratch.top" / ".outer.lock").touch()
+    target = tmp_path / "package" / "compiled"
+    (target / "old").mkdir(parents=True)
+    assert shipped_kernels.ship(made, target) == len(list(made.glob("*/[!.]*"))) > 0
+    assert not (target / "old").exists()
+    assert not list(target.rglob("*.lock"))
+    monkeypatch.setattr(kernel_cache, "SHIPPED", target)
+    assert shipped.outer(2.0) == 2.0
+    assert hits(shipped.outer) == 1
+    assert shipped_kernels.why_unused(target) == ""
+    host = dict(shipped_kernels.llvm.get_host_cpu_features()) | {"avx2": False}
+    with monkeypatch.context() as older:
+        older.setattr(shipped_kernels.llvm, "get_host_cpu_features", lambda: host)
+        assert "for x86-64-v3, this processor lacks avx2" in shipped_kernels.why_unused(target)
+        older.delenv("FLEXMB_QUIET", raising=False)
+        kernel_cache.announce_compiling.cache_clear()
+        kernel_cache.announce_compiling()
+        assert "compiling kernels, as the kernels in the package are for" in capsys.readouterr().err
+        kernel_cache.announce_compiling.cache_clear()
+    monkeypatch.setattr("numba.__version__", "0.1")
+    assert "are for numba" in shipped_kernels.why_unused(target)
+    assert "this is 0.1" in shipped_kernels.why_unused(target)
 
 
 def test_the_first_compilation_is_announced_once(monkeypatch, capsys):

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.integrate.runs.switches import Switching
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
 
 __all__ = ["COUNTED", "AlphaRun", "Controls", "Variables"]
 
@@ -48,6 +48,7 @@ COUNTED = (
 """What the statistics of a run tell."""
 
 
+@structure
 class Variables(NamedTuple):
     """State and scratch of the integration."""
 
@@ -106,6 +107,7 @@ class Variables(NamedTuple):
     switching: Switching
 
 
+@structure
 class Controls(NamedTuple):
     """Parameters of the method."""
 

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.program import PROGRAM
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type, structure
 from flexmb.math.tables import COUNT, NUMBER, WORK, caller, void
 from flexmb.tree.rigid.link_tree import LINK_TREE
 
@@ -61,6 +61,7 @@ class ExplicitRun(Record):
     """very short ones in a row"""
 
 
+@structure
 class Dense(NamedTuple):
     """Where the mass matrix stands, and which equations are taken first."""
 
@@ -75,6 +76,7 @@ class Dense(NamedTuple):
     """(ng,) part of an equation beyond those before it, from which it counts"""
 
 
+@structure
 class Steps(NamedTuple):
     """Storage of the steps."""
 

@@ -14,7 +14,7 @@ import numpy as np
 from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.math.structures import FloatRows, Floats, IntegerRows, Integers
+from flexmb.math.structures import FloatRows, Floats, IntegerRows, Integers, structure
 from flexmb.math.tables import State
 from flexmb.math.weights import weigh
 from flexmb.system.program import advance, constraint_velocity, evaluate, run_kernels, unit_frames
@@ -25,6 +25,7 @@ FAR = 1e8
 """Absolute tolerance that takes a variable out of the error test."""
 
 
+@structure
 class Stabilised(NamedTuple):
     """State and constant tables of the stabilised form."""
 

@@ -20,7 +20,7 @@ from flexmb.math.energies import powers
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record, array_type, numba_type
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record, array_type, numba_type, structure
 from flexmb.math.tables import FLOATS, NUMBER, WORK, State
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
@@ -86,6 +86,7 @@ COUNTED = ("steps", "iterations", "factorisations", "rejected_by_error", "reject
 """What the statistics of a run tell."""
 
 
+@structure
 class Stages(NamedTuple):
     """Storage of the steps."""
 

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
 from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, SLIP, TURN, call_switches
 from flexmb.system.program import run_kernels
 
@@ -32,6 +32,7 @@ class SwitchLimits(Record):
     """number of the turn, from 1, that has passed half a turn; 0: none"""
 
 
+@structure
 class Switching(NamedTuple):
     """The switches of a run."""
 

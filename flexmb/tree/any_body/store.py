@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.kernel import kernel
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, structure
 
 __all__ = ["BODY_STATE", "Store", "modal_views", "new_store"]
 
@@ -34,6 +34,7 @@ BODY_STATE = np.dtype(
 """The numbers of a body at a state. Vectors are (linear, angular) at its own marker C, in W; names as in the theory."""
 
 
+@structure
 class Store(NamedTuple):
     """What the passes of the recursion leave for each other."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.math.jets import SignalCode
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, structure
 from flexmb.math.vectors import cross, matvec_t
 from flexmb.model.signal import pack
 from flexmb.system.program import run_kernels
@@ -31,6 +31,7 @@ __all__ = [
 ]
 
 
+@structure
 class Chart(NamedTuple):
     """Joint coordinates as unknowns."""
 

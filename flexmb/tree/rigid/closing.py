@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import FloatRows, Floats, Integers
+from flexmb.math.structures import FloatRows, Floats, Integers, structure
 from flexmb.tree.rigid.passes import solve_factor
 from flexmb.tree.rigid.places import BALL, FRAME, SINGLE
 
@@ -28,6 +28,7 @@ ROUNDING = 1e-13
 """The same where all equations are dependent."""
 
 
+@structure
 class Closing(NamedTuple):
     """The cut equations in an order with a small profile."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.constraints import EQUATIONS
 from flexmb.math.jets import SignalCode
 from flexmb.math.program import Program
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type, structure
 from flexmb.tree.any_body.loops import mobilities
 from flexmb.tree.coordinates.motions import MOTION
 from flexmb.tree.coordinates.settle import Chart
@@ -31,6 +31,7 @@ class LinkRun(Record):
     """see `evaluate_links`"""
 
 
+@structure
 class LinkTree(NamedTuple):
     """Rigid links with what acts on them."""
 
