@@ -12,11 +12,14 @@ from numba.core import config, event
 from numba.core.caching import NullCache, _Cache
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.funcdesc import FunctionDescriptor
+from numba.core.lowering import Lower
+from numba.core.pythonapi import PythonAPI
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
-from numba.core.typed_passes import BaseNativeLowering
+from numba.core.targetconfig import TargetConfig
+from numba.core.typed_passes import BaseNativeLowering, NativeLowering, NopythonTypeInference
 from numba.core.typing import Signature
 from numba.extending import intrinsic
 
@@ -118,3 +121,31 @@ def test_compiling_is_announced():
     with event.install_listener("numba:compile", Listener()):
         njit(lambda x: x)(1.0)
     assert said == ["begins", "ends"]
+
+
+def test_kernels_have_passes_of_their_own():
+    """`KernelCompiler` puts two passes in the places of numba's, with names that lowering and typing ask for."""
+    state = CompilerBase(cpu_target.typing_context, cpu_target.target_context, None, (), None, Flags(), {}).state
+    kinds = [kind for kind, _ in DefaultPassBuilder.define_nopython_pipeline(state).passes]
+    assert kinds.count(NativeLowering) == kinds.count(NopythonTypeInference) == 1
+    assert isinstance(NativeLowering.lowering_class, property)
+    for name in ("pre_lower", "lower_expr", "lower_inst", "lower_getitem", "lower_setitem", "fold_call_args"):
+        assert callable(getattr(Lower, name))
+    assert "resolve_value_type(op)" in inspect.getsource(Lower.lower_getitem)
+    assert "state.typingctx" in inspect.getsource(NopythonTypeInference.run_pass)
+    assert set(Flags().__slots__) <= {"_values"}
+    assert "_values" in TargetConfig.__slots__
+
+
+def test_a_failed_compilation_is_told():
+    """`kernel_claims` reads the details: `Event.is_failed` of numba 0.68 says the contrary of its name."""
+    assert event.Event("numba:compile", event.EventStatus.END)._exc_details is None
+    assert event.Event("numba:compile", event.EventStatus.END, exc_details=(ValueError, 1, 2))._exc_details
+
+
+def test_arrays_are_read_without_references():
+    """`structure_type` fills blocks by this function of numba's library; a block of an array is its data model."""
+    assert "numba_adapt_ndarray" in inspect.getsource(PythonAPI.numba_array_adaptor)
+    array = types.Array(types.float64, 2, "C")
+    context = cpu_target.target_context
+    assert context.get_abi_sizeof(context.get_data_type(array)) == 8 * (5 + 2 * 2)
