@@ -1,6 +1,6 @@
 """How long a user waits before the first result: import, and a pendulum of one second with the default integrator.
 
-Every row is a new process. "cold" has an empty cache and compiles for the processor; "shipped" has an empty cache too,
+Every row is a new process. "cold" has an empty cache and compiles for the processor; "wheel" has an empty cache too,
 but takes the kernels that a wheel carries (`flexmb/compiled`; left out where there are none); "warm" finds its kernels
 in the cache of the cold run. CPU time includes what children take, so it tells more than the clock on a busy machine.
 
@@ -46,7 +46,7 @@ def main() -> None:
         rows = {"import": measured(IMPORT), "cold": measured(PENDULUM, NUMBA_CACHE_DIR=empty, **native)}
         rows["warm"] = measured(PENDULUM, NUMBA_CACHE_DIR=empty, **native)
         if shipped:
-            rows["shipped"] = measured(PENDULUM, NUMBA_CACHE_DIR=other)
+            rows["wheel"] = measured(PENDULUM, NUMBA_CACHE_DIR=other)
     for name, (elapsed, processor) in rows.items():
         print(f"{name:8}  {elapsed:6.2f} s  {processor:6.2f} s CPU")
 

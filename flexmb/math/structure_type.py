@@ -30,7 +30,7 @@ BYTE, LONG, INT = ir.IntType(8), ir.IntType(64), ir.IntType(32)
 class Structure(types.Type):
     """The type of a structure: its class and the types of its fields."""
 
-    def __init__(self, kind: type, members: tuple[types.Type, ...]):
+    def __init__(self, kind: Any, members: tuple[types.Type, ...]):
         self.kind = kind
         self.types = members
         super().__init__(name=f"{kind.__module__}.{kind.__qualname__}{kind._fields}({', '.join(map(str, members))})")
@@ -49,7 +49,7 @@ class Structure(types.Type):
         return self.kind._fields.index(name)
 
 
-def read_as_structure(kind: type) -> None:
+def read_as_structure(kind: Any) -> None:
     """Let numba see instances of a named tuple as structures, those too that kernels make."""
 
     @typeof_impl.register(kind)
