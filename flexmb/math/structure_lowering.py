@@ -7,8 +7,10 @@ passed it by itself.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from llvmlite import ir as code
-from numba.core import ir, types
+from numba.core import cgutils, ir, types
 from numba.core.compiler_machinery import register_pass
 from numba.core.errors import LoweringError, NumbaRuntimeError
 from numba.core.lowering import Lower
@@ -21,6 +23,13 @@ from flexmb.math.structure_type import Structure, field_value, made_structure
 __all__ = ["StructureLowering"]
 
 
+def _given_fields(kind: Structure, call: ir.Expr) -> Iterator[tuple[int, ir.Var]]:
+    """Yield the places of fields, and the variables that a call of the constructor gives for them."""
+    yield from enumerate(call.args)
+    for name, value in call.kws:
+        yield kind.place(name), value
+
+
 class _Lower(Lower):
     def pre_lower(self):
         super().pre_lower()
@@ -30,6 +39,7 @@ class _Lower(Lower):
         for block in self.blocks.values():
             for one in block.find_insts(ir.Assign):
                 self._assigned.setdefault(one.target.name, []).append(one.value)
+        self._hold()
 
     def lower_expr(self, kind, expression):
         if (
@@ -56,27 +66,46 @@ class _Lower(Lower):
         if isinstance(statement, ir.StaticSetItem) and self._is_place(statement.target, statement.index_var):
             call = self.fndesc.calltypes[statement]
             return self.lower_setitem(statement.target, statement.index_var, statement.value, call)
+        if isinstance(statement, ir.Return):
+            for array, room in self._held.values():
+                self.decref(array, self.builder.load(room))
         return super().lower_inst(statement)
 
     def _is_place(self, array, index) -> bool:
         """Is an index of an array a variable as well?"""
         return index is not None and isinstance(self.typeof(array.name), types.Array)
 
+    def _hold(self) -> None:
+        """Reserve places for the arrays, made in this function, of which structures are made.
+
+        A structure holds no references; they are held here until the function returns.
+        """
+        self._held: dict[tuple[int, int], tuple[types.Type, code.Value]] = {}
+        for block in self.blocks.values():
+            for one in block.find_insts(ir.Assign):
+                kind = self.typeof(one.target.name)
+                if isinstance(kind, Structure) and isinstance(one.value, ir.Expr) and one.value.op == "call":
+                    for place, value in _given_fields(kind, one.value):
+                        array = self.typeof(value.name)
+                        if isinstance(array, types.Array) and not self._is_given(value):
+                            room = cgutils.alloca_once(self.builder, self.context.get_value_type(array), zfill=True)
+                            self._held[id(one.value), place] = array, room
+
     def _make(self, kind: Structure, function, expression) -> code.Value:
-        """Make a structure; it holds no references, so what it is made of must outlive this function."""
+        """Make a structure in memory of this function."""
         call = self.fndesc.calltypes[expression]
-        for value in [*expression.args, *(value for _, value in expression.kws)]:
-            if isinstance(self.typeof(value.name), types.Array) and not self._is_given(value):
-                raise LoweringError(
-                    f"{kind.kind.__name__}: the array {value.name} is made in the same function and may be gone "
-                    "when it is used; make it in the caller",
-                    loc=self.loc,
-                )
         given = self.fold_call_args(function, call, expression.args, expression.vararg, expression.kws)
         values = [
             self.context.cast(self.builder, value, found, wanted)
             for value, found, wanted in zip(given, call.args, kind.types)
         ]
+        for place, value in enumerate(values):
+            if (id(expression), place) in self._held:
+                array, room = self._held[id(expression), place]
+                before = self.builder.load(room)
+                self.incref(array, value)
+                self.builder.store(value, room)
+                self.decref(array, before)
         return made_structure(self.context, self.builder, kind, values)
 
     def _is_given(self, value) -> bool:

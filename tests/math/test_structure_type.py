@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
+from numba.core.runtime import _nrt_python, rtsys
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.remembered_types import ComparedFlags, remembering
 from flexmb.math.structure_type import Structure
 from flexmb.math.structures import FloatRows, Floats, Integers, numba_type, structure
@@ -56,10 +57,29 @@ def made_here(o, n):
     return total
 
 
+@inner_kernel
+def read(pair, k):
+    spoiled = np.full(3, 1e30)  # takes the memory of an array that has been let go too early
+    return spoiled[0] * 0.0 + pair.values[k] * pair.factor
+
+
 @kernel
 def made_of_own(n):
-    own = np.ones(n)
-    return Inner(own, 2.0).values[0]
+    total = 0.0
+    for k in range(n):
+        own = np.ones(3)
+        own[0] = k
+        pair = Inner(own, 2.0)
+        total += read(pair, 0)
+    return total
+
+
+@kernel
+def chosen_of_own(n, wanted):
+    if not wanted:
+        return 0.0
+    pair = Inner(factor=3.0, values=np.full(n, 2.0))
+    return read(pair, n - 1)
 
 
 @kernel
@@ -96,10 +116,16 @@ def test_kernels_make_structures_of_arrays_that_they_were_given():
     assert made_here(outer(), 3) == 10.0 * 3.0 + 20.0 * 5.0
 
 
-def test_a_structure_of_an_array_made_in_the_same_kernel_is_refused():
-    """It holds no reference: the array might be gone before the structure is read."""
-    with pytest.raises(NumbaError, match="Inner: the array own is made in the same function"):
-        made_of_own(3)
+def test_arrays_made_in_the_same_kernel_live_until_it_returns():
+    """A structure holds no reference; what it is made of is held for it, and let go at the end."""
+    _nrt_python.memsys_enable_stats()
+    before = rtsys.get_allocation_stats()
+    for n in (1, 3, 1000):
+        assert made_of_own(n) == 2.0 * sum(range(n))
+        assert chosen_of_own(n, True) == 6.0
+        assert chosen_of_own(n, False) == 0.0
+    after = rtsys.get_allocation_stats()
+    assert after.alloc - before.alloc == after.free - before.free > 0
 
 
 def test_no_reference_is_left_and_none_is_taken_away():
