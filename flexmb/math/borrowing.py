@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.core import ir, types
+from numba import types
+from numba.core import ir
 
 from flexmb.math.structure_type import Structure
 

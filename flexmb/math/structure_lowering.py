@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llvmlite import ir as code
-from numba.core import cgutils, ir, types
+from numba import types
+from numba.core import cgutils, ir
 from numba.core.compiler_machinery import register_pass
 from numba.core.errors import LoweringError, NumbaRuntimeError
 from numba.core.lowering import Lower
