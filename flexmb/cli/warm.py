@@ -24,7 +24,7 @@ from tempfile import TemporaryDirectory
 
 from flexmb.cli.progress import ProgressBar
 from flexmb.errors import ModelError
-from flexmb.math import SWITCH, cores
+from flexmb.math import SWITCH, cores, ship_kernels, shipped_level
 
 NAME = "warm"
 SUMMARY = "compile all kernels now, on all cores"
@@ -62,21 +62,18 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _ship(jobs: int, arguments: argparse.Namespace) -> int:
     """Compile for the baseline of this architecture and put the kernels into the package."""
-    from flexmb.math import shipped_kernels
-
-    known = shipped_kernels.BASELINES
-    level, _ = known.get(platform.machine(), ("", ""))
+    level = shipped_level()
     if not level or arguments.into or arguments.processor:
         raise ModelError(
             "flexmb warm --ship",
             found=f"architecture {platform.machine()}" if not level else "--into or --processor",
-            expected=f"one of {', '.join(known)}, and no other folder or processor",
+            expected="one of x86_64, aarch64, and no other folder or processor",
             remedy="Use --into and --processor without --ship",
         )
     with TemporaryDirectory(prefix="flexmb-kernels-") as folder:
         with _environment(folder, level):
             count = _in_processes(jobs)
-        shipped_kernels.ship(Path(folder) / "flexmb", shipped_kernels.SHIPPED)
+        ship_kernels(Path(folder) / "flexmb")
     return count
 
 

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from pkgutil import walk_packages
+from platform import machine
 from time import perf_counter
 from typing import Any
 
 from flexmb.math.ahead import SWITCH, compile_ahead, cores
 
-__all__ = ["SWITCH", "compile_ahead", "compile_declared", "cores", "declared_kernels", "watch_compilation"]
+__all__ = [
+    "SWITCH",
+    "compile_ahead",
+    "compile_declared",
+    "cores",
+    "declared_kernels",
+    "ship_kernels",
+    "shipped_level",
+    "watch_compilation",
+]
 
 
 def watch_compilation(
@@ -72,3 +83,17 @@ def compile_declared(package: str, part: int = 0, parts: int = 1) -> int:
     for kernel in kernels:
         _ = kernel.compiled if isinstance(kernel, PointerKernel) else kernel.compile(kernel.entry)
     return len(kernels)
+
+
+def shipped_level() -> str:
+    """Return the level of processors of this architecture for which a package carries kernels, or an empty text."""
+    from flexmb.math.shipped_kernels import BASELINES
+
+    return BASELINES.get(machine(), ("", ""))[0]
+
+
+def ship_kernels(made: Path) -> int:
+    """Put kernels that were compiled for that level into the package; return their number."""
+    from flexmb.math.shipped_kernels import SHIPPED, ship
+
+    return ship(made, SHIPPED)

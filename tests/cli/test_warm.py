@@ -48,3 +48,8 @@ def test_processes_compile_for_what_was_asked(tmp_path, monkeypatch):
 def test_jobs_are_at_least_one(capsys):
     assert main(["warm", "--jobs", "0"]) == 2
     assert "--jobs 0. Expected: a number of processes, 1 or more. Omit it" in capsys.readouterr().err
+
+
+def test_kernels_to_ship_have_one_place(capsys):
+    assert main(["warm", "--ship", "--into", "elsewhere"]) == 2
+    assert "--into or --processor. Expected: one of x86_64, aarch64, and no other folder" in capsys.readouterr().err
