@@ -39,7 +39,7 @@ class _Operator(types.Function):
     """An operator of numba that remembers how it was called."""
 
     def __init__(self, function: types.Function):
-        vars(self).update(vars(function))  # its templates, and the tables that lowering reads
+        self.__dict__.update(vars(function))  # its templates, and the tables that lowering reads
         self._function = function
         self._known: dict[tuple, Signature] = {}
 
