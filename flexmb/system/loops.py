@@ -134,8 +134,10 @@ class Loops:
         """Return owner and names of the states of a block, which are registered when it is first met."""
         if id(block) not in self._blocks:
             states = block.states()
-            number = 1 + sum(title.startswith(f"Block '{block.word} ") for title in self.compiler.states)
-            owner = block.name or f"{block.word} {number}"
+            # named by its part: states are carried over events by name, after which other parts may be gone
+            part = self.compiler.writing.partition(" ")[2].strip("'")
+            usual = [f"{block.word} of {part}", *(f"{block.word} {k} of {part}" for k in range(2, 1000))]
+            owner = block.name or next(name for name in usual if f"Block '{name}'" not in self.compiler.states)
             title = f"Block '{owner}'"
             if title in self.compiler.states:
                 raise ModelError(

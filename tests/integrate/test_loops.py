@@ -270,6 +270,24 @@ def test_kinks_and_references_know_their_times():
     assert solution["x"] == pytest.approx(1.0 - np.cos(w * later), abs=1e-9)
 
 
+def test_states_of_blocks_are_carried_over_an_event():
+    """A block keeps its state when the force before it is released; a shared one without a name is refused."""
+    lag = fmb.Lag(2.0, time=1.0)
+    second = fmb.Actuator("second", joint="rail", effort=lag)
+    release = fmb.Event("off", at=0.5, then=fmb.Release("motor"))
+    for first in (fmb.Lag(1.0, time=1.0), lag):
+        made = rail(first, forces=[second])
+        model = fmb.Model(
+            bodies=made.bodies, joints=made.joints, forces=made.forces, sensors=made.sensors, events=[release]
+        )
+        if first is lag:
+            with pytest.raises(fmb.IntegrationError, match="Give the block a name"):
+                fmb.simulate(model, t_end=1.0, samples=3, integrator=FINE)
+            continue
+        final = fmb.simulate(model, t_end=1.0, samples=3, integrator=FINE).final
+        assert final.u[-1] == pytest.approx(2.0 * (1.0 - np.exp(-1.0)), abs=1e-8)
+
+
 def test_an_algebraic_loop_is_named():
     """Two signals that follow each other without a state are refused, with their names."""
     model = rail(fmb.measured("one"), [

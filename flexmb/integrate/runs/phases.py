@@ -125,6 +125,14 @@ class Phases:
                 return Status.finished(began)
             assembled = assemble(model, t=began, state=state)
             require_continuity(event, assembled[0], state, assembled[1].q)
+            for owner in assembled[0].state_slices:
+                if owner not in system.state_slices:
+                    raise ModelError(
+                        owner,
+                        found=f"states that are not known after {event.title}: the part that gave its name is gone",
+                        expected="blocks with the same names before and after",
+                        remedy="Give the block a name",
+                    )
 
     def _again_and_again(self, event, t: float) -> bool:
         """Has the event happened so often lately that time hardly passes between?"""
