@@ -94,6 +94,15 @@ def written(o, k):
     view[0] = -2.0
 
 
+def returned(o):
+    return Inner(o.inner.values, 1.0).values[0] if o.flag else given_back(o).values[0]
+
+
+@inner_kernel
+def given_back(o):
+    return Inner(o.inner.values, 2.0)
+
+
 def outer(flag=True):
     return Outer(flag, 7, np.arange(6.0).reshape(3, 2), Inner(np.array([10.0, 20.0, 30.0]), 0.5), np.array([0, 2]))
 
@@ -158,6 +167,12 @@ def test_what_was_wrong_is_told_before_anything_runs():
         kernel(lambda o: o.missing)(outer())
     with pytest.raises(NumbaError):
         kernel(lambda o: o[0])(outer())
+
+
+def test_a_kernel_that_returns_a_structure_is_refused():
+    """The memory of one that it has made ends with it."""
+    with pytest.raises(NumbaError, match="a kernel returns a structure"):
+        kernel(returned)(outer())
 
 
 def test_contexts_and_flags_that_remember_stand_for_those_of_numba():

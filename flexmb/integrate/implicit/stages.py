@@ -189,7 +189,6 @@ def _follow(chart, program, work, r, t, shift, rates):
     state = State(t, r.state.q, r.state.u, r.state.a, r.lam, r.state.signals)
     settle(chart.rows, program, work, chart.start, r.y, r.v, r.a, state)
     count_turns(chart, program, t, r.y, state.q)
-    return state
 
 
 @inner_kernel
@@ -220,7 +219,8 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
     if len(chart.driven) > 0:
         sample_signals(t, chart.signals, chart.sampled)
     for iteration in range(MOST):
-        state = _follow(chart, program, work, r, t, shift, r.K[s])
+        _follow(chart, program, work, r, t, shift, r.K[s])
+        state = State(t, r.state.q, r.state.u, r.state.a, r.lam, r.state.signals)
         weigh(work.weights, 1.0, shift, shift * shift)
         work.weights[0].wanted = r.run[0].fresh
         evaluate(program, state, work)
