@@ -144,7 +144,7 @@ def stage(data: fmb.ModalNeutralData) -> fmb.Model:
     """Return a model that has what the parts refer to."""
     return fmb.Model(
         bodies=[
-            fmb.Ground(markers={"A": (0, 0, 0)}),
+            fmb.Ground(markers={"A": (0, 0, 0), "ramp": (1, 0, 0), "side": (1, 1, 0)}),
             fmb.RigidBody("b", mass=1, inertia=(1, 1, 1), markers={"A": (0, 0, 0)}),
             fmb.RigidBody("c", mass=1, inertia=(1, 1, 1)),
             fmb.FloatingBody("flexible", data=data),

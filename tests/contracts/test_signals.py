@@ -8,6 +8,7 @@ import pytest
 from tolerances import MACHINE
 
 from flexmb.math.operations import FUNCTIONS
+from flexmb.model.input_signal import input
 from flexmb.model.signal import Constant, Product, Sum, expression, harmonic, ramp, step
 from flexmb.model.table_signal import SIGNALS, table
 
@@ -46,6 +47,7 @@ KINDS = {
     "harmonic": harmonic(amplitude=2.0, frequency=0.7, phase=0.2, offset=0.1),
     "table": table([0.0, 0.3, 2.0], [1.0, 4.0, 2.0], of=ramp(rate=0.5, rise=4.0)),
     "expression": expression("a*t**3", a=2.0),
+    "input": input("torque", 2.0),
     "sum": Sum((ramp(rate=1.0, rise=2.0), expression("t**2"))),
     "product": Product((ramp(rate=1.0, rise=2.0), expression("t**2"), 3.0)),
 }

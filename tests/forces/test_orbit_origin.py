@@ -18,7 +18,7 @@ from flexmb import fem, reduction
 from flexmb.errors import ModelError
 from flexmb.forces.attraction import falling
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.model.modal_neutral_data import GeometricStiffness
+from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.system import compile as compile_model
 from flexmb.system.program import evaluate
 

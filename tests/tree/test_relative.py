@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from contracts.random_models import connected
+from contracts.random_models import connected, put_together
 from scipy.spatial.transform import Rotation
 from tolerances import MACHINE, SOLVER
 from tree.models import branched, chain, flexible_chain, loops, random_consistent
@@ -50,7 +50,7 @@ def assert_round_trip(model, rng, tolerance=ROUND, **options):
 )
 @pytest.mark.parametrize("kind", PLAIN)
 def test_round_trip_over_every_joint(kind, pair, rng):
-    tree, _, _ = assert_round_trip(connected(kind, pair, rng), rng)
+    tree, _, _ = assert_round_trip(put_together(connected(kind, pair, rng)), rng)
     assert not tree.tree.cut
 
 
