@@ -8,6 +8,7 @@ from flexmb.forces.contact import Contact
 from flexmb.forces.joint_friction import JointFriction
 from flexmb.forces.line_contact import LineContact
 from flexmb.forces.line_load import LineLoad
+from flexmb.forces.lu_gre import LuGre
 from flexmb.forces.motor import Motor
 from flexmb.forces.oblate_gravity import OblateGravity
 from flexmb.forces.one_sided_spring import OneSidedSpring

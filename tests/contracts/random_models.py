@@ -84,6 +84,15 @@ FORCE_FIELDS = {
         "preload": 5.0,
         "radius": 0.3,
     },
+    "LuGre": {
+        "stiffness": 30.0,
+        "damping": 3.0,
+        "viscous": 0.5,
+        "moving": 20.0,
+        "standing": 30.0,
+        "stribeck": 2.0,
+        "freedom": "slide",
+    },
     "Contact": {
         "radius": 4.0,
         "against": "sphere",
