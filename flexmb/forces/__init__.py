@@ -5,10 +5,12 @@ from flexmb.forces.bi_stop import BiStop
 from flexmb.forces.bushing import Bushing
 from flexmb.forces.central_gravity import CentralGravity
 from flexmb.forces.contact import Contact
+from flexmb.forces.dc_motor import DcMotor
 from flexmb.forces.joint_friction import JointFriction
 from flexmb.forces.line_contact import LineContact
 from flexmb.forces.line_load import LineLoad
 from flexmb.forces.lu_gre import LuGre
+from flexmb.forces.maxwell_damper import MaxwellDamper
 from flexmb.forces.motor import Motor
 from flexmb.forces.oblate_gravity import OblateGravity
 from flexmb.forces.one_sided_spring import OneSidedSpring

@@ -84,6 +84,15 @@ FORCE_FIELDS = {
         "preload": 5.0,
         "radius": 0.3,
     },
+    "DcMotor": {
+        "voltage": fmb.expression("5*sin(3*t)"),
+        "resistance": 2.0,
+        "inductance": 0.5,
+        "constant": 3.0,
+        "ratio": -4.0,
+        "freedom": "slide",
+    },
+    "MaxwellDamper": {"branches": ((300.0, 0.5), (200.0, 2.0)), "stiffness": 100.0, "length": 0.4},
     "LuGre": {
         "stiffness": 30.0,
         "damping": 3.0,

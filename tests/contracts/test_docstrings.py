@@ -23,7 +23,7 @@ CLASSES = {
     "integrate.IDA": IDA,
 }
 ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : (?P<type>.+)$", re.MULTILINE)
-UNIT = re.compile(r"(?<!\w)(kg|m|m2|s|Hz|rad|N|J|W|Pa|K|-)(?!\w)")
+UNIT = re.compile(r"(?<!\w)(kg|m|m2|s|Hz|rad|N|J|W|Pa|K|V|A|ohm|H|-)(?!\w)")
 QUANTITY = re.compile(r"\bfloat\b|\bsignals?\b|\(3,\)|\(n")
 
 

@@ -1,7 +1,7 @@
 """LuGre friction against the equations and the data of Canudas de Wit, Olsson, Astrom & Lischinsky 1995.
 
-Table I: sigma_0 = 1e5 N/m, sigma_1 = sqrt(1e5) N s/m, sigma_2 = 0.4 N s/m, F_C = 1 N, F_S = 1.5 N, v_s = 0.001 m/s; a mass
-of 1 kg. The reference integrates their equations by scipy.
+Table I: sigma_0 = 1e5 N/m, sigma_1 = sqrt(1e5) N s/m, sigma_2 = 0.4 N s/m, F_C = 1 N, F_S = 1.5 N, v_s = 0.001 m/s; a
+mass of 1 kg. The reference integrates their equations by scipy.
 """
 
 import numpy as np
