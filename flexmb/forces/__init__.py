@@ -6,6 +6,7 @@ from flexmb.forces.bushing import Bushing
 from flexmb.forces.central_gravity import CentralGravity
 from flexmb.forces.contact import Contact
 from flexmb.forces.dc_motor import DcMotor
+from flexmb.forces.hydraulic_cylinder import HydraulicCylinder
 from flexmb.forces.joint_friction import JointFriction
 from flexmb.forces.line_contact import LineContact
 from flexmb.forces.line_load import LineLoad
