@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, splu
 
+from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
@@ -79,7 +80,7 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     Parameters
     ----------
     model : Model
-        A large one (more than 300 velocities) is taken at rest.
+        A large one (more than 300 velocities) is taken at rest, its drives at their positions of the start.
     count : int
     about : Solution or Instant, optional
         A state of this model, for example its equilibrium (`statics`); default: the start as described.
@@ -108,6 +109,8 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     work = system.workspace()
     rest = system.state(state.t, state.q, np.zeros(system.nu))
     accelerations(system.program, rest, work, np.zeros(system.nu + system.ng), 12 if system.redundant else 2)
+    driven = driven_accelerations(system, rest, work)
+    rest.a[:], rest.lam[:] = rest.a - driven[0], rest.lam - driven[1]
     tangent = tangent_at(system, rest, work)
     scale = sparse.diags(1.0 / np.sqrt(mass_metric(tangent.M)))
     kept = np.setdiff1d(np.arange(system.ng), system.redundant)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.steady import SteadyMotion
 from flexmb.integrate.matrices import equations_at
 from flexmb.math.rotations import euler_to_matrix
@@ -28,7 +29,8 @@ def imbalance(
     Parameters
     ----------
     state : State
-        Its accelerations and multipliers are not read.
+        If its accelerations are zero (an equilibrium), drives that speed up are taken at their speed of the moment.
+        They are not read besides, nor are the multipliers.
     motion : SteadyMotion
         That which goes on with the velocities of the state.
     stiffness : (nu,)
@@ -44,6 +46,9 @@ def imbalance(
     expected = [motion.a, _gone_round(system, now, np.zeros(3)), _gone_round(system, now, np.zeros(3), falls=True)]
     if around is not None:
         expected.append(_gone_round(system, now, around))
+    if not np.any(state.a):
+        driven, _ = driven_accelerations(system, now, work)
+        expected = [a + driven for a in expected]
     equations = equations_at(system, now, work)
     inertia = np.abs(equations.M.diagonal())
     loads = np.abs(equations.f) / mass_metric(equations.M)
