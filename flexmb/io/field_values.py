@@ -217,10 +217,11 @@ def _collected(kind: type) -> str | None:
     return next((p.name for p in own if p.kind is p.VAR_KEYWORD), None)
 
 
-def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], str]) -> Any:
+def toml_value(value: Any, where: str, data_name: Callable[[Any], str]) -> Any:
     """Return a field's value as TOML can hold it; ModelError for what a file cannot hold.
 
-    `data_name` stores reduced bodies and returns the file name to write.
+    `data_name` stores reduced bodies and returns the file name to write; of a signal it returns what to write in its
+    place, or "" where it is written out.
     """
     if isinstance(value, bool | int | float | str):
         return value
@@ -229,7 +230,7 @@ def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], s
     if isinstance(value, Constant):
         return value.value
     if isinstance(value, Signal):
-        return {value.word: toml_fields(value, where, data_name)}
+        return data_name(value) or {value.word: toml_fields(value, where, data_name)}
     if isinstance(value, Pose):
         at = list(value.at)
         return at if value.rotation is None else {"at": at, "rotation": toml_value(value.rotation, where, data_name)}
@@ -255,7 +256,7 @@ def toml_value(value: Any, where: str, data_name: Callable[[ModalNeutralData], s
     )
 
 
-def toml_fields(value: Any, where: str, data_name: Callable[[ModalNeutralData], str]) -> dict[str, Any]:
+def toml_fields(value: Any, where: str, data_name: Callable[[Any], str]) -> dict[str, Any]:
     """Return the fields of a dataclass that differ from their defaults, as TOML can hold them."""
     entries: dict[str, Any] = {}
     collected = _collected(type(value))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,10 @@ from flexmb.io import kind_lists
 from flexmb.io.field_values import own_kind, toml_fields
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import table_lines
+from flexmb.model.block import Block
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
+from flexmb.model.signal import Signal
 
 __all__ = ["model_text", "save_model"]
 
@@ -56,23 +59,74 @@ def _first_bodies(model: Model) -> dict[int, str]:
 
 
 def _text(model: Model, simulation: Simulation | None, data_name: Callable[[ModalNeutralData], str]) -> str:
+    blocks = _shared_blocks(model)
+
+    def written(value: Any) -> str:
+        return blocks.get(id(value), ("", value))[0] if isinstance(value, Signal) else data_name(value)
+
     top: dict[str, Any] = {"name": model.name}
     if any(model.gravity):
         top["gravity"] = list(model.gravity)
     lines = table_lines("", top)
     if model.origin is not None:
-        lines += table_lines("[origin]", toml_fields(model.origin, "Orbit", data_name))
+        lines += table_lines("[origin]", toml_fields(model.origin, "Orbit", written))
     if model.parameters:
         lines += ["# The values below are evaluated already; these are the parameters they came from."]
         lines += table_lines("[parameters]", model.parameters)
+    if blocks:
+        named = {text[2:]: {b.word: toml_fields(b, b.title, written)} for text, b in blocks.values()}
+        lines += table_lines("[signals]", named)
     for table, family in kind_lists.FAMILIES.items():
         for part in getattr(model, family):
-            entries = toml_fields(part, part.title, data_name)
+            entries = toml_fields(part, part.title, written)
             entries.pop("name", None)
             kind = type(part).__name__
             if own_kind(type(part)) and "kind" in entries:
                 kind += f".{entries.pop('kind')}"
             lines += table_lines(f"[[{table}]]", {"kind": kind, "name": part.name, **entries})
     if simulation is not None:
-        lines += table_lines("[simulation]", toml_fields(simulation, "Simulation", data_name))
+        lines += table_lines("[simulation]", toml_fields(simulation, "Simulation", written))
     return "\n".join(lines)
+
+
+def _shared_blocks(model: Model) -> dict[int, tuple[str, Block]]:
+    """Return by identity what is written for each block that is used more than once, "= name", and the block.
+
+    Written out at each of its uses, it would be read as several, each with states of its own. A block comes behind
+    those that it follows.
+    """
+    found: dict[int, Block] = {}
+    again = set()
+
+    def visit(value: Any) -> None:
+        if isinstance(value, Block):
+            if id(value) in found:
+                again.add(id(value))
+                return
+        for inner in _inner(value):
+            visit(inner)
+        if isinstance(value, Block):
+            found[id(value)] = value
+
+    for family in kind_lists.FAMILIES.values():
+        visit(getattr(model, family))
+    names: dict[int, tuple[str, Block]] = {}
+    taken = {*model.parameters, "t"}
+    for key, block in found.items():
+        if key in again:
+            plain = "".join(c if c.isalnum() else "_" for c in block.name or block.word)
+            plain = plain if plain.isidentifier() else f"block_{plain}"
+            name = next(n for n in (plain, *(f"{plain}_{k}" for k in range(2, len(found) + 9))) if n not in taken)
+            taken.add(name)
+            names[key] = (f"= {name}", block)
+    return names
+
+
+def _inner(value: Any) -> Iterator[Any]:
+    """Yield what a value of a field is made of."""
+    if isinstance(value, Mapping):
+        yield from value.values()
+    elif isinstance(value, list | tuple):
+        yield from value
+    elif is_dataclass(value) and not isinstance(value, type | ModalNeutralData):
+        yield from (getattr(value, f.name) for f in fields(value) if f.init)

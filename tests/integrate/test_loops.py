@@ -432,3 +432,24 @@ effort = { pid = { of = { measured = "error" }, kp = 40.0, ki = 20.0, kd = 10.0,
     for one in (model, fmb.load_model(tmp_path / "again.toml")):
         solution = fmb.simulate(one, t_end=1.0, samples=11, integrator=FINE)
         assert solution["x"] == pytest.approx(closed_loop(solution.t)[:, 0], abs=1e-8)
+
+
+def test_a_block_that_is_used_twice_is_one_block_in_the_file_too(tmp_path):
+    """A controller that a sensor and a second force follow is written once, with what it follows; the poles of the
+    model that is read are those of the model that was written, and a run resumes with it.
+    """
+    x = fmb.JointCoordinate("x", joint="rail")
+    slow = fmb.Lag(x, time=0.3)
+    pid = fmb.Pid(fmb.formula("0.5 - s - 0*z", over={"s": slow, "z": x}), kp=30.0, ki=5.0, kd=8.0, filter=0.05)
+    load = fmb.PointLoad("load", marker="cart.center", force=(0.1 * pid - 2.0 * slow, 0.0, 0.0))
+    model = rail(pid, [fmb.SignalValue("u", of=pid), fmb.SignalValue("s", of=slow)], [load])
+    read = fmb.load_model(fmb.save_model(model, tmp_path / "twice.toml"))
+    poles = fmb.linearize(model, fmb.statics(model)).eigenvalues
+    again = fmb.linearize(read, fmb.statics(read)).eigenvalues
+    assert len(again) == len(poles)
+    assert np.abs(again - poles).max() <= SOLVER * np.abs(poles).max()
+    file = tmp_path / "run.h5"
+    fmb.simulate(model, t_end=0.2, samples=21, output=file, write_model=fmb.model_text)
+    on = fmb.resume(file, t_end=0.4, samples=21, read_model=fmb.read_model_text, write_model=fmb.model_text)
+    whole = fmb.simulate(model, t_end=0.4, samples=41)
+    assert abs(on["u"][-1] - whole["u"][-1]) < 1e-4 * np.abs(whole["u"]).max()
