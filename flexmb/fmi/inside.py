@@ -30,7 +30,7 @@ def model_inputs(model: Model) -> dict[str, float]:
     """Return the inputs of a model with their values at the start."""
     from flexmb.model.input_signal import inputs_of
 
-    parts = (*model.forces, *model.joints)
+    parts = (*model.forces, *model.joints, *model.sensors)
     return {name: one.value for part in parts for name, one in inputs_of(part).items()}
 
 

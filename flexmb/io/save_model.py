@@ -99,10 +99,9 @@ def _shared_blocks(model: Model) -> dict[int, tuple[str, Block]]:
     again = set()
 
     def visit(value: Any) -> None:
-        if isinstance(value, Block):
-            if id(value) in found:
-                again.add(id(value))
-                return
+        if isinstance(value, Block) and id(value) in found:
+            again.add(id(value))
+            return
         for inner in _inner(value):
             visit(inner)
         if isinstance(value, Block):

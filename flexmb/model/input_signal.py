@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
@@ -53,31 +54,50 @@ def input(name: str, value: float = 0.0) -> Input:
 
 
 def inputs_of(value: Any) -> dict[str, Input]:
-    """Return the inputs by name in a signal, or in the fields of a part."""
+    """Return the inputs by name in a signal and all that it follows, or in the fields of a part."""
     if isinstance(value, Input):
         return {value.name: value}
-    inner = value if isinstance(value, tuple) else _signals_in(value).values()
-    return {name: one for part in inner for name, one in inputs_of(part).items()}
+    return {name: one for part in _inner(value).values() for name, one in inputs_of(part).items()}
 
 
-def with_more(value: Any, name: str, more: Signal) -> Any:
-    """Return a signal, or a part, in which another signal is added to an input wherever it is read."""
+def with_more(value: Any, name: str, more: Signal, made: dict[int, Any] | None = None) -> Any:
+    """Return a signal, or a part, in which another signal is added to an input wherever it is read.
+
+    `made` holds by identity what was made so far: a block that several parts follow stays one block.
+    """
+    made = {} if made is None else made
+    if id(value) in made:
+        return made[id(value)]
     if name not in inputs_of(value):
         return value
     if isinstance(value, Input):
-        return value + more
+        found: Any = value + more
+    else:
+        parts = {key: with_more(one, name, more, made) for key, one in _inner(value).items()}
+        if isinstance(value, tuple):
+            found = tuple(parts[k] for k in range(len(value)))
+        elif isinstance(value, Mapping):
+            found = parts
+        else:
+            found = replace(value, **parts)
+    made[id(value)] = found
+    return found
+
+
+def _inner(value: Any) -> Mapping[Any, Any]:
+    """Return what a value is made of: the entries of a tuple or mapping, the fields of a signal or a part that are or
+    hold signals, or sensors of them.
+    """
     if isinstance(value, tuple):
-        return tuple(with_more(part, name, more) for part in value)
-    return replace(value, **{field: with_more(one, name, more) for field, one in _signals_in(value).items()})
-
-
-def _signals_in(value: Any) -> dict[str, Any]:
-    """Return the fields of a signal or a part that are signals, or tuples of signals."""
-    if not hasattr(value, "__dataclass_fields__"):
+        return dict(enumerate(value))
+    if isinstance(value, Mapping):
+        return value
+    if not hasattr(value, "__dataclass_fields__") or isinstance(value, type):
         return {}
     found = {f.name: getattr(value, f.name) for f in fields(value) if f.init}
-    return {
-        field: one
-        for field, one in found.items()
-        if isinstance(one, Signal) or (isinstance(one, tuple) and any(isinstance(part, Signal) for part in one))
-    }
+    return {field: one for field, one in found.items() if isinstance(one, Signal | Mapping) or _holds_signals(one)}
+
+
+def _holds_signals(value: Any) -> bool:
+    """Is it a tuple with signals, or a sensor (what measures has readings)?"""
+    return hasattr(value, "reading") or (isinstance(value, tuple) and any(isinstance(one, Signal) for one in value))

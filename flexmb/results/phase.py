@@ -69,6 +69,8 @@ class Phase:
         Values that are known already (read from a file); other sensors are evaluated when they are asked for.
     cut_off : bool
         The last row is no sample, but how far the run had come when it was cut off.
+    inputs : (nt, n), optional
+        Values of the inputs of `system`, in its order, that led to each sample; None: as they are.
     """
 
     model: Any
@@ -82,6 +84,7 @@ class Phase:
     system: Any = field(default=None, repr=False)
     tables: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
     cut_off: bool = False
+    inputs: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self):
         nt = len(self.t)

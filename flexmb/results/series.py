@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import fields
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,7 +74,7 @@ class Series:
         from flexmb.system.observe import observe_signals
 
         p = self.phase
-        return observe_signals(self.system, p.t, p.q, p.u, p.a, p.lam)
+        return np.concatenate([observe_signals(self.system, *rows) for rows in self._spans(p.q, p.u, p.a, p.lam)])
 
     @cached_property
     def observation(self):
@@ -79,7 +82,29 @@ class Series:
         from flexmb.system import observe
 
         p = self.phase
-        return observe(self.system, p.t, p.q, p.u, p.a, p.lam, p.works)
+        seen = [observe(self.system, *rows) for rows in self._spans(p.q, p.u, p.a, p.lam, p.works)]
+        if len(seen) == 1:
+            return seen[0]
+        return type(seen[0])(
+            **{f.name: np.concatenate([getattr(one, f.name) for one in seen]) for f in fields(seen[0])}
+        )
+
+    def _spans(self, *arrays: np.ndarray) -> Iterator[list[np.ndarray]]:
+        """Yield times and rows of the samples that the same inputs led to; meanwhile the inputs have those values."""
+        given = self.phase.inputs
+        if given is None or not self.system.inputs:
+            yield [self.t, *arrays]
+            return
+        args = self.system.program.signals.args
+        before = args.copy()
+        turns = 1 + np.flatnonzero(np.any(given[1:] != given[:-1], axis=1))
+        try:
+            for first, last in pairwise([0, *turns.tolist(), len(given)]):
+                for places, value in zip(self.system.inputs.values(), given[first]):
+                    args[places] = value
+                yield [x[first:last] for x in (self.t, *arrays)]
+        finally:
+            args[:] = before
 
     def marker(self, name: str) -> MarkerMotion:
         """Return the motion of "body.marker"."""

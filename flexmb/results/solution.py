@@ -109,7 +109,8 @@ class Solution:
         phase = self.phases[-1]
         rows: dict[str, Any] = {name: getattr(phase, name)[-1:] for name in ("t", "q", "u", "a", "lam", "works")}
         tables = {name: values[-1:] for name, values in phase.tables.items()}
-        return replace(self, phases=(replace(phase, **rows, tables=tables),))
+        inputs = None if phase.inputs is None else phase.inputs[-1:]
+        return replace(self, phases=(replace(phase, **rows, tables=tables, inputs=inputs),))
 
     def series(self, phase: int = 0) -> Series:
         """Return what sensors read in one phase; evaluated once."""

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import FlexmbError
+from flexmb.model.input_signal import inputs_of
 from flexmb.model.kinds import Sensor
 from flexmb.model.signal import as_signal
 
@@ -46,12 +47,12 @@ class SignalValue(Sensor):
 
     def values(self, series) -> np.ndarray:
         """Return the value (nt,); FlexmbError if the model was simulated without the sensor."""
-        if not self.of.follows:
+        if not self.of.follows and not inputs_of(self.of):  # inputs have the values that they were given in the run
             return self.of.sample(series.t)[:, 0]
         if self.name not in series.system.values:
             raise FlexmbError(
                 self.title,
-                found="a signal that follows measurements, of which the run knows nothing",
+                found="a signal that follows measurements or inputs, of which the run knows nothing",
                 expected="a sensor that the model had when it was simulated",
                 remedy="Add it to the model, and simulate again",
             )

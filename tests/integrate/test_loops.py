@@ -453,3 +453,54 @@ def test_a_block_that_is_used_twice_is_one_block_in_the_file_too(tmp_path):
     on = fmb.resume(file, t_end=0.4, samples=21, read_model=fmb.read_model_text, write_model=fmb.model_text)
     whole = fmb.simulate(model, t_end=0.4, samples=41)
     assert abs(on["u"][-1] - whole["u"][-1]) < 1e-4 * np.abs(whole["u"]).max()
+
+
+def steered() -> tuple[fmb.Model, np.ndarray, np.ndarray]:
+    """Return a cart whose controller follows an input, and A (4, 4) and B (4,) of x, x', integral, filtered error."""
+    kp, ki, kd, T = 40.0, 30.0, 12.0, 0.02
+    wanted = fmb.input("wanted")
+    error = fmb.formula("r - x", over={"r": wanted, "x": fmb.JointCoordinate("x", joint="rail")})
+    pid = fmb.Pid(error, kp=kp, ki=ki, kd=kd, filter=T, name="pid")
+    sensors = [fmb.SignalValue("u", of=pid), fmb.SignalValue("r", of=wanted), fmb.ForceOf("F", force="motor")]
+    A = np.array(
+        [[0, 1, 0, 0], [-(kp + kd / T) / MASS, 0, 1 / MASS, -kd / T / MASS], [-ki, 0, 0, 0], [-1 / T, 0, 0, -1 / T]]
+    )
+    return rail(pid, sensors), A, np.array([0.0, (kp + kd / T) / MASS, ki, 1 / T])
+
+
+def test_an_input_that_a_controller_follows_is_a_port_of_the_plant():
+    """From the wanted place to the place: the closed loop by hand; what the controller asks for moves the mass."""
+    model, A, B = steered()
+    plant = fmb.linearize(model, fmb.statics(model), inputs=["wanted"], outputs=["x", "u"])
+    for frequency, found in zip((0.1, 1.0, 5.0), plant.frequency_response(np.array([0.1, 1.0, 5.0]))):
+        s = 2j * np.pi * frequency
+        x = np.linalg.solve(s * np.eye(4) - A, B)[0]
+        assert found[:, 0] == pytest.approx([x, MASS * s**2 * x], rel=SOLVER)
+    assert set(fmb.linearize(model, fmb.statics(model), outputs=["x"]).inputs) == {"wanted"}
+
+
+def test_samples_of_a_stepped_run_have_the_inputs_of_their_time():
+    """Sensors of signals and forces, read after the run, are those of the run, though inputs were set since; after a
+    restore too.
+    """
+    model, A, B = steered()
+    x, seen = np.zeros(4), [(0.0, 0.0, 0.0)]
+    with fmb.stepper(model, integrator=FINE) as run:
+        for k in range(6):
+            r = 0.1 * np.cos(1.7 * k)
+            run.set("wanted", r)
+            run.advance(by=0.02)
+            if k == 3:
+                moment = run.save()
+            whole = expm(0.02 * np.block([[A, B[:, None] * r], [np.zeros((1, 5))]]))
+            x = whole[:4, :4] @ x + whole[:4, 4]
+            seen.append((x[0], MASS * (A[1] @ x + B[1] * r), r))
+        run.restore(moment)
+        run.set("wanted", 7.0)
+        solution = run.solution
+    exact = np.array(seen)[:5]
+    assert solution["x"] == pytest.approx(exact[:, 0], abs=1e-7)
+    assert solution["u"] == pytest.approx(exact[:, 1], abs=1e-4)
+    assert solution["F"][:, 0] == pytest.approx(exact[:, 1], abs=1e-4)
+    assert solution["r"] == pytest.approx(exact[:, 2], abs=1e-15)
+    assert solution.last()["r"] == pytest.approx(exact[-1:, 2], abs=1e-15)

@@ -16,6 +16,8 @@ __all__ = ["InputPort", "NamedInput", "OutputPort", "input_ports", "output_ports
 
 AXES = "xyz"
 FAMILIES = ("forces", "joints")
+READERS = (*FAMILIES, "sensors")
+"""Families whose parts may read inputs."""
 
 
 class InputPort(NamedTuple):
@@ -56,8 +58,10 @@ class NamedInput(NamedTuple):
 
     def added(self, model: Model, more: Signal) -> Model:
         """Return the model with another signal added to the input."""
+        made: dict[int, Any] = {}
         changed: dict[str, Any] = {
-            family: tuple(with_more(part, self.name, more) for part in getattr(model, family)) for family in FAMILIES
+            family: tuple(with_more(part, self.name, more, made) for part in getattr(model, family))
+            for family in READERS
         }
         return replace(model, **changed)
 
@@ -89,9 +93,7 @@ def _signals(model: Model) -> list[InputPort]:
 
 
 def _named(model: Model) -> dict[str, Input]:
-    return {
-        name: one for family in FAMILIES for part in getattr(model, family) for name, one in inputs_of(part).items()
-    }
+    return {name: one for family in READERS for part in getattr(model, family) for name, one in inputs_of(part).items()}
 
 
 def _of_time(value: Any) -> bool:

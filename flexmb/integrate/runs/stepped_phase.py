@@ -46,6 +46,7 @@ class SteppedPhase:
         self.variables: Any = None
         self.last: Rows = {}
         self.rows: list[Rows] = []
+        self.given: list[list[float]] = []
         self.looked = 0
         self.energy = EnergyWatch(system, system.workspace())
         self.watch = Watch(model, system, integrator, self.work, passed)
@@ -200,10 +201,13 @@ class SteppedPhase:
         self.begin(consistent_start(self.system, self.system.state(t, q, u), self.work))
 
     def _kept(self) -> None:
+        given = list(self.inputs.values())
         if self.keep:
             self.rows.append(self.last)
+            self.given.append(given)
         else:
             self.rows, self.looked = [*self.rows[:1], self.last], min(self.looked, 1)
+            self.given = [*self.given[:1], given]
 
     def saved(self) -> tuple[Any, ...]:
         """Return all that the steps after this depend on."""
@@ -219,7 +223,7 @@ class SteppedPhase:
         """Return to what `saved` has returned, when so many samples were kept."""
         variables, scratch, args, self.last, self.works, self.jumped, self.planned, watched = saved
         self.system.program.signals.args[:] = args
-        del self.rows[samples:]
+        del self.rows[samples:], self.given[samples:]
         self.looked = min(self.looked, samples)
         self.watch.last, passed = dict(watched[0]), watched[1]
         self.watch.passed.clear()
@@ -254,8 +258,9 @@ class SteppedPhase:
         return Phase(model=self.model, system=self.system, **self.last)
 
     def result(self) -> Phase:
-        """Return what was kept."""
-        return Phase(model=self.model, system=self.system, ended=self.ended, **joined_rows(self.rows))
+        """Return what was kept, with the inputs that led to each sample."""
+        rows, inputs = joined_rows(self.rows), np.array(self.given)
+        return Phase(model=self.model, system=self.system, ended=self.ended, inputs=inputs, **rows)
 
     def statistics(self) -> dict[str, Any]:
         """Return the numbers of the integrator since it began."""
@@ -292,6 +297,6 @@ def new_phase(
     phase.begin(state)
     row = {name: np.array(getattr(state, name))[None] for name in ("q", "u", "a", "lam")}
     phase.last = {"t": np.array([state.t]), **row, "works": works[None]}
-    phase.rows = [phase.last]
+    phase.rows, phase.given = [phase.last], [list(phase.inputs.values())]
     phase.watch.first(phase.last, begins=True)
     return phase
