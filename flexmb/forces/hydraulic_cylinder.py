@@ -92,8 +92,8 @@ class HydraulicCylinder(OnCoordinate):
     "pressure a" and "pressure b".
 
     The oil does not cavitate here: look whether pressures fall below -1e5 Pa. There are no ends of the stroke (use
-    `BiStop`); where a chamber has no volume any more, the run ends. In statics an open valve or a leakage sets the
-    pressures; otherwise hold them (``hold_states=True``).
+    `BiStop`); where a chamber has no volume any more, the run ends. In statics an open valve sets the
+    pressures; behind a shut one they stay as they begin.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def tubes(n: int) -> fmb.Model:
 
 @pytest.mark.parametrize("model", [branched, flexible_chain, chain, tubes])
 def test_round_trip_over_trees(model, rng):
-    tree, state, back = assert_round_trip(model() if model is branched else model(3), rng)
+    tree, state, back = assert_round_trip(put_together(branched()) if model is branched else model(3), rng)
     np.testing.assert_allclose(back.q[-1], state.q[-1], atol=ROUND)  # a branch, where there is one
     again = tree.relative(back)
     first = tree.relative(state)
@@ -76,7 +76,7 @@ def test_round_trip_over_loops(rng):
 
 def test_relative_rates_are_derivatives(rng):
     """Rates and second rates against differences of coordinates along a motion of constant second rates."""
-    tree = fmb.JointTree(branched())
+    tree = fmb.JointTree(put_together(branched()))
     start = tree.start
     scalar = [n for n in tree.names if "ball" not in n and "frame" not in n]
     places = [(tree.names.index(n), tree.rate_names.index(n)) for n in scalar]
@@ -114,7 +114,7 @@ def test_chain_of_hinges_is_a_product_of_matrices(rng):
         inn.append(pose())
         bodies.append(fmb.RigidBody(f"b{k}", mass=1.0, inertia=(1, 1, 1), markers={"in": inn[-1], "out": pose()}))
         joints.append(fmb.Revolute(f"j{k}", markers=(f"{bodies[k].name}.out", f"b{k}.in")))
-    tree = fmb.JointTree(fmb.Model(bodies=bodies, joints=joints))
+    tree = fmb.JointTree(put_together(fmb.Model(bodies=bodies, joints=joints)))
     angles = rng.uniform(-3, 3, 4)
     found = frames(tree.model, tree.absolute(angles).q)
 
@@ -137,7 +137,7 @@ def test_spherical_and_universal_joints_against_products_of_rotations(rng):
     body = fmb.RigidBody("b", mass=1.0, inertia=(1, 1, 1), markers={"m": (0.2, 0.1, 0.3), "x": ACROSS})
 
     def on(joint):
-        return fmb.JointTree(fmb.Model(bodies=[fmb.Ground(), body], joints=[joint]))
+        return fmb.JointTree(put_together(fmb.Model(bodies=[fmb.Ground(), body], joints=[joint])))
 
     ball = on(fmb.Spherical("s", markers=("ground.origin", "b.m")))
     turn = Rotation.from_rotvec(rng.normal(size=3))
