@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.oversights import places_of
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.weights import weigh
 from flexmb.model.model import Model
+from flexmb.system.mobility import constraint_matrix, mass_metric
+from flexmb.system.program import evaluate
 
-__all__ = ["ORBITAL", "default_integrator", "far_from_origin"]
+__all__ = ["ORBITAL", "default_integrator", "far_from_origin", "unless_stiff"]
 
 ORBITAL = Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)
 """Default in orbit: its errors, of order eight, stay below 1e-6 of a spacecraft's length over ten orbits."""
+LONG = 1e5
+"""Radians of the fastest vibration (or times of the fastest decay) in a run that explicit steps can follow: it takes
+them some 0.4 to 0.8 steps each."""
+ITERATIONS = 30
+"""Of the power iteration for that rate: a few per cent are enough."""
 FAR = 1e-4
 """Length of an assembly, relative to its distance from the origin, below which relative motion is worse than asked."""
 
@@ -24,6 +35,53 @@ def default_integrator(model: Model):
     elastic = any(body.n_velocities > (6 if body.has_frame else 3) for body in model.bodies)
     strikes = any(force.strikes for force in model.forces)
     return ORBITAL if in_orbit and not elastic and not strikes else GeneralizedAlpha()
+
+
+def unless_stiff(integrator, system, state, span: float):
+    """Return the integrator for a run of `span` (s), and what to tell: `GeneralizedAlpha` instead of `ORBITAL` where
+    springs or dampers are so stiff that explicit steps would hardly end.
+    """
+    if integrator is not ORBITAL:
+        return integrator, []
+    rate, owner = _fastest(system, state)
+    if not rate * span > LONG:
+        return integrator, []
+    return GeneralizedAlpha(), [
+        f"Model '{system.model.name}': {owner} is held by springs or dampers of up to {rate:.3g} rad/s, too stiff for "
+        f"the explicit steps that are the default in orbit, over {span:.4g} s; GeneralizedAlpha is used, whose errors "
+        "add up over many revolutions. Make what hardly moves rigid (Fixed), or give an integrator and its tolerance"
+    ]
+
+
+def _fastest(system, state) -> tuple[float, str]:
+    """Return the largest rate that stiffness or damping give the system, rad/s, and which body has most of it.
+
+    Power iterations with M^-1 K and M^-1 D, constraints kept.
+    """
+    work, parts = system.workspace(), []
+    for damping, stiffness in ((1.0, 0.0), (0.0, 1.0)):
+        weigh(work.weights, 0.0, damping, stiffness)
+        evaluate(system.program, state, work)
+        parts.append(constraint_matrix(system, work)[0].copy())
+    weigh(work.weights, 1.0)
+    evaluate(system.program, state, work)
+    size = np.sqrt(mass_metric(constraint_matrix(system, work)[0]))
+    if lu_factor(work.S, system.program.pattern) >= 0:
+        return 0.0, ""
+    fastest, owner = 0.0, ""
+    for matrix, power in zip(parts, (1.0, 0.5), strict=True):
+        x, growth = np.random.default_rng(0).normal(size=system.nu) / size, 0.0
+        for _ in range(ITERATIONS):
+            right = np.concatenate([matrix @ x, np.zeros(system.ng)])
+            lu_solve(work.S, system.program.pattern, right)
+            before, x = np.linalg.norm(size * x), right[: system.nu]
+            growth = float(np.linalg.norm(size * x) / before)
+            if not (growth > 0.0 and np.isfinite(growth)):
+                break
+            x /= growth * before
+        if np.isfinite(growth) and growth**power > fastest:
+            fastest, owner = growth**power, system.owner(int(np.argmax(np.abs(size * x))))
+    return fastest, owner
 
 
 def far_from_origin(system) -> list[str]:

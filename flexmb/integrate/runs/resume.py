@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
-from flexmb.integrate.orbital import default_integrator
+from flexmb.integrate.orbital import default_integrator, unless_stiff
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.record import Recorder
@@ -77,9 +77,11 @@ def resume(
     times = sample_times(float(before.t[0]), t_end, samples)
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
     assembled = assemble(model, t=last.t, state=state)
+    integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
     phases = Phases(integrator, recorder, times, progress, before.statistics)
+    phases.validity.tell(stiff)
     try:
         status = phases.run(model, assembled, last.works, goes_on=before.phases[-1] if merge else None)
     except BaseException:

@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.explicit.explicit import Explicit
-from flexmb.integrate.orbital import default_integrator, far_from_origin
+from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
 from flexmb.integrate.oversights import oversights
 from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
@@ -137,7 +137,8 @@ def simulate(
     t_end : float, s
     integrator : integrator, optional
         `GeneralizedAlpha()` unless given; for rigid bodies and points in orbit (`CentralGravity`, `ThirdBody`)
-        `Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)`, because errors add up over the revolutions.
+        `Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)`, because errors add up over the revolutions, unless springs
+        or dampers are too stiff for it.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
         How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the
         joints, as `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
@@ -183,7 +184,8 @@ def simulate(
     system, begin = assembled
     require_no_jumps(system, begin, float(times[-1]))
     told += require_motion_to_begin(system, begin, system.workspace())
-    told += far_from_origin(system)
+    integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1]) - t_start)
+    told += [*stiff, *far_from_origin(system)]
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     phases.validity.tell(told)

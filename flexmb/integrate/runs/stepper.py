@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean, listed
+from flexmb.integrate.orbital import unless_stiff
 from flexmb.integrate.runs.simulate import chosen_integrator, state_at
 from flexmb.integrate.runs.stepped_phase import SteppedPhase, new_phase
 from flexmb.integrate.runs.validity import Validity
@@ -320,6 +321,8 @@ def stepper(
         else assemble(model, t=t_start, state=state)
     )
     told += require_motion_to_begin(system, begin, system.workspace())
+    chosen, stiff = unless_stiff(chosen, system, begin, float(t_end) - t_start)
+    told += stiff
     validity = Validity()
     validity.tell(told)
     phase = new_phase(model, system, begin, chosen, float(t_end), keep=keep)
