@@ -40,6 +40,8 @@ SHARE = 1e-5
 """Equations with a smaller share in a state of self-stress take no part in it."""
 MIXTURES = 8
 """Of the dependent equations, if there are more, so many are looked at for states of self-stress."""
+DENSE = 150
+"""Equations up to which a singular value decomposition is as quick as the sparse search."""
 ROUNDING = 1e-13
 """Gradients smaller than this, relative to the largest, are zero but for the last digit."""
 
@@ -96,8 +98,17 @@ def still_dependent(
 
     Those of a dead centre do not, once it is left. Deviations of a mesh file change a little with the position.
     """
-    A = _unit_gradients(M, G, block).toarray()
-    others = A[np.setdiff1d(np.arange(len(A)), found)]
+    gradients = _unit_gradients(M, G, block)
+    others = np.setdiff1d(np.arange(gradients.shape[0]), found)
+    if gradients.shape[0] > DENSE:
+        order = np.concatenate([others, np.asarray(found, int)])
+        joints = block[G.shape[1] :][order]
+        joints[len(others) :] += 1 + int(joints.max())  # fronts of their own, after all others
+        latest = order[dependent_rows(gradients[order], joints, block[: G.shape[1]], DRIFTS * DEPENDENT)]
+        if not len(np.intersect1d(latest, others)):  # else others have become dependent here: their rank decides
+            return latest
+    A = gradients.toarray()
+    others = A[others]
     s, Vt = np.linalg.svd(others, full_matrices=False)[1:] if len(others) else (np.zeros(0), np.zeros((0, A.shape[1])))
     span = list(Vt[s > RANK * np.max(s, initial=0.0)])
     dependent = []

@@ -148,3 +148,38 @@ def test_a_run_that_is_moved_on_from_outside_sees_jumps_too():
         run.advance(by=0.4)
         with pytest.raises((ModelError, IntegrationError), match=r"Joint 'D'.* jumps by 0.3 m at t = 0.5"):
             run.advance(by=0.4)
+
+
+@pytest.mark.parametrize("begin", [0.0, 5e4])
+def test_fast_motion_at_a_late_time_is_no_jump(begin):
+    """A wheel at 3000 rpm in the tenth orbit, and a shaker, both beside the times of another signal: between the two
+    numbers next to such a time they move."""
+    wheel = fmb.RigidBody("wheel", mass=1.0, inertia=(1, 1, 1))
+    cart = fmb.RigidBody("cart", mass=1.0, inertia=(1, 1, 1))
+    slide = fmb.RigidBody("slide", mass=1.0, inertia=(1, 1, 1))
+    joints = [
+        fmb.Revolute("hinge", markers=("ground.origin", "wheel.center")),
+        fmb.Prismatic("one", markers=("ground.origin", "cart.center")),
+        fmb.Prismatic("other", markers=("ground.origin", "slide.center")),
+        fmb.Drive("spin", joint="hinge", angle=fmb.expression("314.159*t")),
+        fmb.Drive("shake", joint="one", displacement=fmb.expression("0.01*sin(600*t)")),
+        fmb.Drive("lead", joint="other", displacement=fmb.step(0.1, at=begin + 0.01, rise=0.005)),
+    ]
+    model = fmb.Model(bodies=[fmb.Ground(), wheel, cart, slide], joints=joints)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run = fmb.simulate(model, begin + 0.02, t_start=begin, samples=3, integrator=fmb.Explicit())
+    assert run.t[-1] == begin + 0.02
+
+
+@pytest.mark.parametrize("text", ["pi*t", "where(t < 1, pi*t, pi*(2*t - 1) - pi*(t - 1))", "-pi*t"])
+def test_half_a_turn_is_no_jump(text):
+    """Half a turn from the start the angle of a joint at rest passes from one sense to the other."""
+    wheel = fmb.RigidBody("wheel", mass=1.0, inertia=(1, 1, 1))
+    hinge = fmb.Revolute("hinge", markers=("ground.origin", "wheel.center"))
+    drive = fmb.Drive("spin", joint="hinge", angle=fmb.expression(text))
+    load = fmb.PointLoad("load", marker="wheel.center", force=(0, 0, fmb.step(0.1, at=1.0)))
+    model = fmb.Model(bodies=[fmb.Ground(), wheel], joints=[hinge, drive], forces=[load])
+    run = fmb.simulate(model, 1.2, samples=3, integrator=fmb.Explicit())
+    angle = 2.0 * np.arctan2(run.final.q[6], run.final.q[3]) if run.final.q[3] else np.pi
+    assert np.cos(angle) == pytest.approx(np.cos(1.2 * np.pi), abs=1e-6)

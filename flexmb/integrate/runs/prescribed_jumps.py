@@ -11,7 +11,7 @@ from flexmb.errors import ModelError
 from flexmb.integrate.runs.breaks import just_after, just_before
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.weights import weigh
-from flexmb.system.program import constraint_velocity, evaluate
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 __all__ = ["PrescribedJump", "prescribed_jump", "require_no_jumps", "sentences_about", "speeds_after"]
 
@@ -82,14 +82,20 @@ def prescribed_jump(system, work, q: np.ndarray, u: np.ndarray, t: float, left: 
     for at in (just_before(t) if left is None else left, just_after(t)):
         work.weights[0].wanted = 0
         evaluate(system.program, system.state(at, q, u), work)
-        rate, places = np.zeros(system.ng), system.program.equation_level == 0
+        (rate, change), places = np.zeros((2, system.ng)), system.program.equation_level == 0
         constraint_velocity(work, u, rate)
-        sides.append((np.where(places, work.equations["g"], 0.0), rate))
-    (g0, v0), (g1, v1) = sides
+        constraint_acceleration(work, np.zeros(system.nu), change)
+        # the bodies stand still while the signals go on: the rate that matters is theirs
+        own = np.abs(work.equations["rate"])
+        sides.append((np.where(places, work.equations["g"], 0.0), rate, own, np.abs(change)))
+    (g0, v0, own0, change0), (g1, v1, own1, change1) = sides
     lengths, moved = system.lengths.equations, 4.0 * (just_after(t) - just_before(t))
     place, speed = np.abs(g1 - g0), np.abs(v1 - v0)
-    place = np.where(place > JUMP * lengths + moved * np.maximum(np.abs(v0), np.abs(v1)), place, 0.0)
-    speed = np.where(speed > JUMP * np.maximum(lengths, np.maximum(np.abs(v0), np.abs(v1))), speed, 0.0)
+    turns = np.where(system.lengths.are_lengths, 0.0, np.rint(place / (2.0 * np.pi)))  # half a turn away, left is right
+    place = np.abs(place - 2.0 * np.pi * turns)
+    place = np.where(place > JUMP * lengths + moved * np.maximum(own0, own1), place, 0.0)
+    least = JUMP * np.maximum(lengths, np.maximum(np.abs(v0), np.abs(v1)))
+    speed = np.where(speed > least + moved * np.maximum(change0, change1), speed, 0.0)
     if not (np.any(place) or np.any(speed)):
         return None
     k = int(np.argmax((place if np.any(place) else speed) / lengths))

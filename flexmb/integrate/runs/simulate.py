@@ -136,9 +136,8 @@ def simulate(
     model : Model
     t_end : float, s
     integrator : integrator, optional
-        `GeneralizedAlpha()` unless given; for rigid bodies and points in orbit (`CentralGravity`, `ThirdBody`)
-        `Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)`, because errors add up over the revolutions, unless springs
-        or dampers are too stiff for it.
+        `GeneralizedAlpha()` unless given; for rigid bodies and points in orbit (`CentralGravity`, `ThirdBody`), unless
+        springs are too stiff, `Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)`: errors add up over the revolutions.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte, optional
         How accelerations are found, by `Explicit(formulation=...)`; `Recursive` integrates the coordinates of the
         joints, as `Implicit` does for stiff bodies. `GeneralizedAlpha` and `IDA` do not ask for accelerations.
@@ -176,12 +175,11 @@ def simulate(
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []
-    assembled = (  # whatever is wrong shows before a file is made
+    system, begin = assembled = (  # whatever is wrong shows before a file is made
         assemble_as_drawn(model, t=t_start, tell=told.extend)
         if state is None
         else assemble(model, t=t_start, state=state)
     )
-    system, begin = assembled
     require_no_jumps(system, begin, float(times[-1]))
     told += require_motion_to_begin(system, begin, system.workspace())
     integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1]) - t_start)
