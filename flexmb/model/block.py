@@ -116,7 +116,7 @@ def matrix(value: Any, rows: int | None, columns: int | None, title: str, name: 
     if array.ndim != 2 or array.shape != shape or not array.size:
         raise ModelError(
             title,
-            found=f"{name} of the shape {np.shape(value)}",
+            found=f"{name} of the shape {array.shape}" if array.size else f"{name} = {value!r:.80}, no finite numbers",
             expected=f"finite numbers of the shape ({'any' if rows is None else rows}, "
             f"{'any' if columns is None else columns})",
             remedy="Let A be (n, n), B (n, inputs), C (outputs, n), D (outputs, inputs)",

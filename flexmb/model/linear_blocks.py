@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.model.block import Block, linear, matrix
-from flexmb.model.described import finite_array
+from flexmb.model.described import entries_of, finite_array
 from flexmb.model.measurement import Formula, signals_of
 from flexmb.model.signal import Signal
 
@@ -60,8 +60,8 @@ class StateSpace(Block):
                 )
             for name in "ABCD":
                 object.__setattr__(self, name, getattr(system, name))
-        A = np.asarray(self.A, float) if np.size(self.A) else np.zeros((0, 0))
-        n, m = len(np.atleast_2d(A)) if A.size else 0, len(self.of)
+        A, m = finite_array(self.A), len(self.of)
+        n = len(np.atleast_2d(A)) if A.size else 0 if len(entries_of(self.A)) == 0 else 1  # what is wrong is refused
         shapes = {"A": (n, n), "B": (n, m), "C": (None, n), "D": (None, m)}
         for name, shape in shapes.items():
             given = getattr(self, name)
@@ -69,7 +69,8 @@ class StateSpace(Block):
                 given = np.zeros((len(self.C), m))
             array = matrix(given, *shape, self.title, name)
             object.__setattr__(self, name, tuple(map(tuple, array.tolist())))
-        if not 0 <= self.row < len(self.D) or (n and len(self.C) != len(self.D)):
+        row = self.row if isinstance(self.row, int) and not isinstance(self.row, bool) else -1
+        if not 0 <= row < len(self.D) or (n and len(self.C) != len(self.D)):
             raise ModelError(
                 self.title,
                 found=f"row = {self.row!r}; C has {len(self.C)} rows, D {len(self.D)}",
