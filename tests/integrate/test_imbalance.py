@@ -74,3 +74,39 @@ def top(tilt, spin=200.0):
         bodies=[fmb.Ground(), body],
         joints=[fmb.Spherical("S", markers=("ground.origin", "top.tip"))],
     )
+
+
+def test_outputs_of_an_equilibrium_leave_out_a_drive_that_is_about_to_start():
+    """A bob (m, I) hangs l below a carriage that begins to rise with 8 m/s2: w2 = m g l / (I + m l2), and the bob's
+    acceleration follows a push by l2 s2 / (I + m l2) / (s2 + w2); neither knows the 8 m/s2.
+    """
+    m, inertia, length = 2.0, 0.1, 0.5
+    pin = {"x": (1, 0, 0), "z": (0, 1, 0)}
+    carriage = fmb.RigidBody("carriage", mass=1.0, inertia=(1, 1, 1), markers={"pin": fmb.Pose.axes((0, 0, 0), **pin)})
+    bob = fmb.RigidBody(
+        "bob",
+        mass=m,
+        inertia=(inertia,) * 3,
+        at=(0, 0, -length),
+        markers={"pin": fmb.Pose.axes((0, 0, length), **pin)},
+    )
+    guide = fmb.Prismatic("guide", markers=("ground.origin", "carriage.center"))
+    hinge = fmb.Revolute("hinge", markers=("carriage.pin", "bob.pin"))
+    lift = fmb.Drive("lift", joint="guide", displacement=fmb.expression("4*t**2"))
+    model = fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(), carriage, bob],
+        joints=[guide, hinge, lift],
+        forces=[fmb.PointLoad("push", marker="bob.center", force=(0, 0, 0))],
+        sensors=[fmb.Acceleration("acceleration", marker="bob.center")],
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fmb.ValidityWarning)
+        plant = fmb.linearize(model, fmb.statics(model), inputs=["push.force.x"], outputs=["acceleration ax"])
+    total = inertia + m * length**2
+    w2 = m * G * length / total
+    np.testing.assert_allclose(np.sort(plant.poles.imag), [-np.sqrt(w2), np.sqrt(w2)], rtol=1e-9)
+    frequency = 0.3
+    s2 = -((2.0 * np.pi * frequency) ** 2)
+    expected = length**2 / total * s2 / (s2 + w2)
+    np.testing.assert_allclose(plant.frequency_response([frequency])[0, 0, 0], expected, rtol=1e-6)

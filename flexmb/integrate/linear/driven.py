@@ -8,21 +8,26 @@ from scipy.sparse.linalg import splu
 from flexmb.integrate.linear.steady import saddle
 from flexmb.integrate.matrices import equations_at
 
-__all__ = ["driven_accelerations"]
+__all__ = ["driven_accelerations", "prescribed"]
 
 SHARED = 1e-12
 """Softness of equations, relative, that keeps dependent ones solvable."""
 
 
-def driven_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray]:
+def prescribed(system, state, work) -> np.ndarray:
+    """Return the second derivatives (ng,) of prescribed motions, the right side b of the equations at rest."""
+    return equations_at(system, state._replace(u=np.zeros(system.nu)), work).b
+
+
+def driven_accelerations(system, state, work, b: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return the accelerations (nu,) and multipliers (ng,) from the second derivatives of prescribed motions alone.
 
-    ``M a - L lam = 0, G a = b``; at rest the right side b holds nothing else.
+    ``M a - L lam = 0, G a = b`` at the places of `state`; `b` (ng,) may come from another state.
     """
-    rest = state._replace(u=np.zeros(system.nu), a=np.zeros(system.nu), lam=np.zeros(system.ng))
-    equations = equations_at(system, rest, work)
-    if not np.any(equations.b):
+    equations = equations_at(system, state._replace(u=np.zeros(system.nu)), work)
+    b = equations.b if b is None else b
+    if not np.any(b):
         return np.zeros(system.nu), np.zeros(system.ng)
-    right = np.concatenate([np.zeros(system.nu), equations.b])
+    right = np.concatenate([np.zeros(system.nu), b])
     found = splu(saddle(equations.M, equations.L, equations.G, SHARED)).solve(right)
     return found[: system.nu], found[system.nu :]

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from flexmb.errors import ModelError, ValidityWarning
+from flexmb.integrate.linear.driven import driven_accelerations, prescribed
 from flexmb.integrate.linear.ports import InputPort, NamedInput, OutputPort
 from flexmb.integrate.matrices import tangent_at
 from flexmb.model.signal import expression
@@ -57,6 +58,9 @@ class _Probe:
     def __init__(self, system, state, outputs: list[OutputPort]):
         self.system, self.state, self.outputs = system, state, outputs
         self.work = system.workspace()
+        # an equilibrium takes drives that speed up at their positions of the moment
+        held = np.zeros(system.ng) if np.any(state.a) else prescribed(system, state, self.work)
+        self.held = held if np.any(held) else None
 
     def rows(self, system, dx: np.ndarray, du: np.ndarray, ways) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nw, nu) and outputs (nw, ny) of the states q + way dx, u + way du."""
@@ -73,6 +77,9 @@ class _Probe:
                     expected="masses and constraints that determine the accelerations",
                     remedy="Ask flexmb.check(model) what is free of inertia",
                 )
+            if self.held is not None:
+                driven = driven_accelerations(system, now, self.work, self.held)
+                now.a[:], now.lam[:] = now.a - driven[0], now.lam - driven[1]
             for family, values in zip((q, u, a, lam), (now.q, now.u, now.a, now.lam), strict=True):
                 family.append(values.copy())
         arrays = [np.array(family).reshape(len(ways), -1) for family in (q, u, a, lam)]
