@@ -122,6 +122,14 @@ def _require(solution: Any, within: Any, window: Any) -> None:
             expected="a simulation, or an equilibrium under the whole load",
             remedy="Look at the path with other load steps, and at its last point by statics",
         )
+    if any(phase.inputs is not None and phase.inputs.size for phase in solution.phases):
+        raise ModelError(
+            "verify",
+            found="a run with inputs that were set from outside, which no other run repeats",
+            expected="a run that depends on its model and its start alone",
+            remedy="Repeat the steps with a tighter integrator and compare, or verify a simulation in which tables stand "
+            "for the inputs",
+        )
     first, last = solution.t[0], solution.t[-1]
     if window is not None and not (
         len(np.atleast_1d(window)) == 2 and all(map(is_number, window)) and first <= window[0] < window[1] <= last

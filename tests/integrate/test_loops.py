@@ -508,3 +508,5 @@ def test_samples_of_a_stepped_run_have_the_inputs_of_their_time():
     assert solution["F"][:, 0] == pytest.approx(exact[:, 1], abs=1e-4)
     assert solution["r"] == pytest.approx(exact[:, 2], abs=1e-15)
     assert solution.last()["r"] == pytest.approx(exact[-1:, 2], abs=1e-15)
+    with pytest.raises(ModelError, match="inputs that were set from outside"):  # other runs would not set them
+        fmb.verify(solution)
