@@ -127,8 +127,8 @@ def _require(solution: Any, within: Any, window: Any) -> None:
             "verify",
             found="a run with inputs that were set from outside, which no other run repeats",
             expected="a run that depends on its model and its start alone",
-            remedy="Repeat the steps with a tighter integrator and compare, or verify a simulation in which tables stand "
-            "for the inputs",
+            remedy="Repeat the steps with a tighter integrator and compare, or verify a simulation in which tables "
+            "stand for the inputs",
         )
     first, last = solution.t[0], solution.t[-1]
     if window is not None and not (
