@@ -47,6 +47,7 @@ _MARKER_REFERENCES = (
     "relative_to",
     "origin",
     "of",
+    "through",
 )
 _WORLD_VECTORS = ("velocity", "angular_velocity")
 

@@ -40,7 +40,7 @@ from flexmb.system.program import (
 from flexmb.system.projection import project
 from flexmb.system.system import System
 
-__all__ = ["assemble", "consistent_start"]
+__all__ = ["all_softened", "assemble", "consistent_start"]
 
 REGULARISATION = 1e-9
 """Added to the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""
@@ -211,6 +211,20 @@ def _with_lengths(system: System, state: State, work) -> System:
     lengths = described_lengths(system, inertia, equations_of_forces(system, work))
     warn_of_lost_digits(system.model, lengths)
     return replace(system, lengths=lengths, units=velocity_units(system, lengths, inertia))
+
+
+def all_softened(system: System) -> System:
+    """Return the system with all its equations softened, where some depend on each other.
+
+    In a dead centre of a redundant mechanism more of them do than where it was put together, and the stages of an
+    implicit Runge-Kutta method land there as near as rounding allows: hard equations then have no solution.
+    """
+    if system.sizes is None:
+        return system
+    scale = REGULARISATION * system.sizes
+    softness = np.concatenate([np.zeros(system.nu), scale])
+    pattern = system.program.pattern._replace(softness=softness)
+    return replace(system, program=system.program._replace(regularisation=scale, pattern=pattern))
 
 
 def _regularised(system: System, state: State, work) -> System:

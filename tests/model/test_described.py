@@ -218,7 +218,7 @@ def test_materials_of_a_mesh(material):
     ],
 )
 def test_what_looks_like_a_signal(value, remedy):
-    with pytest.raises(ModelError, match=r"a signal: a number, ramp") as caught:
+    with pytest.raises(ModelError, match=r"a signal: a number, a sensor, ramp") as caught:
         fmb.Drive("motor", joint="A", angle=value)
     assert remedy in str(caught.value)
 

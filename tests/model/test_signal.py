@@ -115,7 +115,9 @@ def test_as_signal():
 
 @pytest.mark.parametrize("value", [None, True, float("nan"), [1.0]])
 def test_what_is_no_signal(value):
-    with pytest.raises(ModelError, match=r"Joint 'A': angle = .*a signal: a number, ramp.*Write angle = fmb.ramp"):
+    with pytest.raises(
+        ModelError, match=r"Joint 'A': angle = .*a signal: a number, a sensor, ramp.*Write angle = fmb.ramp"
+    ):
         as_signal(value, "Joint 'A'", "angle")
 
 

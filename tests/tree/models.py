@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from contracts.random_models import beam, moved, units
+from contracts.random_models import beam, moved, put_together, units
 
 import flexmb as fmb
 from flexmb.system import assemble
@@ -87,7 +87,8 @@ def branched() -> fmb.Model:
         fmb.SpringDamper("s", markers=("hub.center", "dust.center"), stiffness=50.0, damping=1.0, length=0.8),
         fmb.PointLoad("p", marker="fin.tip", force=(30.0, -20.0, 5.0)),
     ]
-    return fmb.Model(gravity=(0.5, -9.81, 1.0), bodies=bodies, joints=joints, forces=forces)
+    drawn = fmb.Model(gravity=(0.5, -9.81, 1.0), bodies=bodies, joints=joints, forces=forces)
+    return put_together(drawn)
 
 
 def loops() -> fmb.Model:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contracts.random_models import FORCES, PAIRS, connected
+from contracts.random_models import FORCES, PAIRS, connected, put_together
 from tree.models import chain, four_bars, random_consistent
 from tree.test_agreement import AGREED, KINDS
 from verification import mechanisms
@@ -107,7 +107,7 @@ def deep(rng) -> fmb.Model:
         fmb.SpringDamper("s", markers=("b2.m1", "b9.m2"), stiffness=50.0, damping=2.0),
         fmb.PointLoad("p", marker="b6.m2", force=(1.0, fmb.expression("sin(t)"), 2.0), axes="b6.m2"),
     ]
-    return fmb.Model(bodies=bodies, joints=joints, forces=forces, gravity=(1.0, 2.0, -9.81))
+    return put_together(fmb.Model(bodies=bodies, joints=joints, forces=forces, gravity=(1.0, 2.0, -9.81)))
 
 
 def closed(rng) -> fmb.Model:

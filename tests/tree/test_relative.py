@@ -61,7 +61,7 @@ def tubes(n: int) -> fmb.Model:
 
 @pytest.mark.parametrize("model", [branched, flexible_chain, chain, tubes])
 def test_round_trip_over_trees(model, rng):
-    tree, state, back = assert_round_trip(put_together(branched()) if model is branched else model(3), rng)
+    tree, state, back = assert_round_trip(branched() if model is branched else model(3), rng)
     np.testing.assert_allclose(back.q[-1], state.q[-1], atol=ROUND)  # a branch, where there is one
     again = tree.relative(back)
     first = tree.relative(state)
@@ -76,7 +76,7 @@ def test_round_trip_over_loops(rng):
 
 def test_relative_rates_are_derivatives(rng):
     """Rates and second rates against differences of coordinates along a motion of constant second rates."""
-    tree = fmb.JointTree(put_together(branched()))
+    tree = fmb.JointTree(branched())
     start = tree.start
     scalar = [n for n in tree.names if "ball" not in n and "frame" not in n]
     places = [(tree.names.index(n), tree.rate_names.index(n)) for n in scalar]

@@ -19,6 +19,7 @@ from flexmb.math.structures import counted
 from flexmb.math.tables import INTEGRALS
 from flexmb.model.described import Described, is_number
 from flexmb.model.methods import is_formulation
+from flexmb.system.assembly import all_softened
 from flexmb.system.complaints import worst_equations
 from flexmb.system.program import evaluate
 from flexmb.tree import Recursive
@@ -45,6 +46,7 @@ class _Run:
     """The method between samples."""
 
     def __init__(self, settings: Implicit, system, state, work, t_end: float):
+        system = all_softened(system)
         self.settings, self.system, self.work = settings, system, work
         self.motion = Motion(settings, system, state, work)
         self.unknowns = self.motion.unknowns

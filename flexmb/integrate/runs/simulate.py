@@ -18,7 +18,7 @@ from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
 from flexmb.integrate.runs.record import Recorder
 from flexmb.math.ahead import compile_ahead
-from flexmb.model.described import is_number
+from flexmb.model.described import check_kind, is_number
 from flexmb.model.methods import is_integrator
 from flexmb.model.model import Model
 from flexmb.results import Solution
@@ -92,6 +92,7 @@ def state_at(start, model: Model, t: float):
 
 def chosen_integrator(model: Model, integrator, formulation):
     """Return the integrator that is meant by the arguments of `simulate`."""
+    check_kind(model, Model, "Model", "Give a flexmb.Model(bodies=[...]), or flexmb.load_model('file.toml')")
     if formulation is None:
         integrator = default_integrator(model) if integrator is None else integrator
         if not is_integrator(integrator):
