@@ -66,10 +66,10 @@ def apply(raw, data, state, work):
 class LuGre(OnCoordinate):
     """Resist the motion of a joint by bristles that bend before they slip, eq. (lugre).
 
-    F = stiffness z + damping z' + viscous v with the deflection z of the bristles, z' = v - stiffness |v| z / g(v) and
-    g(v) = moving + (standing - moving) exp(-(v/stribeck)^2). Below the force of break-away the joint deflects as on a
-    spring, holds without creeping, and comes back; `JointFriction` has no states and follows the joint's reaction, but
-    creeps. In statics the deflection stays as it begins: at rest every one is in equilibrium.
+    ``F = stiffness z + damping z' + viscous v`` with the deflection z of the bristles, ``z' = v - stiffness |v| z /
+    g(v)`` and ``g(v) = moving + (standing - moving) exp(-(v/stribeck)^2)``. Below the force of break-away the joint
+    deflects as on a spring, holds without creeping, and comes back; `JointFriction` has no states and follows the
+    joint's reaction, but creeps. In statics the deflection stays as it begins: at rest every one is in equilibrium.
 
     Parameters
     ----------
