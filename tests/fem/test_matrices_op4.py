@@ -10,7 +10,8 @@ GRIDS = "".join(f"GRID,{10 * k},,{0.1 * (k - 1):.3f},0.,0.\n" for k in (1, 2, 3,
 
 
 def written(tmp_path, **matrices):
-    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    with np.printoptions():  # pyYeti changes how all arrays are printed
+        op4 = pytest.importorskip("pyyeti.nastran.op4")
     path = tmp_path / "part.op4"
     op4.write(str(path), matrices)
     (tmp_path / "part.bdf").write_text(f"BEGIN BULK\n{GRIDS}ENDDATA\n")

@@ -34,7 +34,8 @@ def _matrices(path: Path, wanted: tuple[str, ...]) -> dict[str, np.ndarray | Non
     """Return the wanted matrices of a file by name; others have a name only."""
     part = f"Matrix file '{path}'"
     try:
-        from pyyeti.nastran.op2 import OP2
+        with np.printoptions():  # pyYeti changes how all arrays are printed
+            from pyyeti.nastran.op2 import OP2
     except ImportError:
         raise MeshError(
             part,

@@ -22,7 +22,8 @@ def read_op4(path: Path, mass: Path | None) -> FileMatrices:
     """Return the stiffness and the mass matrix, from one file or two."""
     part = f"Matrix file '{path}'"
     try:
-        from pyyeti.nastran import op4
+        with np.printoptions():  # pyYeti changes how all arrays are printed
+            from pyyeti.nastran import op4
     except ImportError:
         raise MeshError(
             part,
