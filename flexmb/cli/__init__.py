@@ -1,5 +1,6 @@
 """The command line: one file per verb, each a thin layer over the public functions."""
 
+import sys
 from collections.abc import Sequence
 
 __all__ = ["main"]
@@ -11,4 +12,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from flexmb.cli import command_line
     except KeyboardInterrupt:  # who presses Ctrl-C while the package is loaded wants no list of its files
         return 130
+    except MemoryError:
+        print("flexmb: there is not enough memory to begin. Nothing was changed. End other programs", file=sys.stderr)
+        return 2
     return command_line.main(arguments)

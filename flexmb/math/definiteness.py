@@ -1,10 +1,37 @@
-"""`NotPositiveDefinite`: what a factorisation tells of a matrix that is singular or indefinite."""
+"""Definite and semidefinite matrices, and what a factorisation tells of one that is neither."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb.errors import ReductionError
 
-__all__ = ["NotPositiveDefinite"]
+__all__ = ["NotPositiveDefinite", "definite", "semidefinite"]
+
+ROUNDING = 1e-9
+"""Share of the largest eigenvalue below which a negative one is rounding."""
+SINGULAR = 1e-13
+"""Least eigenvalue, with a diagonal of ones, of a matrix that can be inverted with digits left."""
+
+
+def definite(matrix: np.ndarray) -> bool:
+    """Whether a small symmetric matrix is positive definite, whatever the units of its rows; False if not finite."""
+    matrix = np.asarray(matrix, float)
+    diagonal = np.diagonal(matrix)
+    if not np.isfinite(matrix).all() or not (diagonal > 0.0).all():
+        return False
+    scale = np.sqrt(diagonal)
+    scaled = matrix / scale / scale[:, None]
+    return bool(np.isfinite(scaled).all() and np.linalg.eigvalsh(scaled)[0] > SINGULAR)
+
+
+def semidefinite(matrix: np.ndarray) -> bool:
+    """Whether a small symmetric matrix has no negative eigenvalue beyond rounding; False if not finite."""
+    matrix = np.asarray(matrix, float)
+    largest = np.abs(matrix).max(initial=0.0)
+    if not np.isfinite(largest):
+        return False
+    return largest == 0.0 or bool(np.linalg.eigvalsh(matrix / largest)[0] >= -ROUNDING)
 
 
 class NotPositiveDefinite(ReductionError):

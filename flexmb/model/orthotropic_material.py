@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.math.definiteness import definite
 from flexmb.model.described import Described
 
 __all__ = ["OrthotropicMaterial"]
@@ -66,8 +67,7 @@ class OrthotropicMaterial(metaclass=Described):
             raise ModelError(
                 part, found=f"density = {self.density!r} kg/m3", expected="a positive number", remedy="Use SI units"
             )
-        smallest = np.linalg.eigvalsh(self.compliance[:3, :3]).min()
-        if np.shape(self.poisson) != (3,) or not smallest > 0.0:
+        if np.shape(self.poisson) != (3,) or not definite(self.compliance[:3, :3]):
             raise ModelError(
                 part,
                 found=f"poisson = {self.poisson!r} makes the strain energy negative",

@@ -39,6 +39,7 @@ def test_a_range_passes_over_what_does_not_exist(tmp_path):
         (PARTS, ("ONE.8, TWO.8", "ONE.8, SIX.8"), r"'SIX.8'"),
         (PARTS, ("1, 1, 2, 4, 3, 5,", "1, SIX.1, 2, 4, 3, 5,"), r"node 'SIX.1'. Expected: the name of an \*INSTANCE"),
         (MIXED, ("\n500.\n", "\n,\n"), r"\*SPRING: ''"),
+        (MIXED, ("135e9, 10e9, 9e9", "1e-320, 10e9, 9e9"), r"\*ELASTIC: an elasticity that is not positive"),
         (MIXED, ("3, 30.", "4, 30."), r"\*ORIENTATION: the axis 4 of the additional rotation. Expected: 1, 2 or 3"),
         (MIXED, ("3, 30.", "-1, 30."), r"\*ORIENTATION: the axis -1"),
         (MIXED, ("1, 1\n300.", "1, 9\n300."), r"\*SPRING: directions '1, 9'"),

@@ -16,6 +16,7 @@ from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, ro
 from flexmb.fem.deck.supports import held_directions
 from flexmb.fem.deck.tie import tie_rows
 from flexmb.fem.surface_load import facet_areas
+from flexmb.math.definiteness import semidefinite
 
 __all__ = ["add_abaqus_links", "add_boundary"]
 
@@ -323,7 +324,7 @@ def _rotary_inertia(block: Block, scope: str, flat: Flat, deck: Deck, frames: Fr
     rows = block.rows()
     i11, i22, i33, i12, i13, i23 = block.reals(rows[0] if rows else [], 6, 0.0)
     inertia = np.array([[i11, i12, i13], [i12, i22, i23], [i13, i23, i33]])
-    if np.linalg.eigvalsh(inertia)[0] < -1e-9 * np.abs(inertia).max(initial=1e-300):
+    if not semidefinite(inertia):
         raise block.wrong(f"{inertia.tolist()}", "an inertia that is not negative")
     turn = flat.scopes[scope].rotation
     for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):

@@ -10,6 +10,7 @@ from flexmb.fem.deck.abaqus_model import Flat
 from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.nastran_materials import INCOMPRESSIBLE
+from flexmb.math.definiteness import definite
 
 __all__ = ["Elastic", "Materials"]
 
@@ -136,7 +137,7 @@ def _stiffness(kind: str, v: list[float], block: Block) -> np.ndarray:
             [-nu13 / e1, -nu23 / e2, 1 / e3],
         ]
         compliance[3, 3], compliance[4, 4], compliance[5, 5] = 1 / g12, 1 / g23, 1 / g13
-        solid = np.linalg.inv(compliance)
+        solid = np.linalg.inv(compliance) if definite(compliance) else solid
     elif kind == "ORTHOTROPIC":
         d1111, d1122, d2222, d1133, d2233, d3333, d1212, d1313, d2323 = v[:9]
         solid[:3, :3] = [[d1111, d1122, d1133], [d1122, d2222, d2233], [d1133, d2233, d3333]]
@@ -148,7 +149,7 @@ def _stiffness(kind: str, v: list[float], block: Block) -> np.ndarray:
             for i in range(j + 1):
                 solid[place[i], place[j]] = solid[place[j], place[i]] = v[at]
                 at += 1
-    if not np.linalg.eigvalsh(solid)[0] > 0.0:
+    if not definite(solid):
         raise block.wrong("an elasticity that is not positive", "constants of a stable material")
     return solid
 

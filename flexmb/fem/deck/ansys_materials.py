@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.fem.deck.ansys_text import Archive, Command
 from flexmb.fem.deck.contents import Deck
+from flexmb.math.definiteness import definite
 
 __all__ = ["AnsysSection", "Solid", "materials", "sections"]
 
@@ -107,7 +108,7 @@ def _material(number: int, v: dict[str, float]) -> Solid:
         for k, (i, j) in enumerate(((0, 1), (1, 2), (0, 2))):
             compliance[i, j] = compliance[j, i] = -min(ratios[k], 0.4999) / young[i]
         compliance[range(6), range(6)] = [*(1.0 / e for e in young), *(1.0 / g for g in shear)]
-    if density < 0.0 or not np.linalg.eigvalsh(compliance)[0] > 0.0:
+    if density < 0.0 or not definite(compliance):
         raise MeshError(
             f"Ansys {name}",
             found=", ".join(f"{key} = {value:g}" for key, value in sorted(v.items())),

@@ -9,6 +9,7 @@ from flexmb.fem.deck.links import Frames, rows_of
 from flexmb.fem.deck.nastran_links import components
 from flexmb.fem.deck.nastran_systems import Systems
 from flexmb.fem.deck.nastran_text import Bulk, Card
+from flexmb.math.definiteness import semidefinite
 
 __all__ = ["add_masses", "add_springs"]
 
@@ -45,7 +46,7 @@ def _conm2(card: Card, deck: Deck, frames: Frames, systems: Systems) -> None:
     elif cid:
         axes = systems.system(cid, card.where).directions(deck.points[node : node + 1])[0]
         offset, inertia = offset @ axes, axes.T @ inertia @ axes
-    if mass < 0.0 or np.linalg.eigvalsh(inertia)[0] < -1e-9 * max(np.abs(inertia).max(), 1e-300):
+    if mass < 0.0 or not semidefinite(inertia):
         raise card.refused(f"mass {mass:g}, inertia {inertia.tolist()}", "a mass and an inertia that are not negative")
     x, y, z = offset
     arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.fem.deck.contents import Inventory
 from flexmb.fem.deck.nastran_text import Bulk, Card
+from flexmb.math.definiteness import semidefinite
 
 __all__ = ["INCOMPRESSIBLE", "MaterialCard", "Materials"]
 
@@ -140,6 +141,6 @@ def _anisotropic(card: Card, name: str) -> MaterialCard:
     solid = np.zeros((6, 6))
     solid[np.triu_indices(6)] = values
     solid = solid + np.triu(solid, 1).T
-    if not np.linalg.eigvalsh(solid)[0] > -1e-9 * np.abs(solid).max(initial=0.0) or not solid.any():
+    if not semidefinite(solid) or not solid.any():
         raise card.refused("an elasticity that is not positive", "a positive definite matrix G11 .. G66")
     return MaterialCard(name, card.real(23, 0.0), None, solid)

@@ -15,6 +15,7 @@ from scipy import sparse
 from flexmb.errors import MeshError
 from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
+from flexmb.math.definiteness import semidefinite
 
 __all__ = ["expansion_of", "node_number", "node_numbers", "with_mass", "with_spring", "with_supports"]
 
@@ -44,7 +45,7 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
     part = f"Mass at {fe.node_name(number)} of '{fe.name}'"
     own = np.zeros((3, 3)) if inertia is None else np.asarray(inertia, float)
     own = np.diag(own) if own.ndim == 1 else own
-    if mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or np.linalg.eigvalsh(own).min() < 0.0:
+    if mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or not semidefinite(own):
         raise MeshError(
             part,
             found=f"mass = {mass!r} kg, inertia = {own.tolist()} kg m2",
@@ -74,7 +75,7 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
     part = f"Spring at {fe.node_name(number)} of '{fe.name}'"
     matrix = np.asarray(stiffness, float)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
-    if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not _semidefinite(matrix):
+    if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not semidefinite(matrix):
         raise MeshError(
             part,
             found=f"a stiffness of shape {np.shape(stiffness)}",
@@ -221,12 +222,6 @@ def _check_independent(fe: FEModel, numbers: np.ndarray, directions: np.ndarray)
             expected="nodes with independent freedoms",
             remedy="Hold the reference node of the link instead",
         )
-
-
-def _semidefinite(matrix: np.ndarray) -> bool:
-    """Whether a small symmetric matrix has no negative eigenvalue beyond rounding."""
-    values = np.linalg.eigvalsh(matrix)
-    return bool(values[0] >= -1e-9 * max(values[-1], 0.0))
 
 
 def _symmetric(matrix) -> sparse.csr_matrix:
