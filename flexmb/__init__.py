@@ -33,7 +33,7 @@ _ROOMS = {
     "flexmb.study": "sweep",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",
 }
-_KINDS = ("flexmb.bodies", "flexmb.joints", "flexmb.forces", "flexmb.sensors", "flexmb.integrate")
+_KINDS = ("flexmb.bodies", "flexmb.surfaces", "flexmb.joints", "flexmb.forces", "flexmb.sensors", "flexmb.integrate")
 """Rooms whose kinds are public as soon as the room imports them."""
 _DOORS = ("fem", "fmi", "io", "parts", "reduction", "study", "view")
 _MODULES = {"udwadia": "flexmb.math.udwadia"}

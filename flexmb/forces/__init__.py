@@ -5,6 +5,7 @@ from flexmb.forces.bi_stop import BiStop
 from flexmb.forces.bushing import Bushing
 from flexmb.forces.central_gravity import CentralGravity
 from flexmb.forces.contact import Contact
+from flexmb.forces.contact_laws import ContactLaw, ElasticFoundation, Hertz
 from flexmb.forces.dc_motor import DcMotor
 from flexmb.forces.hydraulic_cylinder import HydraulicCylinder
 from flexmb.forces.joint_friction import JointFriction
@@ -19,6 +20,7 @@ from flexmb.forces.point_load import PointLoad
 from flexmb.forces.pressure import Pressure
 from flexmb.forces.solar_pressure import SolarPressure
 from flexmb.forces.spring_damper import SpringDamper
+from flexmb.forces.surface_contact import SurfaceContact
 from flexmb.forces.thin_drag import ThinDrag
 from flexmb.forces.third_body import ThirdBody
 from flexmb.forces.torsion_spring import TorsionSpring
@@ -29,4 +31,7 @@ from flexmb.model.registered import registered
 KINDS = registered(globals(), Force)
 """All forces by name: read by the model files, the contract tests and the reference pages."""
 
-__all__ = ["KINDS", *KINDS]
+VALUES = registered(globals(), ContactLaw)
+"""The laws of contacts by name, for model files: ``law = { kind = "Hertz", stiffness = 1e9 }``."""
+
+__all__ = ["KINDS", *KINDS, "VALUES", *VALUES]

@@ -6,7 +6,14 @@ from functools import cache
 
 __all__ = ["FAMILIES", "TABLES", "integrators", "parts", "values"]
 
-FAMILIES = {"body": "bodies", "joint": "joints", "force": "forces", "sensor": "sensors", "event": "events"}
+FAMILIES = {
+    "body": "bodies",
+    "surface": "surfaces",
+    "joint": "joints",
+    "force": "forces",
+    "sensor": "sensors",
+    "event": "events",
+}
 """Name of the table in a file: family of the model."""
 
 TABLES = (
@@ -27,21 +34,21 @@ TABLES = (
 @cache
 def parts() -> dict[str, dict[str, type]]:
     """Return the kinds of each family by the name of its table."""
-    from flexmb import bodies, events, forces, joints, sensors
+    from flexmb import bodies, events, forces, joints, sensors, surfaces
 
-    rooms = {"body": bodies, "joint": joints, "force": forces, "sensor": sensors, "event": events}
+    rooms = {"body": bodies, "surface": surfaces, "joint": joints, "force": forces, "sensor": sensors, "event": events}
     return {table: dict(getattr(room, "KINDS", {})) for table, room in rooms.items()}
 
 
 @cache
 def values() -> dict[str, type]:
     """Return the classes of objects allowed in a field as ``{kind = ...}``."""
-    from flexmb import bodies, events, forces, joints, sensors
+    from flexmb import bodies, events, forces, joints, sensors, surfaces
     from flexmb.fem.frames.section import Section
     from flexmb.model.material import Material
 
     known: dict[str, type] = {"Material": Material, "Section": Section, **events.ACTIONS}
-    for room in (bodies, joints, forces, sensors, events):
+    for room in (bodies, surfaces, joints, forces, sensors, events):
         known.update(getattr(room, "VALUES", {}))
     return known
 

@@ -20,7 +20,7 @@ from flexmb.model.signal import Signal
 
 __all__ = ["joined", "placed"]
 
-FAMILIES = ("bodies", "joints", "forces", "sensors", "events")
+FAMILIES = ("bodies", "surfaces", "joints", "forces", "sensors", "events")
 GROUND = "ground"
 
 _PART_REFERENCES = (
@@ -30,6 +30,8 @@ _PART_REFERENCES = (
     "joints",
     "force",
     "forces",
+    "surface",
+    "surfaces",
     "sensor",
     "sensors",
     "event",

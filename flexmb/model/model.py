@@ -17,16 +17,16 @@ from flexmb.model.pose import vector3
 __all__ = ["Model"]
 
 GROUND = "ground"
-FAMILIES = ("bodies", "joints", "forces", "sensors", "events")
+FAMILIES = ("bodies", "surfaces", "joints", "forces", "sensors", "events")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Model(metaclass=Described):
-    """A mechanism: bodies, joints, forces, sensors and events, all frozen.
+    """A mechanism: bodies, surfaces, joints, forces, sensors and events, all frozen.
 
     Parameters
     ----------
-    bodies, joints, forces, sensors, events : sequences of parts
+    bodies, surfaces, joints, forces, sensors, events : sequences of parts
         Names are unique within each family. The model should have one `Ground`, named "ground".
     gravity : (3,), m/s2, in W
         Acceleration of free fall; none unless given.
@@ -47,6 +47,7 @@ class Model(metaclass=Described):
     forces: tuple[Any, ...] = ()
     sensors: tuple[Any, ...] = ()
     events: tuple[Any, ...] = ()
+    surfaces: tuple[Any, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     origin: Orbit | None = None
     name: str = "model"
@@ -73,7 +74,7 @@ class Model(metaclass=Described):
                     )
             check_names(parts, parts[0].family if parts else family)
         self._check_ground()
-        for family in ("joints", "forces", "sensors", "events"):
+        for family in FAMILIES[1:]:
             for part in getattr(self, family):
                 part.check(self)
         check_origin(self)
@@ -112,6 +113,10 @@ class Model(metaclass=Described):
     def joint(self, name: str, asker: str = "Model"):
         """Return the joint of this name."""
         return find_part(name, self._by_name["joints"], asker, "joint")
+
+    def surface(self, name: str, asker: str = "Model"):
+        """Return the surface of this name."""
+        return find_part(name, self._by_name["surfaces"], asker, "surface")
 
     def force(self, name: str, asker: str = "Model"):
         """Return the force of this name."""
@@ -152,7 +157,7 @@ class Model(metaclass=Described):
         return [f"{b.name}.{m}" for b in self.bodies for m in b.marker_poses()]
 
     def without(self, *names: str) -> Model:
-        """Return the model without the named joints, forces, sensors, events or bodies."""
+        """Return the model without the named bodies, surfaces, joints, forces, sensors or events."""
         every = {p.name for family in FAMILIES for p in getattr(self, family)}
         for name in names:
             if name not in every:

@@ -81,6 +81,9 @@ class Compiler(Protocol):
     def pose(self, marker: int) -> tuple[np.ndarray, np.ndarray]:
         """Return position (3,), m, and axes (3, 3) in W of a marker as described."""
 
+    def surface(self, name: str) -> tuple[int, int]:
+        """Return the number of the marker of a surface, and where the surface begins in the bulk data."""
+
     def signal(self, value: Any) -> int:
         """Return the number of a signal."""
 

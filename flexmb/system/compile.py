@@ -42,6 +42,7 @@ class _Compiler:
         self.marker_gaps: dict[int, tuple[int, ...]] = {}
         self.start_poses: list[tuple[np.ndarray, np.ndarray]] = []
         self.first_coordinate: dict[str, int] = {}
+        self.surface_places: dict[str, int] = {}
         self.signals: list[Any] = []
         self.signal_titles: list[str] = []  # of the parts that have them
         self.writing = ""
@@ -73,6 +74,13 @@ class _Compiler:
     def pose(self, marker: int) -> tuple[np.ndarray, np.ndarray]:
         """Return position (3,), m, and axes (3, 3) in W of a marker as described."""
         return self.start_poses[marker]
+
+    def surface(self, name: str) -> tuple[int, int]:
+        """Return the number of the marker of a surface, and where the surface begins in the bulk data."""
+        surface = self.model.surface(name)
+        if name not in self.surface_places:
+            self.surface_places[name] = self.bulk(surface.packed())
+        return self.marker(surface.marker), self.surface_places[name]
 
     def branch(self, name: str, value: float = 0.0) -> int:
         """Return the number of the branch coordinate `name`, which begins with `value`."""

@@ -26,6 +26,9 @@ VALUES = {
     "load": "flexible.push",
     "through": ("ground.ramp", "ground.side"),
     "sensor": "s",
+    "shape": fmb.Sphere(0.2),
+    "surfaces": ("floor", ("ball", "box")),
+    "law": fmb.ElasticFoundation(modulus=1e8, thickness=0.01, friction=1 / 3),
 }
 MORE = {
     "AncfCable": {
@@ -167,6 +170,11 @@ def stage(data: fmb.ModalNeutralData) -> fmb.Model:
             fmb.FloatingBody("flexible", data=data),
             fmb.AncfCable("rope", **MORE["AncfCable"]),
             fmb.AncfPlate("sheet", **MORE["AncfPlate"]),
+        ],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.A", shape=fmb.Plane()),
+            fmb.Surface("ball", marker="b.A", shape=fmb.Sphere(0.1), spacing=0.05),
+            fmb.Surface("box", marker="c.center", shape=fmb.Cuboid(size=(0.1, 0.2, 0.3)), spacing=0.1),
         ],
         joints=[
             fmb.Revolute("A", markers=("ground.A", "b.A")),

@@ -125,6 +125,10 @@ FORCE_FIELDS = {
         "friction": 0.3,
         "transition": 3.0,
     },
+    "SurfaceContact": {
+        "law": fmb.Hertz(stiffness=3.0, damping=0.01, friction=0.3, transition=3.0),
+        "surfaces": ("first", "second"),
+    },
     "UserForce": {"function": lambda t, d, v, R, w: (-30.0 * d - 2.0 * v, -4.0 * (R[:, 0] - R[0]) - 0.3 * w)},
     # the contact laws at overlaps where they are smooth
     "BiStop": {
@@ -317,6 +321,9 @@ def connected(kind: str, kinds: str, rng) -> fmb.Model:
         parts["forces"] = force_parts(kind, markers, rng)
         if getattr(parts["forces"][0], "joint", None):
             parts["joints"] = (joints.Cylindrical("j", markers=markers),)
+    if kind == "SurfaceContact":
+        balls = zip(("first", "second"), markers, (5.0, 4.0))
+        parts["surfaces"] = [fmb.Surface(name, marker=m, shape=fmb.Sphere(r)) for name, m, r in balls]
     if kind == "slide":
         parts["joints"] = slide_drive(markers)
     return fmb.Model(bodies=members, gravity=tuple(rng.normal(size=3) * 9.0), **parts)

@@ -48,7 +48,7 @@ def test_power_of_inertia_gravity_and_elasticity(kind, rng):
 def test_power_of_a_force(kind, pair, rng):
     """Wrenches times twists = work of loads - dissipation - rate of the potential."""
     model = connected(kind, pair, rng)
-    model = type(model)(bodies=model.bodies, joints=model.joints, forces=model.forces)
+    model = type(model)(bodies=model.bodies, surfaces=model.surfaces, joints=model.joints, forces=model.forces)
     system, state = random_state(model, rng)
     state = state._replace(lam=np.zeros(system.ng))
     work = system.workspace()

@@ -1,0 +1,244 @@
+"""`SurfaceContact`: surfaces that press on, and rub against, each other."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.forces.contact_laws import ContactLaw
+from flexmb.forces.contact_wrench import act_at_contact
+from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.math.kernel import inner_kernel
+from flexmb.math.switches import GAP, IDLE, SLIP, switch_kernel
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import cross, dot
+from flexmb.model.kinds import Force
+from flexmb.model.table import Table
+from flexmb.surfaces.detection import find_areas, find_closest, nearest_sample
+from flexmb.surfaces.records import CONTACT
+
+__all__ = ["PAIR_STRIDE", "SurfaceContact"]
+
+MOST_PAIRS = 5000
+
+ROW = np.dtype(
+    [
+        ("pairs", np.int64),  # where the pairs of surfaces begin in the bulk data, `PAIR_STRIDE` numbers each
+        ("count", np.int64),  # how many they are
+        ("switches", np.int64),  # two of each pair
+        ("capacity", np.int64),  # most contacts of a pair, and one more
+        ("law", np.int64),
+        ("stiffness", float),  # N/m^e, or per area
+        ("exponent", float),
+        ("damping", float),  # s/m
+        ("friction", float),
+        ("transition", float),  # m/s
+        ("restitution", float),
+    ],
+    align=True,
+)
+PAIR_STRIDE = 8
+"""Marker of a and of b, number of the pair in the matrix, place of surface a and of b in the bulk data, most contacts,
+0, 0."""
+
+
+@inner_kernel
+def _found(row, data, at_a, at_b, margin, d, Q, contacts):
+    """Write the contacts of a pair; return how many."""
+    if row.law == 0:
+        return find_areas(data, at_a, at_b, margin, d, Q, contacts)
+    return find_closest(data, at_a, at_b, margin, d, Q, contacts)
+
+
+@row_kernel
+def apply(raw, data, state, work):
+    """Force and friction at every contact, eq. (surface-contact), as a wrench on the markers of the surfaces."""
+    rows = raw.view(ROW)
+    motion = np.empty(9)
+    Q = np.empty((3, 3))
+    f = np.empty(6)
+    K = np.empty((6, 6))
+    C = np.empty((6, 6))
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        if row.law > 1:
+            continue
+        contacts = np.empty(row.capacity, CONTACT)
+        for k in range(row.count):
+            at = row.pairs + PAIR_STRIDE * k
+            a, b = work.markers[int(data[at])], work.markers[int(data[at + 1])]
+            relative_motion(a, b, motion, Q)
+            at_a, at_b = int(data[at + 3]), int(data[at + 4])
+            count = _found(row, data, at_a, at_b, 0.0, motion[0:3], Q, contacts)
+            if count == 0:
+                continue
+            wanted = work.weights[0].wanted == 1
+            f[:] = 0.0
+            K[:] = 0.0
+            C[:] = 0.0
+            for c in range(count):
+                act_at_contact(row, contacts[c], motion, wanted, f, K, C, work.energy)
+            act_relative(a, b, f)
+            if wanted:
+                add_relative_tangent(work.pairs[int(data[at + 2])], a, b, f, K, C)
+
+
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """The least gap of every pair, and the slip where it touches."""
+    rows = raw.view(ROW)
+    motion = np.empty(9)
+    Q = np.empty((3, 3))
+    u = np.empty(3)
+    lever = np.empty(3)
+    contacts = np.empty(2, CONTACT)
+    first = 0
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        for k in range(row.count):
+            gap, slip = out[first + 2 * k], out[first + 2 * k + 1]
+            gap[:] = 0.0
+            slip[:] = 0.0
+            gap[0], slip[0] = IDLE, IDLE
+            if row.law > 1:
+                continue
+            at = row.pairs + PAIR_STRIDE * k
+            relative_motion(work.markers[int(data[at])], work.markers[int(data[at + 1])], motion, Q)
+            at_a, at_b = int(data[at + 3]), int(data[at + 4])
+            if row.law == 0:
+                nearest_sample(data, at_a, at_b, motion[0:3], Q, contacts)
+            else:
+                find_closest(data, at_a, at_b, np.inf, motion[0:3], Q, contacts)
+            nearest = contacts[0]
+            for i in range(3):
+                lever[i] = nearest.x[i] - motion[i]
+            cross(motion[6:9], lever, u)
+            for i in range(3):
+                u[i] += motion[3 + i]
+            rate = dot(nearest.n, u)
+            gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, 1.0
+            if nearest.gap < 0.0 and row.friction > 0.0:
+                slip[0], slip[8] = SLIP, row.transition
+                for i in range(3):
+                    slip[4 + i] = u[i] - rate * nearest.n[i]
+        first += 2 * row.count
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceContact(Force):
+    """Let surfaces touch: each of the first with each of the second, by one law.
+
+    Parameters
+    ----------
+    name : str
+    surfaces : (str, str), or two groups of names
+        Names of surfaces a and b; either may be a tuple of names. Surfaces of one body never touch each other.
+    law : ContactLaw
+        `ElasticFoundation` or `Hertz`.
+    """
+
+    name: str
+    _: KW_ONLY
+    surfaces: Any
+    law: Any
+
+    table: ClassVar[Table] = Table("SurfaceContact", ROW, {"apply": apply, "switch": switch}, switches="switches")
+    strikes: ClassVar[bool] = True
+
+    def __post_init__(self):
+        super().__post_init__()
+        given = self.surfaces
+        groups = []
+        for entry in given if isinstance(given, tuple | list) else ():
+            names = (entry,) if isinstance(entry, str) else tuple(entry) if isinstance(entry, tuple | list) else ()
+            groups.append(names if all(isinstance(name, str) for name in names) else ())
+        if len(groups) != 2 or not all(groups):
+            raise ModelError(
+                self.title,
+                found=f"surfaces = {given!r}",
+                expected="two names of surfaces, or two groups of names",
+                remedy="Write surfaces=('floor', 'ball'), or surfaces=('floor', ('ball_1', 'ball_2'))",
+            )
+        object.__setattr__(self, "surfaces", tuple(g[0] if len(g) == 1 else g for g in groups))
+        if not isinstance(self.law, ContactLaw):
+            raise ModelError(
+                self.title,
+                found=f"law = {self.law!r:.80}",
+                expected="a law of contact: ElasticFoundation, Hertz",
+                remedy="Write law=fmb.ElasticFoundation(modulus=1e7, thickness=0.01)",
+            )
+
+    def pairs(self, model) -> list[tuple[Any, Any]]:
+        """Return the surfaces that may touch, two by two: those of different bodies, each pair once."""
+        groups = [(g,) if isinstance(g, str) else g for g in self.surfaces]
+        found: dict[tuple[str, str], tuple[Any, Any]] = {}
+        for first in groups[0]:
+            for second in groups[1]:
+                a, b = (model.surface(name, self.title) for name in (first, second))
+                apart = a.marker.partition(".")[0] != b.marker.partition(".")[0]
+                if apart and (second, first) not in found:
+                    found[first, second] = (a, b)
+        return list(found.values())
+
+    def check(self, model) -> None:
+        """Raise ModelError if a surface does not exist, none can touch, or the law cannot be used for a pair."""
+        pairs = self.pairs(model)
+        if not pairs:
+            raise ModelError(
+                self.title,
+                found=f"surfaces = {self.surfaces!r}, all on one body",
+                expected="surfaces of two bodies",
+                remedy="A body does not touch itself: name the surface of another one",
+            )
+        if len(pairs) > MOST_PAIRS:
+            raise ModelError(
+                self.title,
+                found=f"{len(pairs)} pairs of surfaces",
+                expected=f"at most {MOST_PAIRS}: each has its places in the iteration matrix",
+                remedy="Name smaller groups, of surfaces that can meet",
+            )
+        for a, b in pairs:
+            self._check_pair(a, b)
+
+    def _check_pair(self, a, b) -> None:
+        if all(not np.isfinite(s.shape.reach) for s in (a, b)):
+            raise ModelError(
+                self.title,
+                found=f"'{a.name}' and '{b.name}' are both half-spaces",
+                expected="at most one surface without end",
+                remedy="Use a Cuboid",
+            )
+        if self.law.sampled and a.spacing is None and b.spacing is None:
+            raise ModelError(
+                self.title,
+                found=f"neither '{a.name}' nor '{b.name}' is sampled",
+                expected="a spacing of at least one of them: the law acts on areas",
+                remedy=f"Give the smaller one a spacing: fmb.Surface('{b.name}', ..., spacing=1e-3)",
+            )
+        if self.law.code == 1 and not any(type(s.shape).__name__ == "Sphere" for s in (a, b)):
+            raise ModelError(
+                self.title,
+                found=f"'{a.name}' is a {type(a.shape).__name__}, '{b.name}' a {type(b.shape).__name__}",
+                expected="a Sphere with the law of Hertz",
+                remedy="Use ElasticFoundation",
+            )
+
+    def measure(self, model) -> str:
+        """Return the marker of the (first) second surface, where `ForceOf` reports."""
+        return self.pairs(model)[0][1].marker
+
+    def record(self, compiler) -> dict[str, Any]:
+        """Return the row."""
+        table, capacity = [], 1
+        for pair in self.pairs(compiler.model):
+            (a, at_a), (b, at_b) = (compiler.surface(surface.name) for surface in pair)
+            most = sum(len(s.points()[0]) for s in pair) if self.law.sampled else 1
+            capacity = max(capacity, most + 1)
+            table.append([a, b, compiler.pair(a, b), at_a, at_b, most, 0, 0])
+        at = compiler.bulk(np.array(table, float))
+        numbers = self.law.numbers()
+        own = {"pairs": at, "count": len(table), "switches": 2 * len(table), "capacity": capacity}
+        return {**own, "law": self.law.code, **numbers}

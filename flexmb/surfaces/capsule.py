@@ -1,0 +1,59 @@
+"""`Capsule`: a round bar with round ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from flexmb.surfaces.revolved import frustum, patches
+from flexmb.surfaces.shape import Points, Shape
+from flexmb.surfaces.sphere import on_unit_sphere
+
+__all__ = ["Capsule"]
+
+
+@dataclass(frozen=True, eq=False)
+class Capsule(Shape):
+    """All points within `radius`, m, of a line of `length`, m, along the z-axis, whose middle is the marker."""
+
+    radius: float
+    length: float
+
+    code: ClassVar[int] = 3
+
+    def __post_init__(self):
+        self._require_lengths("radius", "length")
+
+    def numbers(self) -> np.ndarray:
+        """Return the radius and half the length."""
+        return np.array([self.radius, 0.5 * self.length])
+
+    @property
+    def reach(self) -> float:
+        """Distance of its poles, m."""
+        return self.radius + 0.5 * self.length
+
+    def corners(self) -> tuple[np.ndarray, float]:
+        """Return the ends of the line, and the radius."""
+        return np.array([(0, 0, -0.5 * self.length), (0, 0, 0.5 * self.length)]), self.radius
+
+    def samples(self, spacing: float) -> Points:
+        """Return points of the side and of the two half-spheres."""
+        r, h = self.radius, 0.5 * self.length
+        side = frustum((r, -h), (r, h), spacing)
+        area = 4.0 * np.pi * r * r
+        n = on_unit_sphere(2 * max(2, round(0.5 * area / spacing**2)))
+        ends = r * n + np.where(n[:, 2:] > 0.0, h, -h) * (0, 0, 1)
+        return (
+            np.concatenate([side[0], ends]),
+            np.concatenate([side[1], n]),
+            np.concatenate([side[2], np.full(len(n), area / len(n))]),
+        )
+
+    def drawing(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return side and ends."""
+        angle = np.linspace(0.0, 0.5 * np.pi, 9)
+        rho, z = self.radius * np.cos(angle), self.radius * np.sin(angle) + 0.5 * self.length
+        return patches(np.concatenate([rho[::-1], rho]), np.concatenate([-z[::-1], z]))

@@ -1,0 +1,66 @@
+"""`Cuboid`: a box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.model.described import finite_array
+from flexmb.surfaces.shape import Points, Shape, grid
+
+__all__ = ["Cuboid"]
+
+ROUND = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+"""Corners of the faces in the order of `itertools.product`, round the outward normal."""
+FACES = np.array([t for a, b, c, d in ROUND for t in ((a, b, c), (a, c, d))])
+"""Triangles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cuboid(Shape):
+    """A box with the edges `size` (3,), m, along the axes of the marker, which is in its middle."""
+
+    size: Any
+
+    code: ClassVar[int] = 4
+
+    def __post_init__(self):
+        size = finite_array(self.size)
+        if size.shape != (3,) or not np.all(size > 0.0):
+            self._fail(f"size = {self.size!r}", "three lengths > 0, m", "Write size=(0.4, 0.1, 0.1)")
+        object.__setattr__(self, "size", tuple(size.tolist()))
+
+    def numbers(self) -> np.ndarray:
+        """Return half the edges."""
+        return 0.5 * np.array(self.size)
+
+    @property
+    def reach(self) -> float:
+        """Half its diagonal, m."""
+        return float(np.linalg.norm(self.numbers()))
+
+    def corners(self) -> tuple[np.ndarray, float]:
+        """Return the eight corners, which are sharp."""
+        return np.array(list(product((-1, 1), repeat=3))) * self.numbers(), 0.0
+
+    def samples(self, spacing: float) -> Points:
+        """Return the centres of equal rectangles on each face."""
+        places, normals, areas = [], [], []
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            (x, dx), (y, dy) = grid(self.size[u], spacing), grid(self.size[v], spacing)
+            X, Y = (entry.ravel() for entry in np.meshgrid(x, y))
+            for side in (-1.0, 1.0):
+                at = np.empty((len(X), 3))
+                at[:, u], at[:, v], at[:, axis] = X, Y, side * 0.5 * self.size[axis]
+                places.append(at)
+                normals.append(np.tile(side * np.eye(3)[axis], (len(X), 1)))
+                areas.append(np.full(len(X), dx * dy))
+        return np.concatenate(places), np.concatenate(normals), np.concatenate(areas)
+
+    def drawing(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return corners and faces."""
+        return self.corners()[0], FACES

@@ -1,0 +1,230 @@
+"""Where two surfaces touch: points of one against the signed distance from the other.
+
+A point fixed to b at y lies at z = d + Q y in the axes of a. With the distance g(z) from a, n = grad g and H its second
+derivative, n changes by H dz, dz = dd + dpsi x (z - d). A point fixed to a at y lies at z = Q^T (y - d) in the axes of
+b; there the distance from b decreases along the normal towards b, n = -Q grad g.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.vectors import cross, dot, matvec, matvec_t
+from flexmb.surfaces.distances import signed_distance
+from flexmb.surfaces.records import CODE, CORNERS, CORNERS_AT, FAR, REACH, ROUNDED, SAMPLES, SAMPLES_AT
+
+__all__ = ["bound_gap", "find_areas", "find_closest", "find_points", "nearest_sample"]
+
+FACING = 0.5
+"""Cosine of the angle between opposed normals up to which a sample counts with its full area; behind, it fades out."""
+
+
+@kernel
+def bound_gap(data, at_a, at_b, d, Q):
+    """Return a lower bound of the gap of two surfaces, m, from the balls that hold them."""
+    a, b = data[at_a + REACH], data[at_b + REACH]
+    if a < FAR and b < FAR:
+        return dot(d, d) ** 0.5 - a - b
+    if a < FAR:  # the marker of a above the plane of b
+        return -(Q[0, 2] * d[0] + Q[1, 2] * d[1] + Q[2, 2] * d[2]) - a
+    return d[2] - b if b < FAR else -np.inf
+
+
+@inner_kernel
+def _point_of_b(data, at_a, y, radius, d, Q, margin, contact):
+    """Write the contact of a point of b, rounded by `radius`, with a; return if the gap is below the margin."""
+    z = np.empty(3)
+    n = np.empty(3)
+    H = np.empty((3, 3))
+    matvec(Q, y, z)
+    for i in range(3):
+        z[i] += d[i]
+    gap = signed_distance(data, at_a, z, n, H) - radius
+    if not gap < margin:
+        return False
+    contact.gap, contact.area = gap, 1.0
+    _columns(H, z, d, 1.0, contact.N)
+    contact.A[:] = 0.0
+    for i in range(3):
+        contact.n[i] = n[i]
+        contact.x[i] = z[i] - radius * n[i]
+    _columns(np.eye(3), z, d, 1.0, contact.X)
+    for i in range(3):
+        for j in range(6):
+            contact.X[i, j] -= radius * contact.N[i, j]
+    return True
+
+
+@inner_kernel
+def _columns(H, z, d, sign, out):
+    """Write sign H (dd + dpsi x (z - d)) to `out` (3, 6)."""
+    for i in range(3):
+        for j in range(3):
+            k, m = (j + 1) % 3, (j + 2) % 3
+            out[i, j] = sign * H[i, j]
+            # e_j x r has the component r_k at m and -r_m at k
+            out[i, 3 + j] = sign * (H[i, m] * (z[k] - d[k]) - H[i, k] * (z[m] - d[m]))
+
+
+@inner_kernel
+def _point_of_a(data, at_b, y, radius, d, Q, margin, contact):
+    """Write the contact of a point of a, rounded by `radius`, with b; return if the gap is below the margin."""
+    t = np.empty(3)
+    z = np.empty(3)
+    n = np.empty(3)
+    own = np.empty((3, 3))
+    for i in range(3):
+        t[i] = y[i] - d[i]
+    matvec_t(Q, t, z)
+    gap = signed_distance(data, at_b, z, n, own) - radius
+    if not gap < margin:
+        return False
+    contact.gap, contact.area = gap, 1.0
+    contact.A[:] = 0.0
+    matvec(Q, n, t)
+    H = np.zeros((3, 3))
+    for i in range(3):
+        contact.n[i] = -t[i]
+        contact.x[i] = y[i] - (gap + radius) * t[i]
+        for j in range(3):
+            for k in range(3):
+                for m in range(3):
+                    H[i, j] += Q[i, k] * own[k, m] * Q[j, m]
+    _columns(H, y, d, 1.0, contact.N)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        contact.N[i, 3 + k] -= contact.n[j]
+        contact.N[i, 3 + j] += contact.n[k]
+    lever = np.empty(3)
+    for i in range(3):
+        t[i] = contact.x[i] - d[i]
+    cross(t, contact.n, lever)
+    for i in range(3):
+        for j in range(3):
+            contact.X[i, j] = contact.n[i] * contact.n[j] + (gap + radius) * contact.N[i, j]
+            contact.X[i, 3 + j] = contact.n[i] * lever[j] + (gap + radius) * contact.N[i, 3 + j]
+    return True
+
+
+@inner_kernel
+def _faced(cosine):
+    """Return how much of its area a sample counts, and the derivative by the cosine between the opposed normals."""
+    s = cosine / FACING
+    if s <= 0.0:
+        return 0.0, 0.0
+    if s >= 1.0:
+        return 1.0, 0.0
+    return s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / FACING
+
+
+@inner_kernel
+def _weigh_b(contact, area, normal, Q):
+    """Give a sample of b its area, by how it faces a; return if any of it counts."""
+    m = np.empty(3)
+    matvec(Q, normal, m)
+    share, slope = _faced(-dot(m, contact.n))
+    contact.area = area * share
+    turn = np.empty(3)
+    cross(m, contact.n, turn)
+    for j in range(6):
+        change = 0.0
+        for i in range(3):
+            change -= m[i] * contact.N[i, j]
+        contact.A[j] = area * slope * (change - (turn[j - 3] if j >= 3 else 0.0))
+    return share > 0.0
+
+
+@inner_kernel
+def _weigh_a(contact, area, normal):
+    """Give a sample of a its area, by how it faces b; return if any of it counts."""
+    share, slope = _faced(dot(normal, contact.n))
+    contact.area = area * share
+    for j in range(6):
+        change = 0.0
+        for i in range(3):
+            change += normal[i] * contact.N[i, j]
+        contact.A[j] = area * slope * change
+    return share > 0.0
+
+
+@kernel
+def find_areas(data, at_a, at_b, margin, d, Q, contacts):
+    """Write contacts of the samples with a gap below the margin, m; return how many.
+
+    Where both surfaces are sampled, the samples of each count with half their areas.
+    """
+    found = 0
+    if bound_gap(data, at_a, at_b, d, Q) >= margin:
+        return found
+    n_a, n_b = int(data[at_a + SAMPLES]), int(data[at_b + SAMPLES])
+    share = 0.5 if n_a > 0 and n_b > 0 else 1.0
+    first = at_b + int(data[at_b + SAMPLES_AT])
+    for k in range(n_b):
+        own = data[first + 7 * k : first + 7 * k + 7]
+        near = _point_of_b(data, at_a, own[0:3], 0.0, d, Q, margin, contacts[found])
+        if near and _weigh_b(contacts[found], share * own[6], own[3:6], Q):
+            found += 1
+    first = at_a + int(data[at_a + SAMPLES_AT])
+    for k in range(n_a):
+        own = data[first + 7 * k : first + 7 * k + 7]
+        near = _point_of_a(data, at_b, own[0:3], 0.0, d, Q, margin, contacts[found])
+        if near and _weigh_a(contacts[found], share * own[6], own[3:6]):
+            found += 1
+    return found
+
+
+@kernel
+def find_points(data, at_a, at_b, margin, d, Q, contacts):
+    """Write contacts of corners with a gap below the margin, m; return how many.
+
+    Corners of both surfaces are tried, but of two balls only one centre.
+    """
+    found = 0
+    if bound_gap(data, at_a, at_b, d, Q) >= margin:
+        return found
+    radius = data[at_b + ROUNDED]
+    first = at_b + int(data[at_b + CORNERS_AT])
+    for k in range(int(data[at_b + CORNERS])):
+        y = data[first + 3 * k : first + 3 * k + 3]
+        if _point_of_b(data, at_a, y, radius, d, Q, margin, contacts[found]):
+            found += 1
+    if int(data[at_b + CODE]) == 1:
+        return found
+    radius = data[at_a + ROUNDED]
+    first = at_a + int(data[at_a + CORNERS_AT])
+    for k in range(int(data[at_a + CORNERS])):
+        y = data[first + 3 * k : first + 3 * k + 3]
+        if _point_of_a(data, at_b, y, radius, d, Q, margin, contacts[found]):
+            found += 1
+    return found
+
+
+@kernel
+def find_closest(data, at_a, at_b, margin, d, Q, contacts):
+    """Write the one contact of a ball with another surface, if its gap is below the margin, m; return 1 or 0."""
+    if bound_gap(data, at_a, at_b, d, Q) >= margin:
+        return 0
+    center = np.zeros(3)
+    if int(data[at_b + CODE]) == 1:
+        return 1 if _point_of_b(data, at_a, center, data[at_b + ROUNDED], d, Q, margin, contacts[0]) else 0
+    return 1 if _point_of_a(data, at_b, center, data[at_a + ROUNDED], d, Q, margin, contacts[0]) else 0
+
+
+@kernel
+def nearest_sample(data, at_a, at_b, d, Q, contacts):
+    """Write to contacts[0] the sample with the least gap; contacts[1] is written as well."""
+    n_a, n_b = int(data[at_a + SAMPLES]), int(data[at_b + SAMPLES])
+    least = np.inf
+    first = at_b + int(data[at_b + SAMPLES_AT])
+    for k in range(n_b):
+        y = data[first + 7 * k : first + 7 * k + 3]
+        if _point_of_b(data, at_a, y, 0.0, d, Q, least, contacts[1]):
+            least = contacts[1].gap
+            contacts[0] = contacts[1]
+    first = at_a + int(data[at_a + SAMPLES_AT])
+    for k in range(n_a):
+        y = data[first + 7 * k : first + 7 * k + 3]
+        if _point_of_a(data, at_b, y, 0.0, d, Q, least, contacts[1]):
+            least = contacts[1].gap
+            contacts[0] = contacts[1]

@@ -1,0 +1,64 @@
+"""`Shape`: the form of a surface, in the axes of its marker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.model.described import Described, is_number
+
+__all__ = ["Points", "Shape", "grid"]
+
+Points = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Places (n, 3), m, outward normals (n, 3) and areas (n,), m2."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape(metaclass=Described):
+    """A closed surface around a solid, or the surface of a half-space, in the axes of a marker."""
+
+    code: ClassVar[int] = -1
+    """Its number in the kernels, see `flexmb.surfaces.distances`."""
+    convex: ClassVar[bool] = True
+
+    def _fail(self, found: str, expected: str, remedy: str) -> None:
+        raise ModelError(f"Shape {type(self).__name__}", found=found, expected=expected, remedy=remedy)
+
+    def _require_lengths(self, *names: str) -> None:
+        """Raise ModelError unless the fields are positive lengths."""
+        for name in names:
+            value = getattr(self, name)
+            if not is_number(value) or value <= 0.0:
+                self._fail(f"{name} = {value!r}", "a length > 0, m", f"Write {name}=0.1")
+            object.__setattr__(self, name, float(value))
+
+    def numbers(self) -> np.ndarray:
+        """Return its geometry as the kernels read it."""
+        raise TypeError(f"{type(self).__name__} has no numbers")
+
+    @property
+    def reach(self) -> float:
+        """Radius of the ball about the marker that holds it, m; infinite for a half-space."""
+        raise TypeError(f"{type(self).__name__} does not say how far it reaches")
+
+    def corners(self) -> tuple[np.ndarray, float]:
+        """Return the points (n, 3) of its core that may touch singly, and the radius by which it is rounded, m."""
+        return np.zeros((0, 3)), 0.0
+
+    def samples(self, spacing: float) -> Points:
+        """Return points about `spacing`, m, apart with normals and areas, which sum up to the surface's area."""
+        self._fail(f"spacing = {spacing!r} m", "a surface of finite area", "Give the spacing to the other surface")
+        raise AssertionError
+
+    def drawing(self) -> tuple[np.ndarray, Any]:
+        """Return vertices (n, 3), m, and triangles (m, 3) for pictures."""
+        raise TypeError(f"{type(self).__name__} is not drawn")
+
+
+def grid(length: float, spacing: float) -> tuple[np.ndarray, float]:
+    """Return the centres of equal intervals from -length/2 to length/2, and the interval, m."""
+    n = max(1, round(length / spacing))
+    return (np.arange(n) + 0.5) * (length / n) - 0.5 * length, length / n

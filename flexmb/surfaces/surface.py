@@ -1,0 +1,85 @@
+"""`Surface`: what of a body can touch."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.model.kinds import Part
+from flexmb.surfaces.records import FAR, HEADER
+from flexmb.surfaces.shape import Shape
+
+__all__ = ["Surface"]
+
+MOST_SAMPLES = 2_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Surface(Part):
+    """Give a body a surface that can touch others: a shape in the axes of a marker.
+
+    A surface touches nothing by itself; a `SurfaceContact` says which surfaces meet, and by which law.
+
+    Parameters
+    ----------
+    name : str
+    marker : str
+        "body.marker" in whose axes the shape is given.
+    shape : Shape
+        `Plane`, `Sphere`, `Cylinder`, `Capsule`, `Cuboid`, ...
+    spacing : float, m, optional
+        Distance of the points by which an `ElasticFoundation` samples it; without it the surface is not sampled, and
+        the other one must be.
+    """
+
+    name: str
+    _: KW_ONLY
+    marker: str
+    shape: Any
+    spacing: float | None = None
+
+    family: ClassVar[str] = "Surface"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not isinstance(self.shape, Shape):
+            raise ModelError(
+                self.title,
+                found=f"shape = {self.shape!r:.80}",
+                expected="a shape that can touch: Plane, Sphere, Cylinder, Capsule, Cuboid, ...",
+                remedy="Write shape=fmb.Sphere(radius=0.1); Box, Tube and Extrusion are only drawn",
+            )
+        if self.spacing is not None:
+            self.require_positive("spacing")
+            if np.isfinite(self.shape.reach) and (self.shape.reach / self.spacing) ** 2 > MOST_SAMPLES:
+                raise ModelError(
+                    self.title,
+                    found=f"spacing = {self.spacing} m on a shape that reaches {self.shape.reach:.3g} m",
+                    expected=f"at most about {MOST_SAMPLES} points",
+                    remedy="Give a larger spacing",
+                )
+
+    def check(self, model) -> None:
+        """Raise ModelError if the marker does not exist."""
+        model.marker(self.marker, self.title)
+
+    def points(self):
+        """Return places (n, 3), m, normals (n, 3) and areas (n,), m2, by which it is sampled; none without spacing."""
+        if self.spacing is None:
+            return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+        return self.shape.samples(self.spacing)
+
+    def packed(self) -> np.ndarray:
+        """Return all that kernels need, see `flexmb.surfaces.records`."""
+        own = self.shape.numbers()
+        places, normals, areas = self.points()
+        corners, radius = self.shape.corners()
+        samples_at = HEADER + own.size
+        corners_at = samples_at + 7 * len(places)
+        reach = min(self.shape.reach, FAR)
+        header = [self.shape.code, reach, len(places), samples_at, len(corners), corners_at, radius, 0.0]
+        table = np.column_stack([places, normals, areas])
+        return np.concatenate([header, own, table.ravel(), corners.ravel()])

@@ -1,0 +1,109 @@
+"""Signed distances of the shapes: closed forms at chosen points, and derivatives against differences."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.surfaces.distances import signed_distance
+
+SHAPES = {
+    "Plane": fmb.Plane(),
+    "Sphere": fmb.Sphere(0.7),
+    "Cylinder": fmb.Cylinder(radius=0.5, length=1.6),
+    "Capsule": fmb.Capsule(radius=0.4, length=1.1),
+    "Cuboid": fmb.Cuboid(size=(0.9, 1.3, 0.6)),
+}
+
+
+def distance(shape, z):
+    """Return distance, gradient and second derivative at a point."""
+    data = fmb.Surface("s", marker="b.m", shape=shape).packed()
+    n, H = np.empty(3), np.empty((3, 3))
+    return signed_distance(data, 0, np.asarray(z, float), n, H), n, H
+
+
+@pytest.mark.parametrize(
+    ("name", "z", "gap"),
+    [
+        ("Plane", (3.0, -2.0, 0.25), 0.25),
+        ("Sphere", (0.0, 0.3, 0.4), -0.2),
+        ("Sphere", (0.0, 3.0, 4.0), 4.3),
+        ("Cylinder", (0.3, 0.4, 0.1), 0.0),
+        ("Cylinder", (0.0, 0.8, 1.2), 0.5),
+        ("Cylinder", (0.1, 0.0, -0.7), -0.1),
+        ("Capsule", (0.0, 0.0, -1.0), 0.05),
+        ("Capsule", (0.6, 0.8, 0.2), 0.6),
+        ("Cuboid", (0.45 + 2.0, 0.65 + 3.0, -0.3 - 6.0), 7.0),
+        ("Cuboid", (0.0, 0.6, 0.0), -0.05),
+    ],
+)
+def test_closed_forms(name, z, gap):
+    assert distance(SHAPES[name], z)[0] == pytest.approx(gap, abs=1e-14)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_derivatives(name, rng):
+    """Central differences of sixth order; a step over an edge of the inside is left out by its size."""
+    h = 1e-3
+    stencil = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
+    examined = 0
+    while examined < 40:
+        z = rng.normal(size=3)
+        _, n, H = distance(SHAPES[name], z)
+        near = [distance(SHAPES[name], z + k * h * e)[2] for k in (-4, 4) for e in np.eye(3)]
+        if max(np.abs(near - H).max() for near in near) > 0.05 * (1.0 + np.abs(H).max()):
+            continue  # another part of the surface is nearest within the differences
+        gradient = [
+            sum(w * distance(SHAPES[name], z + k * h * e)[0] for k, w in stencil.items()) / h for e in np.eye(3)
+        ]
+        second = [sum(w * distance(SHAPES[name], z + k * h * e)[1] for k, w in stencil.items()) / h for e in np.eye(3)]
+        np.testing.assert_allclose(n, gradient, atol=1e-9)
+        np.testing.assert_allclose(H, second, atol=1e-7 * (1.0 + np.abs(H).max() ** 6))
+        examined += 1
+
+
+@pytest.mark.parametrize("name", [name for name in SHAPES if name != "Plane"])
+def test_samples_lie_on_the_surface(name):
+    """Distance zero, the gradient is the normal, and areas sum up to that of the solid."""
+    places, normals, areas = SHAPES[name].samples(0.05)
+    for z, m in zip(places, normals):
+        gap, n, _ = distance(SHAPES[name], z + 1e-9 * m)
+        assert abs(gap) < 2e-3  # samples of curved parts lie on them, those of cells between
+        assert n @ m > 0.999
+    r, h = 0.5, 1.6
+    area = {
+        "Sphere": 4 * np.pi * 0.49,
+        "Cylinder": 2 * np.pi * r * (r + h),
+        "Capsule": 4 * np.pi * 0.16 + 2 * np.pi * 0.4 * 1.1,
+        "Cuboid": 2 * (0.9 * 1.3 + 0.9 * 0.6 + 1.3 * 0.6),
+    }[name]
+    assert areas.sum() == pytest.approx(area, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_drawn_triangles_lie_on_the_surface_and_face_outward(name):
+    vertices, triangles = SHAPES[name].drawing()
+    assert max(abs(distance(SHAPES[name], v)[0]) for v in vertices) < 1e-12
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    for middle, m in zip((a + b + c) / 3, normal):
+        if np.linalg.norm(m) > 1e-9:
+            assert distance(SHAPES[name], middle + 1e-6 * m)[1] @ m > 0.0
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: fmb.Sphere(-1.0), "radius = -1.0"),
+        (lambda: fmb.Sphere(np.nan), "radius = nan"),
+        (lambda: fmb.Cuboid(size=(1, 2)), "three lengths"),
+        (lambda: fmb.Cylinder(radius=1.0, length=0.0), "length = 0.0"),
+        (lambda: fmb.Surface("s", marker="b.m", shape="Sphere"), "shape = 'Sphere'"),
+        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=0.0), "spacing = 0.0"),
+        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=1e-6), "at most about"),
+        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Plane(), spacing=0.1).points(), "finite area"),
+    ],
+)
+def test_messages(make, said):
+    with pytest.raises(fmb.ModelError, match=said):
+        make()
