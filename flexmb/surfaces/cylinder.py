@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -38,7 +39,7 @@ class Cylinder(Shape):
         """Return points of the side and the ends."""
         r, h = self.radius, 0.5 * self.length
         rims = [(0.0, -h), (r, -h), (r, h), (0.0, h)]
-        parts = [frustum(start, end, spacing) for start, end in zip(rims[:-1], rims[1:])]
+        parts = [frustum(start, end, spacing) for start, end in pairwise(rims)]
         places, normals, areas = (np.concatenate(entries) for entries in zip(*parts))
         return places, normals, areas
 
