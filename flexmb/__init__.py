@@ -17,6 +17,7 @@ _ROOMS = {
     "flexmb.model": "MATERIALS Material Model ModalNeutralData Orbit OrthotropicMaterial Pose",
     "flexmb.model.blocks": "DeadZone Integral Lag Limit Pid RateLimit",
     "flexmb.model.function_block": "Delay Function",
+    "flexmb.model.held_blocks": "Quantiser Relay Sampled SampledStateSpace",
     "flexmb.model.input_signal": "input",
     "flexmb.model.linear_blocks": "StateSpace TransferFunction",
     "flexmb.model.measurement": "formula measured",

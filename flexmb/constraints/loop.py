@@ -17,6 +17,7 @@ from flexmb.math import operations as op
 from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
+from flexmb.math.switches import KINK, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
 
@@ -27,6 +28,7 @@ ROW = np.dtype(
         ("n_atoms", np.int64),
         ("atoms", np.int64),  # where their rows begin in the bulk data
         ("n", np.int64),  # number of programs
+        ("n_used", np.int64),  # of those before what only tells kinks
         ("programs", np.int64),  # first operation of each in ops, and the end
         ("ops", np.int64),
         ("args", np.int64),
@@ -43,6 +45,11 @@ ROW = np.dtype(
         ("acts", np.int64),  # program, marker, component or channel, first block, end of blocks
         ("blocks", np.int64),  # leg, pair, row, column
         ("n_legs", np.int64),
+        ("n_held", np.int64),
+        ("held", np.int64),  # branches that hold values
+        ("n_kinks", np.int64),
+        ("kinks", np.int64),  # programs that pass zero where a signal has a kink, or switches
+        ("kink_scales", np.int64),  # what they are divided by
     ],
     align=True,
 )
@@ -82,8 +89,8 @@ def _run(row, data, p, time, z, stack, answer):
 
 
 @inner_kernel
-def _values(row, data, state, work, z, sorts, push, slope):
-    """Measure the atoms, and write the values of all programs behind them in `z` (n_atoms + n, 3)."""
+def _values(row, data, state, work, count, z, sorts, push, slope):
+    """Measure the atoms, and write the values of `count` programs behind them in `z` (n_atoms + n, 3)."""
     atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
     jet, time, stack, answer = np.empty(3), np.zeros(3), np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
@@ -91,7 +98,7 @@ def _values(row, data, state, work, z, sorts, push, slope):
     for k in range(row.n_atoms):
         sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
         z[k, 0] = jet[0]
-    for p in range(row.n):
+    for p in range(count):
         _run(row, data, p, time, z, stack, answer)
         z[row.n_atoms + p, 0] = stack[0, 0]
 
@@ -104,7 +111,7 @@ def sample(raw, data, state, work):
         row = rows[m]
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
         push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
-        _values(row, data, state, work, z, sorts, push, slope)
+        _values(row, data, state, work, row.n_used, z, sorts, push, slope)
         outputs = _integers(data, row.outputs, 2 * row.n_outputs)
         for k in range(row.n_outputs):
             to = state.signals[outputs[2 * k + 1]]
@@ -112,17 +119,20 @@ def sample(raw, data, state, work):
         acts = _integers(data, row.acts, 5 * row.n_rates)
         for k in range(row.n_rates):
             work.markers[acts[5 * k + 1]].wrench[acts[5 * k + 2]] += z[row.n_atoms + acts[5 * k], 0]
+        held = _integers(data, row.held, row.n_held)
+        for k in range(row.n_held):  # a step leaves them as they are
+            work.branches[held[k]] = state.q[len(state.q) - len(work.branches) + held[k]]
 
 
 @inner_kernel
-def _gradients(row, data, state, z):
-    """Return the derivatives (n, n_atoms) of the results of all programs by the atoms."""
+def _gradients(row, data, state, count, z):
+    """Return the derivatives (n, n_atoms) of the results of `count` programs by the atoms."""
     found, time = np.zeros((row.n, row.n_atoms)), np.zeros(3)
     stack, answer = np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
     starts = _integers(data, row.use_starts, row.n + 1)
     uses = _integers(data, row.uses, starts[row.n])
-    for p in range(row.n):
+    for p in range(count):
         for u in range(starts[p], starts[p + 1]):
             i = uses[u]
             z[i, 1] = 1.0
@@ -171,9 +181,9 @@ def tangent(raw, data, state, work):
         row = rows[m]
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
         push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
-        _values(row, data, state, work, z, sorts, push, slope)
+        _values(row, data, state, work, row.n_used, z, sorts, push, slope)
         atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
-        by_atoms = _gradients(row, data, state, z)
+        by_atoms = _gradients(row, data, state, row.n_used, z)
         by_place, by_twist = np.empty((row.n_legs, 6)), np.empty((row.n_legs, 6))
         acts = _integers(data, row.acts, 5 * row.n_acts)
         none = np.zeros(6)
@@ -199,7 +209,34 @@ def tangent(raw, data, state, work):
                     _add(pair, block[2], block[3], work.channels[act[2]], -1, by_place[leg], by_twist[leg])
 
 
-LOOP = Table("Loop", ROW, {"apply": sample})
+@switch_kernel
+def switch(raw, data, state, work, out):
+    """Where signals have kinks, with the rates that positions and functions of time make."""
+    rows = raw.view(ROW)
+    first = 0
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        if row.n_kinks == 0:
+            continue
+        z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
+        push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
+        _values(row, data, state, work, row.n, z, sorts, push, slope)
+        atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
+        by_atoms, jet = _gradients(row, data, state, row.n, z), np.empty(3)
+        kinks = _integers(data, row.kinks, row.n_kinks)
+        for k in range(row.n_kinks):
+            rate, scale = 0.0, data[row.kink_scales + k]
+            for a in range(row.n_atoms):
+                if by_atoms[kinks[k], a] != 0.0 and sorts[a] != VELOCITY:
+                    measure_scalar(atoms[a], state, work, jet, push[a], slope[a])
+                    rate += by_atoms[kinks[k], a] * jet[1]
+            place = out[first + k]
+            place[:] = 0.0
+            place[0], place[1], place[4], place[9] = KINK, z[row.n_atoms + kinks[k], 0] / scale, rate / scale, 1.0
+        first += row.n_kinks
+
+
+LOOP = Table("Loop", ROW, {"apply": sample, "switch": switch}, switches="n_kinks")
 LOOP_TANGENT = Table("LoopTangent", ROW, {"apply": tangent})
 
 

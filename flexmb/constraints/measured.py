@@ -31,7 +31,7 @@ MEASURED = np.dtype(
         ("rate", np.int64),  # 1: the rate of the position
         ("axis", np.int64),  # of a, or of W
         ("other", np.int64),  # cosine: axis of b
-        ("signal", np.int64),  # number of the signal
+        ("signal", np.int64),  # number of the signal, or of the branch that is held
         ("a", np.int64),  # -1: axes of W
         ("b", np.int64),
         ("leg_a", np.int64),  # which leg of an equation belongs to a, or -1
@@ -42,8 +42,8 @@ MEASURED = np.dtype(
 )
 """How a kernel measures a scalar; every field has eight bytes, so rows of any number may stand in bulk data."""
 
-WHATS = ("coordinate", "cosine", "place", "velocity", "spin", "signal", "state")
-_COORDINATE, _COSINE, _PLACE, _VELOCITY, _SPIN, _SIGNAL, _STATE = range(7)
+WHATS = ("coordinate", "cosine", "place", "velocity", "spin", "signal", "state", "held")
+_COORDINATE, _COSINE, _PLACE, _VELOCITY, _SPIN, _SIGNAL, _STATE, _HELD = range(8)
 POSITION, VELOCITY, SIGNAL = 0, 1, 2
 
 
@@ -133,6 +133,9 @@ def measure_scalar(z, state, work, jet, push, slope):
         if z.rate == 1:
             jet[2] = 0.0
         return SIGNAL
+    if z.what == _HELD:
+        jet[0], jet[1], jet[2] = state.q[len(state.q) - len(work.branches) + z.signal], 0.0, 0.0
+        return SIGNAL
     if z.what == _STATE:
         b = work.markers[z.b]
         jet[0], jet[1], jet[2] = b.v[z.axis] if z.axis < 3 else b.w[z.axis - 3], 0.0, 0.0
@@ -203,6 +206,8 @@ class Measured:
         Name of a part and of its state: a velocity to whoever reads it, without the rate that depends on the forces.
     rate : bool
         The rate of a position or of a signal.
+    held : int
+        Number of the branch that holds a value.
     """
 
     what: str
@@ -213,11 +218,12 @@ class Measured:
     signal: Any = None
     rate: bool = False
     state: tuple[str, str | None] | None = None
+    held: int = -1
 
     @property
     def sort(self) -> int:
         """POSITION, VELOCITY or SIGNAL."""
-        if self.what == "signal":
+        if self.what in ("signal", "held"):
             return SIGNAL
         return VELOCITY if self.rate or self.what in ("velocity", "spin", "state") else POSITION
 
@@ -228,7 +234,7 @@ class Measured:
     def record(self, compiler, legs: tuple[int, ...]) -> dict[str, Any]:
         """Return the row of the scalar by field name; `legs` are the markers of the equation's legs."""
         c: dict[str, Any] = NO_COORDINATE
-        signal = -1 if self.signal is None else compiler.signal(self.signal)
+        signal = self.held if self.signal is None else compiler.signal(self.signal)
         numbers = [compiler.marker(name) for name in self.markers]
         a, b = numbers if len(numbers) == 2 else (-1, *numbers) if numbers else (-1, -1)
         if self.coordinate is not None:

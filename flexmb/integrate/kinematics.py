@@ -23,6 +23,7 @@ from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble_as_drawn
 from flexmb.system.complaints import worst_equations
 from flexmb.system.given_state import refuse_states
+from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import accelerations, advance, evaluate, keep_branches
 from flexmb.system.projection import project
@@ -128,6 +129,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     times = sample_times(t_start, t_end, samples)
     system, start = assemble_as_drawn(model, t=t_start)
     refuse_states(system, "kinematics")
+    refuse_holds(system, "kinematics")
     jumps = require_no_jumps(system, start, float(times[-1]))
     free = system.nu - system.ng + len(system.redundant)
     if free:

@@ -8,6 +8,7 @@ A row of ten numbers per place: kind, path d (3), its rate d' (3), threshold, sc
 - TURN: a rotation vector d that may not pass half a turn;
 - CROSSING: a number d_x of the user that changes its sign where a force jumps or has a kink; d'_x is its rate as far as
   it is known, without what accelerations do to it;
+- KINK: the same where only the rate of a force jumps: steps end there, but may begin across it;
 - IDLE: nothing now.
 """
 
@@ -18,9 +19,9 @@ import numpy as np
 from flexmb.math.structures import array_type
 from flexmb.math.tables import BYTES, FLOATS, STATE, WORK, caller, pointer_kernel, void
 
-__all__ = ["COLUMNS", "CROSSING", "DISTANCE", "GAP", "IDLE", "SLIP", "TURN", "call_switches", "switch_kernel"]
+__all__ = ["COLUMNS", "CROSSING", "DISTANCE", "GAP", "IDLE", "KINK", "SLIP", "TURN", "call_switches", "switch_kernel"]
 
-IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0
+IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING, KINK = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 COLUMNS = 10
 SWITCHES = void(array_type(BYTES), array_type(FLOATS), STATE, WORK, array_type(np.dtype(float), 2))
 """(rows, data, state, work, out): write the places of all rows of a kind, as evaluated last."""

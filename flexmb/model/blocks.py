@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
-from flexmb.model.block import Block, limited, linear
+from flexmb.model.block import Block, kinks_of, limited, linear
 from flexmb.model.linear_blocks import StateSpace, TransferFunction
 from flexmb.model.measurement import Formula
 from flexmb.model.signal import Signal
@@ -35,6 +35,9 @@ class Limit(Block):
         self.follow("of")
         self.require_limits()
 
+    def kinks(self):
+        return kinks_of(self.of, self.limits)
+
     def output(self) -> Signal:
         return limited(self.of, self.limits)
 
@@ -57,6 +60,9 @@ class DeadZone(Block):
     def __post_init__(self):
         self.follow("of")
         self.require_limits()
+
+    def kinks(self):
+        return kinks_of(self.of, self.limits)
 
     def output(self) -> Signal:
         return self.of - limited(self.of, self.limits)
@@ -150,6 +156,9 @@ class Integral(Block):
         over = {"u": self.of, "x": self.state("x"), "y": self.output()}
         return (Formula("k*u + (y - x)/T", over, {"k": self.gain, "T": self.tracking}),)
 
+    def kinks(self):
+        return kinks_of(self.state("x"), self.limits)
+
     def output(self) -> Signal:
         return self.state("x") if self.limits is None else limited(self.state("x"), self.limits)
 
@@ -239,6 +248,9 @@ class Pid(Block):
             found.append(Formula("(e - f)/T", over, {"T": self.filter}))
         return tuple(found)
 
+    def kinks(self):
+        return kinks_of(self._free(), self.limits)
+
     def output(self) -> Signal:
         return self._free() if self.limits is None else limited(self._free(), self.limits)
 
@@ -282,9 +294,14 @@ class RateLimit(Block):
         return {"x": self.size}
 
     def rates(self):
-        over = {"u": self.of, "x": self.state("x")}
-        text = "min(max((u - x)/T, low), high)"
-        return (Formula(text, over, {"T": self.time, "low": self.limits[0], "high": self.limits[1]}),)
+        return (limited(self._free(), self.limits),)
+
+    def kinks(self):
+        return kinks_of(self._free(), self.limits)
+
+    def _free(self) -> Signal:
+        """The rate without limits."""
+        return Formula("(u - x)/T", {"u": self.of, "x": self.state("x")}, {"T": self.time})
 
     def output(self) -> Signal:
         return self.state("x")

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.results.phase import Instant, Phase
+from flexmb.results.series import Series
 
 __all__ = ["instant_at"]
 
@@ -28,6 +29,8 @@ def instant_at(phase: Phase, t: float) -> Instant:
     for rate in rates:  # what comes after the bodies' coordinates tells branches: a line between the samples will do
         rate[n:] = (ends[1][0][n:] - ends[0][0][n:]) / h
     q = _hermite(s, h, ends[0][0], rates[0], ends[1][0], rates[1])
+    held = _held(phase, n)
+    q[held] = ends[0][0][held]
     u = _hermite(s, h, ends[0][1], ends[0][2], ends[1][1], ends[1][2])
     for iq, _ in _frames(phase.model):
         q[iq + 3 : iq + 7] /= np.linalg.norm(q[iq + 3 : iq + 7])
@@ -47,6 +50,16 @@ def _hermite(s, h, x0, dx0, x1, dx1):
         + s * s * (3.0 - 2.0 * s) * x1
         - s * s * (1.0 - s) * h * dx1
     )
+
+
+def _held(phase: Phase, first: int) -> list[int]:
+    """Return the coordinates that hold values, among those behind the bodies' and states'."""
+    if len(phase.q[0]) == first:
+        return []
+    from flexmb.system.holds import HELD
+
+    names = Series(phase).system.branch_names
+    return [first + k for k, name in enumerate(names) if name.startswith(HELD)]
 
 
 def _frames(model):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.constraints import EQUATIONS
+from flexmb.constraints.loop import LOOP
 from flexmb.errors import CompileError
 from flexmb.math.jets import SignalCode
 from flexmb.math.tables import DAMPED, MARKER, STIFF
@@ -212,16 +213,21 @@ def _force_rows(model: Model, tables: list[Table], starts: np.ndarray) -> np.nda
     return rows
 
 
-def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray):
+def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray, loops: Loops):
     """Return (address, first byte, last byte, number of switches) of the kinds with a kink,
-    and the force of every switch.
+    and the force or block of every switch.
     """
     kinds, owners = [], []
     for table, array, first, last in zip(tables, rows, starts[:-1], starts[1:], strict=True):
         if not table.switches:
             continue
         counts = array[table.switches] if isinstance(table.switches, str) else np.full(len(array), table.switches)
+        if not np.sum(counts):
+            continue
         kinds.append((table.kernels["switch"].compiled.address, first, last, int(np.sum(counts))))
+        if table is LOOP:
+            owners += [title for _, _, title in loops.kinks]
+            continue
         forces = [force.title for force in model.forces if force.table.name == table.name]
         owners += [title for title, count in zip(forces, counts, strict=True) for _ in range(count)]
     return np.array(kinds, np.int64).reshape(-1, 4), tuple(owners)
@@ -360,7 +366,7 @@ def compile(model: Model) -> System:
     inputs = places_of_inputs(signals, compiler.signal_titles, prescribing)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     first_force = len(body_tables) + len(constraints.tables)
-    switch_kinds, switch_owners = _switching(model, force_tables, force_rows, starts[first_force:])
+    switch_kinds, switch_owners = _switching(model, force_tables, force_rows, starts[first_force:], compiler.loops)
     program = Program(
         place=kernel_table([t.kernels["place"] for t in body_tables]),
         inertia=kernel_table([t.kernels["inertia"] for t in body_tables]),
@@ -408,9 +414,10 @@ def compile(model: Model) -> System:
         states=tuple(compiler.states.values()),
         state_slices=layout.slices(compiler.states, len(model.bodies)),
         branch_names=tuple(compiler.branches),
-        signal_times=SignalTimes(signals, tuple(compiler.signal_titles)),
+        signal_times=SignalTimes(signals, tuple(compiler.signal_titles), compiler.loops.clocks()),
         prescribing=prescribing,
         inputs=inputs,
+        holds=tuple(compiler.loops.holds),
         switch_kinds=switch_kinds,
         switch_owners=switch_owners,
         lengths=unit_lengths(len(model.bodies), len(constraints.names)),

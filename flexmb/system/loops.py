@@ -18,9 +18,11 @@ from flexmb.math import operations as op
 from flexmb.model.block import Block, OwnState
 from flexmb.model.expression import SignalProgram, joined_arrays
 from flexmb.model.function_block import Function
+from flexmb.model.held_block import HeldBlock, HeldValue
 from flexmb.model.measurement import Formula, Measurement, input_program
 from flexmb.model.signal import Constant, Signal
 from flexmb.model.table import in_order
+from flexmb.system.holds import HELD, NEVER, Hold, upstream_first
 
 __all__ = ["Loops"]
 
@@ -45,6 +47,11 @@ class Loops:
         self._numbers: dict[int, int] = {}
         self._blocks: dict[int, tuple[str, tuple[str, ...]]] = {}
         self._waiting: list[tuple[Block, str]] = []
+        self._held: dict[int, str] = {}
+        self._unread: list[tuple[HeldBlock, str]] = []
+        self._kinked: dict[int, tuple[Block, str]] = {}
+        self.holds: list[Hold] = []
+        self.kinks: list[tuple[int, float, str]] = []
 
     def follow(self, signal: Signal, markers: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         """Return the number of a signal, and the channels by which forces on markers change with it (-1: by none)."""
@@ -112,8 +119,15 @@ class Loops:
             return self._atom(Measured("state", state=(owner, signal.name)))
         if isinstance(signal, Function):
             return self._function(signal)
+        if isinstance(signal, HeldValue):
+            owner = self._hold(signal.block)
+            return self._atom(Measured("held", held=self.compiler.branch(f"{HELD}{owner}: {signal.name}")))
+        if isinstance(signal, HeldBlock):
+            self._hold(signal)
+            return self._program(signal.output())
         if isinstance(signal, Block):
             self._states(signal)
+            self._kinked.setdefault(id(signal), (signal, self.compiler.writing))
             return self._program(signal.output())
         return signal.program_of([self._program(part) for part in signal.parts()])
 
@@ -134,21 +148,55 @@ class Loops:
         """Return owner and names of the states of a block, which are registered when it is first met."""
         if id(block) not in self._blocks:
             states = block.states()
-            # named by its part: states are carried over events by name, after which other parts may be gone
-            part = self.compiler.writing.partition(" ")[2].strip("'")
-            usual = [f"{block.word} of {part}", *(f"{block.word} {k} of {part}" for k in range(2, 1000))]
-            owner = block.name or next(name for name in usual if f"Block '{name}'" not in self.compiler.states)
-            title = f"Block '{owner}'"
-            if title in self.compiler.states:
-                raise ModelError(
-                    title, found="the name is used twice", expected="one block of each name", remedy="Rename one"
-                )
+            owner, title = self._owner(block)
             if states:
                 self.compiler.state_marker(title, states, block.sizes())
                 self._waiting.append((block, title))
             self._blocks[id(block)] = owner, tuple(states)
             self.kept.append(block)
         return self._blocks[id(block)]
+
+    def _owner(self, block: Block) -> tuple[str, str]:
+        """Return how the states of a block are called, and its title."""
+        # named by its part: states are carried over events by name, after which other parts may be gone
+        part = self.compiler.writing.partition(" ")[2].strip("'")
+        usual = [f"{block.word} of {part}", *(f"{block.word} {k} of {part}" for k in range(2, 1000))]
+        known = {*self.compiler.states, *self._held.values()}
+        owner = block.name or next(name for name in usual if f"Block '{name}'" not in known)
+        title = f"Block '{owner}'"
+        if title in known:
+            raise ModelError(
+                title, found="the name is used twice", expected="one block of each name", remedy="Rename one"
+            )
+        return owner, title
+
+    def _hold(self, block: HeldBlock) -> str:
+        """Return the title of a block that holds values, for which there is room when it is first met."""
+        if id(block) not in self._held:
+            _, title = self._owner(block)
+            self._held[id(block)] = title
+            for name, start in block.held().items():
+                self.compiler.branch(f"{HELD}{title}: {name}", start)
+            self._unread.append((block, self.compiler.writing))
+            self.kept.append(block)
+        return self._held[id(block)]
+
+    def _read(self, block: HeldBlock) -> None:
+        """Compile what a block that holds values reads."""
+        title = self._held[id(block)]
+        branches = tuple(self.compiler.branch(f"{HELD}{title}: {name}") for name in block.held())
+        clock = -1 if block.period is None else self.compiler.branch(f"{HELD}{title}: clock", NEVER)
+        passes = block.crossing()
+        reads = tuple(self.follow(signal, ())[0] for signal in block.reads())
+        crossing = -1 if passes is None else self.follow(passes, ())[0]
+        if passes is not None:
+            slot = next(slot for slot, known in self.outputs if known == crossing)
+            self.kinks.append((slot, -1.0, title))
+        self.holds.append(Hold(title, block, branches, reads, crossing, clock, block.period or 1.0, block.offset))
+
+    def clocks(self) -> tuple[tuple[float, float], ...]:
+        """Return period and offset of the blocks that sample, each pair once."""
+        return tuple(dict.fromkeys((hold.period, hold.offset) for hold in self.holds if hold.clock >= 0))
 
     def _sensor(self, given: Any) -> Any:
         """Return a sensor that is given, or that of the model with this name."""
@@ -217,18 +265,29 @@ class Loops:
 
     def rows(self) -> tuple[list[tuple[Any, tuple]], list[tuple[Any, tuple]]]:
         """Return the rows that run before all forces, and after them; none if nothing follows measurements."""
-        while self._waiting:
-            block, title = self._waiting.pop(0)
-            first = self.compiler.states[title].marker
-            for k, rate in enumerate(block.rates()):
-                slot = self._slot(self._program(rate))
-                self.rates.append((slot, first + k // 6, k % 6))
+        used = len(self.programs)
+        while self._waiting or self._unread or self._kinked:
+            if self._waiting:
+                block, title = self._waiting.pop(0)
+                first = self.compiler.states[title].marker
+                for k, rate in enumerate(block.rates()):
+                    slot = self._slot(self._program(rate))
+                    self.rates.append((slot, first + k // 6, k % 6))
+                used = len(self.programs)
+            elif self._unread:
+                held, self.compiler.writing = self._unread.pop(0)
+                self._read(held)
+                used = len(self.programs)
+            else:
+                block, self.compiler.writing = self._kinked.pop(next(iter(self._kinked)))
+                for signal, size in block.kinks():
+                    self.kinks.append((self._slot(self._program(signal)), size, block.title))
         if not self.programs:
             return [], []
-        row = self._row()
+        row = self._row(used)
         return [(LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
 
-    def _row(self) -> dict[str, Any]:
+    def _row(self, used: int) -> dict[str, Any]:
         compiler, n_atoms = self.compiler, len(self.atoms)
         compiler.writing = compiler.writing or "Signals"
         numbers = [tuple(self._markers(scalar)) for scalar in self.atoms]
@@ -238,6 +297,8 @@ class Loops:
         ops, args, tables = joined_arrays(programs)
         uses = [list(dict.fromkeys(int(a) for o, a in zip(p.ops, p.args) if o == op.INPUT)) for p in programs]
         read = self._atoms_read(uses, n_atoms)
+        self.holds = upstream_first(self.holds, [self._needs(hold, read) for hold in self.holds])
+        held = [number for hold in self.holds for number in (*hold.branches, hold.clock) if number >= 0]
         acts, blocks = [], []
         acting = [*self.rates, *((slot, marker, k) for k, (slot, marker) in enumerate(self.channels))]
         for slot, marker, component in acting:
@@ -248,6 +309,7 @@ class Loops:
             "n_atoms": n_atoms,
             "atoms": compiler.bulk(rows.view(float)),
             "n": len(programs),
+            "n_used": used,
             "programs": compiler.bulk(words(np.cumsum([0] + [len(p.ops) for p in programs]))),
             "ops": compiler.bulk(words(ops)),
             "args": compiler.bulk(args),
@@ -264,7 +326,17 @@ class Loops:
             "acts": compiler.bulk(words(acts)),
             "blocks": compiler.bulk(words(blocks)),
             "n_legs": len(legs),
+            "n_held": len(held),
+            "held": compiler.bulk(words(held)),
+            "n_kinks": len(self.kinks),
+            "kinks": compiler.bulk(words([slot for slot, _, _ in self.kinks])),
+            "kink_scales": compiler.bulk(np.array([size for _, size, _ in self.kinks])),
         }
+
+    def _needs(self, hold: Hold, read: list[set[int]]) -> set[int]:
+        """Return the branches whose values a change of a block reads."""
+        slots = [slot for slot, number in self.outputs if number in hold.reads]
+        return {self.atoms[a].held for slot in slots for a in read[slot]} - {-1}
 
     def _markers(self, scalar: Measured) -> list[int]:
         """Return the markers that move a scalar."""

@@ -27,6 +27,8 @@ class Times:
         Ends of cells of time within which a parabola tells what they do, where they begin to change faster.
     missed : tuple of int
         Signals of which not all such times were found.
+    sampled : (k,), s
+        Those breaks at which blocks sample.
     """
 
     begin: float
@@ -34,6 +36,7 @@ class Times:
     breaks: np.ndarray
     fine: np.ndarray
     missed: tuple[int, ...] = ()
+    sampled: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +49,13 @@ class SignalTimes:
         Of all signals, by number.
     titles : tuple of str
         Which part has each signal, for messages.
+    clocks : tuple of (float, float), s
+        Period of blocks that sample, and one of their times.
     """
 
     programs: Sequence[SignalProgram]
     titles: tuple[str, ...]
+    clocks: tuple[tuple[float, float], ...] = ()
     _known: list[Times] = field(default_factory=list, repr=False)
 
     def between(self, begin: float, end: float) -> Times:
@@ -65,6 +71,13 @@ class SignalTimes:
             fine.append(cells)
             if not (found.complete and resolved):
                 missed.append(number)
-        times = Times(begin, end, np.unique(np.concatenate(breaks)), np.unique(np.concatenate(fine)), tuple(missed))
+        sampled = np.unique(np.concatenate([np.empty(0), *(_ticks(*clock, begin, end) for clock in self.clocks)]))
+        every = np.unique(np.concatenate([*breaks, sampled]))
+        times = Times(begin, end, every, np.unique(np.concatenate(fine)), tuple(missed), sampled)
         self._known[:] = [times]
         return times
+
+
+def _ticks(period: float, offset: float, begin: float, end: float) -> np.ndarray:
+    """Return the times offset + k period around [begin, end], s."""
+    return offset + period * np.arange(np.floor((begin - offset) / period), np.ceil((end - offset) / period) + 1.0)

@@ -13,6 +13,7 @@ from flexmb.math.tables import State, Work
 from flexmb.math.weights import Weights
 from flexmb.model.model import Model
 from flexmb.model.primitives import Equation
+from flexmb.system.holds import Hold
 from flexmb.system.lengths import Lengths
 from flexmb.system.program import Program
 from flexmb.system.signal_times import SignalTimes
@@ -65,10 +66,12 @@ class System:
         The signals that drives prescribe.
     inputs : dict of name to (n,) int
         Where the values of inputs stand in ``program.signals.args``.
+    holds : tuple of Hold
+        Blocks that hold values, whose jumps are found from outside.
     switch_kinds : (nk, 4)
         Address, first and last byte of the rows, and number of switches of the kinds of forces with a kink.
     switch_owners : tuple of str
-        Title of the force of every switch.
+        Title of the force or block of every switch.
     lengths : Lengths
         What distances and residuals are compared with; all 1 m before assembly.
     units : (nu,), 1/m or 1
@@ -104,6 +107,7 @@ class System:
     values: Mapping[str, int] = field(default_factory=dict)
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
     states: tuple[StateGroup, ...] = ()
+    holds: tuple[Hold, ...] = ()
     state_slices: Mapping[str, tuple[slice, slice]] = field(default_factory=dict)
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()

@@ -17,6 +17,7 @@ from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
 from flexmb.system.given_state import given_state, refuse_states
+from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import increment
 
@@ -114,6 +115,7 @@ def _check_numbers(t, tolerance, iterations) -> None:
 def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold_states: bool = False) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
     system, start = (assemble_as_drawn if state is None else assemble)(model, t=t)
+    refuse_holds(system, "statics")
     work = system.workspace()
     q = start.q.copy()
     if state is not None:

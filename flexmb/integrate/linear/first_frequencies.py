@@ -22,6 +22,7 @@ from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
+from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import accelerations
 
@@ -98,6 +99,7 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     1.592, 10.07, 28.33, ... Hz; 2 without oscillation
     """
     system, state = (assemble_as_drawn if about is None else assemble)(model)
+    refuse_holds(system, "first_frequencies")
     if about is not None:
         state = given_state(about, system, "first_frequencies")
     if system.nu <= DENSE:

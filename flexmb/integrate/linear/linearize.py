@@ -31,6 +31,7 @@ from flexmb.integrate.linear.steady import steady_motion
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
+from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import DEPENDENT
 
 __all__ = ["Linearization", "linearize"]
@@ -230,6 +231,7 @@ def linearize(
         If `about` is no state of this model, an input or output does not exist, or the state of a plant moves.
     """
     system, state = (assemble_as_drawn if about is None else assemble)(model)
+    refuse_holds(system, "linearize")
     if about is not None:
         state = given_state(about, system, "linearize")
     work = system.workspace()

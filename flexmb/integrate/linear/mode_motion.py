@@ -13,6 +13,7 @@ from flexmb.model.model import Model
 from flexmb.results import Phase, Solution, Status, recover
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
+from flexmb.system.holds import refuse_holds
 from flexmb.system.program import advance
 
 __all__ = ["mode_motion"]
@@ -48,6 +49,7 @@ def mode_motion(model: Model, about: Any = None, *, mode: int = 0, frames: int =
     linear = linearize(model, about)
     _require(linear, mode, frames, amplitude)
     system, state = (assemble_as_drawn if about is None else assemble)(model)
+    refuse_holds(system, "mode_motion")
     if about is not None:
         state = given_state(about, system, "mode_motion")
     shape = linear.modes[:, mode]

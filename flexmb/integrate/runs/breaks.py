@@ -52,16 +52,28 @@ def with_breaks(system, times: np.ndarray, remembers: bool) -> tuple[np.ndarray,
     """
     begin, end = times[0], times[-1]
     near = APART * max(abs(begin), abs(end), end - begin)
-    breaks = system.signal_times.between(begin, end).breaks
+    known = system.signal_times.between(begin, end)
+    breaks = known.breaks
     within = breaks[(breaks > begin + near) & (breaks <= end + near)]
     if not len(within):
         return times, np.empty(0)
     within = within[np.concatenate([[True], np.diff(within) > near])]
     closest = np.clip(np.searchsorted(times, within), 1, len(times) - 1)
     closest = np.where(within - times[closest - 1] < times[closest] - within, times[closest - 1], times[closest])
+    held = _among(within, known.sampled, near)
     within = np.where(np.abs(within - closest) <= near, closest, within)
-    anew = np.array([t for t in within if _jumps(system, t, NEXT * (end - begin), remembers)])
+    jumps = [h or _jumps(system, t, NEXT * (end - begin), remembers) for t, h in zip(within, held)]
+    anew = within[np.array(jumps, bool)]
     return np.unique(np.concatenate([times, within, just_before(anew)])), anew
+
+
+def _among(times: np.ndarray, known: np.ndarray, near: float) -> np.ndarray:
+    """Return which times are among known ones, increasing."""
+    if not len(known):
+        return np.zeros(len(times), bool)
+    after = np.minimum(np.searchsorted(known, times), len(known) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.minimum(np.abs(times - known[before]), np.abs(times - known[after])) <= near
 
 
 def with_fine(system, marks: np.ndarray) -> np.ndarray:

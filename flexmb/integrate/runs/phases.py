@@ -17,14 +17,15 @@ from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.held import Switching, require_seen, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.runs.pace import REMEDY as REMEDY_OF_PACE
 from flexmb.integrate.runs.pace import Pace
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
+from flexmb.integrate.runs.reasons import failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
-from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.integrate.runs.unknown_value import unknown_value
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.watch import LOOKS, Watch, next_phase
@@ -33,12 +34,15 @@ from flexmb.model.model import Model
 from flexmb.results import Status
 from flexmb.system import System, assemble
 from flexmb.system.assembly import consistent_start
+from flexmb.system.holds import held_from
 from flexmb.system.mobility import shared_reactions
 
 __all__ = ["Phases", "carried"]
 
 OFTEN = 20
 """How often a repeating event may happen in the time between two looks at its sensor."""
+ENDLESS = 1e-9
+"""Share of the time of the run in which a relay may not change as often."""
 LASTING = (
     "Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
     "the run by an event with Stop"
@@ -125,8 +129,9 @@ class Phases:
                 return Status.finished(began)
             assembled = assemble(model, t=began, state=state)
             require_continuity(event, assembled[0], state, assembled[1].q)
-            for owner in assembled[0].state_slices:
-                if owner not in system.state_slices:
+            known = {*system.state_slices, *(hold.title for hold in system.holds)}
+            for owner in (*assembled[0].state_slices, *(hold.title for hold in assembled[0].holds)):
+                if owner not in known:
                     raise ModelError(
                         owner,
                         found=f"states that are not known after {event.title}: the part that gave its name is gone",
@@ -134,11 +139,25 @@ class Phases:
                         remedy="Give the block a name",
                     )
 
-    def _again_and_again(self, event, t: float) -> bool:
-        """Has the event happened so often lately that time hardly passes between?"""
+    def _again_and_again(self, event, t: float, share: float = 1.0 / LOOKS) -> bool:
+        """Has the event happened so often lately that hardly a share of the time of the run passes between?"""
         self.happened.append((event.name, t))
         times = [moment for name, moment in self.happened if name == event.name]
-        return len(times) > OFTEN and t - times[-OFTEN] < (self.times[-1] - self.times[0]) / LOOKS
+        return len(times) > OFTEN and t - times[-OFTEN] < (self.times[-1] - self.times[0]) * share
+
+    def _switched(self, event, row, system, work, times) -> tuple[np.ndarray, Any]:
+        """Let a held value change at a row, and begin anew there; return the works until then, and the row."""
+        t = float(row["t"][-1])
+        if self._again_and_again(event, t, ENDLESS):
+            raise IntegrationError(
+                event.title,
+                found=f"it switches again and again at t = {t:.9g} s",
+                expected="time between two changes",
+                remedy="Set its limits farther apart, or give a hysteresis",
+            )
+        works, row = self._begin_anew(system, work, t, row, event.title)
+        self._keep(row, times)
+        return works, row
 
     def _phase(self, model, system, start, works, goes_on):
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
@@ -146,6 +165,9 @@ class Phases:
         if late := jumps_at_once(system, self.t):
             u = self._over_jump(system, work, start.q, start.u, self.t, self.t)
             start = consistent_start(system, system.state(just_after(self.t), start.q, u), work)
+        if system.holds:
+            q = held_from(system, work, start.t, start.q, start.u)
+            start = consistent_start(system, system.state(start.t, q, start.u), work)
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
         self.energy = EnergyWatch(system, system.workspace())
         self.pace.new_phase()
@@ -161,7 +183,7 @@ class Phases:
         times = np.concatenate([[self.t], times, [end] if end > self.t + same else []])
         marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
         marks = with_fine(system, marks)
-        self.validity.tell(_missed(system, times))
+        self.validity.tell(missed_times(system, times))
         if watch.events:
             marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS)
         anew = np.append(np.searchsorted(marks, breaks), len(marks))
@@ -171,7 +193,7 @@ class Phases:
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
-                    works = self._begin_anew(system, work, just_after(marks[first]), last_row)
+                    works, last_row = self._begin_anew(system, work, just_after(marks[first]), last_row)
                     begun = first
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
                 self._require_half_turns(outcome.rows)
@@ -189,15 +211,21 @@ class Phases:
                         event, after = watch.locate(events, _row(looked, k - 1), after)
                     watch.happened(event, after)
                     self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
+                    if isinstance(event, Switching):
+                        works, last_row = self._switched(event, after, system, work, times)
+                        self.t = float(after["t"][-1])
+                        first = int(np.searchsorted(marks, self.t, side="right"))
+                        continue
                     self.recorder.add(after)
                     return event, after, watch
                 self._keep(rows, times)
+                require_seen(system, self.variables)
                 if outcome.failure:
                     known = rows if len(rows["t"]) else last_row
                     q, u = (start.q, start.u) if known is None else (known["q"][-1], known["u"][-1])
                     begin = self.t if known is None else float(known["t"][-1])
                     goal = float(next((t for t in self.times if t > begin), self.times[-1]))
-                    return _failed(model, outcome, unknown_value(system, q, u, begin, goal))
+                    return failed_with(model, outcome, unknown_value(system, q, u, begin, goal))
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])
@@ -275,17 +303,18 @@ class Phases:
             self.recorder.hold(now)
             self.t = float(now["t"][-1])
 
-    def _begin_anew(self, system, work, t: float, before) -> np.ndarray:
+    def _begin_anew(self, system, work, t: float, before, passed: str = "") -> tuple[np.ndarray, Any]:
         """Start the integrator again, where a signal jumps or kinks, from the row before;
-        return the works until then.
+        return the works until then, and the row with what is held from now on.
         """
         self._count()
+        before = with_held(system, work, t, before, passed)
         q, left = before["q"][-1], float(before["t"][-1])
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
         state = consistent_start(system, system.state(t, q, u), work)
         self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
         self.pace.new_phase()
-        return before["works"][-1]
+        return before["works"][-1], before
 
     def _over_jump(self, system, work, q: np.ndarray, u: np.ndarray, t: float, left: float) -> np.ndarray:
         """Return the velocities after a jump of the prescribed speeds between `left` and t; no position may jump."""
@@ -351,33 +380,6 @@ class Phases:
             raise IntegrationError(
                 apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
             )
-
-
-def _missed(system, times: np.ndarray) -> list[str]:
-    """Return the sentences about signals of which not all jumps and pulses were found."""
-    titles = dict.fromkeys(
-        system.signal_times.titles[k] for k in system.signal_times.between(times[0], times[-1]).missed
-    )
-    return [
-        f"{title} has a signal that changes too often between t = {times[0]:.6g} s and {times[-1]:.6g} s to find all "
-        "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may pass over "
-        "a pulse: limit the integrator's step to the shortest pulse that matters, or give a shorter t_end."
-        for title in titles
-    ]
-
-
-def _failed(model: Model, outcome, unknown: str | None) -> Status:
-    """Return how the run ended; an error in the function of a force is the cause and comes first.
-
-    A force or drive without a value explains the failure too.
-    """
-    parts = [part for part in (*model.forces, *model.joints) if hasattr(part, "complaint")]
-    told = [f"{part.title}: {part.complaint()}" for part in parts if part.complaint()]
-    if not told and unknown:
-        return Status.failed(f"{unknown}; {outcome.failure}", REMEDY_OF_VALUES)
-    if not told:
-        return Status.failed(outcome.failure, outcome.remedy)
-    return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import first_contradiction
 from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.held import Switching, require_seen, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.inversion import first_inversion
 from flexmb.integrate.runs.phases import carried
@@ -24,6 +25,7 @@ from flexmb.integrate.runs.watch import Watch, next_phase
 from flexmb.results import Instant, Phase, Status
 from flexmb.system import assemble
 from flexmb.system.assembly import consistent_start
+from flexmb.system.holds import held_from
 
 __all__ = ["SteppedPhase", "new_phase"]
 
@@ -91,9 +93,13 @@ class SteppedPhase:
         end = goal if due is None else max(due.at, self.t)
         marks, anew = self._marks(end)
         for mark in marks[1:]:
-            found = self._to(float(mark))
-            if found is not None:
-                return self._happened(*found)
+            while self.t < mark:
+                found = self._to(float(mark))
+                if found is None:
+                    break
+                if not isinstance(found[0], Switching):
+                    return self._happened(*found)
+                self._begin_anew(self.t, found[0].title)
             if mark in anew:
                 self._begin_anew(float(just_after(mark)))
         self._kept()
@@ -135,6 +141,7 @@ class SteppedPhase:
             return None
         found = self.watch.first(joined_rows([before, row]), begins=False)
         if found is None:
+            require_seen(self.system, self.variables)
             return None
         event, after = self.watch.locate(found[0], before, row)
         self.watch.happened(event, after)
@@ -192,7 +199,8 @@ class SteppedPhase:
             self._begin_anew(self.t)
         self.jumped = False
 
-    def _begin_anew(self, t: float) -> None:
+    def _begin_anew(self, t: float, passed: str = "") -> None:
+        self.last = with_held(self.system, self.work, t, self.last, passed)
         self.works = self.last["works"][-1]
         q, left = self.last["q"][-1], float(self.last["t"][-1])
         u, jumps = speeds_after(self.system, self.work, q, self.last["u"][-1], t, left)
@@ -292,7 +300,9 @@ def new_phase(
     works = np.zeros(3) if works is None else works
     phase = SteppedPhase(model, system, integrator, t_end, works, keep, {} if passed is None else passed)
     phase.set({name: value for name, value in (inputs or {}).items() if name in system.inputs})
-    if phase.jumped:
+    if system.holds:
+        state = system.state(state.t, held_from(system, phase.work, state.t, state.q, state.u), state.u)
+    if phase.jumped or system.holds:
         state = consistent_start(system, state, phase.work)
     phase.begin(state)
     row = {name: np.array(getattr(state, name))[None] for name in ("q", "u", "a", "lam")}

@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
-from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, SLIP, TURN, call_switches
+from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, KINK, SLIP, TURN, call_switches
 from flexmb.system.program import run_kernels
 
 __all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
@@ -191,6 +191,8 @@ def _crossed(a, b, h, level):
         return LONGEST
     if not opposite and (2.0 * speed * h <= level or abs(g0) + abs(g1) > 4.0 * speed * h):
         return LONGEST
+    if a[0] == KINK and (begins or abs(g1) <= level):
+        return LONGEST  # a step across it would be too short to matter
     part, near = _first_change(a, b, h, 0.0), 0.5 * level / (speed * h)
     if part > 1.0:
         return LONGEST
@@ -212,7 +214,7 @@ def allowed(sw, h, adaptive):
             if adaptive and np.isfinite(sw.limits[0].slip):
                 least = min(least, _slipped(a, b, sw.limits[0].slip))
             continue
-        if a[0] == CROSSING:
+        if a[0] == CROSSING or a[0] == KINK:
             if adaptive:
                 least = min(least, _crossed(a, b, h, floor))
             continue

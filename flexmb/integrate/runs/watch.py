@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.runs.breaks import beside
+from flexmb.integrate.runs.held import Switching
 from flexmb.integrate.runs.record import joined_rows
 from flexmb.results import Phase, Series
 from flexmb.system.assembly import consistent_start
@@ -35,8 +36,11 @@ class Watch:
 
     def __init__(self, model, system, integrator, work, passed: dict[str, float]):
         self.model, self.system, self.integrator, self.work = model, system, integrator, work
-        self.events = [e for e in model.events if e.sensor is not None]
-        self.sensors = {s.name: s for s in model.sensors}
+        self.events: list[Any] = [e for e in model.events if e.sensor is not None]
+        self.sensors: dict[str, Any] = {s.name: s for s in model.sensors}
+        switching = [Switching(hold.title, hold.crossing) for hold in system.holds if hold.crossing >= 0]
+        self.events += switching
+        self.sensors.update({one.name: one for one in switching})
         self.last: dict[str, np.ndarray] = {}
         self.passed = passed
 

@@ -1,0 +1,38 @@
+"""Why a run ended early, and what it may have missed: sentences for its user."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
+from flexmb.model.model import Model
+from flexmb.results import Status
+
+__all__ = ["failed_with", "missed_times"]
+
+
+def missed_times(system, times: np.ndarray) -> list[str]:
+    """Return the sentences about signals of which not all jumps and pulses were found."""
+    titles = dict.fromkeys(
+        system.signal_times.titles[k] for k in system.signal_times.between(times[0], times[-1]).missed
+    )
+    return [
+        f"{title} has a signal that changes too often between t = {times[0]:.6g} s and {times[-1]:.6g} s to find all "
+        "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may pass over "
+        "a pulse: limit the integrator's step to the shortest pulse that matters, or give a shorter t_end."
+        for title in titles
+    ]
+
+
+def failed_with(model: Model, outcome, unknown: str | None) -> Status:
+    """Return how the run ended; an error in the function of a force is the cause and comes first.
+
+    A force or drive without a value explains the failure too.
+    """
+    parts = [part for part in (*model.forces, *model.joints) if hasattr(part, "complaint")]
+    told = [f"{part.title}: {part.complaint()}" for part in parts if part.complaint()]
+    if not told and unknown:
+        return Status.failed(f"{unknown}; {outcome.failure}", REMEDY_OF_VALUES)
+    if not told:
+        return Status.failed(outcome.failure, outcome.remedy)
+    return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
