@@ -29,6 +29,7 @@ _ROOMS = {
     "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize mode_motion "
     "resume simulate statics stepper",
     "flexmb.tree": "JointTree Recursive RelativeState",
+    "flexmb.profiles": "Arc Cam Disc Involute Line Outline Profile SmoothOutline Spline",
     "flexmb.results": "Solution Status",
     "flexmb.trust": "Verification verify",
     "flexmb.study": "sweep",

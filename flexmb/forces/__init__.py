@@ -3,6 +3,7 @@
 from flexmb.forces.actuator import Actuator
 from flexmb.forces.bi_stop import BiStop
 from flexmb.forces.bushing import Bushing
+from flexmb.forces.cam_follower import CamFollower
 from flexmb.forces.central_gravity import CentralGravity
 from flexmb.forces.contact import Contact
 from flexmb.forces.contact_laws import ContactLaw, ElasticFoundation, Hertz
@@ -30,7 +31,6 @@ from flexmb.model.registered import registered
 
 KINDS = registered(globals(), Force)
 """All forces by name: read by the model files, the contract tests and the reference pages."""
-
 VALUES = registered(globals(), ContactLaw)
 """The laws of contacts by name, for model files: ``law = { kind = "Hertz", stiffness = 1e9 }``."""
 

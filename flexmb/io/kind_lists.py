@@ -43,11 +43,11 @@ def parts() -> dict[str, dict[str, type]]:
 @cache
 def values() -> dict[str, type]:
     """Return the classes of objects allowed in a field as ``{kind = ...}``."""
-    from flexmb import bodies, events, forces, joints, sensors, surfaces
+    from flexmb import bodies, events, forces, joints, profiles, sensors, surfaces
     from flexmb.fem.frames.section import Section
     from flexmb.model.material import Material
 
-    known: dict[str, type] = {"Material": Material, "Section": Section, **events.ACTIONS}
+    known: dict[str, type] = {"Material": Material, "Section": Section, **events.ACTIONS, **profiles.KINDS}
     for room in (bodies, surfaces, joints, forces, sensors, events):
         known.update(getattr(room, "VALUES", {}))
     return known

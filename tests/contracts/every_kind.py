@@ -98,6 +98,7 @@ MORE = {
     "OneSidedSpring": {"markers": None, "joint": "A", "backlash": 1e-4, "pulls": True},
     "PointOnCurve": {"curve": ((0, 0, 0), (1, 0, 0), (2, 0.5, 0)), "along": "z", "ends": "error"},
     "Contact": {"radius": 0.1, "friction": 0.2},
+    "CamFollower": {"profile": fmb.Disc(radius=0.03, center=(0.005, 1 / 3)), "roller": 0.01},
     "DcMotor": {
         "voltage": fmb.ramp(rate=2.0),
         "resistance": 1.0,

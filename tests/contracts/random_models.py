@@ -129,6 +129,15 @@ FORCE_FIELDS = {
         "law": fmb.Hertz(stiffness=3.0, damping=0.01, friction=0.3, transition=3.0),
         "surfaces": ("first", "second"),
     },
+    "CamFollower": {
+        "profile": fmb.Disc(radius=5.0),
+        "roller": 4.0,
+        "stiffness": 3.0,
+        "exponent": 1.5,
+        "damping": 0.01,
+        "friction": 0.3,
+        "transition": 3.0,
+    },
     "UserForce": {"function": lambda t, d, v, R, w: (-30.0 * d - 2.0 * v, -4.0 * (R[:, 0] - R[0]) - 0.3 * w)},
     # the contact laws at overlaps where they are smooth
     "BiStop": {
