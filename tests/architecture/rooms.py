@@ -49,6 +49,7 @@ MAY_KNOW = {
         "fem",
         "reduction",
         "parts",
+        "profiles",
         "constraints",
         "surfaces",
         "bodies",
