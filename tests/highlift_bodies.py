@@ -12,6 +12,8 @@ import flexmb as fmb
 from flexmb import fem, reduction
 
 PATH = 1.156  # m, of the carriage of track 2
+ROLLERS = 0.30  # m, base of its rollers; assumed
+GEARBOX = (0.20, 0.20, 0.40)  # m: input gearbox behind the actuator, spacing of its bushings, cross shaft; assumed
 FITTING = 4.0  # kg, each fitting is a rigid body of its own; assumed, part of the flap's mass
 RIB = 2.0  # kg, each rib of the droop nose is a rigid body of its own; assumed, part of the nose's mass
 NOSE_EA = 1e8  # N; assumed, the flap's scaled by the bending stiffness
@@ -125,10 +127,13 @@ def track_model(data: dict, front, actuator, foot, scale: float, size: float, na
     arms = {key: np.array([d @ t, 0.0, d @ n]) for key, d in arms.items()}
     low, high = (scale * s for s in beam["s_range"])
     first, second = (scale * s for s in beam["wing_attachments_s"])
-    path = scale * np.linspace(0.0, PATH, 7)
+    path = scale * np.linspace(-ROLLERS / 2, PATH + ROLLERS / 2, 7)
     along = {"front": first, "rear": second, "actuator": arms["A"][0], "foot": arms["P"][0]}
     along |= {f"carriage {k}": s for k, s in enumerate(path)}
-    places = np.unique(np.round([low, -0.4 * scale, high, *along.values()], 9))
+    behind, spacing, cross = GEARBOX
+    gearbox = arms["A"][0] + behind
+    along |= {"gearbox": gearbox, "gearbox_front": gearbox - spacing / 2, "gearbox_rear": gearbox + spacing / 2}
+    places = np.unique(np.round([low, -0.4 * scale, high, *along.values()], 12))
     sets = {key: [int(np.argmin(np.abs(places - s)))] for key, s in along.items()}
     nodes = np.column_stack([places, np.zeros(len(places)), np.full(len(places), scale * beam["axis_offset_n"])])
     section = fem.Section.box(
@@ -138,19 +143,23 @@ def track_model(data: dict, front, actuator, foot, scale: float, size: float, na
     fe = fem.frame(nodes, section=section, material=solid, node_sets=sets, name=name)
     for key, holder in (("A", "actuator"), ("P", "foot")):
         fe = fem.with_rigid_link(fem.with_node(fe, arms[key], name=key), sets[holder][0], key)
+    input_at = (gearbox, cross, scale * beam["axis_offset_n"])
+    fe = fem.with_rigid_link(fem.with_node(fe, input_at, name="gearbox_input"), sets["gearbox"][0], "gearbox_input")
+    half = size * beam["section"]["width"] / 2.0
     for k, s in enumerate(path):
-        for side in (-1.0, 1.0):
-            key, at = f"rail {k} {side:g}", (s, side * size * beam["section"]["width"] / 2.0, 0.0)
-            fe = fem.with_rigid_link(fem.with_node(fe, at, name=key), sets[f"carriage {k}"][0], key)
+        for key, y in ((f"rail {k} -1", -half), (f"rail {k} 1", half), (f"centre_{k + 1}", 0.0), (f"edge_{k + 1}", half)):
+            fe = fem.with_rigid_link(fem.with_node(fe, (s, y, 0.0), name=key), sets[f"carriage {k}"][0], key)
     return fe
 
 
 def track_beam(*arguments) -> fmb.ModalNeutralData:
-    """Reduce a track; its rail is the straight line that moves like the mean of the beam under the carriage's path."""
+    """Reduce a track; knots of its rail hang on the beam under what the rollers reach, "rail" moves like their mean."""
     fe = track_model(*arguments)
     interfaces = {key: [int(fe.node_sets[key][0])] for key in ("front", "rear", "actuator", "foot")}
     stations = {key: [int(fe.node_sets[key][0])] for key in ("A", "P")}
     stations["rail"] = [int(nodes[0]) for key, nodes in fe.node_sets.items() if key.startswith("rail")]
+    knots = [f"{name}_{k}" for name in ("centre", "edge") for k in range(1, 8)]
+    stations |= {key: [int(fe.node_sets[key][0])] for key in (*knots, "gearbox_front", "gearbox_rear", "gearbox_input")}
     loads = {
         f"carriage {k}": reduction.NodalForces({int(fe.node_sets[f"carriage {k}"][0]): (0, 0, 1)}) for k in (0, 3, 6)
     }
