@@ -147,7 +147,12 @@ def track_model(data: dict, front, actuator, foot, scale: float, size: float, na
     fe = fem.with_rigid_link(fem.with_node(fe, input_at, name="gearbox_input"), sets["gearbox"][0], "gearbox_input")
     half = size * beam["section"]["width"] / 2.0
     for k, s in enumerate(path):
-        for key, y in ((f"rail {k} -1", -half), (f"rail {k} 1", half), (f"centre_{k + 1}", 0.0), (f"edge_{k + 1}", half)):
+        for key, y in (
+            (f"rail {k} -1", -half),
+            (f"rail {k} 1", half),
+            (f"centre_{k + 1}", 0.0),
+            (f"edge_{k + 1}", half),
+        ):
             fe = fem.with_rigid_link(fem.with_node(fe, (s, y, 0.0), name=key), sets[f"carriage {k}"][0], key)
     return fe
 

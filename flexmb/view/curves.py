@@ -18,17 +18,24 @@ POINTS = 1500
 
 
 class Line(NamedTuple):
-    """A curve: label of the legend ("" for none), abscissae, ordinates, colour, and whether it is dashed."""
+    """A curve: label of the legend ("" for none), abscissae, ordinates, colour, and its dashes."""
 
     label: str
     x: np.ndarray
     y: np.ndarray
     color: str
-    dashed: bool = False
+    dash: str = "-"
 
 
 def svg_curves(
-    lines: Sequence[Line], *, y_label: str, x_label: str = "time [s]", events: Sequence[float] = (), size=(5.6, 2.5)
+    lines: Sequence[Line],
+    *,
+    y_label: str,
+    x_label: str = "time [s]",
+    events: Sequence[float] = (),
+    size=(5.6, 2.5),
+    limits: tuple[float, float] | None = None,
+    ordinates: tuple[float, float] | None = None,
 ) -> str:
     """Return curves over one another as an SVG element.
 
@@ -41,6 +48,8 @@ def svg_curves(
         Abscissae of vertical lines.
     size : (float, float), inch
         The page may stretch it.
+    limits, ordinates : (float, float), optional
+        Range of abscissae and of ordinates; otherwise what there is.
     """
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -59,12 +68,14 @@ def svg_curves(
         ax = figure.subplots()
         for line in lines:
             x, y = _thinned(line.x, line.y)
-            ax.plot(x, y, color=line.color, lw=1.3, ls="--" if line.dashed else "-", label=line.label or None)
+            ax.plot(x, y, color=line.color, lw=1.3, ls=line.dash, label=line.label or None)
         for event in events:
             ax.axvline(event, color=INK, lw=0.8, ls=":")
         ax.set_xlabel(x_label, color=INK)
         ax.set_ylabel(y_label, color=INK)
-        ax.set_xlim(min(np.nanmin(line.x) for line in lines), max(np.nanmax(line.x) for line in lines))
+        ax.set_xlim(limits or (min(np.nanmin(line.x) for line in lines), max(np.nanmax(line.x) for line in lines)))
+        if ordinates is not None:
+            ax.set_ylim(*ordinates)
         ax.grid(True, color=PALE, lw=0.6)
         ax.tick_params(colors=INK, length=3)
         for side, spine in ax.spines.items():

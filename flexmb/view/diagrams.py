@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,12 +20,13 @@ from flexmb.files import replacing
 from flexmb.view.curves import COLORS, Line
 from flexmb.view.quantities import scaled
 
-__all__ = ["Diagram", "as_diagram", "draw_diagrams"]
+__all__ = ["Diagram", "as_diagram", "draw_diagrams", "laid_out"]
 
 _TEXT = re.compile(r"(?:(?P<title>[^=]+?)\s*=\s*)?(?P<y>.+?)(?:\s+over\s+(?P<x>.+?))?(?:\s+/\s+(?P<per>.+))?")
 DASHES = ("-", "--", ":", "-.")
 """Of the runs, one after another; colours tell the sensors apart."""
 DPI = 150
+FINAL = "final"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,10 +40,15 @@ class Diagram:
     x : str, optional
         A sensor, instead of time.
     per : float or str, optional
-        What the ordinates are divided by: a number in SI units, or "SENSOR at TIME" of the run that has it first.
+        What the ordinates are divided by: a number in SI units, "SENSOR at TIME" of the run that has it first, or
+        "final", each curve by its own last value.
     title : str
     limits : (float, float), optional
         Of the abscissa, as it is shown.
+    of : sequence of str
+        Names of the runs it shows; empty: all that have the sensors.
+    scale : str
+        Diagrams with the same word have the same range of ordinates.
     """
 
     y: Sequence[str]
@@ -50,9 +56,12 @@ class Diagram:
     per: float | str | None = None
     title: str = ""
     limits: tuple[float, float] | None = None
+    of: Sequence[str] = ()
+    scale: str = ""
 
     def curves(self, runs: Mapping[str, Any]) -> tuple[list[Line], str, str]:
         """Return the curves of all runs that have the sensors, the label of the ordinate and that of the abscissa."""
+        runs = self._of_these(runs)
         found = [
             (run, wanted, _values(solution, wanted), _abscissa(solution, self.x))
             for run, solution in runs.items()
@@ -63,7 +72,7 @@ class Diagram:
         if missing:
             _refuse(next(iter(runs.values())), missing[0])
         units = {unit for *_, (_, unit), _ in found}
-        if len(units) > 1:
+        if len(units) > 1 and self.per != FINAL:
             raise FlexmbError(
                 f"Diagram '{self.title or ', '.join(self.y)}'",
                 found=f"ordinates in {' and '.join(sorted(u or '-' for u in units))}",
@@ -72,7 +81,10 @@ class Diagram:
             )
         size = max(float(np.nanmax(np.abs(values), initial=0.0)) for *_, (values, _), _ in found)
         factor, unit = scaled(units.pop(), size)
-        if self.per is not None:
+        if self.per == FINAL:
+            found = [(run, wanted, (self._per_final(y, wanted), ""), x) for run, wanted, (y, _), x in found]
+            factor, unit = 1.0, ""
+        elif self.per is not None:
             factor, unit = 1.0 / self._divisor(runs), ""
         x_size = max(float(np.nanmax(np.abs(x), initial=0.0)) for *_, (x, _) in found)
         x_factor, x_unit = scaled(found[0][3][1], x_size)
@@ -83,13 +95,37 @@ class Diagram:
                 x_factor * x,
                 factor * values,
                 COLORS[(self.y.index(wanted) if len(self.y) > 1 else order.index(run)) % len(COLORS)],
-                len(self.y) > 1 and order.index(run) > 0,
+                DASHES[order.index(run) % len(DASHES)] if len(self.y) > 1 else "-",
             )
             for run, wanted, (values, _), (x, _) in found
         ]
-        what = ", ".join(self.y) if len(self.y) == 1 else ""
-        label = f"{what} / {self.per}" if self.per is not None else f"{what} [{unit or '-'}]"
+        what = self.y[0] if len(self.y) == 1 else ""
+        per = "its last value" if self.per == FINAL else self.per
+        label = f"{what} / {per}" if self.per is not None else f"{what} [{unit or '-'}]"
         return lines, label.strip(), f"{self.x or 'time'} [{x_unit or '-'}]"
+
+    def _of_these(self, runs: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the runs that the diagram shows."""
+        for name in self.of:
+            if name not in runs:
+                raise FlexmbError(
+                    f"Diagram '{self.title or ', '.join(self.y)}'",
+                    found=f"there is no run '{name}'",
+                    expected=f"One of: {', '.join(runs)}",
+                    remedy=did_you_mean(name, runs) or "Name runs as they are named in the report",
+                )
+        return {name: runs[name] for name in self.of} if self.of else runs
+
+    def _per_final(self, values: np.ndarray, name: str) -> np.ndarray:
+        """Return values over the last of them."""
+        if values[-1] == 0.0 or not np.isfinite(values[-1]):
+            raise FlexmbError(
+                f"Diagram '{self.title or ', '.join(self.y)}'",
+                found=f"'{name}' ends with {values[-1]:g}",
+                expected="a last value other than zero",
+                remedy="Divide by a number, or by a sensor at a time",
+            )
+        return values / values[-1]
 
     def _divisor(self, runs: Mapping[str, Any]) -> float:
         """Return what the ordinates are divided by, SI."""
@@ -132,6 +168,42 @@ def as_diagram(text: str | Diagram) -> Diagram:
     return Diagram(y=y, x=match["x"], per=per, title=match["title"] or "")
 
 
+class LaidOut(NamedTuple):
+    """A diagram with its curves: labels of the axes, range of the ordinates where several diagrams have one."""
+
+    diagram: Diagram
+    lines: list[Line]
+    y_label: str
+    x_label: str
+    ordinates: tuple[float, float] | None
+
+
+def laid_out(runs: Mapping[str, Any], diagrams: Sequence[str | Diagram]) -> list[LaidOut]:
+    """Return the curves of diagrams; those of one `scale` have one range of ordinates."""
+    made = [(diagram, *diagram.curves(runs)) for diagram in map(as_diagram, diagrams)]
+    return [LaidOut(*entry, _ordinates(entry[0].scale, made)) for entry in made]
+
+
+def _ordinates(scale: str, made) -> tuple[float, float] | None:
+    """Return what holds all curves of the diagrams of a scale, with a margin; only what their limits show."""
+    if not scale:
+        return None
+    values = [
+        line.y[_within(line.x, diagram.limits)]
+        for diagram, lines, *_ in made
+        if diagram.scale == scale
+        for line in lines
+    ]
+    low = min(float(np.nanmin(y, initial=0.0)) for y in values)
+    high = max(float(np.nanmax(y, initial=0.0)) for y in values)
+    margin = 0.04 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _within(x: np.ndarray, limits) -> np.ndarray:
+    return np.ones(len(x), bool) if limits is None else (x >= limits[0]) & (x <= limits[1])
+
+
 def draw_diagrams(
     runs: Mapping[str, Any], diagrams: Sequence[str | Diagram], path: str | Path, *, columns: int = 1, size=(6.0, 3.4)
 ) -> Path:
@@ -153,9 +225,8 @@ def draw_diagrams(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    wanted, path = [as_diagram(entry) for entry in diagrams], Path(path)
-    made = [(diagram, *diagram.curves(runs)) for diagram in wanted]
-    rows = -(-len(wanted) // columns)
+    made, path = laid_out(runs, diagrams), Path(path)
+    rows = -(-len(made) // columns)
     with matplotlib.rc_context({"text.parse_math": False, "axes.unicode_minus": False}):
         figure = Figure(figsize=(columns * size[0], rows * size[1]), layout="constrained", dpi=DPI)
         known = FigureCanvasAgg(figure).get_supported_filetypes()
@@ -167,17 +238,16 @@ def draw_diagrams(
                 remedy="Use .png, .svg or .pdf",
             )
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        for ax, (diagram, lines, y_label, x_label) in zip(axes, made):
-            counts: dict[str, int] = {}  # runs of one sensor have its colour, and dashes one after another
+        for ax, (diagram, lines, y_label, x_label, ordinates) in zip(axes, made):
             for line in lines:
-                dash = DASHES[counts.get(line.color, 0) % len(DASHES)]
-                counts[line.color] = counts.get(line.color, 0) + 1
-                ax.plot(line.x, line.y, color=line.color, lw=1.4, ls=dash, label=line.label)
+                ax.plot(line.x, line.y, color=line.color, lw=1.4, ls=line.dash, label=line.label)
             ax.set(xlabel=x_label, ylabel=y_label)
             ax.set_title(diagram.title, loc="left", fontsize=10, fontweight="bold")
             ax.grid(color="#dfe6ee", lw=0.8)
             if diagram.limits is not None:
                 ax.set_xlim(*diagram.limits)
+            if ordinates is not None:
+                ax.set_ylim(*ordinates)
             if any(line.label for line in lines):
                 ax.legend(fontsize=8, frameon=False)
         for ax in axes[len(made) :]:

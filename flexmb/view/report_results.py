@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.io.web_page import table
 from flexmb.view.curves import COLORS, Line, svg_curves
-from flexmb.view.diagrams import as_diagram
+from flexmb.view.diagrams import laid_out
 from flexmb.view.quantities import number, scaled, shown_columns, sizes
 
 __all__ = ["Run", "curves", "diagrams", "energy", "event_times", "extremes", "loads"]
@@ -47,12 +47,12 @@ def figure(title: str, svg: str, note: str = "") -> str:
 def diagrams(runs: Sequence[Run], wanted: Sequence[Any]) -> str:
     """Sensors over time or over others that were asked for, of all runs on one scale."""
     named = {run.name: run.solution for run in runs}
-    drawn = []
-    for diagram in map(as_diagram, wanted):
-        lines, y_label, x_label = diagram.curves(named)
+    figures = []
+    for diagram, lines, y_label, x_label, ordinates in laid_out(named, wanted):
         title = diagram.title or f"{', '.join(diagram.y)} over {diagram.x or 'time'}"
-        drawn.append(figure(title, svg_curves(lines, y_label=y_label, x_label=x_label)))
-    return f'<h2>Diagrams</h2><div class="figures">{"".join(drawn)}</div>' if drawn else ""
+        svg = svg_curves(lines, y_label=y_label, x_label=x_label, limits=diagram.limits, ordinates=ordinates)
+        figures.append(figure(title, svg))
+    return f'<h2>Diagrams</h2><div class="figures">{"".join(figures)}</div>' if figures else ""
 
 
 def curves(runs: Sequence[Run]) -> str:

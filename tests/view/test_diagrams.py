@@ -9,7 +9,7 @@ import pytest
 import flexmb as fmb
 from flexmb import view
 from flexmb.errors import FlexmbError
-from flexmb.view.diagrams import as_diagram
+from flexmb.view.diagrams import as_diagram, laid_out
 
 
 def fall(g):
@@ -71,3 +71,38 @@ def test_drawn_and_reported(runs, tmp_path):
 def test_messages(runs, text, message):
     with pytest.raises(FlexmbError, match=message):
         as_diagram(text).curves(runs)
+
+
+def test_runs_and_ranges(runs):
+    """A diagram of one run; two diagrams on one scale: -g/2 = -4.905 m is the lowest of both, the margin 4 %."""
+    first = view.Diagram(y=["place z"], of=["moon"], scale="fall")
+    second = view.Diagram(y=["place z"], of=["earth"], scale="fall")
+    made = laid_out(runs, [first, second, "place x"])
+    assert [len(entry.lines) for entry in made] == [1, 1, 2]
+    assert made[0].ordinates == made[1].ordinates == pytest.approx((-4.905 * 1.04, 4.905 * 0.04), rel=1e-6)
+    assert made[2].ordinates is None
+    half = view.Diagram(y=["place z"], of=["earth"], scale="fall", limits=(0.0, 0.5))
+    assert laid_out(runs, [half])[0].ordinates[0] == pytest.approx(-9.81 / 8 * 1.04, rel=1e-5)
+    with pytest.raises(FlexmbError, match=r"no run 'mars'.*earth, moon"):
+        view.Diagram(y=["place z"], of=["mars"]).curves(runs)
+
+
+def test_over_the_last_value(runs):
+    """z and speed of both, each over its own last value: t^2 and t, whatever g is and whatever the unit."""
+    lines, y, _ = as_diagram("place z, speed vz / final").curves(runs)
+    t = runs["earth"].t
+    assert len(lines) == 4
+    assert y == "/ its last value"
+    for line in lines:
+        assert np.allclose(line.y, t**2 if "place" in line.label else t, atol=1e-6)
+    with pytest.raises(FlexmbError, match="ends with 0"):
+        as_diagram("place y / final").curves(runs)
+
+
+def test_the_report_shows_the_range_asked_for(runs, tmp_path):
+    """Ticks up to 0.5 s only; limits were not looked at in the page."""
+    half = view.Diagram(y=["place z"], of=["earth"], limits=(0.0, 0.05), title="beginning")
+    page = view.report(runs, tmp_path / "r.html", pictures=False, diagrams=[half]).read_text()
+    figure = page[page.index("<h2>Diagrams</h2>") : page.index("<h2>Curves</h2>")]
+    assert "0.05<" in figure
+    assert "1.0<" not in figure
