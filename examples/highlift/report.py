@@ -1,4 +1,4 @@
-"""One page with Figs. 16 to 23 of Zierath, Woernle & Heyden: flaps, droop nose and slats, in operation and after failures.
+"""One page with Figs. 16 to 23 of Zierath, Woernle & Heyden: flaps, droop nose and slats, before and after failures.
 
 Run it with: python examples/highlift/report.py [elastic] [page.html]   (five runs; elastic: some minutes)
 """

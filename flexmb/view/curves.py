@@ -85,7 +85,7 @@ def svg_curves(
             ax.legend(
                 loc="lower left",
                 bbox_to_anchor=(0.0, 1.0),
-                ncols=4,
+                ncols=max(1, min(4, 80 // (6 + max(len(line.label) for line in lines)))),
                 frameon=False,
                 fontsize=8,
                 labelcolor=INK,

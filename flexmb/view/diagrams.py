@@ -7,6 +7,7 @@ A text says it as on the command line: ``"t1_strut force fx, t2_strut force fx /
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ DASHES = ("-", "--", ":", "-.")
 """Of the runs, one after another; colours tell the sensors apart."""
 DPI = 150
 FINAL = "final"
+WIDTH = 36
+"""Characters of a label along the ordinate."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +105,8 @@ class Diagram:
         what = self.y[0] if len(self.y) == 1 else ""
         per = "its last value" if self.per == FINAL else self.per
         label = f"{what} / {per}" if self.per is not None else f"{what} [{unit or '-'}]"
-        return lines, label.strip(), f"{self.x or 'time'} [{x_unit or '-'}]"
+        label = "\n".join(textwrap.wrap(label.strip(), WIDTH))
+        return lines, label, f"{self.x or 'time'} [{x_unit or '-'}]"
 
     def _of_these(self, runs: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the runs that the diagram shows."""
