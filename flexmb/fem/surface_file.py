@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.foreign_files import understood
 
-__all__ = ["SurfaceTable", "read_surface"]
+__all__ = ["SurfaceTable", "read_surface", "read_triangles"]
 
 TABLES = (".csv", ".txt", ".dat")
 PRESSURES = ("p", "pressure", "P", "Pressure")
@@ -43,13 +43,47 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
         mesh = meshio.read(path)
     names = {**mesh.point_data, **mesh.cell_data}
     name = _pressure_name(list(names), field, part)
-    triangles, pressures = [], []
+    points, triangles, blocks = _triangles(mesh, part)
+    pressures = [np.asarray(mesh.cell_data[name][k], float) for k in blocks] if name in mesh.cell_data else []
+    pressure = np.concatenate(pressures) if pressures else np.asarray(mesh.point_data[name], float)
+    found = {"points": scale * points, "triangles": triangles, "pressure": pressure}
+    return {**found, "by_triangle": np.array(bool(pressures))}
+
+
+def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (n, 3), m, and triangles (m, 3) of a file: STL, OBJ, PLY, VTK, OFF by meshio, GLB by trimesh.
+
+    Parameters
+    ----------
+    path : str or Path
+    scale : float
+        Metres per unit of the file.
+    """
+    path = Path(path)
+    part = f"Surface file '{path.name}'"
+    if not path.is_file():
+        raise MeshError(part, found="no such file", expected=f"a file at {path}", remedy="Correct the path")
+    if path.suffix.lower() in (".glb", ".gltf"):
+        with understood(part, "a scene that trimesh reads (pip install trimesh)", "Export .stl or .ply"):
+            import trimesh
+
+            scene = trimesh.load(path, force="mesh")
+            return scale * np.asarray(scene.vertices, float), np.asarray(scene.faces, int)
+    with understood(part, "a mesh that meshio reads", "Export .stl, .ply or .vtk"):
+        import meshio
+
+        mesh = meshio.read(path)
+    points, triangles, _ = _triangles(mesh, part)
+    return scale * points, triangles
+
+
+def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Return points (n, 3), triangles (m, 3), and the block of cells of each group of them in their order."""
+    triangles, blocks = [], []
     for k, block in enumerate(mesh.cells):
-        corners = {"triangle": [(0, 1, 2)], "quad": [(0, 1, 2), (0, 2, 3)]}.get(block.type, [])
-        for corner in corners:
+        for corner in {"triangle": [(0, 1, 2)], "quad": [(0, 1, 2), (0, 2, 3)]}.get(block.type, []):
             triangles.append(block.data[:, corner])
-            if name in mesh.cell_data:
-                pressures.append(np.asarray(mesh.cell_data[name][k], float))
+            blocks.append(k)
     if not triangles:
         raise MeshError(
             part,
@@ -59,9 +93,7 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
         )
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points
-    pressure = np.concatenate(pressures) if pressures else np.asarray(mesh.point_data[name], float)
-    found = {"points": scale * points, "triangles": np.concatenate(triangles).astype(int), "pressure": pressure}
-    return {**found, "by_triangle": np.array(bool(pressures))}
+    return points, np.concatenate(triangles).astype(int), blocks
 
 
 def _pressure_name(names: list[str], field: str, part: str) -> str:

@@ -109,7 +109,7 @@ def switch(raw, data, state, work, out):
             relative_motion(work.markers[int(data[at])], work.markers[int(data[at + 1])], motion, Q)
             at_a, at_b = int(data[at + 3]), int(data[at + 4])
             if row.law == 0:
-                nearest_sample(data, at_a, at_b, motion[0:3], Q, contacts)
+                nearest_sample(data, at_a, at_b, np.inf, motion[0:3], Q, contacts)
             else:
                 find_closest(data, at_a, at_b, np.inf, motion[0:3], Q, contacts)
             nearest = contacts[0]
@@ -235,7 +235,7 @@ class SurfaceContact(Force):
         table, capacity = [], 1
         for pair in self.pairs(compiler.model):
             (a, at_a), (b, at_b) = (compiler.surface(surface.name) for surface in pair)
-            most = sum(len(s.points()[0]) for s in pair) if self.law.sampled else 1
+            most = sum(len(s.points[0]) for s in pair) if self.law.sampled else 1
             capacity = max(capacity, most + 1)
             table.append([a, b, compiler.pair(a, b), at_a, at_b, most, 0, 0])
         at = compiler.bulk(np.array(table, float))

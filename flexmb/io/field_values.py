@@ -108,6 +108,9 @@ class Context:
 
     def _object(self, values: dict[str, Any], where: str) -> Any:
         make = find_kind(values.pop("kind"), self.kinds, where)
+        for name in getattr(make, "files", ()):
+            if isinstance(values.get(name), str):
+                values[name] = named_file(self.path.parent, values[name], f"{where}.{name}").resolve()
         return call(make, values, where)
 
     def line(self, raw: str, where: str) -> tuple[Any, bool]:

@@ -9,6 +9,7 @@ from flexmb.surfaces.plane import Plane
 from flexmb.surfaces.shape import Shape
 from flexmb.surfaces.sphere import Sphere
 from flexmb.surfaces.surface import Surface
+from flexmb.surfaces.triangle_mesh import Hull, TriangleMesh
 
 KINDS = registered(globals(), Part)
 """All surfaces by name: read by the model files, the contract tests and the reference pages."""

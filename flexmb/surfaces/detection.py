@@ -12,7 +12,8 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.distances import signed_distance
-from flexmb.surfaces.records import CODE, CORNERS, CORNERS_AT, FAR, REACH, ROUNDED, SAMPLES, SAMPLES_AT
+from flexmb.surfaces.records import CODE, CORNERS, CORNERS_AT, FAR, REACH, ROUNDED, SAMPLES, SAMPLES_AT, TREE_AT
+from flexmb.surfaces.trees import DEPTH, NODE
 
 __all__ = ["bound_gap", "find_areas", "find_closest", "find_points", "nearest_sample"]
 
@@ -32,7 +33,7 @@ def bound_gap(data, at_a, at_b, d, Q):
 
 
 @inner_kernel
-def _point_of_b(data, at_a, y, radius, d, Q, margin, contact):
+def _point_of_b(data, at_a, y, radius, d, Q, within, margin, contact):
     """Write the contact of a point of b, rounded by `radius`, with a; return if the gap is below the margin."""
     z = np.empty(3)
     n = np.empty(3)
@@ -40,7 +41,7 @@ def _point_of_b(data, at_a, y, radius, d, Q, margin, contact):
     matvec(Q, y, z)
     for i in range(3):
         z[i] += d[i]
-    gap = signed_distance(data, at_a, z, n, H) - radius
+    gap = signed_distance(data, at_a, z, within, n, H) - radius
     if not gap < margin:
         return False
     contact.gap, contact.area = gap, 1.0
@@ -68,7 +69,7 @@ def _columns(H, z, d, sign, out):
 
 
 @inner_kernel
-def _point_of_a(data, at_b, y, radius, d, Q, margin, contact):
+def _point_of_a(data, at_b, y, radius, d, Q, within, margin, contact):
     """Write the contact of a point of a, rounded by `radius`, with b; return if the gap is below the margin."""
     t = np.empty(3)
     z = np.empty(3)
@@ -77,7 +78,7 @@ def _point_of_a(data, at_b, y, radius, d, Q, margin, contact):
     for i in range(3):
         t[i] = y[i] - d[i]
     matvec_t(Q, t, z)
-    gap = signed_distance(data, at_b, z, n, own) - radius
+    gap = signed_distance(data, at_b, z, within, n, own) - radius
     if not gap < margin:
         return False
     contact.gap, contact.area = gap, 1.0
@@ -148,30 +149,96 @@ def _weigh_a(contact, area, normal):
     return share > 0.0
 
 
+@inner_kernel
+def _to_other(y, d, Q, forward, z):
+    """Write a point of b in the axes of a to z, or (not `forward`) a point of a in those of b."""
+    if forward:
+        matvec(Q, y, z)
+        for i in range(3):
+            z[i] += d[i]
+        return
+    t = np.empty(3)
+    for i in range(3):
+        t[i] = y[i] - d[i]
+    matvec_t(Q, t, z)
+
+
+@inner_kernel
+def _push(stack, bounds, top, node, bound):
+    stack[top], bounds[top] = node, bound
+    return top + 1
+
+
+@inner_kernel
+def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contacts):
+    """Write the contacts of the samples of one surface with the other; return how many there are then.
+
+    A node of the tree whose ball is farther than the margin is left out: distances change by no more than the way. With
+    `nearest`, contacts[0] becomes the sample with the least gap below the margin, and contacts[1] is written.
+    """
+    n = int(data[at + SAMPLES])
+    if n == 0:
+        return found
+    table, nodes = at + int(data[at + SAMPLES_AT]), at + int(data[at + TREE_AT])
+    stack = np.empty(DEPTH, np.int64)
+    bounds = np.empty(DEPTH)
+    middle = np.empty(3)
+    z = np.empty(3)
+    g = np.empty(3)
+    H = np.empty((3, 3))
+    top = _push(stack, bounds, 0, 0, np.inf)
+    while top > 0:
+        top -= 1
+        k = stack[top]
+        node = data[nodes + NODE * k : nodes + NODE * k + NODE]
+        radius = 0.0
+        for i in range(3):
+            middle[i] = 0.5 * (node[i] + node[3 + i])
+            radius += (0.5 * (node[3 + i] - node[i])) ** 2
+        radius = radius**0.5
+        _to_other(middle, d, Q, of_b, z)
+        gap = signed_distance(data, other, z, bounds[top], g, H)
+        if gap - radius >= margin:
+            continue
+        within = abs(gap) + radius
+        code = int(node[7])
+        if code == 0:
+            left = k + 1
+            top = _push(stack, bounds, top, int(data[nodes + NODE * left + 6]), within)
+            top = _push(stack, bounds, top, left, within)
+            continue
+        for m in range(code // 16, code // 16 + code % 16):
+            own = data[table + 7 * m : table + 7 * m + 7]
+            contact = contacts[1] if nearest else contacts[found]
+            if of_b:
+                near = _point_of_b(data, other, own[0:3], 0.0, d, Q, within, margin, contact)
+            else:
+                near = _point_of_a(data, other, own[0:3], 0.0, d, Q, within, margin, contact)
+            if near and nearest:
+                margin = contact.gap
+                contacts[0] = contact
+                found = 1
+            elif near:
+                counts = (
+                    _weigh_b(contact, share * own[6], own[3:6], Q)
+                    if of_b
+                    else _weigh_a(contact, share * own[6], own[3:6])
+                )
+                found += 1 if counts else 0
+    return found
+
+
 @kernel
 def find_areas(data, at_a, at_b, margin, d, Q, contacts):
     """Write contacts of the samples with a gap below the margin, m; return how many.
 
     Where both surfaces are sampled, the samples of each count with half their areas.
     """
-    found = 0
     if bound_gap(data, at_a, at_b, d, Q) >= margin:
-        return found
-    n_a, n_b = int(data[at_a + SAMPLES]), int(data[at_b + SAMPLES])
-    share = 0.5 if n_a > 0 and n_b > 0 else 1.0
-    first = at_b + int(data[at_b + SAMPLES_AT])
-    for k in range(n_b):
-        own = data[first + 7 * k : first + 7 * k + 7]
-        near = _point_of_b(data, at_a, own[0:3], 0.0, d, Q, margin, contacts[found])
-        if near and _weigh_b(contacts[found], share * own[6], own[3:6], Q):
-            found += 1
-    first = at_a + int(data[at_a + SAMPLES_AT])
-    for k in range(n_a):
-        own = data[first + 7 * k : first + 7 * k + 7]
-        near = _point_of_a(data, at_b, own[0:3], 0.0, d, Q, margin, contacts[found])
-        if near and _weigh_a(contacts[found], share * own[6], own[3:6]):
-            found += 1
-    return found
+        return 0
+    share = 0.5 if data[at_a + SAMPLES] > 0.0 and data[at_b + SAMPLES] > 0.0 else 1.0
+    found = _samples(data, at_b, at_a, d, Q, True, share, margin, 0, False, contacts)
+    return _samples(data, at_a, at_b, d, Q, False, share, margin, found, False, contacts)
 
 
 @kernel
@@ -187,7 +254,7 @@ def find_points(data, at_a, at_b, margin, d, Q, contacts):
     first = at_b + int(data[at_b + CORNERS_AT])
     for k in range(int(data[at_b + CORNERS])):
         y = data[first + 3 * k : first + 3 * k + 3]
-        if _point_of_b(data, at_a, y, radius, d, Q, margin, contacts[found]):
+        if _point_of_b(data, at_a, y, radius, d, Q, np.inf, margin, contacts[found]):
             found += 1
     if int(data[at_b + CODE]) == 1:
         return found
@@ -195,7 +262,7 @@ def find_points(data, at_a, at_b, margin, d, Q, contacts):
     first = at_a + int(data[at_a + CORNERS_AT])
     for k in range(int(data[at_a + CORNERS])):
         y = data[first + 3 * k : first + 3 * k + 3]
-        if _point_of_a(data, at_b, y, radius, d, Q, margin, contacts[found]):
+        if _point_of_a(data, at_b, y, radius, d, Q, np.inf, margin, contacts[found]):
             found += 1
     return found
 
@@ -207,24 +274,16 @@ def find_closest(data, at_a, at_b, margin, d, Q, contacts):
         return 0
     center = np.zeros(3)
     if int(data[at_b + CODE]) == 1:
-        return 1 if _point_of_b(data, at_a, center, data[at_b + ROUNDED], d, Q, margin, contacts[0]) else 0
-    return 1 if _point_of_a(data, at_b, center, data[at_a + ROUNDED], d, Q, margin, contacts[0]) else 0
+        return 1 if _point_of_b(data, at_a, center, data[at_b + ROUNDED], d, Q, np.inf, margin, contacts[0]) else 0
+    return 1 if _point_of_a(data, at_b, center, data[at_a + ROUNDED], d, Q, np.inf, margin, contacts[0]) else 0
 
 
 @kernel
-def nearest_sample(data, at_a, at_b, d, Q, contacts):
-    """Write to contacts[0] the sample with the least gap; contacts[1] is written as well."""
-    n_a, n_b = int(data[at_a + SAMPLES]), int(data[at_b + SAMPLES])
-    least = np.inf
-    first = at_b + int(data[at_b + SAMPLES_AT])
-    for k in range(n_b):
-        y = data[first + 7 * k : first + 7 * k + 3]
-        if _point_of_b(data, at_a, y, 0.0, d, Q, least, contacts[1]):
-            least = contacts[1].gap
-            contacts[0] = contacts[1]
-    first = at_a + int(data[at_a + SAMPLES_AT])
-    for k in range(n_a):
-        y = data[first + 7 * k : first + 7 * k + 3]
-        if _point_of_a(data, at_b, y, 0.0, d, Q, least, contacts[1]):
-            least = contacts[1].gap
-            contacts[0] = contacts[1]
+def nearest_sample(data, at_a, at_b, margin, d, Q, contacts):
+    """Write to contacts[0] the sample with the least gap below the margin, m, and something to contacts[1]; return 1,
+    or 0 if there is none.
+    """
+    found = _samples(data, at_b, at_a, d, Q, True, 1.0, margin, 0, True, contacts)
+    if found == 1:
+        margin = contacts[0].gap
+    return _samples(data, at_a, at_b, d, Q, False, 1.0, margin, found, True, contacts)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.surfaces.mesh_distance import mesh_distance
 from flexmb.surfaces.records import CODE, HEADER
 
 __all__ = ["signed_distance"]
@@ -107,10 +108,11 @@ def _from_rod(z, radius, half, n, H):
 
 
 @kernel
-def signed_distance(data, at, z, n, H):
+def signed_distance(data, at, z, within, n, H):
     """Return the distance, m, of the point z (3,) from the surface at `at` in the bulk data, negative inside.
 
-    All in the axes of the surface's marker; writes the gradient to `n` (3,) and the second derivative to `H` (3, 3).
+    `within` is an upper bound of its absolute value, infinite if unknown: it shortens the search in meshes. All in the
+    axes of the surface's marker; writes the gradient to `n` (3,) and the second derivative to `H` (3, 3).
     """
     code, own = int(data[at + CODE]), at + HEADER
     if code == 0:
@@ -123,4 +125,6 @@ def signed_distance(data, at, z, n, H):
         return _from_rod(z, data[own], data[own + 1], n, H)
     if code == 3:
         return _from_segment(z, data[own], data[own + 1], n, H)
-    return _from_box(z, data[own : own + 3], n, H)
+    if code == 4:
+        return _from_box(z, data[own : own + 3], n, H)
+    return mesh_distance(data, own, z, within, n, H)

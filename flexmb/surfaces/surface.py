@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,7 +11,8 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Part
 from flexmb.surfaces.records import FAR, HEADER
-from flexmb.surfaces.shape import Shape
+from flexmb.surfaces.shape import Points, Shape
+from flexmb.surfaces.trees import built
 
 __all__ = ["Surface"]
 
@@ -66,20 +68,24 @@ class Surface(Part):
         """Raise ModelError if the marker does not exist."""
         model.marker(self.marker, self.title)
 
-    def points(self):
-        """Return places (n, 3), m, normals (n, 3) and areas (n,), m2, by which it is sampled; none without spacing."""
+    @cached_property
+    def points(self) -> Points:
+        """Places (n, 3), m, normals (n, 3) and areas (n,), m2, by which it is sampled; none without spacing."""
         if self.spacing is None:
             return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
         return self.shape.samples(self.spacing)
 
+    @cached_property
     def packed(self) -> np.ndarray:
-        """Return all that kernels need, see `flexmb.surfaces.records`."""
+        """All that kernels need, see `flexmb.surfaces.records`."""
         own = self.shape.numbers()
-        places, normals, areas = self.points()
+        places, normals, areas = self.points
         corners, radius = self.shape.corners()
         samples_at = HEADER + own.size
         corners_at = samples_at + 7 * len(places)
         reach = min(self.shape.reach, FAR)
-        header = [self.shape.code, reach, len(places), samples_at, len(corners), corners_at, radius, 0.0]
-        table = np.column_stack([places, normals, areas])
-        return np.concatenate([header, own, table.ravel(), corners.ravel()])
+        order, nodes = built(places, places)
+        tree_at = corners_at + 3 * len(corners)
+        header = [self.shape.code, reach, len(places), samples_at, len(corners), corners_at, radius, tree_at]
+        table = np.column_stack([places, normals, areas])[order]
+        return np.concatenate([header, own, table.ravel(), corners.ravel(), nodes.ravel()])

@@ -80,7 +80,7 @@ class _Compiler:
         """Return the number of the marker of a surface, and where the surface begins in the bulk data."""
         surface = self.model.surface(name)
         if name not in self.surface_places:
-            self.surface_places[name] = self.bulk(surface.packed())
+            self.surface_places[name] = self.bulk(surface.packed)
         return self.marker(surface.marker), self.surface_places[name]
 
     def branch(self, name: str, value: float = 0.0) -> int:

@@ -96,6 +96,7 @@ DOORS = {
     "skfem": ("fem/",),
     "meshio": ("fem/",),
     "gmsh": ("fem/meshes/gmsh_solids.py",),
+    "trimesh": ("fem/surface_file.py",),
     "pyyeti": ("fem/matrices/op2.py", "fem/matrices/op4.py"),
     "sksundae": ("integrate/",),
     "control": ("integrate/linear/plant.py",),

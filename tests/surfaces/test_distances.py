@@ -17,9 +17,9 @@ SHAPES = {
 
 def distance(shape, z):
     """Return distance, gradient and second derivative at a point."""
-    data = fmb.Surface("s", marker="b.m", shape=shape).packed()
+    data = fmb.Surface("s", marker="b.m", shape=shape).packed
     n, H = np.empty(3), np.empty((3, 3))
-    return signed_distance(data, 0, np.asarray(z, float), n, H), n, H
+    return signed_distance(data, 0, np.asarray(z, float), np.inf, n, H), n, H
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_drawn_triangles_lie_on_the_surface_and_face_outward(name):
         (lambda: fmb.Surface("s", marker="b.m", shape="Sphere"), "shape = 'Sphere'"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=0.0), "spacing = 0.0"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=1e-6), "at most about"),
-        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Plane(), spacing=0.1).points(), "finite area"),
+        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Plane(), spacing=0.1).points, "finite area"),
     ],
 )
 def test_messages(make, said):
