@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -67,8 +68,8 @@ def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np
         with understood(part, "a scene that trimesh reads (pip install trimesh)", "Export .stl or .ply"):
             import trimesh
 
-            scene = trimesh.load(path, force="mesh")
-            return scale * np.asarray(scene.vertices, float), np.asarray(scene.faces, int)
+            scene: Any = trimesh.load(path, force="mesh")
+            return scale * np.array(scene.vertices, float), np.array(scene.faces, int)
     with understood(part, "a mesh that meshio reads", "Export .stl, .ply or .vtk"):
         import meshio
 
