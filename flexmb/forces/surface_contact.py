@@ -12,11 +12,12 @@ from flexmb.forces.contact_laws import ContactLaw
 from flexmb.forces.contact_wrench import act_at_contact
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
 from flexmb.math.kernel import inner_kernel
-from flexmb.math.switches import GAP, IDLE, SLIP, switch_kernel
+from flexmb.math.switches import GAP, IDLE, SLIP, sweep_kernel, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Force
 from flexmb.model.table import Table
+from flexmb.surfaces.advancement import first_touch
 from flexmb.surfaces.detection import find_areas, find_closest, nearest_sample
 from flexmb.surfaces.records import CONTACT
 
@@ -120,10 +121,32 @@ def switch(raw, data, state, work, out):
                 u[i] += motion[3 + i]
             rate = dot(nearest.n, u)
             gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, 1.0
+            gap[10:19] = motion
+            for i in range(9):
+                gap[19 + i] = Q[i // 3, i % 3]
             if nearest.gap < 0.0 and row.friction > 0.0:
                 slip[0], slip[8] = SLIP, row.transition
                 for i in range(3):
                     slip[4 + i] = u[i] - rate * nearest.n[i]
+        first += 2 * row.count
+
+
+@sweep_kernel
+def sweep(raw, data, now, then, h, floor, part):
+    """Contacts that begin and end within a step."""
+    rows = raw.view(ROW)
+    contacts = np.empty(2, CONTACT)
+    first = 0
+    for m in range(rows.shape[0]):
+        row = rows[m]
+        for k in range(row.count):
+            a, b = now[first + 2 * k], then[first + 2 * k]
+            if a[0] == GAP and b[0] == GAP and a[1] > 0.0 and b[1] > 0.0:
+                at = row.pairs + PAIR_STRIDE * k
+                at_a, at_b = int(data[at + 3]), int(data[at + 4])
+                touch = first_touch(data, row.law == 0, at_a, at_b, a, b, h, floor, contacts)
+                if touch < 1.0:
+                    part[0] = min(part[0], touch)
         first += 2 * row.count
 
 
@@ -145,7 +168,9 @@ class SurfaceContact(Force):
     surfaces: Any
     law: Any
 
-    table: ClassVar[Table] = Table("SurfaceContact", ROW, {"apply": apply, "switch": switch}, switches="switches")
+    table: ClassVar[Table] = Table(
+        "SurfaceContact", ROW, {"apply": apply, "switch": switch, "sweep": sweep}, switches="switches"
+    )
     strikes: ClassVar[bool] = True
 
     def __post_init__(self):

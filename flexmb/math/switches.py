@@ -1,6 +1,6 @@
 """What forces with a kink tell of themselves: where it is, and how fast the motion nears it.
 
-A row of ten numbers per place: kind, path d (3), its rate d' (3), threshold, scale, weight. The kind is
+A row of numbers per place: kind, path d (3), its rate d' (3), threshold, scale, weight. The kind is
 
 - GAP: a gap ``d_x - threshold``; DISTANCE: a gap ``|d| - threshold``; both are open above zero. The weight is 0.0 for
   one of many points of a line, else 1.0;
@@ -10,6 +10,9 @@ A row of ten numbers per place: kind, path d (3), its rate d' (3), threshold, sc
   it is known, without what accelerations do to it;
 - KINK: the same where only the rate of a force jumps: steps end there, but may begin across it;
 - IDLE: nothing now.
+
+Of surfaces the numbers from 10 on are their relative pose: d, d', w (3 each) and Q (9), all in the axes of the first.
+A kind that writes them has a kernel "sweep", which finds contacts that begin and end within a step.
 """
 
 from __future__ import annotations
@@ -17,12 +20,25 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.structures import array_type
-from flexmb.math.tables import BYTES, FLOATS, STATE, WORK, caller, pointer_kernel, void
+from flexmb.math.tables import BYTES, FLOATS, NUMBER, STATE, WORK, caller, pointer_kernel, void
 
-__all__ = ["COLUMNS", "CROSSING", "DISTANCE", "GAP", "IDLE", "KINK", "SLIP", "TURN", "call_switches", "switch_kernel"]
+__all__ = [
+    "COLUMNS",
+    "CROSSING",
+    "DISTANCE",
+    "GAP",
+    "IDLE",
+    "KINK",
+    "SLIP",
+    "TURN",
+    "call_sweep",
+    "call_switches",
+    "sweep_kernel",
+    "switch_kernel",
+]
 
 IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING, KINK = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
-COLUMNS = 10
+COLUMNS = 28
 SWITCHES = void(array_type(BYTES), array_type(FLOATS), STATE, WORK, array_type(np.dtype(float), 2))
 """(rows, data, state, work, out): write the places of all rows of a kind, as evaluated last."""
 
@@ -33,3 +49,24 @@ call_switches = caller(SWITCHES)
 def switch_kernel(function):
     """Declare a kernel that writes the switches of a kind."""
     return pointer_kernel(SWITCHES)(function)
+
+
+SWEEPS = void(
+    array_type(BYTES),
+    array_type(FLOATS),
+    array_type(np.dtype(float), 2),
+    array_type(np.dtype(float), 2),
+    NUMBER,
+    NUMBER,
+    array_type(FLOATS),
+)
+"""(rows, data, now, then, h, floor, part): lower part[0] to where in a step of h, s, a contact begins that is open at
+both of its ends, as far as it is deeper than the floor, m."""
+
+call_sweep = caller(SWEEPS)
+"""Call the kernel at an address that looks for contacts within a step."""
+
+
+def sweep_kernel(function):
+    """Declare a kernel that looks for contacts of a kind within a step."""
+    return pointer_kernel(SWEEPS)(function)

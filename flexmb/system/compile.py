@@ -214,7 +214,7 @@ def _force_rows(model: Model, tables: list[Table], starts: np.ndarray) -> np.nda
 
 
 def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray, loops: Loops):
-    """Return (address, first byte, last byte, number of switches) of the kinds with a kink,
+    """Return (address, first byte, last byte, number of switches, address of the sweep or 0) of the kinds with a kink,
     and the force or block of every switch.
     """
     kinds, owners = [], []
@@ -224,13 +224,14 @@ def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts
         counts = array[table.switches] if isinstance(table.switches, str) else np.full(len(array), table.switches)
         if not np.sum(counts):
             continue
-        kinds.append((table.kernels["switch"].compiled.address, first, last, int(np.sum(counts))))
+        sweep = table.kernels["sweep"].compiled.address if "sweep" in table.kernels else 0
+        kinds.append((table.kernels["switch"].compiled.address, first, last, int(np.sum(counts)), sweep))
         if table is LOOP:
             owners += [title for _, _, title in loops.kinks]
             continue
         forces = [force.title for force in model.forces if force.table.name == table.name]
         owners += [title for title, count in zip(forces, counts, strict=True) for _ in range(count)]
-    return np.array(kinds, np.int64).reshape(-1, 4), tuple(owners)
+    return np.array(kinds, np.int64).reshape(-1, 5), tuple(owners)
 
 
 def _body_rows(model: Model, compiler: _Compiler, layout: Layout):

@@ -68,7 +68,7 @@ class System:
         Where the values of inputs stand in ``program.signals.args``.
     holds : tuple of Hold
         Blocks that hold values, whose jumps are found from outside.
-    switch_kinds : (nk, 4)
+    switch_kinds : (nk, 5)
         Address, first and last byte of the rows, and number of switches of the kinds of forces with a kink.
     switch_owners : tuple of str
         Title of the force or block of every switch.

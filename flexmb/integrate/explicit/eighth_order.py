@@ -109,7 +109,7 @@ def _part(program, work, tree, s, sw, h):
     read_switches(
         program, sw, State(s.run[0].t + h, tree.q if len(tree.links) > 0 else s.q, s.u, s.a, s.lam, s.signals), work
     )
-    return allowed(sw, h, True)
+    return allowed(program, sw, h, True)
 
 
 @entry_kernel(PROGRAM, WORK, LINK_TREE, STEPS, numba_type(Switching), NUMBER, COUNT, COUNT)

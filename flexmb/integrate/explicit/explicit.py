@@ -74,7 +74,7 @@ class _Run:
         self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         read_switches(self.system.program, sw, state, self.work)
-        part = allowed(sw, h, True)
+        part = allowed(self.system.program, sw, h, True)
         if part < 1.0:
             bound = self.solver.t_bound
             self.solver = self._solver(t, y, part * h)

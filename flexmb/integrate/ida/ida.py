@@ -259,7 +259,7 @@ class _Run:
         self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         read_switches(self.system.program, sw, state, self.work)
-        part = allowed(sw, h, True) if self.meeting and h > 1e-11 * self.span else 1.0
+        part = allowed(self.system.program, sw, h, True) if self.meeting and h > 1e-11 * self.span else 1.0
         if part < 1.0:
             self.t, self.y, self.yp, self.landing = t, y, yp, t + part * h
             self.before, self.beyond, self.tried = dict(self.counts), t, t

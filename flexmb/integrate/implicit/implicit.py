@@ -129,7 +129,7 @@ class _Run:
             self.work.weights[0].wanted = 0
             evaluate(self.system.program, state, self.work)
             read_switches(self.system.program, self.switching, state, self.work)
-            part = allowed(self.switching, h, adaptive)
+            part = allowed(self.system.program, self.switching, h, adaptive)
         if part < 1.0:
             self.cut += 1
             self.next = part * h

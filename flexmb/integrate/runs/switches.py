@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
-from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, KINK, SLIP, TURN, call_switches
+from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, KINK, SLIP, TURN, call_sweep, call_switches
 from flexmb.system.program import run_kernels
 
 __all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
@@ -37,11 +37,11 @@ class Switching(NamedTuple):
     """The switches of a run."""
 
     kinds: IntegerRows
-    """(nk, 4) address, first and last byte, number: see `System`"""
+    """(nk, 5) address, first and last byte, number, address of the sweep: see `System`"""
     now: FloatRows
-    """(n, 10) at the start of a step"""
+    """(n, COLUMNS) at the start of a step"""
     then: FloatRows
-    """(n, 10) at its end"""
+    """(n, COLUMNS) at its end"""
     limits: Annotated[np.ndarray, ArrayOf(SwitchLimits.dtype)]
     """one row"""
     touched: Floats
@@ -199,13 +199,28 @@ def _crossed(a, b, h, level):
     return min(part + near if begins else max(part - near, 0.5 * part), LATEST)
 
 
+@inner_kernel
+def _swept(program, sw, h, floor):
+    """Return the part of a step that may be taken by the kinds that follow their surfaces through it."""
+    part = np.full(1, LONGEST)
+    first = 0
+    for k in range(len(sw.kinds)):
+        last = first + sw.kinds[k, 3]
+        if sw.kinds[k, 4] != 0:
+            rows = program.raw[sw.kinds[k, 1] : sw.kinds[k, 2]]
+            call_sweep(sw.kinds[k, 4], rows, program.bulk, sw.now[first:last], sw.then[first:last], h, floor, part)
+        first = last
+    return part[0]
+
+
 @kernel
-def allowed(sw, h, adaptive):
+def allowed(program, sw, h, adaptive):
     """Return the part of a step that may be taken; from 1.0 on it may, and the next be so many times as long.
 
     A step of fixed size is shortened only where a contact would begin and end in it unseen.
     """
-    least, floor = LONGEST, sw.limits[0].floor
+    floor = sw.limits[0].floor
+    least = _swept(program, sw, h, floor)
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] < 0.0 or b[0] < 0.0 or a[0] == TURN:
@@ -258,7 +273,7 @@ def part_of_step(program, sw, state, work, h, adaptive):
     """
     run_kernels(program.place, 0, program, state, work)
     read_switches(program, sw, state, work)
-    return allowed(sw, h, adaptive)
+    return allowed(program, sw, h, adaptive)
 
 
 @kernel
