@@ -81,7 +81,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=SURFACE",
         help="load shape: unit pressure onto a named surface, against its outward normal",
     )
-    parser.add_argument("--modes", default="12", help='number of fixed-interface modes, or "up to 200 Hz within 1 %%"')
+    parser.add_argument(
+        "--modes", default="usual", help='number of normal modes (default 12), or "up to 200 Hz within 1 %%"'
+    )
+    parser.add_argument(
+        "--basis",
+        default="CraigBampton",
+        help='CraigBampton (default), Rubin, "Krylov frequencies=0,120 order=2", "CharacteristicModes '
+        'interface_modes=30" or Balanced',
+    )
+    parser.add_argument(
+        "--error-up-to",
+        type=float,
+        metavar="HZ",
+        help="bound the error of the response to loads on the interfaces up to this frequency",
+    )
     parser.add_argument(
         "--scale",
         type=float,
@@ -143,6 +157,8 @@ def execute(arguments: argparse.Namespace) -> int:
             fe,
             interfaces=interfaces,
             modes=_modes(arguments.modes),
+            basis=arguments.basis,
+            error_up_to=arguments.error_up_to,
             stations=stations,
             loads=loads,
             frame=arguments.frame,

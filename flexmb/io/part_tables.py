@@ -36,7 +36,14 @@ def _kinds() -> dict[str, dict[str, type]]:
     from flexmb.model.orthotropic_material import OrthotropicMaterial
 
     named = (reduction.Rigid, reduction.Averaging, reduction.Nodes, reduction.Pressure, reduction.LineLoad)
-    values = (*named, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Each)
+    bases = (
+        reduction.CraigBampton,
+        reduction.Rubin,
+        reduction.Krylov,
+        reduction.CharacteristicModes,
+        reduction.Balanced,
+    )
+    values = (*named, *bases, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Each)
     shapes = (Section, Material, OrthotropicMaterial, parts.Stretch, parts.Bore, parts.Boss)
     return {
         "pieces": parts.PIECES,

@@ -102,7 +102,19 @@ def _frequencies(q) -> str:
     titles = [("mode", False), ("full model Hz", False), ("reduced Hz", False), ("error", False)]
     return (
         f"<h2>Free-free frequencies</h2><p>{q['normal_modes']} fixed-interface modes; static error at the interfaces "
-        f"{q['static_error']:.1e}</p>" + table(titles, rows)
+        f"{q['static_error']:.1e}</p>" + table(titles, rows) + _response(q)
+    )
+
+
+def _response(q) -> str:
+    """Return the basis, and the bound of the response's error where there is one."""
+    text = f"<p>Basis: {escape(q.get('basis', 'CraigBampton()'))}</p>"
+    if "transfer" not in q:
+        return text
+    t = q["transfer"]
+    return text + (
+        f"<p>Response to loads up to {t['frequencies'][-1]:.4g} Hz with {100.0 * t['damping']:.3g} % damping: error "
+        f"at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz</p>"
     )
 
 

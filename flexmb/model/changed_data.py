@@ -265,8 +265,22 @@ def _with_quality(data: Data) -> Data:
             "fixed_interface_frequencies": [f * factor for f in data.quality["fixed_interface_frequencies"]],
             "modes": scale(data.quality["modes"], ["frequency"]),
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
+            **({"transfer": _with_units(data, factor)} if "transfer" in data.quality else {}),
         },
     )
+
+
+def _with_units(data: Data, factor: float) -> dict:
+    """Return the bound of the response's error in other units: frequencies times a factor, compliances (s2/kg)."""
+    transfer = data.quality["transfer"]
+    softness = data.quality["mass"]["mass"] / (factor**2 * data.mass)
+    return {
+        **transfer,
+        "error": [e * softness for e in transfer["error"]],
+        "response": [e * softness for e in transfer["response"]],
+        "frequencies": [f * factor for f in transfer["frequencies"]],
+        "worst": transfer["worst"] * factor,
+    }
 
 
 def _with_effective_mass(data: Data, G: np.ndarray) -> Data:

@@ -56,6 +56,7 @@ def _report(data: ModalArrays) -> str:
             *_interfaces(q),
             "",
             *_frequencies(q),
+            *_transfer(q),
             "",
             *_effective_mass(q),
             "",
@@ -134,9 +135,27 @@ def _frequencies(q: dict[str, Any]) -> list[str]:
             break
         good = row["full"]
     return [
-        f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {q['normal_modes']} fixed-interface modes)",
+        f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {_basis(q)})",
         f"  {'mode':>4} {'full model Hz':>14} {'reduced Hz':>14} {'error':>12}",
         *rows,
+    ]
+
+
+def _basis(q: dict[str, Any]) -> str:
+    """Return words for the basis; data of older releases do not name it."""
+    name = q.get("basis", "CraigBampton()")
+    return f"{q['normal_modes']} fixed-interface modes" if name == "CraigBampton()" else f"basis {name}"
+
+
+def _transfer(q: dict[str, Any]) -> list[str]:
+    """Say how far the response to loads is off, where it was bounded."""
+    if "transfer" not in q:
+        return []
+    t = q["transfer"]
+    return [
+        "",
+        f"Response to loads up to {t['frequencies'][-1]:.4g} Hz with {100 * t['damping']:.3g} % damping",
+        f"  error           at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz",
     ]
 
 

@@ -10,6 +10,7 @@ from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.fingerprint import fingerprint
 from flexmb.reduction.craig_bampton import reduce
+from flexmb.reduction.mode_choice import USUAL
 
 __all__ = ["reduced"]
 
@@ -17,7 +18,7 @@ HOW = ("backend", "progress")
 """Settings that say how data are computed, not which."""
 
 
-def reduced(fe: FEModel, interfaces: Any, modes: Any = 12, **settings: Any) -> ModalNeutralData:
+def reduced(fe: FEModel, interfaces: Any, modes: Any = USUAL, **settings: Any) -> ModalNeutralData:
     """Reduce an FE model as `flexmb.reduction.reduce` does, once: the data are kept by content (`flexmb cache`).
 
     Another matrix, mesh, set or setting is another content. The model has to be at hand for that; a `Part` is found by

@@ -25,6 +25,7 @@ from flexmb.parts.limits import check_count, check_file
 from flexmb.parts.nodal_loads import Each
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.craig_bampton import reduce
+from flexmb.reduction.mode_choice import USUAL
 
 __all__ = ["Part"]
 
@@ -48,6 +49,8 @@ class Part(metaclass=Described):
     interfaces : mapping of name to place, or "all" of a deck
         Where joints and forces act; the fields from here on as in `flexmb.reduction.reduce`.
     modes : int or str
+    basis : `flexmb.reduction.Rubin`, `Krylov`, ..., or text
+        `CraigBampton` unless given.
     stations, loads : mapping of name to place, or to load
         Stations may be `Each`; loads also `Forces`, `LineTable`, `PressureTable` and `SurfaceFile`.
     residual_vectors : list of str, or "all"
@@ -55,6 +58,7 @@ class Part(metaclass=Described):
     frame : str
     damping, preload : as in `reduce`
     compare : int
+    error_up_to : float, Hz, optional
     parameters, model : mapping of name to value, and name of the model file
         What the description was made with; noted in the data, without a part in what is computed.
     """
@@ -70,7 +74,8 @@ class Part(metaclass=Described):
     links: Any = ()
     masses: Any = ()
     interfaces: Any = field(default_factory=dict)
-    modes: Any = 12
+    modes: Any = USUAL
+    basis: Any = None
     stations: Mapping[str, Any] = field(default_factory=dict)
     loads: Mapping[str, Any] = field(default_factory=dict)
     residual_vectors: Any = ()
@@ -80,6 +85,7 @@ class Part(metaclass=Described):
     damping: Any = None
     preload: Mapping[str, float] = field(default_factory=dict)
     compare: int = 6
+    error_up_to: float | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
 
@@ -212,6 +218,7 @@ class Part(metaclass=Described):
                 fe,
                 self.interfaces,
                 modes=self.modes,
+                **({} if self.basis is None else {"basis": self.basis}),
                 geometric_stiffness=self.geometric_stiffness,
                 stations=stations,
                 loads=loads,
@@ -221,6 +228,7 @@ class Part(metaclass=Described):
                 residual_vectors=tuple(self.residual_vectors),
                 preload=self.preload,
                 compare=self.compare,
+                error_up_to=self.error_up_to,
                 progress=say,
             )
         except FlexmbError as error:

@@ -3,6 +3,7 @@
 from flexmb.math.foreign_factor import Cholmod, Pardiso
 from flexmb.model.changed_data import mirrored, moved, rescaled
 from flexmb.model.modal_neutral_report import report
+from flexmb.reduction.bases import Balanced, CharacteristicModes, CraigBampton, Krylov, Pod, Rubin, snapshots_of
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
@@ -15,18 +16,24 @@ from flexmb.reduction.surface_pressure import SurfacePressure
 
 __all__ = [
     "Averaging",
+    "Balanced",
     "Bands",
+    "CharacteristicModes",
     "Cholmod",
+    "CraigBampton",
+    "Krylov",
     "LineLoad",
     "LineTable",
     "LoadCloud",
     "NodalForces",
     "Nodes",
     "Pardiso",
+    "Pod",
     "Pressure",
     "PressureTable",
     "Rayleigh",
     "Rigid",
+    "Rubin",
     "SurfacePressure",
     "UpTo",
     "mirrored",
@@ -34,5 +41,6 @@ __all__ = [
     "reduce",
     "report",
     "rescaled",
+    "snapshots_of",
     "split",
 ]

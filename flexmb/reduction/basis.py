@@ -94,7 +94,7 @@ def with_residuals(body: HeldBody, modes: NormalModes, forces: np.ndarray) -> No
     return NormalModes(trial @ (turn[:, order] / np.sqrt(mu[order])), 1.0 / mu[order])
 
 
-def orthonormal_basis(body: HeldBody, modes: NormalModes, frame: int | None) -> Basis:
+def orthonormal_basis(body: HeldBody, modes: NormalModes, frame: int | None, within: np.ndarray | None = None) -> Basis:
     """Return the shapes of the body frame, M-orthonormal, with diagonal stiffness.
 
     Parameters
@@ -104,12 +104,18 @@ def orthonormal_basis(body: HeldBody, modes: NormalModes, frame: int | None) -> 
     frame : int or None
         None for the Buckens frame: the span of the rigid motions is removed as a null space, never by a list of the
         "first six" modes. Otherwise the number of the interface at which the frame is clamped.
+    within : (nq + k, p) or None
+        Displacements in coordinates of constraint modes and normal modes: the basis is what they and the rigid motions
+        span. None: all of both.
     """
     K, M = _reduced_matrices(body, modes)
     nq, size = body.nq, len(K)
-    if frame is None:
-        rigid = np.zeros((size, body.rigid.shape[1]))
-        rigid[:nq] = body.rigid_coordinates
+    rigid = np.zeros((size, body.rigid.shape[1]))
+    rigid[:nq] = body.rigid_coordinates
+    if within is not None:
+        seen = rigid.T @ M if frame is None else np.eye(size)[body.slices[frame]]
+        admissible = within - rigid @ np.linalg.solve(seen @ rigid, seen @ within)
+    elif frame is None:
         scale = np.sqrt(np.where(np.diag(M) > 0.0, np.diag(M), 1.0))
         admissible = qr((M @ rigid) / scale[:, None])[0][:, rigid.shape[1] :] / scale[:, None]
     else:

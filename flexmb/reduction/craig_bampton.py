@@ -16,18 +16,22 @@ from flexmb.model.described import check_kind, check_mapping, is_number
 from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.numbering import Numbering
-from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis, with_residuals
-from flexmb.reduction.damping import damping_ratios
+from flexmb.reduction.bases import CraigBampton
+from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis
+from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
+from flexmb.reduction.damping import damping_ratios, one_ratio
+from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
 from flexmb.reduction.interfaces import Coupling, offered, resolve
 from flexmb.reduction.invariants import inertia_invariants
 from flexmb.reduction.load_turning import holding_interface, load_turning, reaction, wrench_turning
 from flexmb.reduction.loads import load_vectors, loads_of
 from flexmb.reduction.markers import MarkerMotion, interface_motions, station_motions
-from flexmb.reduction.mode_choice import UpTo, choose_modes, parse_modes
+from flexmb.reduction.mode_choice import USUAL, UpTo, parse_modes
 from flexmb.reduction.quality import quality_numbers
 from flexmb.reduction.statics import HeldBody
 from flexmb.reduction.stress import middle_surface, stress_modes
+from flexmb.reduction.transfer_error import TransferError, transfer_error
 
 __all__ = ["reduce"]
 
@@ -37,8 +41,9 @@ Progress = Callable[[str, float], None]
 def reduce(
     fe: FEModel,
     interfaces: Mapping[str, Any] | Sequence[str] | str,
-    modes: int | str | UpTo = 12,
+    modes: int | str | UpTo = USUAL,
     *,
+    basis: Any = CraigBampton(),  # noqa: B008 # frozen
     geometric_stiffness: bool = False,
     stations: Mapping[str, Any] | None = None,
     loads: Mapping[str, Any] | None = None,
@@ -48,10 +53,11 @@ def reduce(
     residual_vectors: Sequence[str] = (),
     preload: Mapping[str, float] | None = None,
     compare: int = 6,
+    error_up_to: float | None = None,
     backend: Backend | None = None,
     progress: Progress | None = None,
 ) -> ModalNeutralData:
-    """Reduce an FE model by Craig-Bampton modes to the data of a flexible body (docs/theory/reduction.md).
+    """Reduce an FE model to the data of a flexible body (docs/theory/reduction.md), by Craig-Bampton modes by default.
 
     Parameters
     ----------
@@ -62,7 +68,10 @@ def reduce(
         Names of the reference points of a deck, or "all" of them, are interfaces by themselves. Numbers are rows of
         ``fe.nodes``; ``"node 63241"`` names a node by its number in the deck.
     modes : int, text or UpTo
-        Number of fixed-interface modes (0: Guyan), or ``"up to 200 Hz within 1 %"``.
+        Number of normal modes, usually 12 (0: Guyan), or ``"up to 200 Hz within 1 %"``: of the free-free
+        frequencies with `CraigBampton`, of the response to the loads of the body with all other bases.
+    basis : `CraigBampton`, `Rubin`, `Krylov`, `Pod`, `CharacteristicModes`, `Balanced`, or text
+        Which displacements the body has; ``"Krylov frequencies=0,120 order=2"`` is `Krylov` with these fields.
     geometric_stiffness, stress : bool
         Stiffness of unit inertia, interface and distributed loads; stress modes, where the elements give them.
     stations : mapping of name to set name, node numbers or coordinates, m
@@ -77,14 +86,17 @@ def reduce(
         Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
+    error_up_to : float, Hz, optional
+        The error of the response to the loads of the body is bounded up to this frequency, for the report and for the
+        check of runs; always done where other bases than `CraigBampton` meet an accuracy.
     backend, progress : Backend, callable (stage, fraction), or None
         Sparse factorisation, see flexmb.math.factor; a function called with the progress.
 
     Returns
     -------
     ModalNeutralData
-        It has nq + modes - r flexible coordinates. nq counts the freedoms of the interfaces: 6 of a rigid or averaging
-        one, otherwise the freedoms of its nodes. r counts the rigid motions of the model: 6, or 3 in a plane, see
+        With `CraigBampton` it has nq + modes - r flexible coordinates. nq counts the freedoms of the interfaces: 6 of a
+        rigid or averaging one, otherwise the freedoms of its nodes. r counts the rigid motions of the model: 6, or 3 in a plane, see
         ``quality["rigid_modes"]["removed"]``. Residual vectors add one each.
 
     Raises
@@ -103,6 +115,7 @@ def reduce(
     settings = _Settings(
         named,  # type: ignore[arg-type] # checked below
         parse_modes(modes),
+        parse_basis(basis),
         geometric_stiffness,
         stations or {},
         loads or {},
@@ -112,6 +125,7 @@ def reduce(
         tuple(residual_vectors),
         preload or {},
         compare,
+        error_up_to,
     )
     for words, given in (("interfaces", named), ("stations", stations or {}), ("loads", loads or {})):
         check_mapping(given, "Reduction", words, f'{{"{EXAMPLES[words]}": "name of a set"}}', ReductionError)
@@ -127,7 +141,8 @@ class _Settings:
     """What `reduce` is asked for, apart from how it is computed."""
 
     interfaces: Mapping[str, Any]
-    modes: int | UpTo
+    modes: int | UpTo | None
+    basis: Any
     geometric_stiffness: bool
     stations: Mapping[str, Any]
     loads: Mapping[str, Any]
@@ -137,6 +152,7 @@ class _Settings:
     residual_vectors: tuple[str, ...]
     preload: Mapping[str, float]
     compare: int
+    error_up_to: float | None
 
 
 def _silent(stage: str, fraction: float) -> None:
@@ -153,20 +169,23 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     say("factorisation and constraint modes", 0.05)
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
-    normal, exact = choose_modes(body, asked.modes)
-    band = asked.modes.frequency if isinstance(asked.modes, UpTo) else np.inf
-    normal = with_residuals(body, normal, forces[:, [names.index(name) for name in asked.residual_vectors]])
+    joining = forces[:, [names.index(name) for name in asked.residual_vectors]]
     clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
-    basis = orthonormal_basis(body, normal, clamped)
+    framed = FramedBody(body, clamped, markers, forces, joining)
+    chosen = choose_basis(framed, asked.basis, asked.modes, joining, asked.damping)
+    normal, exact = chosen.normal, chosen.exact
+    band = asked.modes.frequency if isinstance(asked.modes, UpTo) else np.inf
+    basis = orthonormal_basis(body, normal, clamped, chosen.within)
     say("geometric stiffness", 0.6)
     interfaces, turning = markers[: len(couplings)], load_turning(body, basis.shapes, markers[: len(couplings)], loads)
     geometric, preload_turning = _stiffening(body, basis, interfaces, forces, turning, asked, clamped)
     say("full model for comparison", 0.7)
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
+    error = _bounded(framed, basis, chosen, asked)
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
-    quality = quality_numbers(body, normal, basis, exact, clamped, markers[len(couplings) :], band)
+    quality = quality_numbers(body, chosen, basis, exact, error, clamped, markers[len(couplings) :], band)
     if words := middle_surface(fe) if asked.stress else "":
         warnings.warn(words, UserWarning, stacklevel=3)
         quality["warnings"].append(words)
@@ -183,6 +202,13 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     )
     say("done", 1.0)
     return data
+
+
+def _bounded(framed: FramedBody, basis: Basis, chosen: Chosen, asked: _Settings) -> TransferError | None:
+    """Return the bound of the error of the response, where it was asked for or is known."""
+    if asked.error_up_to is None:
+        return chosen.error
+    return transfer_error(framed, basis.shapes, asked.error_up_to, one_ratio(asked.damping))
 
 
 def _stiffening(
@@ -301,6 +327,13 @@ def _check_names(asked: _Settings) -> None:
             found=f"compare = {asked.compare!r}",
             expected="a count from 0 upwards",
             remedy="Give how many frequencies of the full model the report compares",
+        )
+    if asked.error_up_to is not None and not (is_number(asked.error_up_to) and asked.error_up_to > 0.0):
+        raise ReductionError(
+            "Reduction",
+            found=f"error_up_to = {asked.error_up_to!r}",
+            expected="a frequency above 0 Hz",
+            remedy="Write error_up_to=500.0",
         )
     common = sorted(set(interfaces) & set(stations))
     if common:

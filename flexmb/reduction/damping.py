@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ReductionError
+from flexmb.model.described import is_number
 
-__all__ = ["Bands", "Rayleigh", "damping_ratios"]
+__all__ = ["Bands", "Rayleigh", "damping_ratios", "one_ratio"]
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,11 @@ def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = No
             remedy="Give fractions of critical damping: 0.01 is one percent",
         )
     return ratios
+
+
+def one_ratio(damping: Any) -> float | None:
+    """Return the fraction of critical damping of all modes, where it is one number."""
+    return float(damping) if is_number(damping) and damping >= 0.0 else None
 
 
 def _unreadable(damping: Any) -> ReductionError:

@@ -11,11 +11,13 @@ from flexmb.errors import ReductionError
 from flexmb.reduction.basis import NormalModes, free_modes, normal_modes, orthonormal_basis
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["UpTo", "choose_modes", "parse_modes"]
+__all__ = ["USUAL", "UpTo", "choose_modes", "parse_modes"]
 
 _NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
 _PATTERN = re.compile(rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?\s*", re.IGNORECASE)
 _DEFAULT_ACCURACY = 0.01
+USUAL = "usual"
+"""The number of modes that a basis has unless another is given: 12 normal modes."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,10 @@ class UpTo:
     accuracy: float = _DEFAULT_ACCURACY
 
 
-def parse_modes(modes: int | str | UpTo) -> int | UpTo:
-    """Read a mode choice: a count, or text such as ``"up to 200 Hz within 1 %"``."""
+def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
+    """Read a mode choice: a count, or text such as ``"up to 200 Hz within 1 %"``; None for the usual number."""
+    if isinstance(modes, str) and modes.strip() == USUAL:
+        return None
     if isinstance(modes, UpTo):
         return modes
     if isinstance(modes, str):

@@ -10,9 +10,11 @@ import numpy as np
 from flexmb.fem.fe_model import FEModel
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
+from flexmb.reduction.basis_choice import Chosen
 from flexmb.reduction.interfaces import Coupling
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.statics import HeldBody
+from flexmb.reduction.transfer_error import TransferError
 
 __all__ = ["quality_numbers"]
 
@@ -23,9 +25,10 @@ _FASTEST = 20e3  # m/s; diamond has 18e3
 
 def quality_numbers(
     body: HeldBody,
-    normal: NormalModes,
+    chosen: Chosen,
     basis: Basis,
     exact: NormalModes | None,
+    error: TransferError | None,
     clamped: int | None,
     stations: Sequence[MarkerMotion] = (),
     band: float = np.inf,
@@ -34,8 +37,8 @@ def quality_numbers(
 
     Frequencies above `band`, Hz, were not asked to be right: nothing is said of them.
     """
-    fe = body.fe
-    reduced = basis if clamped is None else orthonormal_basis(body, normal, None)
+    fe, normal = body.fe, chosen.normal
+    reduced = basis if clamped is None else orthonormal_basis(body, normal, None, chosen.within)
     numbers = {
         "model": {
             "name": fe.name,
@@ -44,6 +47,7 @@ def quality_numbers(
             "factor_entries": int(body.nnz),
         },
         "interfaces": [_interface(body.fe, c) for c in body.couplings],
+        "basis": chosen.words,
         "normal_modes": len(normal.w2),
         "fixed_interface_frequencies": (np.sqrt(normal.w2) / (2.0 * np.pi)).tolist(),
         "mass": _mass(body),
@@ -57,9 +61,12 @@ def quality_numbers(
         "frequencies": _frequencies(reduced, exact),
         "modes": _mode_table(body, normal, basis),
     }
+    if error is not None:
+        numbers["transfer"] = error.numbers()
     if fe.source:
         numbers["source"] = dict(fe.source)
-    found = [*fe.warnings, *_warnings(body, numbers, band), *_far_stations(body, stations)]
+    own = _warnings(body, numbers, band) if chosen.within is None else _of_spanned(body, reduced, numbers)
+    found = [*fe.warnings, *own, *_of_model(body, numbers), *_far_stations(body, stations)]
     return {**numbers, "warnings": found}
 
 
@@ -103,6 +110,32 @@ def _warnings(body: HeldBody, numbers: dict[str, Any], band: float) -> list[str]
             f"Interface loads meet a static error of {numbers['static_error']:.1e}: the stiffness matrix is badly "
             "scaled or nearly singular. Look for very soft or very stiff elements."
         )
+    return found
+
+
+def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[str]:
+    """Say what a basis that is not Craig & Bampton's lacks at the interfaces: joints act on what it has."""
+    found = []
+    q = basis.content[: body.nq] * body.coordinate_scale()[:, None]
+    size = np.linalg.svd(q / np.sqrt(basis.w2), compute_uv=False) if q.size else np.zeros(0)
+    moves, asked = int(np.sum(size > 1e-6 * size.max(initial=0.0))), body.nq - body.rigid.shape[1]
+    if moves < asked:
+        found.append(
+            f"The interfaces move in {moves} independent ways, apart from rigid motions, and have {asked} freedoms: "
+            f"where joints hold more of them they lock the body. Basis {numbers['basis'].partition('(')[0]}: take more "
+            "shapes, or one that holds the static responses."
+        )
+    elif numbers["static_error"] > 0.01:
+        found.append(
+            f"Interface loads meet a static error of {100.0 * numbers['static_error']:.2g} % with {numbers['basis']}. "
+            "Take a basis that is exact in statics: Rubin, Krylov with the frequency 0, Pod with statics=True."
+        )
+    return found
+
+
+def _of_model(body: HeldBody, numbers: dict[str, Any]) -> list[str]:
+    """Say what looks wrong with the FE model."""
+    found = []
     if body.grounding > 1e-8:
         found.append(
             f"Rigid motions meet a relative force of {body.grounding:.1e}. Matrices written with few digits do "

@@ -10,8 +10,9 @@ import numpy as np
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.reduction.bases import CraigBampton
 from flexmb.reduction.craig_bampton import reduce
-from flexmb.reduction.mode_choice import UpTo
+from flexmb.reduction.mode_choice import USUAL, UpTo
 from flexmb.reduction.selection import is_point, points_of
 
 __all__ = ["split"]
@@ -20,8 +21,9 @@ __all__ = ["split"]
 def split(
     parts: Sequence[FEModel],
     interfaces: Mapping[str, Any],
-    modes: int | str | UpTo = 8,
+    modes: int | str | UpTo = USUAL,
     *,
+    basis: Any = CraigBampton(),  # noqa: B008 # frozen
     geometric_stiffness: bool = True,
     stations: Mapping[str, Any] | None = None,
     loads: Mapping[str, Any] | None = None,
@@ -40,8 +42,8 @@ def split(
     interfaces, stations : as `reduce`
         Named sets or coordinates (node numbers belong to a part and would be ambiguous); each goes to the part it lies
         in.
-    modes : as `reduce`
-        Fixed-interface modes of each part.
+    modes, basis : as `reduce`
+        Normal modes of each part, 8 unless given, and which displacements it has.
     loads : as `reduce`
         Each goes to all parts that have a piece of its set, under the same name: "air" of every part is one pressure.
     geometric_stiffness, damping, stress : as `reduce`
@@ -70,7 +72,8 @@ def split(
         reduce(
             part,
             {**faces, **{cut: cut for cut in part.node_sets if cut.startswith("cut_")}},
-            modes,
+            8 if modes == USUAL and isinstance(basis, CraigBampton) else modes,
+            basis=basis,
             geometric_stiffness=geometric_stiffness,
             stations=points,
             loads=shapes,

@@ -173,19 +173,20 @@ class HeldBody:
 
     def _condense(self) -> None:
         """Condense K to q and take the rounding out: rigid motions carry no energy, exactly."""
-        parts = [
-            c.matrix @ self.rigid[c.rows] if c.averaging else np.linalg.pinv(c.matrix) @ self.rigid[c.rows]
-            for c in self.couplings
-        ]
-        if self.free_motions:
-            parts.append(np.eye(len(self.motions)))
-        Z = np.vstack(parts)
+        Z = self.coordinates(self.rigid)
         scale = self.coordinate_scale()
         S = self.constraint_modes.T @ (self.fe.K @ self.constraint_modes)
         scaled = Z * scale[:, None]
         project = np.eye(self.nq) - Z @ np.linalg.solve(scaled.T @ scaled, (scaled * scale[:, None]).T)
         S = project.T @ S @ project
         self.rigid_coordinates, self.condensed = Z, 0.5 * (S + S.T)
+
+    def coordinates(self, vectors: np.ndarray) -> np.ndarray:
+        """Return the interface coordinates (nq, k) of displacements (ndof, k) that the couplings allow."""
+        read = [(c.matrix if c.averaging else np.linalg.pinv(c.matrix)) @ vectors[c.rows] for c in self.couplings] + (
+            [self._averages[-len(self.motions) :] @ vectors] if self.free_motions else []
+        )
+        return np.vstack(read) if read else np.zeros((0, vectors.shape[1]))
 
     def coordinate_scale(self) -> np.ndarray:
         """Return the weight of each interface coordinate that makes rotations comparable to translations, m."""

@@ -1,0 +1,170 @@
+"""The basis that is asked for, as large as it must be: by its description, by a number, or by an accuracy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ReductionError, did_you_mean
+from flexmb.reduction.bases import (
+    Balanced,
+    CharacteristicModes,
+    CraigBampton,
+    Krylov,
+    Pod,
+    Rubin,
+    SpannedBasis,
+    described,
+)
+from flexmb.reduction.basis import NormalModes, with_residuals
+from flexmb.reduction.damping import one_ratio
+from flexmb.reduction.framed_body import FramedBody
+from flexmb.reduction.mode_choice import UpTo, choose_modes
+from flexmb.reduction.subspace import in_coordinates, orthonormal_blocks
+from flexmb.reduction.transfer_error import TransferError, transfer_error
+
+__all__ = ["BASES", "Chosen", "choose_basis", "parse_basis"]
+
+BASES: dict[str, Callable[..., Any]] = {
+    kind.__name__: kind for kind in (CraigBampton, Rubin, Krylov, CharacteristicModes, Balanced)
+}
+"""Bases that a text can name; `Pod` needs snapshots."""
+SAME = {"craigchang": "Rubin", "craigbampton": "CraigBampton", "guyan": "CraigBampton"}
+STEPS = 60
+"""How often a basis grows before the accuracy counts as out of reach."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What a basis spans.
+
+    Parameters
+    ----------
+    normal : NormalModes
+        Fixed-interface shapes of the basis.
+    within : (nq + k, p) or None
+        Coordinates of the displacements in constraint modes and `normal`; None: all of both.
+    exact : NormalModes or None
+        Free-free modes of the full model, where they were needed.
+    error : TransferError or None
+        Where an accuracy was asked for.
+    words : str
+        The description of what was taken.
+    """
+
+    normal: NormalModes
+    within: np.ndarray | None
+    exact: NormalModes | None
+    error: TransferError | None
+    words: str
+
+
+def parse_basis(basis: Any) -> Any:
+    """Read a basis: a description, or a text such as ``"Rubin"`` or ``"Krylov frequencies=0,120 order=2"``."""
+    if isinstance(basis, CraigBampton | Pod) or (hasattr(basis, "vectors") and not isinstance(basis, type)):
+        return basis
+    words = basis.split() if isinstance(basis, str) else []
+    name = "".join(c for c in words[0].lower() if c.isalnum()) if words else ""
+    if name == "macneal":
+        raise ReductionError(
+            "Basis MacNeal",
+            found="residual flexibility without mass",
+            expected="mass in every flexible coordinate: the equations of motion are solved for their accelerations",
+            remedy="Take basis='Rubin': the same modes and the same statics, with the mass of the residual shapes",
+        )
+    names = {kind.lower(): kind for kind in BASES}
+    kind = SAME.get(name, names.get(name, ""))
+    if not kind:
+        known = ", ".join((*BASES, "Pod(snapshots)"))
+        raise ReductionError(
+            "Reduction",
+            found=f"basis = {basis!r}",
+            expected=f"One of: {known}",
+            remedy=did_you_mean(str(basis), BASES) or "See the how-to page 'choosing a basis'",
+        )
+    return BASES[kind](
+        **{key: _value(kind, key, value) for key, _, value in (word.partition("=") for word in words[1:])}
+    )
+
+
+def _value(kind: str, key: str, text: str) -> Any:
+    """Return the value of a field of a basis from its text; ReductionError where it cannot be read."""
+    known = {f.name: f.default for f in fields(BASES[kind])}  # type: ignore[arg-type] # all are dataclasses
+    default = known.get(key, MISSING)
+    try:
+        if default is MISSING:
+            raise ValueError
+        if isinstance(default, bool):
+            return {"true": True, "false": False}[text.lower()]
+        if isinstance(default, tuple):
+            return tuple(float(piece) for piece in text.split(","))
+        return type(default)(text)
+    except (KeyError, ValueError):
+        raise ReductionError(
+            f"Basis {kind}",
+            found=f"'{key}={text}'",
+            expected=f"fields of {kind}: {', '.join(known) or 'none'}",
+            remedy="Write for example 'Krylov frequencies=0,120 order=2'",
+        ) from None
+
+
+def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joining: np.ndarray, damping: Any) -> Chosen:
+    """Return what a basis spans.
+
+    Parameters
+    ----------
+    framed : FramedBody
+    basis : CraigBampton or SpannedBasis
+    modes : int, UpTo or None
+        For `CraigBampton` an accuracy of the free-free frequencies, for all others of the response between the loads of
+        the body, in the largest singular value.
+    joining : (ndof, k), N
+        Loads whose static response joins.
+    damping : float or anything
+        At which responses are compared, where it is one number.
+    """
+    body = framed.body
+    if isinstance(basis, CraigBampton):
+        normal, exact = choose_modes(body, 12 if modes is None else modes)
+        return Chosen(with_residuals(body, normal, joining), None, exact, None, described(basis))
+    error = None
+    count = basis.check(None if isinstance(modes, UpTo) else modes)
+    vectors = _vectors(framed, basis, count, joining)
+    if isinstance(modes, UpTo):
+        basis, vectors, error = _accurate(framed, basis, modes, joining, damping)
+    normal, within = in_coordinates(framed, vectors)
+    return Chosen(normal, within, None, error, described(basis))
+
+
+def _vectors(framed: FramedBody, basis: SpannedBasis, count: int, joining: np.ndarray) -> np.ndarray:
+    """Return the displacements of a basis and the static responses to the loads that join."""
+    M, spanned = framed.body.fe.M, basis.vectors(framed, count)
+    return orthonormal_blocks(M, [spanned, framed.solve(joining)]) if joining.shape[1] else spanned
+
+
+def _accurate(framed: FramedBody, basis: SpannedBasis, asked: UpTo, joining: np.ndarray, damping: Any):
+    """Return the first basis that meets the accuracy, its displacements and their error."""
+    limit = (2.0 * np.pi * asked.frequency) ** 2
+    zeta = one_ratio(damping)
+    count = 0 if isinstance(basis, Krylov) else max(1, int(np.sum(framed.modes_beyond(limit).w2 <= limit)))
+    best = np.inf
+    for _ in range(STEPS):
+        vectors = _vectors(framed, basis, count, joining)
+        error = transfer_error(framed, vectors, asked.frequency, zeta)
+        best = min(best, error.relative)
+        if error.relative <= asked.accuracy:
+            return basis, vectors, error
+        larger = basis.grown(count, error.worst)
+        if larger is None:
+            break
+        basis, count = larger
+    raise ReductionError(
+        f"Basis {type(basis).__name__}",
+        found=f"an error of {100.0 * best:.3g} % at best up to {asked.frequency:g} Hz ({described(basis)})",
+        expected=f"at most {100.0 * asked.accuracy:.3g} % of the largest response",
+        remedy="Let loads with a large error join by residual_vectors, give more snapshots or candidates, or take "
+        "another basis",
+    )
