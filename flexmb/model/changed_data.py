@@ -147,7 +147,8 @@ def rescaled(data: Data, length: float = 1.0, mass: float = 1.0, time: float = 1
             load_turning=None if data.load_turning is None else data.load_turning * force[:, None] / L,
             preload_turning=None if data.preload_turning is None else data.preload_turning * force[:, None] / L,
             stress_modes=None if data.stress_modes is None else data.stress_modes * m / (L * t) ** 2,
-        )
+        ),
+        L,
     )
     lengths = np.where(np.arange(6) < 3, 1.0, L)
     return _with_effective_mass(changed, np.sqrt(m) * np.diag(lengths))
@@ -241,7 +242,7 @@ def _stress(modes: np.ndarray, Q: np.ndarray) -> np.ndarray:
     return np.stack([tensor[:, a, b] for a, b in rows], axis=1)
 
 
-def _with_quality(data: Data) -> Data:
+def _with_quality(data: Data, length: float = 1.0) -> Data:
     """Bring the numbers of the report that depend on axes and units up to date."""
     if not data.quality:
         return data
@@ -265,12 +266,12 @@ def _with_quality(data: Data) -> Data:
             "fixed_interface_frequencies": [f * factor for f in data.quality["fixed_interface_frequencies"]],
             "modes": scale(data.quality["modes"], ["frequency"]),
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
-            **({"transfer": _with_units(data, factor)} if "transfer" in data.quality else {}),
+            **({"transfer": _with_units(data, factor, length)} if "transfer" in data.quality else {}),
         },
     )
 
 
-def _with_units(data: Data, factor: float) -> dict:
+def _with_units(data: Data, factor: float, length: float) -> dict:
     """Return the bound of the response's error in other units: frequencies times a factor, compliances (s2/kg)."""
     transfer = data.quality["transfer"]
     softness = data.quality["mass"]["mass"] / (factor**2 * data.mass)
@@ -280,6 +281,7 @@ def _with_units(data: Data, factor: float) -> dict:
         "response": [e * softness for e in transfer["response"]],
         "frequencies": [f * factor for f in transfer["frequencies"]],
         "worst": transfer["worst"] * factor,
+        "length": transfer["length"] * length,
     }
 
 

@@ -148,12 +148,12 @@ def _vectors(framed: FramedBody, basis: SpannedBasis, count: int, joining: np.nd
 def _accurate(framed: FramedBody, basis: SpannedBasis, asked: UpTo, joining: np.ndarray, damping: Any):
     """Return the first basis that meets the accuracy, its displacements and their error."""
     limit = (2.0 * np.pi * asked.frequency) ** 2
-    zeta = one_ratio(damping)
+    zeta, free = one_ratio(damping), framed.freed()
     count = 0 if isinstance(basis, Krylov) else max(1, int(np.sum(framed.modes_beyond(limit).w2 <= limit)))
     best = np.inf
     for _ in range(STEPS):
         vectors = _vectors(framed, basis, count, joining)
-        error = transfer_error(framed, vectors, asked.frequency, zeta)
+        error = transfer_error(free, orthonormal_blocks(free.body.fe.M, [free.elastic(vectors)]), asked.frequency, zeta)
         best = min(best, error.relative)
         if error.relative <= asked.accuracy:
             return basis, vectors, error

@@ -96,8 +96,8 @@ def reduce(
     -------
     ModalNeutralData
         With `CraigBampton` it has nq + modes - r flexible coordinates. nq counts the freedoms of the interfaces: 6 of a
-        rigid or averaging one, otherwise the freedoms of its nodes. r counts the rigid motions of the model: 6, or 3 in a plane, see
-        ``quality["rigid_modes"]["removed"]``. Residual vectors add one each.
+        rigid or averaging one, otherwise the freedoms of its nodes. r counts the rigid motions of the model: 6, or 3 in
+        a plane, see ``quality["rigid_modes"]["removed"]``. Residual vectors add one each.
 
     Raises
     ------
@@ -208,7 +208,8 @@ def _bounded(framed: FramedBody, basis: Basis, chosen: Chosen, asked: _Settings)
     """Return the bound of the error of the response, where it was asked for or is known."""
     if asked.error_up_to is None:
         return chosen.error
-    return transfer_error(framed, basis.shapes, asked.error_up_to, one_ratio(asked.damping))
+    free = framed.freed()
+    return transfer_error(free, free.elastic(basis.shapes), asked.error_up_to, one_ratio(asked.damping))
 
 
 def _stiffening(

@@ -6,6 +6,8 @@ a frame that is clamped at an interface holds the body there. Everything comes f
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from flexmb.math.lanczos import lowest_modes
@@ -23,16 +25,24 @@ _NEAR = 1e-6  # relative distance of a squared frequency from a mode's below whi
 class FramedBody:
     """A body with its frame, and where it is loaded.
 
-    Attributes
+    Parameters
     ----------
     body : HeldBody
     frame : int or None
         Interface at which the frame is clamped; None for the Buckens frame.
+    markers : list of MarkerMotion
+        Interfaces, then stations.
+    loads, joining : (ndof, k), N
+        Load shapes of the body, and those whose response joins the basis (all unless given).
+
+    Attributes
+    ----------
     inputs : (ndof, nb)
         Loads of one newton: on each interface freedom (moments of 1 N times the size of the body; not on the one that
         holds the frame), and of each load shape.
-    excitation : (ndof, nb + r)
-        The inputs, and the inertia forces of the frame where it is clamped: what a mechanism loads the body with.
+    excitation : (ndof, k)
+        The inputs of interfaces and of joining loads, and the inertia forces of the frame where it is clamped: what a
+        mechanism loads the body with.
     outputs : (ndof, no)
         Unit loads at the stations: what reads them.
     """
@@ -45,27 +55,45 @@ class FramedBody:
         loads: np.ndarray,
         joining: np.ndarray | None = None,
     ):
-        self.body, self.frame = body, frame
-        scale = body.coordinate_scale()
-        columns = [np.zeros((body.fe.ndof, 0))]
-        for number, (coupling, marker, where) in enumerate(zip(body.couplings, markers, body.slices)):
-            if number != frame:
-                columns.append(marker.matrix[coupling.freedoms].T.toarray() * scale[where])
-        self._at_interfaces = np.hstack(columns)
-        self.inputs = np.hstack([self._at_interfaces, _one_newton(loads)])
-        joined = np.hstack([self._at_interfaces, _one_newton(loads if joining is None else joining)])
-        inertia = np.zeros((body.fe.ndof, 0)) if frame is None else _one_newton(body.fe.M @ body.rigid)
-        self.excitation = np.hstack([joined, inertia])
-        stations = [marker.matrix.T.toarray() for marker in markers[len(body.couplings) :]]
-        outputs = np.hstack([np.zeros((body.fe.ndof, 0)), *stations])
-        self.outputs = outputs[:, np.any(outputs != 0.0, axis=0)]
+        self.body, self.frame, self._markers = body, frame, markers
+        self._loads, self._joining = loads, loads if joining is None else joining
         self._modes = NormalModes(np.zeros((body.fe.ndof, 0)), np.zeros(0))
         self._all_found = False
 
-    @property
-    def inputs_at_interfaces(self) -> int:
-        """How many of the inputs act on interfaces; they come first."""
-        return self._at_interfaces.shape[1]
+    def freed(self) -> FramedBody:
+        """Return the body in the Buckens frame: what is said of errors does not depend on the frame."""
+        if self.frame is None:
+            return self
+        return FramedBody(self.body, None, self._markers, self._loads, self._joining)
+
+    @cached_property
+    def _at_interfaces(self) -> np.ndarray:
+        """Loads of one newton on interface freedoms, (ndof, k)."""
+        body, columns = self.body, [np.zeros((self.body.fe.ndof, 0))]
+        scale = body.coordinate_scale()
+        for number, (coupling, marker, where) in enumerate(zip(body.couplings, self._markers, body.slices)):
+            if number != self.frame:
+                columns.append(marker.matrix[coupling.freedoms].T.toarray() * scale[where])
+        return np.hstack(columns)
+
+    @cached_property
+    def inputs(self) -> np.ndarray:
+        """Loads of one newton on interface freedoms, and of each load shape, (ndof, nb)."""
+        return np.hstack([self._at_interfaces, _one_newton(self._loads)])
+
+    @cached_property
+    def excitation(self) -> np.ndarray:
+        """What a mechanism loads the body with, (ndof, k)."""
+        fe, none = self.body.fe, np.zeros((self.body.fe.ndof, 0))
+        inertia = none if self.frame is None else _one_newton(fe.M @ self.body.rigid)
+        return np.hstack([self._at_interfaces, _one_newton(self._joining), inertia])
+
+    @cached_property
+    def outputs(self) -> np.ndarray:
+        """Unit loads at the stations, (ndof, no)."""
+        stations = [marker.matrix.T.toarray() for marker in self._markers[len(self.body.couplings) :]]
+        whole = np.hstack([np.zeros((self.body.fe.ndof, 0)), *stations])
+        return whole[:, np.any(whole != 0.0, axis=0)]
 
     def elastic(self, vectors: np.ndarray) -> np.ndarray:
         """Return displacements (ndof, k) as the frame sees them: less the rigid motion of the frame."""

@@ -34,12 +34,15 @@ class TransferError:
         Bound of the largest singular value of the error, and the largest singular value of the elastic response.
     damping : float
         Fraction of critical damping of all resonances, as hysteresis.
+    length : float, m
+        Size of the body: moments count as forces there.
     """
 
     frequencies: np.ndarray
     error: np.ndarray
     response: np.ndarray
     damping: float
+    length: float
 
     @property
     def relative(self) -> float:
@@ -60,11 +63,12 @@ class TransferError:
             "relative": self.relative,
             "worst": self.worst,
             "damping": self.damping,
+            "length": self.length,
         }
 
 
 def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping: float | None = None) -> TransferError:
-    """Return the bound up to the frequency `limit`, Hz, for shapes (ndof, m) of the frame.
+    """Return the bound up to the frequency `limit`, Hz, for shapes (ndof, m) of the frame and its rigid motions.
 
     The bound holds at each frequency that is looked at: lines over the band and all resonances in it.
     """
@@ -94,7 +98,7 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
             spread = 0.5 * abs(most - least) * max(np.linalg.eigvalsh(rest)[-1], 0.0)
             error[number] = np.linalg.norm(estimate, 2) + spread
             response[number] = np.linalg.norm(F.T @ answer, 2)
-    return TransferError(frequencies, error, response, zeta)
+    return TransferError(frequencies, error, response, zeta, framed.body.length)
 
 
 def _lines(limit: float, zeta: float, w2: np.ndarray) -> np.ndarray:

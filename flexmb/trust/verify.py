@@ -12,6 +12,7 @@ from flexmb.integrate import NullSpace, accelerations
 from flexmb.math.weights import weigh
 from flexmb.model.described import is_number
 from flexmb.results import Solution
+from flexmb.results.reduction_error import run_errors
 from flexmb.system.mobility import constraint_matrix, mass_metric
 from flexmb.system.program import evaluate
 from flexmb.tree import Recursive
@@ -188,11 +189,25 @@ def _of_itself(solution: Solution, within: float) -> tuple[list[Check], list[str
             )
         found += _by_formulation(phase, system, samples, within, notes)
         found += _energy(solution, number, within)
+    found += _reductions(solution, within)
     worst: dict[str, Check] = {}
     for check in found:
         if check.name not in worst or check.share > worst[check.name].share:
             worst[check.name] = check
     return list(worst.values()), list(dict.fromkeys(notes))
+
+
+def _reductions(solution: Solution, within: float) -> list[Check]:
+    """Return what the reduction of each body costs, where its data tell the error of the response."""
+    return [
+        Check(
+            name=f"reduction of {error.body}",
+            share=error.share,
+            limit=within,
+            worst=f"mostly at {error.worst:.3g} Hz" + (f". {error.remedy}" if error.remedy else ""),
+        )
+        for error in run_errors(solution, within)
+    ]
 
 
 def _by_formulation(phase, system, samples, within, notes) -> list[Check]:

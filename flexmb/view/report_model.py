@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import duration
 from flexmb.io.web_page import percent, table, vector
 from flexmb.model.mode_table import mode_table
+from flexmb.results.reduction_error import run_errors
 from flexmb.view.quantities import number
 from flexmb.view.report_results import Run
 
@@ -29,6 +30,7 @@ def notices(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
             found.append(name + str(solution.status))
         found += [name + text for text in solution.statistics.get("warnings", ())]
         found += [name + text for text in _of_reductions(solution.model)]
+        found += [f"{name}{error}. {error.remedy}" for error in run_errors(solution) if error.remedy]
         report = checks.get(run.name)
         if report is not None and report.redundant:
             found.append(

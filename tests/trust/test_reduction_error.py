@@ -1,0 +1,61 @@
+"""What a reduction costs a run, told by the run itself: against the same run with many modes."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb import fem, reduction
+from flexmb.results.reduction_error import run_errors
+from flexmb.view.report_model import notices
+from flexmb.view.report_results import Run
+
+ENDS = {"a": [0], "b": [24]}
+
+
+@pytest.fixture(scope="module")
+def fe():
+    """A steel bar of 2 m; bending begins at 53 Hz."""
+    points = np.column_stack([np.linspace(0.0, 2.0, 25), np.zeros(25), np.zeros(25)])
+    return fem.frame(points, section=fem.Section.rectangle(0.04, 0.06), material=fmb.MATERIALS["steel"])
+
+
+def shaken(data, hertz):
+    """A free bar with a force across one end that swings at one frequency."""
+    push = fmb.PointLoad("push", marker="bar.b", force=(0.0, 0.0, fmb.harmonic(500.0, hertz)))
+    bar = fmb.FloatingBody("bar", data=data)
+    model = fmb.Model(name="shaken", bodies=[fmb.Ground(), bar], forces=[push])
+    return fmb.simulate(model, 0.3, samples=901)
+
+
+def ends(solution, data):
+    """Elastic motion of the ends across the bar, in the frame of the mean motion, (nt, 2)."""
+    return solution.series().modal_coordinates("bar") @ data.marker_translations[:2, 2].T
+
+
+def test_error_of_a_run_is_told_and_fewer_than_its_bound(fe):
+    few, many = (reduction.reduce(fe, ENDS, n, error_up_to=600.0, damping=0.02) for n in (2, 40))
+    solution, true = shaken(few, 120.0), shaken(many, 120.0)
+    (told,) = run_errors(solution)
+    exact = ends(true, many)
+    share = np.sqrt(np.mean((ends(solution, few) - exact) ** 2) / np.mean(exact**2))
+    assert share > 0.02
+    assert share < told.share
+    assert told.share < 10.0 * share
+    assert told.frequency == pytest.approx(120.0, rel=0.1)
+    assert "modes" in told.remedy
+    again = reduction.reduce(fe, ENDS, int(told.remedy.split()[3]), error_up_to=600.0, damping=0.02)
+    assert run_errors(shaken(again, 120.0))[0].share < 0.01
+    assert told.remedy in notices([Run("shaken", solution)], {})
+    assert run_errors(true)[0].remedy == ""
+
+
+def test_forces_beyond_the_known_band_are_told(fe):
+    data = reduction.reduce(fe, ENDS, 6, error_up_to=60.0, damping=0.02)
+    (told,) = run_errors(shaken(data, 120.0))
+    assert told.beyond > 0.9
+    assert "no error is known" in str(told)
+    assert told.remedy.startswith("Reduce again with error_up_to=13")
+
+
+def test_without_a_bound_nothing_is_told(fe):
+    assert run_errors(shaken(reduction.reduce(fe, ENDS, 2, damping=0.02), 50.0)) == []
