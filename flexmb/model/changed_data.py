@@ -278,6 +278,7 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
     return {
         **transfer,
         "error": [e * softness for e in transfer["error"]],
+        "by_input": [[e * softness for e in row] for row in transfer["by_input"]],
         "response": [e * softness for e in transfer["response"]],
         "frequencies": [f * factor for f in transfer["frequencies"]],
         "worst": transfer["worst"] * factor,

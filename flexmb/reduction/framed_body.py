@@ -76,6 +76,11 @@ class FramedBody:
                 columns.append(marker.matrix[coupling.freedoms].T.toarray() * scale[where])
         return np.hstack(columns)
 
+    @property
+    def at_interfaces(self) -> int:
+        """How many of the inputs act on interfaces; they come first."""
+        return self._at_interfaces.shape[1]
+
     @cached_property
     def inputs(self) -> np.ndarray:
         """Loads of one newton on interface freedoms, and of each load shape, (ndof, nb)."""

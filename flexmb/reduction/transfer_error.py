@@ -32,6 +32,8 @@ class TransferError:
     frequencies : (n,), Hz
     error, response : (n,), m/N
         Bound of the largest singular value of the error, and the largest singular value of the elastic response.
+    by_input : (n, k), m/N
+        Bound of the norm of the error of the response to each interface freedom by itself.
     damping : float
         Fraction of critical damping of all resonances, as hysteresis.
     length : float, m
@@ -41,6 +43,7 @@ class TransferError:
     frequencies: np.ndarray
     error: np.ndarray
     response: np.ndarray
+    by_input: np.ndarray
     damping: float
     length: float
 
@@ -60,6 +63,7 @@ class TransferError:
             "frequencies": self.frequencies.tolist(),
             "error": self.error.tolist(),
             "response": self.response.tolist(),
+            "by_input": self.by_input.tolist(),
             "relative": self.relative,
             "worst": self.worst,
             "damping": self.damping,
@@ -85,6 +89,7 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
     ahead = known.w2[-1] if len(known.w2) else np.inf  # the last one is beyond the band
     frequencies = _lines(limit, zeta, np.concatenate([known.w2, np.diag(np.atleast_2d(K)) / np.diag(M)]))
     error, response = np.zeros(len(frequencies)), np.zeros(len(frequencies))
+    alone = np.zeros((len(frequencies), nb))
     for number, w2 in enumerate((2.0 * np.pi * frequencies) ** 2):
         answer = np.linalg.solve(loss * K - w2 * M, F.astype(complex))
         made = np.vstack([np.eye(nb), -loss * answer, w2 * answer])
@@ -95,10 +100,13 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
         estimate += 0.5 * (least + most) * (made.T @ (energy @ made) - amplitude.T @ over)
         rest = made.conj().T @ (energy @ made) - amplitude.conj().T @ over
         if nb:
-            spread = 0.5 * abs(most - least) * max(np.linalg.eigvalsh(rest)[-1], 0.0)
-            error[number] = np.linalg.norm(estimate, 2) + spread
+            width, size = 0.5 * abs(most - least), max(np.linalg.eigvalsh(rest)[-1], 0.0)
+            own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
+            error[number] = np.linalg.norm(estimate, 2) + width * size
+            alone[number] = np.linalg.norm(estimate, axis=0) + width * own
             response[number] = np.linalg.norm(F.T @ answer, 2)
-    return TransferError(frequencies, error, response, zeta, framed.body.length)
+    at_interfaces = alone[:, : framed.at_interfaces]
+    return TransferError(frequencies, error, response, at_interfaces, zeta, framed.body.length)
 
 
 def _lines(limit: float, zeta: float, w2: np.ndarray) -> np.ndarray:

@@ -128,26 +128,30 @@ def _motion(eta: np.ndarray, data: Any) -> float:
 
 
 def _spectrum(t: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies (n,), Hz, and the squares of the forces there (n,), N2, whose sum is their mean square.
+    """Return frequencies (n,), Hz, and amplitudes of the forces (n, 6 k), N, whose squares sum up to the mean square.
 
     No window: the body begins undeformed, so the forces of the whole run make its whole motion; nothing comes after
     them (zeros of the same length), so that the error of a response that dies away is in it too.
     """
     even = np.linspace(t[0], t[-1], len(t))
     samples = np.stack([np.interp(even, t, column) for column in forces.T])
-    power = np.abs(np.fft.rfft(samples, 2 * len(t))) ** 2
-    power[:, 1:-1] *= 2.0
-    return np.fft.rfftfreq(2 * len(t), even[1] - even[0]), power.sum(axis=0) / (2.0 * len(t) ** 2)
+    amplitude = np.abs(np.fft.rfft(samples, 2 * len(t)))
+    amplitude[:, 1:-1] *= np.sqrt(2.0)
+    return np.fft.rfftfreq(2 * len(t), even[1] - even[0]), amplitude.T / (np.sqrt(2.0) * len(t))
 
 
-def _weighed(name: str, data: Any, frequencies: np.ndarray, power: np.ndarray, motion: float, within: float):
+def _weighed(name: str, data: Any, frequencies: np.ndarray, forces: np.ndarray, motion: float, within: float):
     """Return the error of a body from the spectrum of its forces and its mean square motion; None at rest."""
     told = data.quality["transfer"]
+    power = np.sum(forces**2, axis=1)
     limit, total = told["frequencies"][-1], float(power.sum())
     if total == 0.0 or motion == 0.0:
         return None
     inside = frequencies <= limit
-    error = power[inside] * np.interp(frequencies[inside], told["frequencies"], told["error"]) ** 2
+    places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
+    bounds = np.array(told["by_input"])
+    at = [np.interp(frequencies[inside], told["frequencies"], bound) for bound in bounds.T]
+    error = np.sum(np.array(at).T * forces[inside][:, places], axis=1) ** 2
     share = float(np.sqrt(error.sum() / motion))
     highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
     beyond = float(power[~inside].sum() / total)
