@@ -87,8 +87,7 @@ def reduce(
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
     error_up_to : float, Hz, optional
-        The error of the response to the loads of the body is bounded up to this frequency, for the report and for the
-        check of runs; always done where other bases than `CraigBampton` meet an accuracy.
+        Bounds the error of the response to loads up to this frequency, for the report and the check of runs.
     backend, progress : Backend, callable (stage, fraction), or None
         Sparse factorisation, see flexmb.math.factor; a function called with the progress.
 
@@ -104,13 +103,7 @@ def reduce(
     ReductionError
         The interfaces or the FE model do not allow it; the message names the place.
     """
-    check_kind(
-        fe,
-        FEModel,
-        "Reduction",
-        "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices",
-        ReductionError,
-    )
+    check_kind(fe, FEModel, "Reduction", MADE_BY, ReductionError)
     named = offered(fe, interfaces) if isinstance(interfaces, str | list | tuple) else interfaces
     settings = _Settings(
         named,  # type: ignore[arg-type] # checked below
@@ -133,6 +126,7 @@ def reduce(
     return _reduced(fe, settings, backend, progress or _silent)
 
 
+MADE_BY = "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices"
 EXAMPLES = {"interfaces": "a", "stations": "mid", "loads": "air"}
 
 

@@ -174,6 +174,6 @@ def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: floa
         return ""
     if quality.get("basis", "CraigBampton()") != "CraigBampton()":
         return f"Reduce again with modes='up to {limit:.3g} Hz within {100.0 * within:.2g} %'"
-    # the error falls with the fourth power of the first frequency that is left out, which grows with the modes at least
-    more = int(np.ceil((quality["normal_modes"] + 1) * (share / within) ** 0.25)) + 1
+    # it falls with the fourth power of the first frequency that is left out, and not all modes are of the right kind
+    more = int(np.ceil((quality["normal_modes"] + 1) * (share / within) ** (1.0 / 3.0))) + 1
     return f"Reduce again with {more} modes"
