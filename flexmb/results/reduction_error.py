@@ -175,5 +175,5 @@ def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: floa
     if quality.get("basis", "CraigBampton()") != "CraigBampton()":
         return f"Reduce again with modes='up to {limit:.3g} Hz within {100.0 * within:.2g} %'"
     # it falls with the fourth power of the first frequency that is left out, and not all modes are of the right kind
-    more = int(np.ceil((quality["normal_modes"] + 1) * (share / within) ** (1.0 / 3.0))) + 1
+    more = int(np.ceil((quality["normal_modes"] + 1) * (share / within) ** 0.5)) + 1
     return f"Reduce again with {more} modes"
