@@ -8,6 +8,7 @@ from flexmb.forces.central_gravity import CentralGravity
 from flexmb.forces.contact import Contact
 from flexmb.forces.contact_laws import ContactLaw, ElasticFoundation, Hertz
 from flexmb.forces.dc_motor import DcMotor
+from flexmb.forces.gears import Gears
 from flexmb.forces.hydraulic_cylinder import HydraulicCylinder
 from flexmb.forces.joint_friction import JointFriction
 from flexmb.forces.line_contact import LineContact

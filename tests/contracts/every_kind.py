@@ -92,6 +92,7 @@ MORE = {
     "Drive": {"markers": ("", ""), "angle": fmb.ramp(rate=1 / 3, rise=0.2) * 2 + fmb.expression("a*t", a=3)},
     "Rod": {"length": 0.3},
     "RackAndPinion": {"joints": ("A", "slide")},
+    "Gears": {"module": 0.002, "teeth": (20, 41), "width": 0.02, "helix": 0.1, "shifts": (1 / 3, 0.0)},
     "GearPair": {"radii": (0.9, 0.05), "inside": True},
     "Bushing": {"stiffness": (1e3, 1e3, 2e3, 10.0, 10.0, 20.0), "damping": (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)},
     "BiStop": {"travel": (-0.028, 0.012), "joint": None, "depth": 1e-3},

@@ -159,6 +159,7 @@ OF_NO_PAIR = (
     "Pressure",
     "LineLoad",
     "LineContact",
+    "Gears",
     "CentralGravity",
     "OblateGravity",
     "SolarPressure",
