@@ -22,6 +22,7 @@ _ROOMS = {
     "flexmb.model.linear_blocks": "StateSpace TransferFunction",
     "flexmb.model.measurement": "formula measured",
     "flexmb.model.signal": "expression harmonic ramp step",
+    "flexmb.model.table2_signal": "table2",
     "flexmb.model.table_signal": "table",
     "flexmb.mechanisms": "LineNetwork ModifiedLink StandardLink line_network serial_arm",
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",

@@ -184,8 +184,12 @@ def _piece(code: int, at: np.ndarray, x: Interval) -> tuple[Interval, Interval, 
 
 
 def _table(table: np.ndarray, at: np.ndarray, x: Interval) -> tuple[Interval, Interval, Interval]:
-    n = int(table[0])
+    n = abs(int(table[0]))
     knots, pieces = table[1 : n + 1], table[n + 1 :].reshape(n - 1, 4)
+    if table[0] < 0.0:  # it goes on periodically
+        period = knots[-1] - knots[0]
+        shift = period * np.floor((at - knots[0]) / period)
+        at, x = at - shift, (x[0] - shift, x[1] - shift)
     i = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, n - 2)
     a, b, c, d = pieces[i].T
     local = x[0] - knots[i], x[1] - knots[i]
@@ -239,6 +243,50 @@ def _angle(at: np.ndarray, x: Bounds, y: Bounds) -> Bounds:
     d1 = _scaled(_add(_times(x.value, x.rate), _times(y.value, y.rate)), 2.0)
     rate = _times(n, d)
     return Bounds(at, value, rate, _times(_add(n1, _minus(_times(rate, d1))), d))
+
+
+def _side(knots: np.ndarray, at: np.ndarray, x: Interval) -> tuple[np.ndarray, Interval, np.ndarray]:
+    """Return the number of the piece at `at`, the distances from its first knot, and if values are not held there."""
+    i = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
+    inside = (at >= knots[0]) & (at <= knots[-1])
+    held = np.where(at < knots[0], 0.0, knots[i + 1] - knots[i])
+    return i, (np.where(inside, x[0] - knots[i], held), np.where(inside, x[1] - knots[i], held)), inside
+
+
+def _grid(table: np.ndarray, at: tuple[np.ndarray, np.ndarray], x: Interval, y: Interval) -> dict[tuple, Interval]:
+    """Return the bounds of f and its derivatives, by their orders along x and y."""
+    n, m = int(table[0]), int(table[1])
+    knots = table[2 : 2 + n], table[2 + n : 2 + n + m]
+    (i, h, in_x), (j, k, in_y) = (_side(*of) for of in zip(knots, at, (x, y)))
+    c = table[2 + n + m :].reshape(n - 1, m - 1, 4, 4)[i, j]
+    found = {}
+    for orders in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)):
+        a = _falling(_falling(c, 1, orders[0]), 2, orders[1])
+        total = _none(h)
+        for p in range(a.shape[1]):
+            row = _polynomial(k, [a[:, p, q] for q in range(a.shape[2])])
+            total = _add(_times(total, h), row)
+        zero = ((orders[0] > 0) & ~in_x) | ((orders[1] > 0) & ~in_y)
+        found[orders] = np.where(zero, 0.0, total[0]), np.where(zero, 0.0, total[1])
+    return found
+
+
+def _falling(c: np.ndarray, axis: int, order: int) -> np.ndarray:
+    """Return the coefficients, highest power first along an axis, of a derivative."""
+    for _ in range(order):
+        powers = np.arange(c.shape[axis] - 1, 0, -1.0)
+        c = np.take(c, range(len(powers)), axis) * powers.reshape([-1 if k == axis else 1 for k in range(3)])
+    return c
+
+
+def _over_two(table: np.ndarray, x: Bounds, y: Bounds) -> Bounds:
+    at = x.at, y.at
+    f = _grid(table, at, x.value, y.value)
+    value = _grid(table, at, (x.at, x.at), (y.at, y.at))[0, 0][0]
+    rate = _add(_times(f[1, 0], x.rate), _times(f[0, 1], y.rate))
+    mixed = _scaled(_times(f[1, 1], _times(x.rate, y.rate)), 2.0)
+    bent = _add(_add(_times(f[2, 0], _square(x.rate)), mixed), _times(f[0, 2], _square(y.rate)))
+    return Bounds(value, f[0, 0], rate, _add(bent, _add(_times(f[1, 0], x.second), _times(f[0, 1], y.second))))
 
 
 def _chosen(which: np.ndarray, x: Bounds, y: Bounds) -> Bounds:
@@ -323,7 +371,7 @@ def bounds(ops, args, tables, begin: np.ndarray, end: np.ndarray, at: np.ndarray
                 stack.append(_unary(code, argument, tables, stack.pop()))
             elif code in op.BINARY:
                 y, x = stack.pop(), stack.pop()
-                stack.append(_binary(code, x, y))
+                stack.append(_over_two(tables[int(argument)], x, y) if code == op.TABLE2 else _binary(code, x, y))
             else:
                 b, a, holds = stack.pop(), stack.pop(), stack.pop()
                 stack.append(_chosen(holds.at != 0.0, a, b))

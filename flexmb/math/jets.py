@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.math import operations as op
+from flexmb.math.grids import interpolate_grid
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import Floats, Integers, structure
 
@@ -55,6 +56,7 @@ _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER = op.ADD, op.SUBTRACT, op.MULTIPLY, 
 _ATAN2, _MIN, _MAX, _AND, _OR = op.ATAN2, op.MIN, op.MAX, op.AND, op.OR
 _LESS, _LESS_EQUAL, _GREATER, _GREATER_EQUAL = op.LESS, op.LESS_EQUAL, op.GREATER, op.GREATER_EQUAL
 _EQUAL, _NOT_EQUAL = op.EQUAL, op.NOT_EQUAL
+_TABLE2 = op.TABLE2
 
 
 @inner_kernel
@@ -131,10 +133,12 @@ def _piecewise(code, x):
 def interpolate(x, table):
     """Return f, f', f'' of a piecewise cubic at x: `table` = n, knots (n,), coefficients (n - 1, 4) from x^3 to x^0.
 
-    Before the first and after the last knot the value is held.
+    Before the first and after the last knot the value is held; if n is negative, the function goes on periodically.
     """
-    n = int(table[0])
+    n = abs(int(table[0]))
     knots, coefficients = table[1 : n + 1], table[n + 1 :]
+    if table[0] < 0.0:
+        x = knots[0] + (x - knots[0]) % (knots[n - 1] - knots[0])
     if x < knots[0]:
         return coefficients[3], 0.0, 0.0
     i = min(int(np.searchsorted(knots, x, side="right")) - 1, n - 2)
@@ -218,6 +222,15 @@ def _binary(code, a, a1, a2, b, b1, b2):
     return _compare(code, a, b), 0.0, 0.0
 
 
+@inner_kernel
+def _over_two(a, a1, a2, b, b1, b2, table):
+    """Return the jet of a function of two jets: y'' = f_aa a'^2 + 2 f_ab a' b' + f_bb b'^2 + f_a a'' + f_b b''."""
+    d = np.empty(6)
+    interpolate_grid(a, b, table, d)
+    second = d[3] * a1 * a1 + 2.0 * d[4] * a1 * b1 + d[5] * b1 * b1
+    return d[0], d[1] * a1 + d[2] * b1, second + d[1] * a2 + d[2] * b2
+
+
 @kernel
 def run_program(ops, args, first, last, time, inputs, tables, table_starts, stack):
     """Run the operations [first, last) and leave the jet of the result in stack[0].
@@ -263,15 +276,13 @@ def run_program(ops, args, first, last, time, inputs, tables, table_starts, stac
             stack[top, 2] = (f2 * x1 * x1 if x1 != 0.0 else 0.0) + (f1 * x2 if x2 != 0.0 else 0.0)
         elif code < _BINARY_END:
             top -= 1
-            f, f1, f2 = _binary(
-                code,
-                stack[top, 0],
-                stack[top, 1],
-                stack[top, 2],
-                stack[top + 1, 0],
-                stack[top + 1, 1],
-                stack[top + 1, 2],
-            )
+            a, a1, a2 = stack[top, 0], stack[top, 1], stack[top, 2]
+            b, b1, b2 = stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2]
+            if code == _TABLE2:
+                j = int(args[k])
+                f, f1, f2 = _over_two(a, a1, a2, b, b1, b2, tables[table_starts[j] : table_starts[j + 1]])
+            else:
+                f, f1, f2 = _binary(code, a, a1, a2, b, b1, b2)
             stack[top, 0], stack[top, 1], stack[top, 2] = f, f1, f2
         else:  # where
             top -= 2

@@ -25,7 +25,8 @@ UNARY = range(10, 41)
 # Two values in, one out.
 ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, ATAN2, MIN, MAX = range(50, 58)
 LESS, LESS_EQUAL, GREATER, GREATER_EQUAL, EQUAL, NOT_EQUAL, AND, OR = range(60, 68)
-BINARY = range(50, 68)
+TABLE2 = 68  # the argument is the number of the table
+BINARY = range(50, 69)
 # Three values in, one out: condition, value if it holds, value if not.
 WHERE = 70
 

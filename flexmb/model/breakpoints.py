@@ -27,6 +27,8 @@ MOST = 200_000
 NARROW = 1e-13
 """Width of an interval, relative to the times, that cannot be halved."""
 HALVINGS = 60
+PERIODS = 10_000
+"""Of a periodic table, in one run, whose corners are looked for."""
 COMPARED = (op.MIN, op.MAX, *range(op.LESS, op.NOT_EQUAL + 1))
 TRUTHS = (op.NOT, *range(op.LESS, op.OR + 1))
 
@@ -63,6 +65,22 @@ class _Search:
         """Return begin, the times found so far, and end."""
         inner = np.concatenate([np.empty(0), *self.found, *self.records])
         return np.unique(np.concatenate([[self.begin, self.end], inner[(inner > self.begin) & (inner < self.end)]]))
+
+    def shifts(self, span: tuple[int, int], line, period: float) -> np.ndarray:
+        """Return the whole periods (n,) by which the argument of a periodic table is shifted."""
+        if line is not None:
+            ends = [line[0] * t + line[1] for t in (self.begin, self.end)]
+        else:
+            edges = self.edges()
+            a, b = edges[:-1], edges[1:]
+            ops, args = self.program.ops[slice(*span)], self.program.args[slice(*span)]
+            found = bounds(ops, args, self.program.tables, a, b, 0.5 * (a + b))
+            ends = [float(np.min(found.value[0])), float(np.max(found.value[1]))]
+        many = abs(ends[1] - ends[0]) / period if np.all(np.isfinite(ends)) else np.inf
+        if not many < PERIODS:
+            self.complete = False
+            return np.zeros(1)
+        return period * np.arange(np.floor(min(ends) / period) - 1.0, np.ceil(max(ends) / period) + 2.0)
 
     def passes(self, span: tuple[int, int], line, levels, *extra: tuple[int, float], record=False) -> None:
         """Look for the times at which operations [first, last), followed by `extra`, pass levels."""
@@ -169,12 +187,13 @@ def breakpoints(program: SignalProgram, begin: float, end: float) -> Breaks:
 def _unary(search: _Search, code: int, argument: float, span: tuple[int, int], line) -> None:
     if code == op.TABLE:
         table = search.program.tables[int(argument)]
-        n = int(table[0])
+        n = abs(int(table[0]))
+        repeated = search.shifts(span, line, table[n] - table[1])[:, None] if table[0] < 0.0 else np.zeros((1, 1))
         if n > RECORD:
-            search.passes(span, line, table[2:n], record=True)
-            search.passes(span, line, [table[1], table[n]])
+            search.passes(span, line, (table[2:n] + repeated).ravel(), record=True)
+            search.passes(span, line, (table[[1, n]] + repeated).ravel())
         else:
-            search.passes(span, line, _points(table))
+            search.passes(span, line, np.unique((_points(table) + repeated).ravel()))
     elif code in (op.ABS, op.SIGN, op.STEP, op.SQRT, op.LOG):
         search.passes(span, line, [0.0])
     elif code in (op.SMOOTH, op.SOFT_RAMP):
@@ -197,6 +216,11 @@ def _binary(search: _Search, code: int, spans: tuple[int, int, int], lines, oper
         for span, line, operand in (((first, middle), a, operands[0]), ((middle, last), b, operands[1])):
             if operand not in TRUTHS:
                 search.passes(span, line, [0.0])
+    elif code == op.TABLE2:
+        table = search.program.tables[int(search.program.args[last])]
+        n, m = int(table[0]), int(table[1])
+        search.passes((first, middle), a, table[2 : 2 + n])
+        search.passes((middle, last), b, table[2 + n : 2 + n + m])
     elif code == op.DIVIDE and not _constant(b):
         search.passes((middle, last), b, [0.0])
     elif (code == op.ATAN2 and not _constant(a)) or (
@@ -211,7 +235,7 @@ def _constant(line) -> bool:
 
 def _points(table: np.ndarray) -> np.ndarray:
     """Return the ends of a table and the points at which its pieces differ by more than rounding."""
-    n = int(table[0])
+    n = abs(int(table[0]))
     knots, pieces = table[1 : n + 1], table[n + 1 :].reshape(n - 1, 4)
     h = np.diff(knots)
     # the piece on the left, written about the point at its end

@@ -96,7 +96,8 @@ class SignalProgram:
 def joined_arrays(programs: Sequence[SignalProgram]) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
     """Return ops, args and tables of programs one after another; they need not run as one."""
     shifts = np.cumsum([0] + [len(p.tables) for p in programs])
-    args = [np.where(p.ops == op.TABLE, p.args + shift, p.args) for p, shift in zip(programs, shifts)]
+    of_tables = [(p.ops == op.TABLE) | (p.ops == op.TABLE2) for p in programs]
+    args = [np.where(which, p.args + shift, p.args) for p, which, shift in zip(programs, of_tables, shifts)]
     ops = np.concatenate([np.empty(0, np.int64), *(p.ops for p in programs)])
     return ops, np.concatenate([np.empty(0), *args]), tuple(table for p in programs for table in p.tables)
 

@@ -172,7 +172,16 @@ def check_origin(model) -> None:
             expected="one of them",
             remedy="Leave gravity out: CentralGravity attracts each body",
         )
-    attracted = {force.body: force for force in model.forces if force.attracts}
+    attracted: dict[str, Any] = {}
+    for force in (force for force in model.forces if force.attracts):
+        if force.body in attracted:
+            raise ModelError(
+                force.title,
+                found=f"body '{force.body}' is attracted by {attracted[force.body].title} already",
+                expected="one attraction for each body: the origin falls only once",
+                remedy="Leave one of them out; ThirdBody is for other centres, OblateGravity for what J2 adds",
+            )
+        attracted[force.body] = force
     for force in attracted.values():
         if force.mu != orbit.mu:
             raise ModelError(

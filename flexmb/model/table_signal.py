@@ -19,7 +19,7 @@ __all__ = ["SIGNALS", "Table", "table"]
 
 @dataclass(frozen=True, eq=False)
 class Table(Signal):
-    """A function through points; its first and last values are held outside.
+    """A function through points; its first and last values are held outside, or it goes on periodically.
 
     Parameters
     ----------
@@ -33,12 +33,16 @@ class Table(Signal):
     kind : "cubic" or "linear"
         Cubic: the spline with two continuous derivatives and not-a-knot ends (de Boor, A Practical Guide to Splines,
         chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line.
+    periodic : bool
+        The function goes on with the period from the first x to the last, where y must be the same: a gas force over
+        the crank angle. The cubic spline is smooth there too.
     """
 
     x: tuple[float, ...]
     y: tuple[float, ...]
     of: Any = None
     kind: str = "cubic"
+    periodic: bool = False
     word: ClassVar[str] = "table"
 
     def __post_init__(self):
@@ -76,6 +80,14 @@ class Table(Signal):
                 remedy="Sort the points by x and remove repeated ones",
             )
         self._require("kind", self.kind in ("cubic", "linear"), "'cubic' or 'linear'")
+        self._require("periodic", isinstance(self.periodic, bool), "true or false")
+        if self.periodic and self.y[0] != self.y[-1]:
+            raise ModelError(
+                "Signal table",
+                found=f"a periodic table with y = {self.y[0]:g} at its begin and {self.y[-1]:g} at its end",
+                expected="the same value at both, where a period begins and ends",
+                remedy="Repeat the first value one period after the first x",
+            )
         if self.of is not None and self.joint is None:
             object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
             self._require_extent()
@@ -99,7 +111,8 @@ class Table(Signal):
 
     def numbers(self) -> np.ndarray:
         """Return number of knots, knots, and coefficients, as `flexmb.math.jets.interpolate` reads them."""
-        return np.concatenate([[len(self.x)], self.x, self._coefficients().ravel()])
+        count = -len(self.x) if self.periodic else len(self.x)
+        return np.concatenate([[count], self.x, self._coefficients().ravel()])
 
     def program(self) -> SignalProgram:
         if self.joint is not None:
@@ -125,7 +138,7 @@ class Table(Signal):
             slopes = np.diff(y) / np.diff(x)
             found = np.column_stack([np.zeros((len(slopes), 2)), slopes, y[:-1]])
             if self.kind == "cubic" and np.isfinite(slopes).all():
-                found = _spline(x, y)
+                found = _spline(x, y, "periodic" if self.periodic and len(x) > 2 else "not-a-knot")
         if not np.isfinite(found).all():
             raise ModelError(
                 "Signal table",
@@ -137,19 +150,19 @@ class Table(Signal):
         return found
 
 
-def _spline(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _spline(x: np.ndarray, y: np.ndarray, ends: str) -> np.ndarray:
     """Return the coefficients of the cubic spline, not a number where they are too large."""
     from scipy.interpolate import CubicSpline
 
     try:
-        return CubicSpline(x, y, bc_type="not-a-knot").c.T.copy()
+        return CubicSpline(x, y, bc_type=ends).c.T.copy()
     except ValueError:  # scipy refuses what overflows on the way
         return np.full((len(x) - 1, 4), np.nan)
 
 
-def table(x, y, of: Any = None, kind: str = "cubic") -> Table:
+def table(x, y, of: Any = None, kind: str = "cubic", periodic: bool = False) -> Table:
     """Return the function through the points (x, y) of time or of another signal."""
-    return Table(x, y, of, kind)
+    return Table(x, y, of, kind, periodic)
 
 
 SIGNALS: dict[str, type[Signal]] = {

@@ -257,3 +257,11 @@ def test_orbit_in_a_model_file():
     again = fmb.read_model_text(fmb.model_text(model))
     assert again.origin.fields() == orbit.fields()
     assert fmb.Model(bodies=[fmb.Ground()]).origin is None
+
+
+def test_a_body_falls_to_one_centre_only():
+    """The origin falls once, so a second attraction would be a load that it does not share."""
+    pulls = [fmb.CentralGravity(name, body="stone") for name in ("one", "two")]
+    stone = fmb.PointMass("stone", mass=1.0)
+    with pytest.raises(ModelError, match=r"Force 'two'.*attracted by Force 'one' already"):
+        fmb.Model(bodies=[fmb.Ground(), stone], forces=pulls, origin=fmb.Orbit.circular(7e6))

@@ -381,3 +381,36 @@ def test_named_inputs_are_ports_wherever_they_are_read():
     np.testing.assert_allclose(found, 4.0 / (MASS * s**2 + DAMPING * s + K), rtol=1e-7)
     with pytest.raises(ModelError, match="throttle"):
         fmb.linearize(replace(model, forces=(model.forces[0], push), gravity=(0, 0, -0.75)), inputs=["throttel"])
+
+
+@pytest.mark.filterwarnings("ignore:.*accelerates:flexmb.errors.ValidityWarning")
+def test_a_drive_at_its_crest_is_at_rest():
+    """cos(pi / 2) = 6e-17 is rounding; a drive that moves by 1e-6 m/s is not."""
+    along = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
+    found = []
+    for phase in (0.0, 0.5 * np.pi, 0.5 * np.pi - 1e-4):
+        lift = fmb.harmonic(amplitude=0.01 * (phase > 0.0), frequency=1.0, phase=phase)
+        model = fmb.Model(
+            bodies=[
+                fmb.Ground(markers={"x": along}),
+                fmb.RigidBody(
+                    "base", mass=1.0, inertia=(1, 1, 1), markers={"x": along}, at=(0.01 * np.sin(phase), 0, 0)
+                ),
+                fmb.RigidBody(
+                    "top", mass=2.0, inertia=(1, 1, 1), markers={"x": along}, at=(0.01 * np.sin(phase), 0, 0)
+                ),
+            ],
+            joints=[
+                fmb.Prismatic("slide", markers=("ground.x", "base.x")),
+                fmb.Drive("road", joint="slide", displacement=lift),
+                fmb.Prismatic("rail", markers=("base.x", "top.x")),
+            ],
+            forces=[fmb.Actuator("spring", joint="rail", effort=-50.0 * fmb.measured("x") + fmb.input("push"))],
+            sensors=[fmb.JointCoordinate("x", joint="rail")],
+        )
+        if phase in (0.0, 0.5 * np.pi):
+            found.append(fmb.linearize(model, inputs="push", outputs="x"))
+        else:
+            with pytest.raises(ModelError, match="state that moves"):
+                fmb.linearize(model, inputs="push", outputs="x")
+    assert found[1].frequency_response([0.3]) == pytest.approx(found[0].frequency_response([0.3]), rel=1e-9)

@@ -29,6 +29,8 @@ __all__ = ["Plant", "plant_of"]
 
 FASTER, NOTHING, DOUBTFUL = 1.1, 1e-9, 30.0
 """A frequency beyond the fastest pole, the share of the response that is rounding there, and error bounds that are."""
+AT_REST = 1e-12
+"""Speed in lengths of the model, relative to its fastest pole, that is rounding."""
 ACCURATE = 1e-5
 """Error of differences, relative to the largest of an output, and of accelerations beside the exact A, that is told."""
 
@@ -162,7 +164,9 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
             raise ModelError(
                 "linearize", found=f"no {what}", expected=f"{part} of the model at least", remedy=f"Name or add {part}"
             )
-    if np.any(state.u[~system.is_state]):
+    fastest = float(np.abs(linear.eigenvalues).max(initial=0.0))
+    # drives at their crest move by rounding
+    if np.any((np.abs(state.u) * system.units > AT_REST * fastest)[~system.is_state]):
         raise ModelError(
             "linearize",
             found="inputs or outputs about a state that moves",
