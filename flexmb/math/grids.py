@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = ["interpolate_grid"]
 
 
-@kernel
+@inner_kernel
 def _place(x, knots):
     """Return the number of the piece, the distance from its first knot, and 1.0 unless x is outside (held)."""
     n = len(knots)

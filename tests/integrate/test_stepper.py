@@ -264,3 +264,41 @@ def test_elastic_bodies_are_stepped_as_simulated():
         for t in reference.t[1:]:
             run.advance(to=t)
         np.testing.assert_allclose(run["end"], reference["end"][-1], atol=1e-12)
+
+
+def test_what_a_stepper_reads_is_what_its_solution_tells():
+    """Sensors of places and velocities are measured by kernels of their own, others by the way of a solution."""
+    along = fmb.Pose.axes((0, 0, 0.5), z=(0, 1, 0))
+    rod = fmb.RigidBody(
+        "rod", mass=2.0, inertia=(0.2, 0.2, 0.01), at=(0, 0, -0.5), markers={"top": along, "tip": (0, 0, -0.5)}
+    )
+    ground = fmb.Ground(markers={"o": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0))})
+    sensors = [
+        fmb.JointCoordinate("angle", joint="hinge"),
+        fmb.Position("place", marker="rod.tip"),
+        fmb.Velocity("speed", marker="rod.tip", axes="rod.tip"),
+        fmb.AngularVelocity("spin", marker="rod.tip"),
+        fmb.AxisCosine("cosine", markers=("ground.o", "rod.tip"), axes=("x", "z")),
+        fmb.Distance("far", markers=("ground.origin", "rod.tip")),
+        fmb.Acceleration("acceleration", marker="rod.tip"),
+        fmb.Reaction("reaction", joint="hinge"),
+        fmb.SignalValue("given", of=fmb.input("torque")),
+    ]
+    model = fmb.Model(
+        bodies=[ground, rod],
+        joints=[fmb.Revolute("hinge", markers=("ground.o", "rod.top"))],
+        forces=[fmb.Actuator("motor", joint="hinge", effort=fmb.input("torque"))],
+        sensors=sensors,
+        gravity=(0, 0, -9.81),
+    )
+    with fmb.stepper(model, integrator=fmb.Explicit(rtol=1e-9)) as run:
+        told = []
+        for k in range(12):
+            run.set("torque", 40.0 + k)
+            run.advance(by=0.25)
+            told.append({sensor.name: run[sensor.name] for sensor in sensors})
+        solution = run.solution
+    assert solution["angle"][-1] > 7.0  # more than a turn
+    for sensor in sensors:
+        read = np.array([one[sensor.name] for one in told])
+        assert read == pytest.approx(solution[sensor.name][1:], rel=1e-9, abs=1e-9), sensor.name

@@ -280,7 +280,7 @@ class GeneralizedAlpha(metaclass=Described):
         controls = self.controls()._replace(
             sweeps=self._sweeps(system),
             trend=0.0 if system.redundant else 1.0,
-            smallest=smallest_step(variables.run[0].t, samples[last - 1]),
+            smallest=smallest_step(float(variables.run["t"][0]), samples[last - 1]),
         )
         reached, reason, pace = first, PAUSED, Patience(patience)
         while reason == PAUSED:
@@ -293,7 +293,7 @@ class GeneralizedAlpha(metaclass=Described):
                 break
         rows = {name: array[: reached - first] for name, array in rows.items()}
         failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables, reason)
-        return Outcome(rows=rows, failure=failure, reached=float(variables.run[0].t))
+        return Outcome(rows=rows, failure=failure, reached=float(variables.run["t"][0]))
 
     def jumped(self, system, work, variables: Variables) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""

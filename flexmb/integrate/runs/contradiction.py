@@ -29,8 +29,8 @@ class Contradiction(NamedTuple):
     found: str
 
 
-def first_contradiction(system, rows: dict[str, np.ndarray]) -> Contradiction | None:
-    """Return the first sample of a block whose equations stay open, or None.
+def first_contradiction(system, rows: dict[str, np.ndarray], work: Any = None) -> Contradiction | None:
+    """Return the first sample of a block whose equations stay open, or None; `work` is a workspace to use again.
 
     Only equations that depend on others can: their residuals are shared out instead of brought to zero, so the
     integrator notices nothing. What contradicts itself does so more and more, so the last sample tells whether any
@@ -38,7 +38,7 @@ def first_contradiction(system, rows: dict[str, np.ndarray]) -> Contradiction | 
     """
     if not system.redundant or not len(rows["t"]):
         return None
-    work = system.workspace()
+    work = system.workspace() if work is None else work
     last = len(rows["t"]) - 1
     if not _is_open(system, work, rows, last):
         return None

@@ -20,6 +20,7 @@ from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.inversion import first_inversion
 from flexmb.integrate.runs.phases import carried
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
+from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.record import joined_rows
 from flexmb.integrate.runs.watch import Watch, next_phase
 from flexmb.results import Instant, Phase, Status
@@ -53,6 +54,8 @@ class SteppedPhase:
         self.energy = EnergyWatch(system, system.workspace())
         self.watch = Watch(model, system, integrator, self.work, passed)
         self.ended = "finished"
+        self._readings: Readings | None = None
+        self._looking: Any = None
         self.jumped = False
         self.jumps: list[PrescribedJump] = []
 
@@ -151,7 +154,7 @@ class SteppedPhase:
     def _require_sound(self, row: Rows) -> None:
         """Raise IntegrationError where no later state means anything."""
         turned = getattr(getattr(self.variables, "switching", None), "limits", None)
-        if turned is not None and turned[0].turned:
+        if turned is not None and turned["turned"][0]:
             raise IntegrationError(
                 self.system.switch_owners[turned[0].turned - 1],
                 found="its markers have turned against each other by half a turn",
@@ -161,7 +164,9 @@ class SteppedPhase:
         wrong = first_inversion(self.system, row["q"])
         if wrong is not None:
             raise IntegrationError(wrong.title, found=wrong.found, expected=inversion.EXPECTED, remedy=inversion.REMEDY)
-        apart = first_contradiction(self.system, row)
+        if self._looking is None and self.system.redundant:
+            self._looking = self.system.workspace()
+        apart = first_contradiction(self.system, row, self._looking)
         if apart is not None:
             raise IntegrationError(
                 apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
@@ -255,6 +260,12 @@ class SteppedPhase:
         """Return the integrator's variables with arrays of their own; the system and its workspace stay the same."""
         same = [self.system, self.work, self.model, self.integrator, *self.work, *_parts(self.system.program)]
         return copy.deepcopy(variables, {id(one): one for one in same})
+
+    def readings(self) -> Readings:
+        """Return what reads sensors at the present time."""
+        if self._readings is None:
+            self._readings = Readings(self.system)
+        return self._readings
 
     def instant(self) -> Instant:
         """Return the present state."""

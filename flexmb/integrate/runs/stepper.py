@@ -256,7 +256,10 @@ class Stepper:
                 remedy=did_you_mean(name, sensors) or "Add the sensor to the model, or ask run[flexmb.Position(...)]",
             )
         sensor = sensors[name]
-        return lambda: self._value(sensor)
+        fast = self._phase.readings().reader(sensor)
+        if fast is None:
+            return lambda: self._value(sensor)
+        return lambda: fast(self._phase.last)
 
     def _value(self, sensor: Sensor) -> Any:
         """Return what a sensor reads at the present time."""
@@ -297,7 +300,7 @@ def stepper(
     --------
     >>> rod = fmb.RigidBody("rod", mass=2.0, inertia=(0.2, 0.2, 0.01), at=(0, 0, -0.5), markers={"top": (0, 0, 0.5)})
     >>> hinge = fmb.Revolute("hinge", markers=("ground.origin", "rod.top"), axis="y")
-    >>> motor = fmb.Motor("motor", joint="hinge", torque=fmb.input("torque"))
+    >>> motor = fmb.Actuator("motor", joint="hinge", effort=fmb.input("torque"))
     >>> angle = fmb.JointCoordinate("angle", joint="hinge")
     >>> model = fmb.Model(bodies=[fmb.Ground(), rod], joints=[hinge], forces=[motor], sensors=[angle])
     >>> with fmb.stepper(model) as run:
