@@ -10,7 +10,10 @@ import numpy as np
 
 from flexmb.errors import FlexmbError
 
-__all__ = ["MOST_SAMPLES", "Instant", "Phase"]
+__all__ = ["INPUTS", "MOST_SAMPLES", "Instant", "Phase"]
+
+INPUTS = "inputs set from outside"
+"""The table of a solution file that holds them, by the titles of its columns."""
 
 MOST_SAMPLES = 50_000_000
 """Samples of one run: all of them are kept in memory."""

@@ -15,7 +15,7 @@ from flexmb.errors import DataFileError, did_you_mean
 from flexmb.lock import holder
 from flexmb.model import modal_neutral_file
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.results.phase import Phase
+from flexmb.results.phase import INPUTS, Phase
 from flexmb.results.run_file import SCHEMA, VERSION, read_written
 from flexmb.results.status import Status
 from flexmb.results.written import Written, WrittenPhase
@@ -139,10 +139,12 @@ def _model_of(model, number, text, read_model, bodies):
 
 def _read_phase(phase: WrittenPhase, stream, model) -> Phase:
     """Return a phase with its rows; "interrupted" where nothing says how it ended."""
+    tables = dict(phase.tables)
     return Phase(
         model=model,
         ended=phase.ended or "interrupted",
-        tables=phase.tables,
+        inputs=tables.pop(INPUTS, None),
+        tables=tables,
         cut_off=phase.reached is not None,
         **phase.rows(stream),
     )

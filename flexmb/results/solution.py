@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.errors import FlexmbError, did_you_mean, listed
 from flexmb.model.kinds import Sensor
 from flexmb.results.interpolation import instant_at
-from flexmb.results.phase import Instant, Phase
+from flexmb.results.phase import INPUTS, Instant, Phase
 from flexmb.results.read_file import read_solution_file
 from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import Series
@@ -215,7 +215,10 @@ class Solution:
                 start = rows.stop
                 run.begin(write_model(phase.model) if write_model is not None and phase.model is not None else "")
                 run.append(phase.t, phase.q, phase.u, phase.a, phase.lam, phase.works)
-                run.end(phase.ended, {name: array[rows] for name, array in values.items()}, columns)
+                tables, titles = {name: array[rows] for name, array in values.items()}, dict(columns)
+                if phase.inputs is not None and phase.inputs.size:
+                    tables[INPUTS], titles[INPUTS] = phase.inputs, tuple(phase.system.inputs)
+                run.end(phase.ended, tables, titles)
             return run.finish(self.status, self.statistics)
 
     @staticmethod

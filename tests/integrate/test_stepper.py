@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fmb
+from flexmb.errors import ModelError
 
 INTEGRATORS = {
     "alpha": fmb.GeneralizedAlpha(rtol=1e-8),
@@ -302,3 +303,26 @@ def test_what_a_stepper_reads_is_what_its_solution_tells():
     for sensor in sensors:
         read = np.array([one[sensor.name] for one in told])
         assert read == pytest.approx(solution[sensor.name][1:], rel=1e-9, abs=1e-9), sensor.name
+
+
+def test_a_saved_stepped_run_keeps_its_inputs(tmp_path):
+    """Forces that nobody has asked for before are those of the inputs then; and no run goes on with other inputs."""
+    along = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
+    model = fmb.Model(
+        bodies=[
+            fmb.Ground(markers={"x": along}),
+            fmb.RigidBody("cart", mass=2.0, inertia=(1, 1, 1), markers={"x": along}),
+        ],
+        joints=[fmb.Prismatic("rail", markers=("ground.x", "cart.x"))],
+        forces=[fmb.Actuator("motor", joint="rail", effort=fmb.input("push"))],
+    )
+    with fmb.stepper(model) as run:
+        for k in range(3):
+            run.set("push", 1.0 + k)
+            run.advance(by=0.1)
+        run.solution.save(tmp_path / "run.h5", write_model=fmb.model_text)
+    again = fmb.Solution.load(tmp_path / "run.h5", read_model=fmb.read_model_text)
+    assert again[fmb.ForceOf("f", force="motor")][1:, 0] == pytest.approx([1.0, 2.0, 3.0])
+    assert "inputs set from outside" not in again.sensor_names
+    with pytest.raises(ModelError, match=r"input 'push' was set to 3 from outside"):
+        fmb.resume(again, 1.0)

@@ -110,6 +110,22 @@ def _ended(before: Solution, path: Path | None) -> Solution:
     return replace(before, status=status)
 
 
+def _require_described_inputs(part: str, phase) -> None:
+    """Raise ModelError if the run ended with inputs that were set from outside: its model knows nothing of them."""
+    if phase.inputs is None or not phase.inputs.size:
+        return
+    system = phase.system or compile_model(phase.model)
+    described = compile_model(phase.model).program.signals.args
+    for (name, places), value in zip(system.inputs.items(), phase.inputs[-1], strict=True):
+        if value != described[places[0]]:
+            raise ModelError(
+                part,
+                found=f"input '{name}' was set to {value:g} from outside, and its model says {described[places[0]]:g}",
+                expected="a run whose loads are all described",
+                remedy="Go on with flexmb.stepper(model, start=solution.final, t_start=...), and set the inputs",
+            )
+
+
 def _where(before: Solution, t_end: float):
     """Return the last instant, the model that continues (None: an event has stopped the run), its state by body name,
     and whether its phase continues.
@@ -123,6 +139,7 @@ def _where(before: Solution, t_end: float):
             expected="a solution with its model",
             remedy="Give read_model=flexmb.read_model_text, or a Solution loaded with its model",
         )
+    _require_described_inputs(part, phase)
     over = not t_end > last.t
     if over and (before.status.ok or before.status.kind == "failed"):
         raise ModelError(
