@@ -1,0 +1,50 @@
+"""The skyhook damper against its closed form, and flutter against the determinant with Theodorsen's function."""
+
+from __future__ import annotations
+
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+
+def example(name: str):
+    path = Path(__file__).parents[2] / "examples" / f"{name}.py"
+    spec = util.spec_from_file_location(name, path)
+    module = util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_skyhook_has_the_transmissibility_of_the_closed_form():
+    found = example("skyhook").main()
+    assert found["sky"] < 1e-12
+    assert found["passive"] < 1e-12
+    assert abs(found["run"]) < 1e-6
+
+
+def test_flutter_speed_is_that_of_the_determinant():
+    found = example("flutter").main()
+    assert found["speed"] == pytest.approx(found["Jones"], rel=1e-8)
+    assert found["frequency"] == pytest.approx(found["Jones frequency"], rel=1e-8)
+    assert found["speed"] == pytest.approx(found["Theodorsen"], rel=0.01)
+
+
+def test_the_section_grows_beyond_flutter_and_settles_below():
+    """A run tells the same as the eigenvalues: growth over a second, 7 % below and above."""
+
+    flutter = example("flutter")
+    for speed in (0.93 * 54.259, 1.07 * 54.259):
+        rate, frequency = flutter.growth(speed)
+        half = np.pi / frequency
+        run = fmb.simulate(
+            flutter.section(speed, pitch=1e-3),
+            24 * half,
+            samples=np.arange(24 * 40 + 1) * half / 40,
+            integrator=fmb.Implicit(),
+        )
+        early, late = (np.abs(run["a"][40 * k : 40 * (k + 2)]).sum() for k in (14, 22))
+        assert np.log(late / early) == pytest.approx(8 * half * rate, abs=5e-3)
