@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described, check_mapping, is_number
 from flexmb.model.measurement import Measurement, complaint_of
+from flexmb.model.modal_link import ModalLink
 from flexmb.model.pose import Pose
 from flexmb.model.primitives import Equation, Freedom
 from flexmb.model.table import Compiler, Table
@@ -152,6 +153,10 @@ class Body(Part):
         Mass, kg; first moment (3,), kg m; inertia (3, 3), kg m2.
         """
         raise TypeError(f"{type(self).__name__} does not say what its inertia is")
+
+    def modal_link(self) -> ModalLink | None:
+        """Return what a body with a frame and modes is as a link of a tree; None if its kind does not tell."""
+        return None
 
     @property
     def n_velocities(self) -> int:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.bodies.floating.kernels import energy, inertia, place
+from flexmb.bodies.floating.modal_link import modal_link
 from flexmb.bodies.floating.momentum import floating_momentum
 from flexmb.bodies.floating.row import ROW, pack
 from flexmb.bodies.floating.validity import FloatingWatch
@@ -17,6 +18,7 @@ from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.data_source import DataSource
 from flexmb.model.described import entries_of, finite_array
 from flexmb.model.kinds import Body
+from flexmb.model.modal_link import ModalLink
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
 from flexmb.model.table import Table
@@ -198,6 +200,10 @@ class FloatingBody(Body):
         """Return mass, first moment (3,) and inertia (3, 3) of the undeformed body about the origin of its frame."""
         i = self.reduced.invariants  # vw0 = -h~
         return self.reduced.mass, np.array([i.vw0[1, 2], i.vw0[2, 0], i.vw0[0, 1]]), i.ww0.copy()
+
+    def modal_link(self) -> ModalLink | None:
+        """Return what the body is as a link of a tree; None for planar data."""
+        return modal_link(self)
 
     @property
     def stiffening_groups(self) -> tuple[str, ...]:

@@ -29,7 +29,6 @@ from flexmb.tree.coordinates.reach import reach
 from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers
 from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
 from flexmb.tree.rigid.link_tree import LinkTree, link_tree
-from flexmb.tree.rigid.links import link_rows
 from flexmb.tree.rigid.motion import evaluate_links, ready
 from flexmb.tree.spanning import Spanning, spanning_tree
 
@@ -247,22 +246,23 @@ class JointTree:
         return tau
 
     def accelerations(self, q: Any, v: Any = None, tau: Any = None, t: float = 0.0) -> np.ndarray:
-        """Return the second rates (nv,) of rigid bodies under the forces of the model and of joints: forward dynamics.
+        """Return the second rates (nv,) under the forces of the model and of joints: forward dynamics.
 
-        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), with closed loops; ten times faster
-        than `Recursive`, which also takes flexible bodies, and gives reactions.
+        The articulated-body algorithm in link axes (Featherstone 2008, table 7.1), of flexible bodies with their modes
+        eliminated body by body (Banerjee 1993), with closed loops. `Recursive` also gives reactions.
 
         Parameters
         ----------
         q, v : (nq,), (nv,)
             Where loops are closed, coordinates that close them.
         tau : (nv,), N m or N, optional
-            Forces on the joints, as in `torques`.
+            Forces on the joints and modes, as in `torques`.
 
         Raises
         ------
         CompileError
-            If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
+            If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
+            inertia.
         """
         if self.drives:
             raise CompileError(
@@ -280,17 +280,18 @@ class JointTree:
         return links.a.copy()
 
     def linked(self, chart: Chart) -> LinkTree:
-        """Return the rigid links of the model, with its forces and cut joints.
+        """Return the links of the model, with its forces and cut joints.
 
         Raises
         ------
         CompileError
-            If the model has more than rigid bodies and forces of place and motion, or a motion has no inertia.
+            If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
+            inertia.
         """
         weigh(self.work.weights, 1.0, constrained=0)
         program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
         evaluate(program, self._start, self.work)
-        links = ready(link_tree(self, chart, *link_rows(self, self._start, self.work), self.work))
+        links = ready(link_tree(self, chart, self._start, self.work))
         start = self.start
         links.x[:], links.v[:] = start.q, start.v
         evaluate_links(links, self.work, start.t)

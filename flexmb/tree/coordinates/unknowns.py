@@ -32,7 +32,7 @@ class RelativeUnknowns:
     closes : bool
         Does the evaluation after a step matter: for cut joints, or to count their turns?
     links : LinkTree or None
-        The model as rigid links, if it is one.
+        The model as links, if it is one of rigid and reduced bodies.
     """
 
     def __init__(self, system, state: State, work, cut: tuple[str, ...] = ()):
@@ -87,7 +87,7 @@ class RelativeUnknowns:
     def rates(self, t: float, x: np.ndarray, v: np.ndarray, solve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return x', v' and the powers (3,) of loads and drives; `solve` writes the accelerations of a state.
 
-        Rigid bodies take the passes in link axes.
+        Rigid and reduced bodies take the passes in link axes.
         """
         change, a = np.zeros(self.nx), np.zeros(self.nv)
         x, v = x.copy(), v.copy()
@@ -106,7 +106,7 @@ class RelativeUnknowns:
 
 
 def _links(tree: JointTree, chart) -> LinkTree | None:
-    """Return the model as links in axes of their own, if it is one of rigid bodies whose motions all have inertia."""
+    """Return the model as links in axes of their own, if it is one whose motions all have inertia."""
     if not tree.rate_names:
         return None
     try:

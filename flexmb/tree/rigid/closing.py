@@ -18,9 +18,9 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import FloatRows, Floats, Integers, structure
 from flexmb.tree.rigid.passes import solve_factor
-from flexmb.tree.rigid.places import BALL, FRAME, SINGLE
+from flexmb.tree.rigid.places import BALL, BEND, FRAME, SINGLE
 
-__all__ = ["Closing", "add_multipliers", "closing", "factorise", "solve_multipliers", "wrench_at"]
+__all__ = ["Closing", "add_multipliers", "closing", "factorise", "leave", "pass_on", "solve_multipliers", "wrench_at"]
 
 RANK = 1e-7
 """Pivots below this part of the largest entry count as dependence, all relative to free bodies: see `loops.RANK`."""
@@ -80,7 +80,8 @@ def closing(links, marks, equations, legs, mobility) -> Closing:
     ways = [ways[n] for n in order]
     start = np.cumsum([0] + [len(way) for way in ways])
     link = np.array([k for way in ways for k in way], np.int64)
-    size = np.maximum(links["kind"][link], 0) if len(link) else np.zeros(0, np.int64)
+    freedoms = np.where(links["kind"] == BEND, links["modes"], np.maximum(links["kind"], 0))
+    size = freedoms[link] if len(link) else np.zeros(0, np.int64)
     at = np.concatenate([[0], np.cumsum(size)])
     through: list[list[tuple[int, int]]] = [[] for _ in links]
     first = np.arange(len(ways))
@@ -126,7 +127,7 @@ def _way(links, ends: list[int]) -> list[int]:
 
 def _ordered(links, ways) -> np.ndarray:
     """Return an order of the ways in which those that share a moving link are near each other."""
-    pairs = [(n, k) for n, way in enumerate(ways) for k in way if links["kind"][k] > 0]
+    pairs = [(n, k) for n, way in enumerate(ways) for k in way if links["kind"][k] > 0 or links["kind"][k] == BEND]
     if len(ways) < 2 or not pairs:
         return np.arange(len(ways))
     n, k = np.array(pairs).T
@@ -151,8 +152,8 @@ def wrench_at(pose, s, force, out):
     out[5] += h
 
 
-@inner_kernel
-def _leave(link, row, block, W, push, give):
+@kernel
+def leave(link, row, block, W, push, give):
     """Write what a wrench (6,) leaves at the joint of a link, and subtract what the joint's motion takes of it."""
     if link.kind == SINGLE:
         b = link.turn * W[2] + link.slide * W[5]
@@ -173,8 +174,8 @@ def _leave(link, row, block, W, push, give):
             W[:3] = 0.0
 
 
-@inner_kernel
-def _pass_on(row, W, of_parent):
+@kernel
+def pass_on(row, W, of_parent):
     """Add a wrench of a link to its parent's."""
     x, y, z = row.r[0], row.r[1], row.r[2]
     f, g, h = 0.0, 0.0, 0.0
@@ -219,9 +220,9 @@ def _responses(tree, c, work):
             size = max(link.kind, 0)
             span = slice(c.at[e], c.at[e] + size)
             if size > 0:
-                _leave(link, rows[k], blocks[link.block], W, c.push[span], c.give[span])
+                leave(link, rows[k], blocks[link.block], W, c.push[span], c.give[span])
             if link.parent >= 0:
-                _pass_on(rows[k], W, c.wrench[link.parent])
+                pass_on(rows[k], W, c.wrench[link.parent])
             W[:] = 0.0
 
 

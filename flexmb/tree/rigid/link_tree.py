@@ -1,4 +1,4 @@
-"""`LinkTree`: rigid links with the forces, cut joints and drives that act on them, as tables for the kernels."""
+"""`LinkTree`: links with the forces, cut joints and drives that act on them, as tables for the kernels."""
 
 from __future__ import annotations
 
@@ -10,30 +10,38 @@ from flexmb.constraints import EQUATIONS
 from flexmb.math.jets import SignalCode
 from flexmb.math.program import Program
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type, structure
+from flexmb.math.tables import NUMBER, WORK, caller, void
 from flexmb.tree.any_body.loops import mobilities
 from flexmb.tree.coordinates.motions import MOTION
 from flexmb.tree.coordinates.settle import Chart
+from flexmb.tree.flexible.tables import Flexible, Packed, new_flexible
 from flexmb.tree.rigid.closing import Closing, closing
-from flexmb.tree.rigid.links import MARK, link_marks
+from flexmb.tree.rigid.links import MARK, link_marks, link_rows
 from flexmb.tree.rigid.places import BALL, FRAME, LINK, LINK_FACTOR, LINK_POSE, LINK_STATE
 
-__all__ = ["LINK_TREE", "LinkTree", "link_tree", "no_links"]
+__all__ = ["LINK_TREE", "PASS", "SPREAD", "LinkTree", "call_pass", "call_spread", "link_tree", "no_links"]
 
 
 class LinkRun(Record):
-    """Which kernels the links need, and what came of the last call."""
+    """Which kernels the links need, by their addresses, and what came of the last call."""
 
     evaluation: int
-    """address"""
     closure: int
-    """address of what closes loops"""
+    """of what closes loops"""
+    place: int
+    """of the passes over rigid links, or over a tree with flexible ones, as the next four"""
+    gather: int
+    spread: int
+    factorise: int
+    """of what factorises the mobility of the cut equations, and solves for their multipliers"""
+    solve: int
     failed: int
     """see `evaluate_links`"""
 
 
 @structure
 class LinkTree(NamedTuple):
-    """Rigid links with what acts on them."""
+    """Rigid and flexible links with what acts on them."""
 
     links: Annotated[np.ndarray, ArrayOf(LINK)]
     rows: Annotated[np.ndarray, ArrayOf(LINK_STATE)]
@@ -49,6 +57,7 @@ class LinkTree(NamedTuple):
     gravity: Floats
     """(3,) m/s2"""
     closing: Closing
+    flexible: Flexible
     chart: Chart
     program: Program
     """the kernels of forces and cut joints"""
@@ -60,6 +69,8 @@ class LinkTree(NamedTuple):
     """(nq,) scratch, as what follows"""
     u: Floats
     """(nu,)"""
+    rest: Floats
+    """(nu,) zero"""
     x: Floats
     """(nx,)"""
     v: Floats
@@ -75,6 +86,10 @@ class LinkTree(NamedTuple):
 
 
 LINK_TREE = numba_type(LinkTree)
+PASS = void(LINK_TREE, WORK)
+SPREAD = void(LINK_TREE, NUMBER)
+
+call_pass, call_spread = caller(PASS), caller(SPREAD)
 
 
 def _cut_program(program, equations: np.ndarray):
@@ -98,20 +113,23 @@ def _cut_program(program, equations: np.ndarray):
     return program._replace(raw=np.concatenate(pieces), starts=np.array(starts, np.int64))
 
 
-def link_tree(tree, chart, links, frames, work) -> LinkTree:
-    """Return the links of a `JointTree` with all that acts on them; `work` holds the evaluation of `link_rows`."""
+def link_tree(tree, chart, state, work) -> LinkTree:
+    """Return the links of a `JointTree` with all that acts on them; `work` holds an evaluation at `state`."""
     system = tree.system
     equations = tree.tree.tables.cut_equations
     legs = system.tables["legs"]
     everything = len(system.program.forces) > 0  # forces do not say which markers they see
     wanted = range(len(work.markers)) if everything else np.unique(legs["marker"][np.isin(legs["equation"], equations)])
-    marks = link_marks(tree, frames, work, wanted)
+    drawn = link_rows(tree, state, work, wanted)
+    marks = link_marks(tree, drawn, work, wanted)
+    links = np.array(drawn.rows, LINK)
     mark_of = np.full(len(work.markers), -1, np.int64)
     mark_of[marks["marker"]] = np.arange(len(marks))
     mobility = np.zeros(len(equations))
     mobilities(work, equations, mobility)
     nx, nv = len(tree.names), len(tree.rate_names)
     blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
+    loops = closing(links, marks, equations, legs, mobility)
     return LinkTree(
         links=links,
         rows=np.zeros(len(links) + 1, LINK_STATE),
@@ -120,13 +138,15 @@ def link_tree(tree, chart, links, frames, work) -> LinkTree:
         marks=marks,
         mark_of=mark_of,
         gravity=np.array(tree.model.gravity, float),
-        closing=closing(links, marks, equations, legs, mobility),
+        closing=loops,
+        flexible=drawn.flexible(links, len(loops.push), len(loops.A)),
         chart=chart,
         program=_cut_program(system.program, equations),
         signals=np.zeros((max(1, system.n_signals), 3)),
         lam=np.zeros(system.ng),
         q=np.zeros(system.nq),
         u=np.zeros(system.nu),
+        rest=np.zeros(system.nu),
         x=np.zeros(nx),
         v=np.zeros(nv),
         a=np.zeros(nv),
@@ -157,9 +177,10 @@ def no_links(system, state) -> LinkTree:
         mark_of=whole,
         gravity=none,
         closing=closing(links, [], [], [], []),
+        flexible=new_flexible(links, [], [], Packed(), whole, 0, 0),
         chart=chart,
         program=system.program,
         signals=state.signals,
-        **dict.fromkeys(("lam", "q", "u", "x", "v", "a", "tau", "powers"), none),
+        **dict.fromkeys(("lam", "q", "u", "rest", "x", "v", "a", "tau", "powers"), none),
         run=LinkRun.table(),
     )

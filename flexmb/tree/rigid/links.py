@@ -1,4 +1,4 @@
-"""Rigid links of a tree by constants: where each joint sits in the link before, and the ten numbers of inertia."""
+"""Links of a tree by constants: where joints sit in the links before, ten numbers of inertia, flexible bodies."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.tree.coordinates.motions import FREE, POINTS
-from flexmb.tree.rigid.places import BALL, FIXED, FRAME, LINK, SINGLE
+from flexmb.tree.flexible.tables import BENT, PLACE, Flexible, Packed, new_flexible
+from flexmb.tree.rigid.places import BALL, BEND, FIXED, FRAME, LINK, MOUNT, SINGLE
 
-__all__ = ["MARK", "link_marks", "link_rows"]
+__all__ = ["MARK", "Drawn", "link_marks", "link_rows"]
 
 MARK = np.dtype(
     [
@@ -28,13 +29,15 @@ UPPER = np.triu_indices(3)
 def _check(tree) -> None:
     """Raise CompileError for what the algorithm in link axes does not know."""
     for name, row in zip(tree.tree.order, tree.rows, strict=True):
-        found = "it has no frame" if row["held"] == POINTS else f"{row['modes']} modes" if row["modes"] else ""
+        found = "it has no frame" if row["held"] == POINTS else ""
+        if row["modes"] and not found and tree.model.body(name).modal_link() is None:
+            found = f"{row['modes']} modes, of which it does not tell what a link has to know"
         if found:
             joint = f" (joint '{tree.tree.joints[name]}')" if name in tree.tree.joints else ""
             raise CompileError(
                 f"Body '{name}'{joint}",
                 found=found,
-                expected="rigid bodies with a frame",
+                expected="rigid bodies with a frame, and reduced ones in space",
                 remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every tree",
             )
     for force in tree.model.forces:
@@ -113,45 +116,159 @@ class _Chain:
             self.turn_of_a()
             self.r = self.r - self.R @ row["d"]
             self.slides()
-        if not self.links:
-            self.add(FIXED)
 
 
-def link_rows(tree, state, work) -> tuple[np.ndarray, list[tuple[int, np.ndarray, np.ndarray]]]:
-    """Return the rows of a tree of rigid links, and of every body its link with origin and axes of that in W.
+class Drawn:
+    """The links of a tree as they come to be, parents first.
+
+    Attributes
+    ----------
+    rows : list of LINK
+    frames : list of (int, (3,), (3, 3))
+        Of every body its link, with origin and axes of that in W; of a flexible one without meaning beyond the link.
+    marks : dict of marker number to (int, (3,), (3, 3))
+        Of the markers of flexible bodies: link, place and axes in it.
+    """
+
+    def __init__(self, tree, wanted):
+        self.tree, self.wanted = tree, wanted
+        self.rows: list[np.ndarray] = []
+        self.frames: list[tuple[int, np.ndarray, np.ndarray]] = []
+        self.marks: dict[int, tuple[int, np.ndarray, np.ndarray]] = {}
+        self.bodies: list[np.ndarray] = []
+        self.places: list[np.ndarray] = []
+        self.mounts: dict[int, int] = {}
+        self.packed = Packed()
+        self.blocks = 0
+        self.first_loads = _first_loads(tree.system)
+
+    def take(self, chain: _Chain, k: int, driven) -> None:
+        """Add the links by which body k hangs."""
+        for link in chain.links:
+            self._add(link, chain, k)
+            link["driven"] = link["kind"] == SINGLE and int(link["rate"]) in driven
+            if link["kind"] in (BALL, FRAME):
+                link["block"], self.blocks = self.blocks, self.blocks + 1
+
+    def _add(self, link, chain: _Chain, k: int) -> None:
+        """Add a link that helps to carry body k."""
+        if link["parent"] < -1:
+            link["parent"] = len(self.rows) - 1
+        link["body"] = k
+        self.rows.append(link)
+
+    def bend(self, chain: _Chain, k: int, row) -> None:
+        """Add the frame of a flexible body behind the links of its joint, then its markers that are needed."""
+        system, name = self.tree.system, self.tree.tree.order[k]
+        body = self.tree.model.body(name)
+        data = body.modal_link()
+        markers = [system.marker_index[f"{name}.{marker}"] for marker in body.marker_poses()]
+        chain.add(BEND)
+        link = chain.links[-1]
+        self._add(link, chain, k)
+        own = np.zeros((), BENT)
+        self.packed.body(own, data)
+        at = len(self.rows) - 1
+        link["block"], link["modes"], link["coordinate"] = len(self.bodies), own["m"], row["iq"] + row["coordinates"]
+        link["rate"], link["mass"] = row["iv"] + row["rates"], data.mass
+        link["J"] = data.ww0[UPPER]
+        own["link"], own["coordinate"], own["rate"], own["q"], own["u"] = (
+            at,
+            link["coordinate"],
+            link["rate"],
+            row["q"],
+            row["u"],
+        )
+        own["first_load"], own["clamp"] = self.first_loads.get(int(row["u"]), 0), -1
+        stiffened = bool(own["stiffened"] > 0)
+        if row["held"] != FREE:
+            own["clamp"] = self._place(own, data, markers.index(int(row["own"])), stiffened, -1)
+            if len(chain.links) > 1:  # what acts on the own marker acts on the joint
+                self.marks[int(row["own"])] = (at - 1, link["r"].copy(), link["R"].copy())
+        parents, rows = self.tree.tree.tables.parent, self.tree.rows
+        carrying = {int(rows[n]["other"]) for n in range(len(rows)) if parents[n] == k}
+        own["first"] = len(self.places)
+        for number, marker in enumerate(markers):
+            if marker in carrying or (marker in self.wanted and marker not in self.marks):
+                mount = np.zeros((), LINK)
+                mount["parent"], mount["kind"], mount["body"], mount["sign"] = at, MOUNT, k, 1.0
+                mount["block"] = self._place(own, data, number, stiffened, len(self.rows))
+                self.places[-1]["loaded"] = marker in carrying
+                self.rows.append(mount)
+                if marker not in self.marks:
+                    self.marks[marker] = (len(self.rows) - 1, np.zeros(3), np.eye(3))
+                self.mounts[marker] = len(self.rows) - 1
+        own["last"] = len(self.places)
+        self.bodies.append(own)
+        self.frames.append((at, np.zeros(3), np.eye(3)))
+
+    def _place(self, own, data, number: int, stiffened: bool, link: int) -> int:
+        """Add a marker of the flexible body at hand and return its place."""
+        place = np.zeros((), PLACE)
+        place["link"], place["body"] = link, len(self.bodies)
+        self.packed.place(place, data, number, stiffened)
+        self.places.append(place)
+        return len(self.places) - 1
+
+    def flexible(self, links, numbers: int, profile: int) -> Flexible:
+        """Return the flexible links; `numbers` of the ways from cut equations, `profile` of the matrix of these."""
+        carries = np.zeros(len(links), bool)
+        for k in range(len(links) - 1, -1, -1):
+            kind, parent = int(links[k]["kind"]), int(links[k]["parent"])
+            carries[k] |= kind == BEND or (kind == MOUNT and bool(self.places[int(links[k]["block"])]["loaded"]))
+            if parent >= 0 and carries[k]:
+                carries[parent] = True
+        wide_of = np.where(carries, np.cumsum(carries) - 1, -1)
+        return new_flexible(links, self.bodies, self.places, self.packed, wide_of, numbers, profile)
+
+
+def _first_loads(system) -> dict[int, int]:
+    """Return where the amounts of the load shapes of bodies begin in work.loads, by their first velocity."""
+    found, program = {}, system.program
+    kinds = {type(body) for body in system.model.bodies if type(body).table is not None}
+    for kind in kinds:
+        address = kind.table.kernels["inertia"].compiled.address
+        for k in np.flatnonzero(program.inertia == address):
+            rows = program.raw[program.starts[k] : program.starts[k + 1]].view(kind.table.row)
+            if "first_load" in rows.dtype.names:
+                found.update(zip(rows["iu"].tolist(), rows["first_load"].tolist(), strict=True))
+    return found
+
+
+def link_rows(tree, state, work, wanted) -> Drawn:
+    """Return the links of a tree; forces and cut joints see the markers with the numbers `wanted`.
 
     `work` holds an evaluation at `state`.
     """
     _check(tree)
     driven = {tree.rate_names.index(name) for name in tree.drives}
-    rows: list[np.ndarray] = []
-    frames: list[tuple[int, np.ndarray, np.ndarray]] = []
-    blocks = 0
+    drawn = Drawn(tree, set(wanted))
     for k, row in enumerate(tree.rows):
         r_b, R_b = _frame(state.q[row["q"] : row["q"] + 7])
+        at = int(tree.tree.tables.parent[k])
         if row["held"] == FREE:
             chain = _Chain(row, -1, np.zeros(3), np.eye(3))
             chain.add(FRAME)
             origin, axes = r_b, R_b
         else:
             own, other = (work.markers[row[name]] for name in ("own", "other"))
-            at = int(tree.tree.tables.parent[k])
-            parent, r_p, R_p = frames[at] if at >= 0 else (-1, np.zeros(3), np.eye(3))
-            chain = _Chain(row, parent, R_p.T @ (other["r"] - r_p), R_p.T @ other["R"])
+            if at >= 0 and tree.rows[at]["modes"]:
+                chain = _Chain(row, drawn.mounts[int(row["other"])], np.zeros(3), np.eye(3))
+            else:
+                parent, r_p, R_p = drawn.frames[at] if at >= 0 else (-1, np.zeros(3), np.eye(3))
+                chain = _Chain(row, parent, R_p.T @ (other["r"] - r_p), R_p.T @ other["R"])
             chain.hang()
+            if not chain.links and not row["modes"]:
+                chain.add(FIXED)
             axes = own["R"] @ chain.R.T
             origin = own["r"] - axes @ chain.r
-        for link in chain.links:
-            if link["parent"] < -1:
-                link["parent"] = len(rows) - 1
-            link["body"] = k
-            link["driven"] = link["kind"] == SINGLE and int(link["rate"]) in driven
-            if link["kind"] in (BALL, FRAME):
-                link["block"], blocks = blocks, blocks + 1
-            rows.append(link)
-        _give_inertia(rows[-1], tree.model.body(tree.tree.order[k]), r_b - origin, R_b, axes)
-        frames.append((len(rows) - 1, origin, axes))
-    return np.array(rows, LINK), frames
+        drawn.take(chain, k, driven)
+        if row["modes"]:
+            drawn.bend(chain, k, row)
+            continue
+        _give_inertia(drawn.rows[-1], tree.model.body(tree.tree.order[k]), r_b - origin, R_b, axes)
+        drawn.frames.append((len(drawn.rows) - 1, origin, axes))
+    return drawn
 
 
 def _give_inertia(link, body, away, R_b, axes) -> None:
@@ -164,7 +281,7 @@ def _give_inertia(link, body, away, R_b, axes) -> None:
     link["J"] = J[UPPER]
 
 
-def link_marks(tree, frames, work, wanted) -> np.ndarray:
+def link_marks(tree, drawn: Drawn, work, wanted) -> np.ndarray:
     """Return the rows of the markers with numbers `wanted` that move; `work` holds the evaluation of `link_rows`."""
     place = {name: k for k, name in enumerate(tree.tree.order)}
     names = [*tree.system.slices]
@@ -172,10 +289,14 @@ def link_marks(tree, frames, work, wanted) -> np.ndarray:
     for number in sorted(wanted):
         marker = work.markers[number]
         k = place.get(names[marker["body"]])
-        if k is not None:
-            link, r, L = frames[k]
-            mark = np.zeros((), MARK)
-            mark["link"], mark["marker"] = link, number
-            mark["s"], mark["A"] = L.T @ (marker["r"] - r), L.T @ marker["R"]
-            marks.append(mark)
+        if k is None or (tree.rows[k]["modes"] and number not in drawn.marks):  # the amount of a load shape
+            continue
+        mark = np.zeros((), MARK)
+        mark["marker"] = number
+        if tree.rows[k]["modes"]:
+            mark["link"], mark["s"], mark["A"] = drawn.marks[number]
+        else:
+            link, r, L = drawn.frames[k]
+            mark["link"], mark["s"], mark["A"] = link, L.T @ (marker["r"] - r), L.T @ marker["R"]
+        marks.append(mark)
     return np.array(marks, MARK)

@@ -1,4 +1,4 @@
-"""The motion of rigid links, compiled: second rates with forces and loops, and the way back onto the loops.
+"""The motion of links, compiled: second rates with forces and loops, and the way back onto the loops.
 
 Forces and cut joints see what they always see, markers: their kernels run as in every evaluation, on those of the
 links.
@@ -17,10 +17,13 @@ from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, State, caller, po
 from flexmb.math.weights import no_matrix
 from flexmb.system.program import run_kernels
 from flexmb.tree.coordinates.settle import count_turns, prescribe, unit_length
-from flexmb.tree.rigid.closing import add_multipliers, factorise, solve_multipliers, wrench_at
-from flexmb.tree.rigid.link_tree import LINK_TREE, LinkTree
-from flexmb.tree.rigid.passes import gather, spread
-from flexmb.tree.rigid.places import BALL, FRAME, SINGLE, place_links
+from flexmb.tree.flexible import closing as flexible_closing
+from flexmb.tree.flexible import passes as flexible_passes
+from flexmb.tree.flexible.passes import write_bodies
+from flexmb.tree.rigid import called as rigid_passes
+from flexmb.tree.rigid.closing import wrench_at
+from flexmb.tree.rigid.link_tree import LINK_TREE, LinkTree, call_pass, call_spread
+from flexmb.tree.rigid.places import BALL, BEND, FRAME, SINGLE
 
 __all__ = ["close_links", "evaluate_links", "link_rates", "loops_are_open", "ready"]
 
@@ -32,9 +35,15 @@ call_links, call_closure = caller(EVALUATION), caller(CLOSURE)
 
 def ready(tree: LinkTree) -> LinkTree:
     """Return the links with the addresses of the kernels that they need, compiled."""
-    tree.run[0].evaluation = evaluation.compiled.address
+    run, bends = tree.run[0], len(tree.flexible.bodies) > 0
+    passes = flexible_passes if bends else rigid_passes
+    run.evaluation = evaluation.compiled.address
+    run.place, run.gather = passes.placing.compiled.address, passes.gathering.compiled.address
+    run.spread = passes.spreading.compiled.address
     if len(tree.closing.equations):
-        tree.run[0].closure = closure.compiled.address
+        loops = flexible_closing if bends else rigid_passes
+        run.closure = closure.compiled.address
+        run.factorise, run.solve = loops.factorising.compiled.address, loops.solving.compiled.address
     return tree
 
 
@@ -88,7 +97,9 @@ def _act(tree, chart, program, work, t):
         tree.signals,
     )
     count_turns(chart, program, t, tree.x, tree.q)
-    state = State(t, tree.q, tree.u, tree.u, tree.lam, tree.signals)
+    state = State(t, tree.q, tree.u, tree.rest, tree.lam, tree.signals)
+    if len(tree.flexible.bodies) > 0:
+        write_bodies(tree, work)
     bodies, kinds = len(program.inertia), len(program.equations)
     run_kernels(program.equations, bodies, program, state, work)
     if len(program.forces) == 0:
@@ -143,14 +154,6 @@ def _closing_rates(tree, closing, work, second):
 
 
 @inner_kernel
-def _solve(tree, closing, weight):
-    """Close the loops with the right side in closing.x: second rates, or changes, in tree.a."""
-    solve_multipliers(closing)
-    add_multipliers(tree, closing)
-    spread(tree.links, tree.rows, tree.blocks, tree.gravity, weight, tree.tau, tree.a)
-
-
-@inner_kernel
 def _drive(tree, chart, t):
     """Write the motion of the drives at time t to tree.x, tree.v, tree.a."""
     if len(chart.driven) > 0:
@@ -160,13 +163,15 @@ def _drive(tree, chart, t):
 
 @inner_kernel
 def _placed(tree, chart, program, work, t):
-    """Place links and markers, let forces act, and pass inertias and forces on; return -1 or a link without inertia."""
-    place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+    """Place links and markers, let forces act, and pass inertias and forces on; run.failed tells of the last."""
+    call_pass(tree.run[0].place, tree, work)
     if len(tree.marks) > 0 or len(program.forces) > 0:
         _pose_links(tree)
         _place_marks(tree, work)
         _act(tree, chart, program, work, t)
-    return gather(tree.links, tree.rows, tree.blocks, tree.tau)
+    elif len(tree.flexible.bodies) > 0:
+        clear_energy(work.energy)
+    call_pass(tree.run[0].gather, tree, work)
 
 
 @pointer_kernel(EVALUATION)
@@ -176,16 +181,16 @@ def evaluation(tree, work, t):
     c, chart, program = tree.closing, tree.chart, tree.program
     unit_length(chart.rows, tree.x)
     _drive(tree, chart, t)
-    tree.run[0].failed = _placed(tree, chart, program, work, t)
+    _placed(tree, chart, program, work, t)
     if tree.run[0].failed >= 0:
         return
-    spread(tree.links, tree.rows, tree.blocks, tree.gravity, 1.0, tree.tau, tree.a)
+    call_spread(tree.run[0].spread, tree, 1.0)
     if len(c.equations) > 0:
-        factorise(tree, c, work)
+        call_pass(tree.run[0].factorise, tree, work)
         _closing_rates(tree, c, work, True)
-        _solve(tree, c, 1.0)
+        call_spread(tree.run[0].solve, tree, 1.0)
     tree.powers[:] = 0.0
-    if len(tree.marks) > 0 or len(program.forces) > 0:
+    if len(tree.marks) > 0 or len(program.forces) > 0 or len(tree.flexible.bodies) > 0:
         tree.powers[0], tree.powers[2] = work.energy[0].load_power, work.energy[0].dissipation
     for n in range(len(chart.driven)):
         k = chart.driven[n, 1]
@@ -240,6 +245,9 @@ def _advance(tree, change):
         at, iv = link.coordinate, link.rate
         if link.kind == SINGLE:
             tree.x[at] += change[iv]
+        elif link.kind == BEND:
+            for i in range(link.modes):
+                tree.x[at + i] += change[iv + i]
         elif link.kind == BALL or link.kind == FRAME:
             if link.kind == FRAME:
                 pose = tree.poses[k]
@@ -253,30 +261,25 @@ def _advance(tree, change):
 
 
 @inner_kernel
-def _changes(tree, closing):
+def _changes(tree):
     """Write the changes of coordinates or rates tree.a that multipliers for the right side in closing.x give."""
     tree.a[:] = 0.0
-    for k in range(len(tree.links)):
-        link = tree.links[k]
-        if link.kind == SINGLE:
-            tree.rows[k].load = 0.0
-        elif link.kind > 0:
-            tree.blocks[link.block].load[: link.kind] = 0.0
-    _solve(tree, closing, 0.0)
+    call_spread(tree.run[0].solve, tree, 0.0)
 
 
 @pointer_kernel(CLOSURE)
 def closure(tree, work, t, bounds, gaps, level):
     """Move tree.x and tree.v onto the closed loops: see `close_links`."""
     c, chart, program = tree.closing, tree.chart, tree.program
-    tree.run[0].failed = 1
     for turn in range(12):
         _drive(tree, chart, t)
         tree.a[:] = 0.0
         tree.tau[:] = 0.0
-        if _placed(tree, chart, program, work, t) >= 0:
+        _placed(tree, chart, program, work, t)
+        if tree.run[0].failed >= 0:
             return
-        factorise(tree, c, work)
+        tree.run[0].failed = 1
+        call_pass(tree.run[0].factorise, tree, work)
         largest, closed = 0.0, True
         for n in range(len(c.equations)):
             k = c.equations[n]
@@ -287,14 +290,14 @@ def closure(tree, work, t, bounds, gaps, level):
             return
         if largest <= 1.0 and turn > 0:
             break
-        _changes(tree, c)
+        _changes(tree)
         stride = np.max(np.abs(tree.a))
         _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
     for _ in range(2):
         _closing_rates(tree, c, work, False)
-        _changes(tree, c)
+        _changes(tree)
         tree.v[:] += tree.a
-        place_links(tree.links, tree.rows, tree.x, tree.v, tree.a)
+        call_pass(tree.run[0].place, tree, work)
         _place_marks(tree, work)
     tree.run[0].failed = -1 if closed else 1
 

@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.rigid.places import BALL, FIXED, FRAME, SINGLE, carry, reach_axes, read_axes
 
-__all__ = ["gather", "solve_factor", "spread"]
+__all__ = ["gather", "let_fall", "solve_factor", "spread"]
 
 
 @inner_kernel
@@ -213,13 +213,15 @@ def _give(row, of_parent, M, H, J, half):
 
 
 @kernel
-def gather(links, rows, blocks, tau):
-    """Pass inertias and forces on to the parents, joints opened; return -1, or a link whose motion has no inertia.
+def gather(links, rows, blocks, tau, first, last):
+    """Pass inertias and forces of the links from `first` to before `last` on to their parents, joints opened.
+
+    Returns -1, or a link whose motion has no inertia.
 
     tau (nv,) : forces on the rates
     """
     M, H, J, half = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
-    for k in range(len(links) - 1, -1, -1):
+    for k in range(last - 1, first - 1, -1):
         link, row = links[k], rows[k]
         row.load = 0.0
         if link.kind == FRAME:
@@ -264,17 +266,13 @@ def _several(link, row, block, column, a):
 
 
 @kernel
-def spread(links, rows, blocks, fall, weight, tau, a):
-    """Write the second rates `a` (nv,), from the roots to the leaves; the forces on driven rates to `tau`.
+def spread(links, rows, blocks, weight, tau, a, first, last):
+    """Write the second rates `a` (nv,) of the links from `first` to before `last`, and the forces on driven rates.
 
-    weight : 1.0 with the velocity terms and the ground's acceleration -fall (3,); 0.0 for the response to loads alone
+    weight : 1.0 with the velocity terms; 0.0 for the response to loads alone
     """
-    n = len(links)
     column = np.empty(6)
-    ground = rows[n]
-    for i in range(3):
-        ground.rate[i], ground.rate[3 + i] = 0.0, -weight * fall[i]
-    for k in range(n):
+    for k in range(first, last):
         link, row = links[k], rows[k]
         carry(row, rows[link.parent].rate, row.rate)
         if link.driven == 1 and weight != 0.0:
@@ -294,3 +292,10 @@ def spread(links, rows, blocks, fall, weight, tau, a):
             a[link.rate] = link.sign * x
         elif link.kind == BALL or link.kind == FRAME:
             _several(link, row, blocks[link.block], column, a)
+
+
+@kernel
+def let_fall(ground, fall, weight):
+    """Give the row of the ground the acceleration -fall (3,), times a weight."""
+    for i in range(3):
+        ground.rate[i], ground.rate[3 + i] = 0.0, -weight * fall[i]

@@ -14,12 +14,14 @@ from flexmb.math.rotations import euler_to_matrix
 
 __all__ = [
     "BALL",
+    "BEND",
     "FIXED",
     "FRAME",
     "LINK",
     "LINK_FACTOR",
     "LINK_POSE",
     "LINK_STATE",
+    "MOUNT",
     "SINGLE",
     "carry",
     "place_links",
@@ -29,6 +31,8 @@ __all__ = [
 
 FIXED, SINGLE, BALL, FRAME = -1, 1, 3, 6
 """Kinds of links, by their number of freedoms."""
+BEND, MOUNT = -2, -3
+"""The frame of a flexible body, which moves against its joint with the modes, and a marker of it that carries links."""
 
 LINK = np.dtype(
     [
@@ -38,7 +42,8 @@ LINK = np.dtype(
         ("rate", np.int64),  # place of its first rate
         ("driven", np.int64),  # 1: the second rate is given
         ("body", np.int64),  # place of the body that it carries, or helps to carry, in the order of the tree
-        ("block", np.int64),  # place of its factor, for several freedoms
+        ("block", np.int64),  # place of its factor, for several freedoms; of the flexible body, or its marker
+        ("modes", np.int64),  # of a flexible body
         ("sign", float),  # -1.0 where the tree goes through the joint backwards
         ("turn", float),  # 1.0: turns about z
         ("slide", float),  # 1.0: slides along z; m/rad of a screw
@@ -215,8 +220,9 @@ def _own(link, row):
 
 
 @kernel
-def place_links(links, rows, q, v, a):
-    """Place all links in their parents, write their twists, own inertias and gyroscopic forces; parents first.
+def place_links(links, rows, q, v, a, first, last):
+    """Place the links from `first` to before `last` in their parents, write their twists, own inertias and gyroscopic
+    forces; parents first.
 
     Of driven links the second rate is read from `a`.
 
@@ -224,7 +230,7 @@ def place_links(links, rows, q, v, a):
     """
     Q = np.empty((3, 3))
     rows[len(links)].twist[:] = 0.0
-    for k in range(len(links)):
+    for k in range(first, last):
         link, row = links[k], rows[k]
         _place(link, row, q, Q)
         carry(row, rows[link.parent].twist, row.twist)

@@ -1,0 +1,1 @@
+"""Flexible links of the compiled recursion: their shapes, inertia, passes and loops."""

@@ -1,0 +1,178 @@
+"""Reduced bodies as links of the compiled recursion: every joint, force and loop beside the sparse solution of all
+equations.
+
+The sparse solution shares only the kernels of the bodies in absolute coordinates, which links do not use.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from contracts.random_models import FORCES, PAIRS, beam, connected, put_together
+from tree.models import branched, flexible_chain, loops, random_consistent
+from tree.test_agreement import AGREED, KINDS
+from tree.test_links import linked
+
+import flexmb as fmb
+from flexmb import fem, reduction
+from flexmb.math.energies import powers
+from flexmb.system import assemble
+from flexmb.system.program import evaluate
+from flexmb.tree.coordinates.settle import unit_length
+from flexmb.tree.rigid.motion import close_links, link_rates, loops_are_open
+
+FLEXIBLE = [pair for pair in PAIRS if "floating" in pair and set(pair.split("-")) <= {"ground", "rigid", "floating"}]
+
+
+def assert_same_rates(model, rng, **options):
+    """Compare second rates, joints and modes each with their largest, and powers, with those of the sparse solution."""
+    system, state = random_consistent(model, rng, **options)
+    unknowns, work = linked(system, state)
+    assert len(unknowns.links.flexible.bodies)
+    other = system.workspace()
+    state.a[:], state.lam[:] = fmb.Augmented().accelerate(system, state, other)
+    x, v, a = unknowns.of(state)
+    assert link_rates(unknowns.links, work, state.t, x, v) == -1
+    modal = np.array([".mode_" in name for name in unknowns.tree.rate_names])
+    for some in (modal, ~modal):
+        largest = np.abs(a[some]).max(initial=1.0)
+        np.testing.assert_allclose(unknowns.links.a[some] / largest, a[some] / largest, atol=AGREED)
+    other.weights[0].wanted = 0
+    evaluate(system.program, state, other)
+    found = unknowns.links.powers
+    np.testing.assert_allclose(found, powers(other.energy), atol=AGREED * max(1.0, np.abs(found).max()))
+    return unknowns
+
+
+@pytest.mark.parametrize("pair", FLEXIBLE)
+@pytest.mark.parametrize("kind", KINDS)
+def test_on_every_joint(kind, pair, rng):
+    assert_same_rates(connected(kind, pair, rng), rng)
+
+
+@pytest.mark.parametrize("pair", FLEXIBLE)
+@pytest.mark.parametrize("kind", FORCES)
+def test_on_every_force(kind, pair, rng):
+    model = connected(kind, pair, rng)
+    system, state = assemble(model)
+    if any(force.reads_reactions for force in model.forces) or system.states:
+        assert fmb.Recursive().unknowns(system, state, system.workspace()).links is None
+        return
+    assert_same_rates(model, rng)
+
+
+@pytest.mark.parametrize("groups", [False, True, "inertia", "interface"])
+def test_chains_with_each_group_of_stiffness(groups, rng):
+    own = (groups,) if isinstance(groups, str) else groups
+    for n in (1, 4):
+        assert_same_rates(flexible_chain(n, geometric_stiffness=own), rng)
+
+
+def test_branches_of_rigid_and_flexible_bodies(rng):
+    """The hub carries a wing, a fin and rigid branches; a ball hangs on the wing."""
+    model = branched()
+    bodies = [body for body in model.bodies if not isinstance(body, fmb.PointMass)]
+    model = replace(model, bodies=bodies, forces=[force for force in model.forces if force.name == "p"])
+    unknowns = assert_same_rates(model, rng)
+    flexible, links = unknowns.links.flexible, unknowns.links.links
+    order = unknowns.tree.tree.order
+    rigid = [k for k, n in enumerate(flexible.wide_of) if n < 0 and links[k]["kind"] != -3]
+    assert {"tail", "rod", "ball", "free"} <= {order[links[k]["body"]] for k in rigid}  # they take the rigid passes
+
+
+def random_tree(rng, n: int = 9) -> fmb.Model:
+    """Return a tree of rigid and reduced bodies on joints of many freedoms, drawn in both directions; one floats."""
+
+    def pose():
+        return fmb.Pose(0.4 * rng.normal(size=3), 0.2 * rng.normal(size=3))
+
+    kinds = (fmb.Revolute, fmb.Spherical, fmb.Cylindrical, fmb.Universal, fmb.Planar, fmb.Fixed, fmb.Prismatic)
+    bodies, joints, ends = [fmb.Ground(markers={"m0": pose()})], [], ["ground.m0"]
+    for k in range(n):
+        at = {"at": 0.2 * rng.normal(size=3), "rotation": 0.1 * rng.normal(size=3)}
+        if rng.uniform() < 0.6:
+            axes = {name: fmb.Pose(tuple(r), 0.2 * rng.normal(size=3)) for name, r in places().items()}
+            bodies.append(fmb.FloatingBody(f"b{k}", data=beam(), damping=0.01, markers=axes, **at))
+            own, *further = (f"b{k}.{name}" for name in rng.permutation(("root", "tip", "mid")))
+        else:
+            inertia = rng.uniform(0.1, 0.15, 3)
+            given = {name: pose() for name in ("m0", "m1", "m2")}
+            bodies.append(fmb.RigidBody(f"b{k}", mass=1.0 + rng.uniform(), inertia=inertia, markers=given, **at))
+            own, *further = (f"b{k}.{name}" for name in given)
+        if k != 4:
+            pair = (ends[int(rng.integers(len(ends)))], own)
+            kind = kinds[int(rng.integers(len(kinds)))]
+            joints.append(kind(f"j{k}", markers=pair if rng.uniform() < 0.5 else pair[::-1]))
+        ends += further
+    forces = [
+        fmb.SpringDamper("s", markers=(ends[1], ends[-1]), stiffness=50.0, damping=2.0),
+        fmb.PointLoad("p", marker=ends[-2], force=(1.0, fmb.expression("sin(t)"), 2.0), axes=ends[-2]),
+    ]
+    return put_together(fmb.Model(bodies=bodies, joints=joints, forces=forces, gravity=(1.0, 2.0, -9.81)))
+
+
+def places() -> dict[str, np.ndarray]:
+    """Return the markers of the beam."""
+    return dict(zip(beam().marker_names, beam().marker_positions, strict=True))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_trees(seed):
+    rng = np.random.default_rng(seed)
+    assert_same_rates(random_tree(rng), rng, spread=0.02)
+
+
+@cache
+def panel() -> fmb.ModalNeutralData:
+    """Return a prestressed strip with a load shape that turns with it."""
+    points = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
+    fe = fem.frame(points=points, section=fem.Section.rectangle(0.05, 0.005), material=fmb.MATERIALS["steel"])
+    return reduction.reduce(
+        fe,
+        interfaces={"root": [0], "tip": [10]},
+        modes=3,
+        loads={"air": dict.fromkeys(range(11), (0, 0, 0.1))},
+        geometric_stiffness=True,
+    )
+
+
+def test_load_shapes_with_their_stiffness(rng):
+    bodies = [fmb.Ground(), *(fmb.FloatingBody(f"f{k}", data=panel(), at=(k, 0, 0)) for k in range(2))]
+    joints = [
+        fmb.Revolute("a", markers=("ground.origin", "f0.root")),
+        fmb.Spherical("b", markers=("f0.tip", "f1.root")),
+    ]
+    forces = [fmb.Pressure(f"w{k}", load=f"f{k}.air", amount=fmb.expression("30 + 5*t")) for k in range(2)]
+    assert_same_rates(fmb.Model(bodies=bodies, joints=joints, forces=forces), rng)
+
+
+def test_a_distant_centre_attracts_every_element(rng):
+    body = fmb.FloatingBody("f", data=beam(), at=(7e6, 0, 0), velocity=(0, 7500.0, 0), geometric_stiffness=False)
+    model = fmb.Model(bodies=[fmb.Ground(), body], forces=[fmb.CentralGravity("g", body="f")])
+    assert_same_rates(model, rng)
+
+
+@pytest.mark.parametrize("stiffness", [True, False])
+def test_loops_close_by_multipliers_and_by_motion(stiffness, rng):
+    model = loops()
+    bodies = [replace(b, geometric_stiffness=stiffness) if b.name == "coupler" else b for b in model.bodies]
+    model = replace(model, bodies=bodies)
+    unknowns = assert_same_rates(model, rng, spread=0.02)
+    system, links, work = unknowns.system, unknowns.links, unknowns.work
+    x, v, _ = unknowns.of(random_consistent(model, rng, spread=0.02)[1])
+    tight = np.full(system.ng, 1e-13)
+    links.x[:], links.v[:] = x + 1e-6 * rng.normal(size=len(x)), v + 1e-6 * rng.normal(size=len(v))
+    unit_length(unknowns.chart.rows, links.x)
+    assert close_links(links, work, 0.0, tight, system.gaps, system.program.equation_level)
+    assert link_rates(links, work, 0.0, links.x.copy(), links.v.copy()) == -1
+    assert not loops_are_open(links, work, 100.0 * tight, 1.0)
+    assert np.abs(links.x - x).max() < 1e-3
+
+
+def test_forward_and_inverse_dynamics_are_inverse(rng):
+    tree = fmb.JointTree(random_tree(rng))
+    modal = np.array([".mode_" in name for name in tree.rate_names])
+    q, v = tree.start.q, rng.normal(size=len(tree.rate_names)) * np.where(modal, 1e-3, 1.0)
+    tau = rng.normal(size=len(v))
+    np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-7)
