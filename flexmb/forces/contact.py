@@ -1,4 +1,4 @@
-"""`Contact`: a sphere against a plane, a sphere or a cylinder, by penalty."""
+"""`Contact`: a sphere against a plane, a sphere, a cylinder, or inside a socket or a bore, by penalty."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from flexmb.model.table import Table
 
 __all__ = ["Contact"]
 
-AGAINST = ("plane", "sphere", "cylinder")
+AGAINST = ("plane", "sphere", "cylinder", "socket", "bore")
+HOLLOW = ("socket", "bore")
+"""Those around the sphere."""
 
 ROW = np.dtype(
     [
@@ -50,17 +52,18 @@ def _normal(row, d, n, N):
         return row.radius - d[2]
     for i in range(3):
         n[i] = d[i]
-    if row.against == 2:
+    if row.against == 2 or row.against == 4:
         n[2] = 0.0
     length = max(dot(n, n) ** 0.5, 1e-150)
+    sense = 1.0 if row.against < 3 else -1.0  # in a hollow the normal points inwards
     for i in range(3):
-        n[i] /= length
+        n[i] *= sense / length
     for i in range(3):
         for j in range(3):
-            N[i, j] = -n[i] * n[j] / length
-        if i < 2 or row.against == 1:
-            N[i, i] += 1.0 / length
-    return row.radius + row.other - length
+            N[i, j] = -sense * n[i] * n[j] / length
+        if i < 2 or row.against == 1 or row.against == 3:
+            N[i, i] += sense / length
+    return row.radius + sense * (row.other - length)
 
 
 @inner_kernel
@@ -185,6 +188,8 @@ def switch(raw, data, state, work, out):
         gap[7] = row.radius + (row.other if row.against > 0 else 0.0)
         if row.against == 0:
             gap[0], gap[1], gap[4] = GAP, motion[2], motion[5]
+        elif row.against > 2:
+            gap[0], gap[1], gap[4], gap[7] = GAP, -p, dot(n, motion[3:6]), 0.0
         else:
             gap[0] = DISTANCE
             gap[1:7] = motion[0:6]
@@ -200,12 +205,13 @@ def switch(raw, data, state, work, out):
 
 @dataclass(frozen=True, eq=False)
 class Contact(Force):
-    """Let a sphere around marker b touch a plane, a sphere or a cylinder of marker a, eq. (contact).
+    """Let a sphere around marker b touch a plane, a sphere or a cylinder of marker a, or a wall around it, eq. (contact).
 
     The normal force of a penetration p is ``stiffness p^exponent (1 + damping p')``, never pulling (Hertz; Hunt &
     Crossley); friction is Coulomb's, regularised below the speed `transition`. The plane is the x-y plane of marker a
-    with the body below it; the axis of the cylinder is z. Steps end where a contact begins and ends, and resolve what
-    is between.
+    with the body below it; the axis of the cylinder is z. Inside a "socket" (a hollow sphere) or a "bore" (a hollow
+    cylinder) the sphere has the clearance ``other_radius - radius``: a ball joint or a journal with play; a long
+    journal is two contacts, at its ends. Steps end where a contact begins and ends, and resolve what is between.
 
     Parameters
     ----------
@@ -214,15 +220,16 @@ class Contact(Force):
         Marker a of the plane, sphere or cylinder; marker b, the centre of the sphere.
     radius : float, m
         Of the sphere at b.
-    against : "plane", "sphere" or "cylinder"
+    against : "plane", "sphere", "cylinder", "socket" or "bore"
     other_radius : float, m, optional
-        Of the sphere or cylinder at a.
+        Of what is at a.
     stiffness : float, N/m^e
         See `Contact.hertz_stiffness`.
     exponent : float, -
         1.5 for Hertzian contact.
     damping : float, s/m
         `Contact.damping_for(e, v)` for a coefficient of restitution e at the impact speed v; 3/2 (1 - e) / v near 1.
+        The law of Lankarani & Nikravesh (1990) is 3/4 (1 - e^2) / v.
     friction : float, -
     transition : float, m/s
         Slip at which friction has reached 71 % of its full size.
@@ -262,11 +269,18 @@ class Contact(Force):
             raise ModelError(
                 self.title,
                 found=f"against a {self.against}, other_radius = {self.other_radius!r}",
-                expected="other_radius for a sphere or cylinder, none for a plane",
+                expected="other_radius for all but a plane",
                 remedy="Give the radius at marker a as other_radius, m",
             )
         if self.other_radius is not None:
             self.require_positive("other_radius")
+            if self.against in HOLLOW and self.other_radius <= self.radius:
+                raise ModelError(
+                    self.title,
+                    found=f"a sphere of {self.radius:.6g} m in a {self.against} of {self.other_radius:.6g} m",
+                    expected="an other_radius larger than radius: the difference is the clearance",
+                    remedy="Without clearance use a Spherical or a Revolute joint",
+                )
 
     @staticmethod
     def damping_for(restitution: float, speed: float) -> float:
@@ -295,6 +309,9 @@ class Contact(Force):
     def hertz_stiffness(radius: float, material, other_radius: float = np.inf, other_material=None) -> float:
         """Return 4/3 E* sqrt(R*), N/m^1.5, of two spheres (or a sphere on a half-space), 1/R* = 1/R + 1/R'.
 
+        In a socket R' is negative. Where the clearance is small beside the radius, the patch grows so large that Hertz'
+        theory is too stiff.
+
         Parameters
         ----------
         radius, other_radius : float, m
@@ -303,7 +320,15 @@ class Contact(Force):
         """
         second = other_material or material
         compliance = sum((1.0 - m.poisson**2) / m.young for m in (material, second))
-        return 4.0 / 3.0 / compliance * (1.0 / radius + 1.0 / other_radius) ** -0.5
+        curvature = 1.0 / radius + 1.0 / other_radius
+        if not curvature > 0.0:
+            raise ModelError(
+                "Contact",
+                found=f"radii of {radius!r} and {other_radius!r} m, which fit without clearance",
+                expected="1/radius + 1/other_radius > 0",
+                remedy="The radius of a socket is negative, and larger than that of its ball",
+            )
+        return 4.0 / 3.0 / compliance * curvature**-0.5
 
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist."""
