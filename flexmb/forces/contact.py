@@ -205,7 +205,7 @@ def switch(raw, data, state, work, out):
 
 @dataclass(frozen=True, eq=False)
 class Contact(Force):
-    """Let a sphere around marker b touch a plane, a sphere or a cylinder of marker a, or a wall around it, eq. (contact).
+    """Let a sphere around marker b touch a plane, sphere or cylinder of marker a, or a wall around it, eq. (contact).
 
     The normal force of a penetration p is ``stiffness p^exponent (1 + damping p')``, never pulling (Hertz; Hunt &
     Crossley); friction is Coulomb's, regularised below the speed `transition`. The plane is the x-y plane of marker a

@@ -74,7 +74,7 @@ def slider_crank(clearance, stiffness=STIFF, damping=DAMPING, friction=FRICTION)
 
 
 def independent(clearance, t):
-    """Return the place of the slider by SciPy: angle of the rod and place of the slider, pushed by the law of contact."""
+    """Return the place of the slider by SciPy: the angle of the rod and the place of the slider are the unknowns."""
 
     def rates(time, x):
         phi, slider, phi_dot, slider_dot = x
