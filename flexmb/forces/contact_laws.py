@@ -17,6 +17,8 @@ class ContactLaw(metaclass=Described):
 
     code: ClassVar[int] = -1
     """Its number in the rows of `SurfaceContact`; from 2 on the law is not compliant, and the force's kernel idle."""
+    impulsive: ClassVar[bool] = False
+    """Does it stop bodies at once, by impulses?"""
     sampled: ClassVar[bool] = False
     """Does it act on areas, so that a surface must be sampled?"""
 

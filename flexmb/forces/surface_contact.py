@@ -54,6 +54,22 @@ def _found(row, data, at_a, at_b, margin, d, Q, contacts):
     return find_closest(data, at_a, at_b, margin, d, Q, contacts)
 
 
+@inner_kernel
+def _act_as_kept(row, data, state, work):
+    """Let the wrenches act on markers that a method found for its rigid contacts; they stand in the last coordinates.
+
+    A method of impulses has none there while it looks for them.
+    """
+    first = len(state.q) - len(work.branches)
+    for k in range(row.count):
+        at = row.pairs + PAIR_STRIDE * k
+        marker, branch = work.markers[int(data[at])], int(data[at + 1])
+        for i in range(6):
+            wrench = state.q[first + branch + i]
+            marker.wrench[i] += wrench
+            work.branches[branch + i] = wrench
+
+
 @row_kernel
 def apply(raw, data, state, work):
     """Force and friction at every contact, eq. (surface-contact), as a wrench on the markers of the surfaces."""
@@ -66,6 +82,7 @@ def apply(raw, data, state, work):
     for m in range(rows.shape[0]):
         row = rows[m]
         if row.law > 1:
+            _act_as_kept(row, data, state, work)
             continue
         contacts = np.empty(row.capacity, CONTACT)
         for k in range(row.count):
@@ -210,6 +227,9 @@ class SurfaceContact(Force):
 
     def check(self, model) -> None:
         """Raise ModelError if a surface does not exist, none can touch, or the law cannot be used for a pair."""
+        if self.impulsive:
+            self._check_rigid(model)
+            return
         pairs = self.pairs(model)
         if not pairs:
             raise ModelError(
@@ -227,6 +247,22 @@ class SurfaceContact(Force):
             )
         for a, b in pairs:
             self._check_pair(a, b)
+
+    def _check_rigid(self, model) -> None:
+        """Raise ModelError if a surface does not exist, or all are on one body or on the ground."""
+        groups = [[model.surface(name, self.title) for name in group] for group in self.groups]
+        bodies = [{surface.marker.partition(".")[0] for surface in group} for group in groups]
+        both = bodies[0] | bodies[1]
+        if len(both) == 1:
+            raise ModelError(
+                self.title,
+                found=f"surfaces = {self.surfaces!r}, all on one body",
+                expected="surfaces of two bodies",
+                remedy="A body does not touch itself: name the surface of another one",
+            )
+        endless = [[s for s in group if not np.isfinite(s.shape.reach)] for group in groups]
+        if endless[0] and endless[1]:
+            self._check_pair(endless[0][0], endless[1][0])
 
     def _check_pair(self, a, b) -> None:
         if all(not np.isfinite(s.shape.reach) for s in (a, b)):
@@ -253,10 +289,33 @@ class SurfaceContact(Force):
 
     def measure(self, model) -> str:
         """Return the marker of the (first) second surface, where `ForceOf` reports."""
+        if self.impulsive:
+            return model.surface(self.groups[1][0], self.title).marker
         return self.pairs(model)[0][1].marker
+
+    @property
+    def groups(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The names of the surfaces on both sides."""
+        first, second = ((entry,) if isinstance(entry, str) else entry for entry in self.surfaces)
+        return first, second
+
+    @property
+    def impulsive(self) -> bool:
+        """Does its law need a method of impulses?"""
+        return self.law.impulsive
+
+    def touching_markers(self, model) -> list[str]:
+        """Return the markers of all its surfaces, each once."""
+        return list(dict.fromkeys(model.surface(name, self.title).marker for group in self.groups for name in group))
+
+    def kept_names(self, marker: str) -> list[str]:
+        """Return the names of the coordinates that keep the wrench on a marker."""
+        return [f"{self.title}: {part} on {marker}" for part in ("fx", "fy", "fz", "mx", "my", "mz")]
 
     def record(self, compiler) -> dict[str, Any]:
         """Return the row."""
+        if self.impulsive:
+            return self._kept_record(compiler)
         table, capacity = [], 1
         for pair in self.pairs(compiler.model):
             (a, at_a), (b, at_b) = (compiler.surface(surface.name) for surface in pair)
@@ -267,3 +326,13 @@ class SurfaceContact(Force):
         numbers = self.law.numbers()
         own = {"pairs": at, "count": len(table), "switches": 2 * len(table), "capacity": capacity}
         return {**own, "law": self.law.code, **numbers}
+
+    def _kept_record(self, compiler) -> dict[str, Any]:
+        """Return the row of a rigid law, with a place for the wrench on every marker."""
+        table = []
+        for marker in self.touching_markers(compiler.model):
+            branches = [compiler.branch(name) for name in self.kept_names(marker)]
+            table.append([compiler.marker(marker), branches[0], 0, 0, 0, 0, 0, 0])
+        at = compiler.bulk(np.array(table, float))
+        own = {"pairs": at, "count": len(table), "switches": 0, "capacity": 1, "law": self.law.code}
+        return {**own, **self.law.numbers()}

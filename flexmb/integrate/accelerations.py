@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
+from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.methods import is_formulation
 from flexmb.model.model import Model
@@ -87,6 +88,7 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
             expected="one of Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()",
             remedy="Give an object: formulation=flexmb.Recursive()",
         )
+    refuse_impulses(model, "accelerations")
     system, start = (assemble_as_drawn if state is None else assemble)(model)
     if state is not None:
         start = given_state(state, system, "accelerations")

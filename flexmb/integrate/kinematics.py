@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError, ValidityWarning
+from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps, sentences_about
@@ -127,6 +128,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     Ctrl-C ends it with status "interrupted" and all samples until then.
     """
     times = sample_times(t_start, t_end, samples)
+    refuse_impulses(model, "kinematics")
     system, start = assemble_as_drawn(model, t=t_start)
     refuse_states(system, "kinematics")
     refuse_holds(system, "kinematics")

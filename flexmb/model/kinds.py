@@ -292,6 +292,11 @@ class Force(Part):
     """What steps do not see of its law, and what to do: runs and checks say it."""
     table: ClassVar[Table]
 
+    @property
+    def impulsive(self) -> bool:
+        """Does it stop bodies at once, by impulses, so that it needs a method of impulses?"""
+        return False
+
     def require_marker_pair(self) -> None:
         """Raise ModelError if the field `markers` is not a pair of names; store it as a tuple."""
         object.__setattr__(self, "markers", _marker_pair(self.markers, self.title))  # type: ignore[attr-defined]

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.integrate import NullSpace, accelerations
+from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.math.weights import weigh
 from flexmb.model.described import is_number
 from flexmb.results import Solution
@@ -116,6 +117,8 @@ def _require(solution: Any, within: Any, window: Any) -> None:
             expected="a share between 0 and 1",
             remedy="Write within=0.01 for one percent",
         )
+    for phase in solution.phases:
+        refuse_impulses(phase.model, "verify")
     if "points" in solution.statistics:
         raise ModelError(
             "verify",

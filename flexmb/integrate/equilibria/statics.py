@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.equilibria.descent import Descent
 from flexmb.integrate.equilibria.load_path import ArcLength, LoadSteps, follow
+from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.linear.steady import unsteady_equation
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.model.described import is_number
@@ -82,6 +83,7 @@ def statics(
         message says up to which of them there is an equilibrium.
     """
     _check_numbers(t, tolerance, iterations)
+    refuse_impulses(model, "statics")
     if path is None:
         return _descend(model, t, tolerance, iterations, state, hold_states=hold_states)
     if not isinstance(path, ArcLength | LoadSteps):

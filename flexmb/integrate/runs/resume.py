@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
+from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, unless_stiff
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.phases import Phases, carried
@@ -74,6 +75,7 @@ def resume(
     if model is None:
         return _ended(before, path)
     integrator = default_integrator(model) if integrator is None else integrator
+    require_method(model, integrator, "resume")
     times = sample_times(float(before.t[0]), t_end, samples)
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
     assembled = assemble(model, t=last.t, state=state)

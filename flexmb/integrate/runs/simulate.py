@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.explicit.explicit import Explicit
+from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
 from flexmb.integrate.oversights import oversights
 from flexmb.integrate.runs.phases import Phases, carried
@@ -30,7 +31,7 @@ from flexmb.system.branching import require_motion_to_begin
 __all__ = ["chosen_integrator", "sample_times", "simulate", "state_at"]
 
 
-INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit")
+INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit", "MoreauJean")
 
 
 def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
@@ -171,6 +172,7 @@ def simulate(
         If the integrator cannot continue; ``error.solution`` holds all samples so far.
     """
     integrator = chosen_integrator(model, integrator, formulation)
+    require_method(model, integrator, "simulate")
     times = sample_times(t_start, t_end, samples)
     compile_ahead(getattr(integrator, "entries", ()))
     clock = time.perf_counter()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean, listed
+from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.orbital import unless_stiff
 from flexmb.integrate.runs.simulate import chosen_integrator, state_at
 from flexmb.integrate.runs.stepped_phase import SteppedPhase, new_phase
@@ -315,6 +316,7 @@ def stepper(
             expected="times in s, the end after the start",
             remedy="Give about the time at which the run will end",
         )
+    refuse_impulses(model, "stepper")
     chosen = chosen_integrator(model, integrator, formulation)
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []

@@ -1,0 +1,78 @@
+"""`MoreauJean`: time stepping over impacts and friction, all impulses of a step found together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.integrate.alpha.world_translation import frames_in_world_axes
+from flexmb.integrate.motion import run_samples
+from flexmb.integrate.nonsmooth.step import Stepper
+from flexmb.integrate.runs.outcome import Outcome
+from flexmb.model.described import Described, is_number
+
+__all__ = ["MoreauJean"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoreauJean(metaclass=Described):
+    """Time stepping of Moreau and Jean with projection: for `Rigid` contacts, any number of which may strike at once.
+
+    Steps do not stop at impacts. An impact acts at the middle of its step, so its time is known to half a step, and the
+    motion after it to the first order of the step. Between impacts the method is the midpoint rule, of second order,
+    implicit in springs and modes. Joints are closed exactly at the end of every step, positions and velocities.
+    Accelerations, reactions and contact forces of a sample are means over the step that ends there; an impact of
+    impulse P shows as the force P / step. Theory: nonsmooth.
+
+    Parameters
+    ----------
+    step : float, s
+        Steps are shortened to end at samples.
+    tolerance : float, -
+        What contacts may miss their laws by, relative to the velocity that they have to change in the step. A step
+        in which it is not reached ends the run.
+    sweeps : int
+        Most sweeps over all contacts in a step.
+
+    Source: Moreau 1988; Jean 1999; Acary 2013 (projection); Alart & Curnier 1991 (contacts).
+    """
+
+    step: float
+    tolerance: float = 1e-8
+    sweeps: int = 5000
+    impulsive: ClassVar[bool] = True
+    """Does it follow laws with impulses?"""
+
+    def __post_init__(self):
+        for name in ("step", "tolerance", "sweeps"):
+            value = getattr(self, name)
+            if not (is_number(value) and value > 0.0) or (name == "sweeps" and value != int(value)):
+                raise ModelError(
+                    "MoreauJean",
+                    found=f"{name} = {value!r}",
+                    expected="a positive whole number" if name == "sweeps" else "a positive number",
+                    remedy="Write MoreauJean(step=1e-4); impacts are known to half a step",
+                )
+
+    def start(self, system, state, work, t_end: float) -> Any:
+        """Return the method at the start."""
+        return Stepper(self, system, state, work, frames_in_world_axes(system))
+
+    def run(
+        self, system, work, variables: Stepper, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+    ) -> Outcome:
+        """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
+        so far, to be called again from the next."""
+        return run_samples(variables, system, samples, first, last, patience)
+
+    def jumped(self, system, work, variables: Stepper) -> bool:
+        """Go on after a jump of the loads, which needs nothing here; return if it can."""
+        return True
+
+    @staticmethod
+    def statistics(variables: Stepper) -> dict[str, Any]:
+        """Return the numbers of the run."""
+        return dict(variables.counts)

@@ -1,0 +1,92 @@
+"""All contacts of a step: sweeps, and Newton's method where they are slow, until every law holds to the tolerance."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.integrate.nonsmooth.newton import newton
+from flexmb.integrate.nonsmooth.problem import Problem, residuals, sweep, velocity_of
+from flexmb.math.kernel import kernel
+
+__all__ = ["Solved", "solve_contacts"]
+
+LEAST, FIRST = 2, 10
+"""Sweeps in any step, and further ones before it is judged whether they will do."""
+LOOK = 10
+"""Sweeps between two judgements."""
+AGAIN = 200
+"""Sweeps between two attempts of Newton's method."""
+
+
+class Solved(NamedTuple):
+    """How the contacts of a step were solved."""
+
+    residual: float
+    """m/s, by which the worst contact misses its laws"""
+    worst: int
+    """and which it is"""
+    sweeps: int
+    newton: int
+
+
+@kernel
+def _velocities(p, v, xi):
+    """Write the velocities of the rows of all active contacts, with their shifts, one after another."""
+    one, at = np.zeros(6), 0
+    for i in range(len(p.points)):
+        if p.active[i] == 0:
+            continue
+        velocity_of(p, i, v, one)
+        one[0] += p.shift[i]
+        for k in range(p.rows[i]):
+            xi[at + k] = one[k]
+        at += p.rows[i]
+
+
+def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solved:
+    """Find the impulses with which every contact obeys its laws to `goal`, m/s; `v` comes with the present ones.
+
+    Sweeps go on as long as they promise to end; otherwise Newton's method tries from where they are, and sweeps go on
+    where it does not get there. At most so many sweeps are made; the residual tells what is left.
+    """
+    out = np.zeros(len(p.points))
+    size = int(np.sum(p.rows[p.active > 0]))
+
+    def velocities(v):
+        xi = np.zeros(size)
+        _velocities(p, v, xi)
+        return xi
+
+    done, steps, before, tried = 0, 0, np.inf, -AGAIN
+    if not size:
+        return Solved(0.0, 0, 0, 0)
+    for _ in range(LEAST):  # what rests settles to rounding from step to step
+        sweep(p, parts, v, done % 2 == 1)
+        done += 1
+    residual, worst = residuals(p, v, out)
+    while residual > goal and done < most:
+        for _ in range(FIRST if done == LEAST else LOOK):
+            change, _unsolved = sweep(p, parts, v, done % 2 == 1)
+            done += 1
+            if change <= 0.1 * goal:
+                break
+        residual, worst = residuals(p, v, out)
+        if not residual > goal:
+            break
+        rate = residual / before if before > 0.0 else 1.0
+        before = residual
+        slow = not rate < 0.3 and (rate >= 1.0 or np.log(goal / residual) / np.log(rate) > 3.0)
+        if slow and done - tried >= AGAIN:
+            tried = done
+            kept_P, kept_v = p.P.copy(), v.copy()
+            _, made = newton(p, parts, v, velocities, 0.1 * goal)
+            steps += made
+            reached, at = residuals(p, v, out)
+            if reached < residual:
+                residual, worst = reached, at
+            else:
+                p.P[:], v[:] = kept_P, kept_v
+            before = np.inf
+    return Solved(residual=float(residual), worst=int(worst), sweeps=done, newton=steps)

@@ -1,0 +1,334 @@
+"""The steps of `MoreauJean`: from one state to the next, with all contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
+from flexmb.integrate.nonsmooth.points import Touching
+from flexmb.integrate.nonsmooth.problem import POINT, new_problem, sweep, write_problem
+from flexmb.integrate.nonsmooth.solve import solve_contacts
+from flexmb.integrate.nonsmooth.stepping import (
+    add_all,
+    carry_impulses,
+    end_positions,
+    evaluate_middle,
+    give_back,
+    open_equations,
+    resultants,
+    set_shifts,
+    works_of,
+)
+from flexmb.integrate.runs.patience import Patience
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_parts import parts_of
+from flexmb.math.energies import powers
+from flexmb.math.weights import no_matrix, weigh
+from flexmb.system.program import advance, evaluate, keep_branches
+
+__all__ = ["Stepper"]
+
+SETTLED = 1e-10
+"""Change of the velocities in an iteration, relative to them, at which it ends."""
+ITERATIONS = 20
+CLOSED = 1e-10
+"""What joints may be open at the end of a step, relative to their lengths."""
+CLOSINGS = 12
+TOUCHING = 1e-9
+"""Distance, relative to the reach of the smallest surface, that counts as none."""
+DEEP = 1e-4
+"""Penetration at the start, relative to the same, that is an error."""
+PUSHES = 60
+"""Sweeps in which penetrations are taken back: what is left is taken back in the next step."""
+
+
+class Stepper:
+    """The state of a run, and its steps."""
+
+    def __init__(self, settings, system, state, work, world):
+        self.settings, self.system, self.work, self.world = settings, system, work, world
+        self.parts = parts_of(system.program.pattern)
+        self.touching = Touching(system)
+        self.t, self.q, self.u, self.lam = state.t, state.q.copy(), state.u.copy(), state.lam.copy()
+        self.a = np.zeros(system.nu)
+        to_world_axes(world, self.q, self.u, state.a.copy())
+        self.signals = np.zeros_like(state.signals)
+        self.works, self.rest = np.zeros(3), np.zeros(system.nu)
+        self.points, self.P, self.h = np.zeros(0, POINT), np.zeros((0, 6)), settings.step
+        self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
+        reaches = self.touching.reach[self.touching.reach < 1e99]
+        self.small = float(np.min(reaches, initial=np.inf)) if len(reaches) else system.lengths.whole
+        self.lever = max(1.0, float(np.max(reaches, initial=0.0)))  # m, of what accelerations may close
+        # springs and modes are implicit; without any, the gravity of turning bodies would only disturb the matrix
+        self.stiff = len(self.touching.forces) < len(system.model.forces) or not _rigid(system)
+        self.direct = not system.ng and not self.stiff
+        self.closed = np.zeros(0, np.int64)
+        self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
+        self.complaint = ""
+        self.goal, self.span = state.t, 0.0
+        self._clear_wrenches(self.q)
+        self._require_apart()
+        self._first_forces()
+
+    def _require_apart(self) -> None:
+        """Raise ModelError where surfaces overlap at the start, unless they are about to strike."""
+        if not self.touching.forces:
+            return
+        self._place(self.t, self.q, self.u)
+        for point in self.touching.found(self.work, 0.0, 0.0):
+            a, b = self.work.markers[point["a"]], self.work.markers[point["b"]]
+            v = [m["v"] + np.cross(m["w"], point["r"] - m["r"]) for m in (a, b)]
+            closing = max(0.0, -float(point["axes"][0] @ (v[1] - v[0])))
+            if -point["gap"] > DEEP * self.small + self.settings.step * closing:
+                force = self.system.model.forces[point["owner"]]
+                i, j = divmod(
+                    int(point["key"]) - int(point["owner"]) * len(self.touching.place) ** 2, len(self.touching.place)
+                )
+                names = [self.touching.surfaces[k].name for k in (i, j)]
+                raise ModelError(
+                    force.title,
+                    found=f"surfaces '{names[0]}' and '{names[1]}' overlap by {-point['gap']:.3g} m",
+                    expected=f"rigid surfaces apart, or touching to {DEEP * self.small:.2g} m",
+                    remedy="Move one of the bodies, or use a compliant law",
+                )
+
+    def _place(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
+        """Evaluate a state without a matrix; velocities in the axes of the run."""
+        no_matrix(self.work.weights)
+        evaluate(self.system.program, self.system.state(t, q, self._body(q, u)), self.work)
+
+    def _body(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return velocities in body axes."""
+        if not len(self.world):
+            return u.copy()
+        out = np.empty(len(u))
+        to_body_axes(self.world, q, u, self.rest, out, np.empty(len(u)))
+        return out
+
+    def _first_forces(self) -> None:
+        """Find the forces at the start by a step that is not taken: samples have those of the step that ends there."""
+        before = self.t, self.q, self.u, self.lam, self.works.copy(), dict(self.counts)
+        if not self._step(self.settings.step):
+            self.complaint = ""
+        a, P, points, lam = self.a, self.P, self.points, self.lam
+        self.t, self.q, self.u, _, self.works, self.counts = before
+        self.lam, self.a, self.P, self.points = lam, a, P, points
+
+    def _step(self, h: float) -> bool:
+        """Take a step; return False, with a complaint, if there is none."""
+        system, program, work = self.system, self.system.program, self.work
+        nu, ng = system.nu, system.ng
+        mid, ub, ab = self.q.copy(), np.zeros(nu), np.zeros(nu)
+        u1, lam, right = self.u.copy(), self.lam.copy(), np.zeros(nu + ng)
+        problem, v, speed, change = None, np.zeros(nu + ng), 0.0, np.inf
+        solved = None
+        for iteration in range(ITERATIONS):
+            fresh = iteration == 0
+            stiffness = 0.25 * h * h if self.stiff else 0.0
+            weigh(work.weights, 1.0, 0.5 * h, stiffness, world_axes=1 if len(self.world) else 0)
+            evaluate_middle(
+                program,
+                work,
+                self.world,
+                self.t,
+                h,
+                self.q,
+                self.u,
+                u1,
+                lam,
+                mid,
+                ub,
+                ab,
+                self.signals,
+                1 if fresh else 0,
+                right,
+            )
+            if fresh and lu_factor(work.S, program.pattern) >= 0:
+                return self._fail(f"the iteration matrix is singular at t = {self.t:.9g} s")
+            lu_solve(work.S, program.pattern, right)
+            if not np.isfinite(right.sum()):
+                return self._fail(f"the equations of motion are not finite at t = {self.t:.9g} s")
+            if fresh:
+                gained = self.lever * float(np.abs(right[:nu]).max(initial=0.0))
+                points = self.touching.found(work, h, 2.0 * h * gained + TOUCHING * self.small)
+            end = self._body(mid, u1)
+            v[:nu] = end + right[:nu]
+            v[nu:] = right[nu:]
+            if fresh and len(points):
+                problem = new_problem(points, work, self.parts, False)
+                write_problem(problem, work, work.S, program.pattern, self.parts)
+                carry_impulses(problem, self.points, self.P * (h / self.h), len(self.points))
+                speed = set_shifts(
+                    problem, self.parts, self.world, mid, self.u, v[:nu].copy(), h, TOUCHING * self.small
+                )
+            if problem is not None:
+                add_all(problem, self.parts, v)
+                goal = self.settings.tolerance * speed + 1e-15 * float(np.max(np.abs(self.u), initial=0.0))
+                solved = solve_contacts(problem, self.parts, v, goal, self.settings.sweeps)
+                self.counts["sweeps"] += solved.sweeps
+                self.counts["steps of Newton over contacts"] += solved.newton
+                if not solved.residual <= goal:
+                    return self._fail(self._unsolved(problem, solved, goal))
+            self.counts["iterations"] += 1
+            if fresh:
+                size = max(float(np.max(np.abs(x), initial=0.0)) for x in (end, right[:nu], v[:nu]))
+            before, change = change, float(np.max(np.abs(v[:nu] - end), initial=0.0)) / max(size, 1e-300)
+            u1 = v[:nu].copy()
+            turn(self.world, mid, u1)
+            lam = lam + v[nu:] / h
+            if self.direct:  # linear but for gyroscopic terms, of which one iteration keeps the order of the method
+                change = 0.0
+            if not np.isfinite(change) or (iteration > 4 and change > 10.0 * before):
+                break
+            if change <= SETTLED or (iteration > 1 and change <= 1e-7 and change > 0.5 * before):
+                break
+        if not change <= 1e-6:
+            return self._fail(f"the iteration does not converge at t = {self.t:.9g} s (change {change:.2g})")
+        return self._accept(h, u1, lam, problem, ub, ab, mid)
+
+    def _accept(self, h, u1, lam, problem, ub, ab, mid) -> bool:
+        """Make the end of the step the state: positions, joints closed, works."""
+        program, work = self.system.program, self.work
+        self.works += h * powers(work.energy)
+        if problem is not None:
+            self.works[2] += works_of(problem, self._body(mid, 0.5 * (self.u + u1)))
+            kept = problem.active > 0
+            P = np.zeros((len(problem.points), 6))
+            give_back(problem, P)
+            self.points, self.P = problem.points[kept].copy(), np.ascontiguousarray(P[kept])
+            # what has struck needs its penetration, to come out by itself with the energy it has
+            self.closed = np.unique(problem.points["key"][(problem.active == 1) & (problem.P[:, 0] > 0.0)])
+            self.counts["most contacts"] = max(self.counts.get("most contacts", 0), int(np.sum(kept)))
+        else:
+            self.points, self.P, self.closed = np.zeros(0, POINT), np.zeros((0, 6)), np.zeros(0, np.int64)
+        rate = (u1 - self.u) / h
+        end = self.q.copy()
+        end_positions(program, self.world, self.q, self.u, u1, h, end)
+        end, u1 = self._closed(h, end, u1)
+        if not np.all(np.isfinite(end)):
+            return self._fail(f"the state is not finite at t = {self.t + h:.9g} s")
+        keep_branches(program, work, end)
+        self._clear_wrenches(end)
+        self.a, self.q, self.u, self.lam, self.h = rate, end, u1, lam, h
+        self.t += h
+        self.counts["steps"] += 1
+        return True
+
+    def _closed(self, h: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions with closed joints and without penetration, and velocities that the joints permit."""
+        system, program, work = self.system, self.system.program, self.work
+        right, t = np.zeros(system.nu + system.ng), self.t + h
+        bounds = CLOSED * system.lengths.equations if system.ng else np.zeros(0)
+        for turn_ in range(CLOSINGS):
+            self._place(t, q, u)
+            open_equations(program, work, self._body(q, u), right, False)
+            off = bool(np.any(np.abs(right[system.nu :]) > bounds))
+            deep = self._overlapping(q, u) if turn_ < 2 and self.touching.forces else None
+            if not off and deep is None:
+                break
+            lu_solve(work.S, program.pattern, right)
+            if deep is not None:
+                self._push_apart(deep, right)
+            keep_branches(program, work, q)
+            advance(program, q.copy(), right[: system.nu], 1.0, q)
+        if system.ng:
+            for _ in range(CLOSINGS):
+                self._place(t, q, u)
+                body = self._body(q, u)
+                open_equations(program, work, body, right, True)
+                if np.all(np.abs(right[system.nu :]) <= bounds):
+                    break
+                lu_solve(work.S, program.pattern, right)
+                body += right[: system.nu]
+                turn(self.world, q, body)
+                u = body
+        return q, u
+
+    def _overlapping(self, q: np.ndarray, u: np.ndarray):
+        """Return the normal problem of points that are to be pushed apart; None if no penetration counts."""
+        tiny = TOUCHING * self.small
+        points = self.touching.found(self.work, 0.0, 0.1 * self.small)
+        if not len(points) or not np.any(points["gap"] < -tiny):
+            return None
+        problem = new_problem(points, self.work, self.parts, True)
+        write_problem(problem, self.work, self.work.S, self.system.program.pattern, self.parts)
+        problem.shift[:] = points["gap"]
+        problem.active[:] = np.isin(points["key"], self.closed) & (problem.D[::36] > 0.0)
+        if not np.any((points["gap"] < -tiny) & (problem.active == 1)):
+            return None
+        return problem
+
+    def _push_apart(self, problem, x: np.ndarray) -> None:
+        """Add the least displacement that opens all penetrations to `x`."""
+        for k in range(PUSHES):
+            change, _ = sweep(problem, self.parts, x, k % 2 == 1)
+            if change <= 0.1 * TOUCHING * self.small:
+                break
+
+    def _unsolved(self, problem, solved, goal: float) -> str:
+        point = problem.points[solved.worst]
+        names = [self._marker_name(int(point[side])) for side in "ab"]
+        force = self.system.model.forces[point["owner"]]
+        return (
+            f"{force.title}: the laws of contact between '{names[0]}' and '{names[1]}' are missed by "
+            f"{solved.residual:.3g} m/s after {solved.sweeps} sweeps and {solved.newton} steps of Newton's method "
+            f"at t = {self.t:.9g} s; expected: {goal:.3g} m/s"
+        )
+
+    def _marker_name(self, number: int) -> str:
+        return next((name for name, k in self.system.marker_index.items() if k == number), str(number))
+
+    def _fail(self, complaint: str) -> bool:
+        self.complaint = complaint
+        return False
+
+    @property
+    def reached(self) -> float:
+        """Time of the present state."""
+        return self.t
+
+    def advance(self, t: float, pace: Patience) -> str:
+        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
+        if t > self.t and t != self.goal:
+            self.goal, self.span = t, t - self.t
+        while t - self.t > 1e-12 * max(abs(t), self.span):
+            left = t - self.t
+            if not self._step(left / max(1.0, np.ceil(left / self.settings.step * (1.0 - 1e-9)))):
+                return self.complaint
+            if pace.used_up:
+                return ""
+        if t > self.t or abs(t - self.t) <= 1e-12 * max(abs(t), self.span):
+            self.t = t
+        return ""
+
+    def _clear_wrenches(self, q: np.ndarray) -> None:
+        """Let the evaluation of a step see no contact forces: they are its unknowns."""
+        q[self.system.program.branches + self.kept.ravel()] = 0.0
+
+    def sample(self):
+        """Return t, q, u, a, lam, works; contact forces are kept in the last coordinates."""
+        q, body, a = self.q.copy(), np.zeros(self.system.nu), np.zeros(self.system.nu)
+        to_body_axes(self.world, q, self.u, self.a, body, a)
+        if len(self.kept) and len(self.points):
+            self._place(self.t, q, self.u)
+            forces, P = np.zeros(self.kept.shape), self.P / self.h
+            resultants(self.points, P, self.work.markers, self.rows_of, forces)
+            q[self.system.program.branches + self.kept] = forces
+        return self.t, q, body, a, self.lam, self.works.copy()
+
+
+def _rigid(system) -> bool:
+    """Have bodies no coordinates of deformation, and forces no states?"""
+    return all(flexible == 0 and size <= 3 for _, _, size, flexible in system.program.vectors)
+
+
+def _places_of_wrenches(system, touching) -> tuple[np.ndarray, np.ndarray]:
+    """Return the branches (n, 6) that keep contact wrenches, and their rows by force and marker."""
+    names = {name: k for k, name in enumerate(system.branch_names)}
+    rows, found = np.zeros((len(system.model.forces), len(system.tables["markers"])), np.int64), []
+    for owner, force in touching.forces:
+        for name in force.touching_markers(system.model):
+            rows[owner, system.marker_index[name]] = len(found)
+            found.append([names[title] for title in force.kept_names(name)])
+    return np.array(found, np.int64).reshape(-1, 6), rows
