@@ -15,6 +15,7 @@ _ROOMS = {
     "flexmb.errors": "CompileError DataFileError FlexmbError IntegrationError MeshError ModelError ReductionError "
     "SlowRunWarning ValidityWarning",
     "flexmb.model": "MATERIALS Material Model ModalNeutralData Orbit OrthotropicMaterial Pose",
+    "flexmb.forces.moving_load": "moving_load",
     "flexmb.model.blocks": "DeadZone Integral Lag Limit Pid RateLimit",
     "flexmb.model.function_block": "Delay Function",
     "flexmb.model.held_blocks": "Quantiser Relay Sampled SampledStateSpace",

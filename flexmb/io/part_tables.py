@@ -21,7 +21,7 @@ from flexmb.results import stored_body
 
 __all__ = ["body_data", "check_parameters", "described_part"]
 
-OF_MESHES = ("Pressure", "LineLoad")
+OF_MESHES = ("Pressure", "LineLoad", "Track")
 """Loads of `flexmb.reduction` on sets of a mesh."""
 CLOSE = 1e-9
 """Relative difference of two values of a parameter that counts as none."""
@@ -35,7 +35,8 @@ def _kinds() -> dict[str, dict[str, type]]:
     from flexmb.model.material import Material
     from flexmb.model.orthotropic_material import OrthotropicMaterial
 
-    named = (reduction.Rigid, reduction.Averaging, reduction.Nodes, reduction.Pressure, reduction.LineLoad)
+    named = (reduction.Rigid, reduction.Averaging, reduction.Nodes)
+    loads = (reduction.Pressure, reduction.LineLoad, reduction.Track)
     bases = (
         reduction.CraigBampton,
         reduction.Rubin,
@@ -43,7 +44,7 @@ def _kinds() -> dict[str, dict[str, type]]:
         reduction.CharacteristicModes,
         reduction.Balanced,
     )
-    values = (*named, *bases, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Each)
+    values = (*named, *loads, *bases, reduction.UpTo, reduction.Rayleigh, reduction.Bands, parts.Each)
     shapes = (Section, Material, OrthotropicMaterial, parts.Stretch, parts.Bore, parts.Boss)
     return {
         "pieces": parts.PIECES,

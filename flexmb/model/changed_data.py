@@ -266,9 +266,15 @@ def _with_quality(data: Data, length: float = 1.0) -> Data:
             "fixed_interface_frequencies": [f * factor for f in data.quality["fixed_interface_frequencies"]],
             "modes": scale(data.quality["modes"], ["frequency"]),
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
+            **({"tracks": _along(data.quality["tracks"], length)} if "tracks" in data.quality else {}),
             **({"transfer": _with_units(data, factor, length)} if "transfer" in data.quality else {}),
         },
     )
+
+
+def _along(tracks: dict, length: float) -> dict:
+    """Return tracks with the places of their nodes in another unit of length."""
+    return {name: {**track, "places": [s * length for s in track["places"]]} for name, track in tracks.items()}
 
 
 def _with_units(data: Data, factor: float, length: float) -> dict:

@@ -13,6 +13,7 @@ from flexmb.reduction.loads import LineLoad, NodalForces, Pressure
 from flexmb.reduction.mode_choice import UpTo
 from flexmb.reduction.split import split
 from flexmb.reduction.surface_pressure import SurfacePressure
+from flexmb.reduction.tracks import Track
 
 __all__ = [
     "Averaging",
@@ -35,6 +36,7 @@ __all__ = [
     "Rigid",
     "Rubin",
     "SurfacePressure",
+    "Track",
     "UpTo",
     "mirrored",
     "moved",

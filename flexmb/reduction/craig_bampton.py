@@ -31,6 +31,7 @@ from flexmb.reduction.mode_choice import USUAL, UpTo, parse_modes
 from flexmb.reduction.quality import quality_numbers
 from flexmb.reduction.statics import HeldBody
 from flexmb.reduction.stress import middle_surface, stress_modes
+from flexmb.reduction.tracks import Track, expanded, joining_forces
 from flexmb.reduction.transfer_error import TransferError, transfer_error
 
 __all__ = ["reduce"]
@@ -76,7 +77,7 @@ def reduce(
         Stiffness of unit inertia, interface and distributed loads; stress modes, where the elements give them.
     stations : mapping of name to set name, node numbers or coordinates, m
         Observed points; they need no node.
-    loads : mapping of name to facet set, `Pressure`, `LineLoad`, `NodalForces` or table
+    loads : mapping of name to facet set, `Pressure`, `LineLoad`, `NodalForces`, `Track` or table
         Load shapes of unit size; a facet set means unit pressure (1 Pa) onto it, against the outward normal.
     frame : str
         "buckens", or the name of the interface at which the body frame is clamped.
@@ -157,13 +158,15 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     say("interfaces", 0.0)
     couplings = resolve(fe, asked.interfaces)
     markers = interface_motions(fe, couplings) + station_motions(fe, asked.stations)
-    loads = loads_of(asked.loads)
+    shapes, tracks = expanded(fe, asked.loads)
+    loads = loads_of(shapes)
     forces = load_vectors(fe, loads)
     names = list(loads)
     say("factorisation and constraint modes", 0.05)
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
-    joining = forces[:, [names.index(name) for name in asked.residual_vectors]]
+    residual = forces[:, [names.index(name) for name in asked.residual_vectors]]
+    joining = np.hstack([residual, joining_forces(body, forces, names, tracks)])
     clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
     framed = FramedBody(body, clamped, markers, forces, joining)
     chosen = choose_basis(framed, asked.basis, asked.modes, joining, asked.damping)
@@ -172,7 +175,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     basis = orthonormal_basis(body, normal, clamped, chosen.within)
     say("geometric stiffness", 0.6)
     interfaces, turning = markers[: len(couplings)], load_turning(body, basis.shapes, markers[: len(couplings)], loads)
-    geometric, preload_turning = _stiffening(body, basis, interfaces, forces, turning, asked, clamped)
+    geometric, preload_turning = _stiffening(body, basis, interfaces, forces, turning, names, asked, clamped)
     say("full model for comparison", 0.7)
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
@@ -180,6 +183,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
     quality = quality_numbers(body, chosen, basis, exact, error, clamped, markers[len(couplings) :], band)
+    if tracks:
+        quality["tracks"] = tracks
     if words := middle_surface(fe) if asked.stress else "":
         warnings.warn(words, UserWarning, stacklevel=3)
         quality["warnings"].append(words)
@@ -212,13 +217,14 @@ def _stiffening(
     interfaces: Sequence[MarkerMotion],
     forces: np.ndarray,
     turning: np.ndarray,
+    names: list[str],
     asked: _Settings,
     clamped: int | None,
 ) -> tuple[GeometricStiffness | None, np.ndarray | None]:
     """Return the geometric stiffness, and how the generalised force of the preload changes with the shapes."""
     if not asked.geometric_stiffness:
         return None, None
-    factors = np.array([asked.preload.get(name, 0.0) for name in asked.loads])
+    factors = np.array([asked.preload.get(name, 0.0) for name in names])
     constant, held, number = forces @ factors, np.zeros(body.fe.ndof), holding_interface(body)
     change = np.einsum("n,nij->ij", factors, turning) if asked.preload else None
     if change is not None:
@@ -346,10 +352,10 @@ def _check_names(asked: _Settings) -> None:
             remedy=did_you_mean(frame, interfaces),
         )
     for name in [*asked.residual_vectors, *asked.preload]:
-        if name not in loads:
+        if name not in loads or isinstance(loads[name], Track):
             raise ReductionError(
                 f"Load '{name}'",
-                found="no load shape of that name",
+                found="a track: its shapes join by themselves" if name in loads else "no load shape of that name",
                 expected=f"One of: {', '.join(loads) or 'none'}",
                 remedy=did_you_mean(name, loads),
             )
