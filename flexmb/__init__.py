@@ -29,7 +29,7 @@ _ROOMS = {
     "flexmb.events": "Change Event Impact Lock Release Stop Unlock",
     "flexmb.integrate": "ArcLength Augmented Baumgarte LoadSteps NullSpace UdwadiaPhohomsiri accelerations campbell "
     "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize mode_motion "
-    "resume simulate statics stepper",
+    "resume root_locus simulate spectral_response statics stepper variances",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.profiles": "Arc Cam Disc Involute Line Outline Profile SmoothOutline Spline",
     "flexmb.results": "Solution Status",

@@ -128,6 +128,57 @@ class MaxwellDamper(OnCoordinate):
                 )
             object.__setattr__(self, "elongations", tuple(float(z) for z in given))
 
+    @classmethod
+    def power_law(
+        cls, name: str, *, modulus: float, order: float, band: tuple[float, float], count: int = MOST, **fields
+    ) -> MaxwellDamper:
+        """Return a damper whose dynamic stiffness is nearly ``modulus (i w)^order`` over a band: a spring-pot.
+
+        Rubber and tissue relax so, with an order of 0.1 to 0.5, which a derivative of that order describes. The
+        relaxation times are spread evenly over the logarithm of the band, the stiffnesses are the positive ones of
+        least relative error.
+
+        Parameters
+        ----------
+        name : str
+        modulus : float, N s^order/m
+        order : float
+            Above 0 (a spring) and below 1 (a damper).
+        band : (float, float), Hz
+            Lowest and highest frequency.
+        count : int
+            Number of branches.
+        fields
+            Other fields of the damper: markers, joint, length, ...
+
+        Raises
+        ------
+        ModelError
+            The numbers are wrong, or so many branches miss the law by more than 5 % somewhere in the band.
+
+        Source: Bagley & Torvik 1983, A theoretical basis for the application of fractional calculus to viscoelasticity.
+        """
+        title = f"Force '{name}'"
+        numbers = [modulus, order, *band] if isinstance(band, list | tuple) and len(band) == 2 else [0.0]
+        right = all(is_number(x) and x > 0.0 for x in numbers) and count in range(1, MOST + 1)
+        if not right or not order < 1.0 or not band[0] < band[1]:
+            raise ModelError(
+                title,
+                found=f"modulus = {modulus!r}, order = {order!r}, band = {band!r}, count = {count!r}",
+                expected=f"positive numbers, an order below 1, the lower frequency first, 1 to {MOST} branches",
+                remedy="Write modulus=2e4, order=0.3, band=(0.1, 100.0)",
+            )
+        branches, miss = _prony(modulus, order, 2.0 * np.pi * np.array(band), count)
+        if miss > 0.05:
+            raise ModelError(
+                title,
+                found=f"{count} branches that miss the power law by {100.0 * miss:.2g} % between {band[0]:g} and "
+                f"{band[1]:g} Hz",
+                expected="at most 5 %",
+                remedy="Give a narrower band, or more branches",
+            )
+        return cls(name, branches=branches, **fields)
+
     def _checked_branches(self) -> tuple[tuple[float, float], ...]:
         """Return the branches as numbers; ModelError if they are not pairs of positive ones."""
         try:
@@ -163,3 +214,24 @@ class MaxwellDamper(OnCoordinate):
             "n": len(self.branches),
             "branches": branches,
         }
+
+
+def _prony(modulus: float, order: float, band: np.ndarray, count: int) -> tuple[tuple[tuple[float, float], ...], float]:
+    """Return branches (stiffness, time) near ``modulus (i w)^order`` in a band, rad/s, and their largest miss."""
+    from scipy.optimize import minimize_scalar, nnls
+
+    w = np.geomspace(*band, 60 * count)
+    wanted = modulus * (1j * w) ** order
+
+    def fit(reach: float):
+        # times beyond the band make up for all that a sum of few terms leaves out at its ends
+        times = 1.0 / np.geomspace(band[0] / reach, band[1] * reach, count)
+        parts = (1j * w[:, None] * times) / (1.0 + 1j * w[:, None] * times) / wanted[:, None]
+        rows = np.vstack([parts.real, parts.imag])
+        stiffness, _ = nnls(rows, np.concatenate([np.ones(len(w)), np.zeros(len(w))]))
+        return times, stiffness, float(np.abs(parts @ stiffness - 1.0).max())
+
+    best = minimize_scalar(lambda x: fit(np.exp(x))[2], bounds=(0.0, 5.0), method="bounded").x
+    times, stiffness, miss = fit(np.exp(best))
+    used = stiffness > 0.0
+    return tuple(zip(stiffness[used].tolist(), times[used].tolist(), strict=True)), miss

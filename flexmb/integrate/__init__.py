@@ -18,6 +18,8 @@ from flexmb.integrate.linear.linearize import Linearization, linearize
 from flexmb.integrate.linear.mode_motion import mode_motion
 from flexmb.integrate.linear.plant import Plant
 from flexmb.integrate.nonsmooth.moreau_jean import MoreauJean
+from flexmb.integrate.linear.random_loads import spectral_response, variances
+from flexmb.integrate.linear.root_locus import RootLocus, root_locus
 from flexmb.integrate.runs.impact import Impulse, impulses
 from flexmb.integrate.runs.resume import resume
 from flexmb.integrate.runs.simulate import simulate
@@ -46,6 +48,7 @@ __all__ = [
     "NullSpace",
     "Plant",
     "Report",
+    "RootLocus",
     "Stepper",
     "UdwadiaPhohomsiri",
     "accelerations",
@@ -60,7 +63,10 @@ __all__ = [
     "linearize",
     "mode_motion",
     "resume",
+    "root_locus",
     "simulate",
+    "spectral_response",
     "statics",
     "stepper",
+    "variances",
 ]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.special import gamma
 
 import flexmb as fmb
 from flexmb.errors import ModelError
@@ -99,3 +100,23 @@ def test_equilibrium_is_that_of_the_remaining_spring():
 def test_messages(change, words):
     with pytest.raises(ModelError, match=words):
         fmb.MaxwellDamper("mount", **{"joint": "rail", "branches": BRANCHES, **change})
+
+
+@pytest.mark.parametrize(("order", "off"), [(0.2, 0.05), (0.5, 0.1), (0.8, 0.15)])
+def test_a_power_law_relaxes_as_a_derivative_of_fractional_order(order, off):
+    """Dynamic stiffness c (i w)^order within the band; after a sudden elongation c t^-order / Gamma(1 - order)."""
+    law = fmb.MaxwellDamper.power_law("rubber", modulus=3e3, order=order, band=(0.1, 100.0), joint="slide")
+    k, tau = np.array(law.branches).T
+    w = 2.0 * np.pi * np.geomspace(0.1, 100.0, 300)
+    dynamic = (1j * w[:, None] * tau / (1.0 + 1j * w[:, None] * tau)) @ k
+    assert np.abs(dynamic / (3e3 * (1j * w) ** order) - 1.0).max() < 0.05
+    t = np.geomspace(0.01, 0.5, 50)
+    relaxed = np.exp(-t[:, None] / tau) @ k
+    assert relaxed == pytest.approx(3e3 * t**-order / gamma(1.0 - order), rel=off)
+
+
+def test_bad_power_laws_are_refused():
+    with pytest.raises(ModelError, match="an order below 1"):
+        fmb.MaxwellDamper.power_law("rubber", modulus=3e3, order=1.5, band=(0.1, 100.0), joint="slide")
+    with pytest.raises(ModelError, match="2 branches that miss the power law"):
+        fmb.MaxwellDamper.power_law("rubber", modulus=3e3, order=0.5, band=(0.1, 100.0), count=2, joint="slide")

@@ -28,6 +28,7 @@ from flexmb.integrate.runs.reasons import failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.unknown_value import unknown_value
 from flexmb.integrate.runs.validity import Validity
+from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import LOOKS, Watch, next_phase
 from flexmb.math.tables import State
 from flexmb.model.model import Model
@@ -69,6 +70,7 @@ class Phases:
         self.variables: Any = None
         self.validity = Validity(before)
         self.energy: EnergyWatch | None = None
+        self.gradients: Gradients | None = None
         self.jumps: list[PrescribedJump] = []
         self.t = float(times[0])
         self.recording = False
@@ -171,6 +173,7 @@ class Phases:
         self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
         self.energy = EnergyWatch(system, system.workspace())
         self.pace.new_phase()
+        self.gradients = Gradients(system)
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
@@ -351,6 +354,14 @@ class Phases:
         wrong = first_inversion(self.recorder.system, kept["q"])
         if wrong is not None:
             kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
+        if self.gradients is not None:
+            try:
+                self.gradients.look(kept)
+            except IntegrationError:
+                good = kept["t"] <= self.gradients.reached
+                self.recorder.add({name: x[good] for name, x in kept.items()})
+                self.t = self.gradients.reached
+                raise
         self.recorder.add(kept)
         self.validity.look(self.recorder.system, kept)
         if self.energy is not None:

@@ -22,6 +22,7 @@ from flexmb.integrate.runs.phases import carried
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.record import joined_rows
+from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import Watch, next_phase
 from flexmb.results import Instant, Phase, Status
 from flexmb.system import assemble
@@ -56,6 +57,7 @@ class SteppedPhase:
         self.ended = "finished"
         self._readings: Readings | None = None
         self._looking: Any = None
+        self._gradients = Gradients(system)
         self.jumped = False
         self.jumps: list[PrescribedJump] = []
 
@@ -161,6 +163,7 @@ class SteppedPhase:
                 expected="less than half a turn, where its moment would jump to the opposite sign",
                 remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
             )
+        self._gradients.look(row)
         wrong = first_inversion(self.system, row["q"])
         if wrong is not None:
             raise IntegrationError(wrong.title, found=wrong.found, expected=inversion.EXPECTED, remedy=inversion.REMEDY)
@@ -242,6 +245,7 @@ class SteppedPhase:
         self.watch.passed.clear()
         self.watch.passed.update(passed)
         self.ended = "finished"
+        self._gradients.last = None
         for array, kept in zip(self._scratch(), scratch, strict=True):
             array[...] = kept
         if variables is None:

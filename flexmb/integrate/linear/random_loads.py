@@ -1,0 +1,95 @@
+"""Answers of a plant to stationary random loads: power spectral densities, and variances."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.integrate.linear.plant import Plant
+
+__all__ = ["spectral_response", "variances"]
+
+
+def spectral_response(plant: Plant, frequencies, densities) -> np.ndarray:
+    """Return the power spectral densities of the outputs, G_y = H G_u H*.
+
+    Parameters
+    ----------
+    plant : Plant
+        Stable.
+    frequencies : (nf,), Hz
+    densities : (nf, m) or (nf, m, m)
+        One-sided densities of the inputs, in (unit of the input)^2/Hz, of inputs that do not depend on each other; or
+        with the cross spectra, Hermitian.
+
+    Returns
+    -------
+    (nf, p, p), complex
+        On the diagonal the densities of the outputs, beside it their cross spectra.
+
+    Source: Newland 1993, Random vibrations, spectral and wavelet analysis, chapters 6 and 7.
+    """
+    _require_stable(plant)
+    response = plant.frequency_response(frequencies)
+    given = np.asarray(densities, complex)
+    nf, _, m = response.shape
+    if given.shape == (nf, m):
+        given = given[:, :, None] * np.eye(m)
+    right = given.shape == (nf, m, m) and np.all(np.isfinite(given))
+    if (
+        not right
+        or not np.allclose(given, given.conj().swapaxes(1, 2))
+        or np.linalg.eigvalsh(given).min() < -1e-9 * (np.abs(given).max())
+    ):
+        raise ModelError(
+            f"Plant of model '{plant.name}'",
+            found=f"densities of the shape {np.shape(densities)}",
+            expected=f"({nf}, {m}), not negative, or ({nf}, {m}, {m}), Hermitian and not negative: a row per frequency",
+            remedy="Give one-sided densities, in (unit of the input)^2/Hz",
+        )
+    return response @ given @ response.conj().swapaxes(1, 2)
+
+
+def variances(plant: Plant, densities) -> np.ndarray:
+    """Return the covariances (p, p) of the outputs under white noise, from A P + P A^T + B W B^T = 0.
+
+    Parameters
+    ----------
+    plant : Plant
+        Stable; inputs may not pass to outputs at once, where the variance would be infinite.
+    densities : (m,) or (m, m)
+        One-sided densities, in (unit of the input)^2/Hz; white noise is seen with half of it at every frequency.
+    """
+    from scipy.linalg import solve_continuous_lyapunov
+
+    _require_stable(plant)
+    given = np.asarray(densities, float)
+    m = plant.B.shape[1]
+    whole = np.diag(given) if given.shape == (m,) else given
+    if whole.shape != (m, m) or not np.all(np.isfinite(whole)):
+        raise ModelError(
+            f"Plant of model '{plant.name}'",
+            found=f"densities of the shape {given.shape}",
+            expected=f"({m},) or ({m}, {m}) finite numbers",
+            remedy="Give one density for every input",
+        )
+    if np.any(plant.D) or np.any(plant.D1) or np.any(plant.D2):
+        raise ModelError(
+            f"Plant of model '{plant.name}'",
+            found="an output that follows an input at once",
+            expected="outputs that white noise reaches by way of states: the variance is infinite otherwise",
+            remedy="Ask for positions or velocities, or use spectral_response over the band that matters",
+        )
+    P = solve_continuous_lyapunov(plant.A, -0.5 * plant.B @ whole @ plant.B.T)
+    return plant.C @ P @ plant.C.T
+
+
+def _require_stable(plant: Plant) -> None:
+    largest = float(np.linalg.eigvals(plant.A).real.max(initial=-np.inf))
+    if not largest < 0.0:
+        raise ModelError(
+            f"Plant of model '{plant.name}'",
+            found=f"a pole with the real part {largest:.3g} 1/s",
+            expected="a plant that settles: only its answers to stationary loads are stationary",
+            remedy="Add damping, or supports to free motions",
+        )

@@ -1,0 +1,93 @@
+"""`root_locus`: how the poles of a mechanism move with a parameter, and where one becomes unstable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import brentq, linear_sum_assignment
+
+from flexmb.errors import ModelError
+from flexmb.integrate.linear.linearize import linearize
+from flexmb.model.described import finite_array
+from flexmb.model.model import Model
+
+__all__ = ["RootLocus", "root_locus"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RootLocus:
+    """Poles over a parameter; a column is one pole, followed to the nearest place from value to value.
+
+    Parameters
+    ----------
+    values : (nv,)
+        Of the parameter.
+    poles : (nv, n), 1/s, complex
+        Both of each conjugate pair.
+    """
+
+    values: np.ndarray
+    poles: np.ndarray
+    _growth: Callable[[float], float] = field(repr=False)
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Does no motion grow, at each value? (nv,)."""
+        return self.growth <= 0.0
+
+    @property
+    def growth(self) -> np.ndarray:
+        """Largest real part at each value, (nv,), 1/s."""
+        return self.poles.real.max(axis=1)
+
+    def limits(self) -> list[float]:
+        """Return the values at which the largest real part passes zero, each found between two values by new models."""
+        found, growth = [], self.growth
+        for k in np.flatnonzero(growth[:-1] * growth[1:] < 0.0):
+            a, b = float(self.values[k]), float(self.values[k + 1])
+            found.append(float(brentq(self._growth, a, b, xtol=1e-12 * max(abs(a), abs(b)), rtol=1e-12)))
+        return found
+
+
+def root_locus(model: Callable[[float], Model], values) -> RootLocus:
+    """Return the poles of a model at the values of a parameter, about its assembled start at rest.
+
+    Parameters
+    ----------
+    model : callable (value) -> Model
+        ``lambda gain: arm(kp=gain)``. About another state, give what `statics` of that model finds as its start.
+    values : (nv,)
+
+    Raises
+    ------
+    ModelError
+        Values that are no finite numbers; models with different numbers of poles.
+    """
+    given = finite_array(values)
+    if given.ndim != 1 or len(given) < 2 or not callable(model):
+        raise ModelError(
+            "root_locus",
+            found=f"model = {model!r:.60}, values = {values!r:.60}",
+            expected="a function that makes the model of a value, and two values or more",
+            remedy="Write root_locus(lambda gain: arm(gain), np.linspace(0, 10, 21))",
+        )
+
+    def poles(value: float) -> np.ndarray:
+        found = linearize(model(value)).eigenvalues
+        return np.concatenate([found, found[found.imag > 0.0].conj()])
+
+    rows = [poles(float(given[0]))]
+    for value in given[1:]:
+        now = poles(float(value))
+        if len(now) != len(rows[0]):
+            raise ModelError(
+                "root_locus",
+                found=f"{len(rows[0])} poles at {given[0]:g}, {len(now)} at {value:g}",
+                expected="the same number at all values",
+                remedy="Change numbers only, not the parts of the model; a gain of exactly zero may drop a state",
+            )
+        _, order = linear_sum_assignment(np.abs(rows[-1][:, None] - now[None, :]))
+        rows.append(now[order])
+    return RootLocus(values=given, poles=np.array(rows), _growth=lambda value: float(poles(value).real.max()))

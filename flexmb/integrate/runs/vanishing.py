@@ -1,0 +1,112 @@
+"""Equations of the user whose gradient vanishes on the way: there they restrict nothing, and the motion may branch.
+
+``x**2 + y**2 = R(t)**2`` is one when R passes zero. No integrator notices if it steps over the place.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flexmb.constraints.formula import Formula
+from flexmb.errors import IntegrationError
+from flexmb.math.weights import no_matrix
+from flexmb.system.program import advance, evaluate
+
+__all__ = ["Gradients"]
+
+SMALL = 1e-2
+"""Part of its size at both ends of an interval that a gradient is below, where it vanishes between."""
+PLACES = np.linspace(0.0, 1.0, 101)[:, None]
+PROBE = 1e-6
+"""Of the time between two samples, over which rates are taken."""
+RESOLVED = 2.0
+"""rad, by which a gradient may turn between two samples if what it does between them is to be known."""
+
+
+class _Row(NamedTuple):
+    """t : s; values, rates : of each equation, (legs * 6,)."""
+
+    t: float
+    values: list[np.ndarray]
+    rates: list[np.ndarray]
+
+
+class Gradients:
+    """Looks at the gradients of the user's equations at the samples of one phase, one after another."""
+
+    def __init__(self, system):
+        self.system, self.work = system, None
+        self.numbers = [n for n, (_, kind) in enumerate(system.equation_owners) if isinstance(kind, Formula)]
+        self.last: _Row | None = None
+
+    @property
+    def reached(self) -> float:
+        """Time of the last row that was looked at, s."""
+        return -np.inf if self.last is None else self.last.t
+
+    def look(self, rows: dict[str, Any]) -> None:
+        """Raise IntegrationError if a gradient has vanished before one of these rows, since the row before."""
+        if not self.numbers:
+            return
+        for k in range(len(rows["t"])):
+            t = float(rows["t"][k])
+            if self.last is not None and t <= self.last.t:
+                continue
+            span = t - self.last.t if self.last is not None else 1.0
+            now = self._row(t, rows["q"][k], rows["u"][k], PROBE * span)
+            if self.last is not None:
+                self._compare(self.last, now)
+            self.last = now
+
+    def _row(self, t: float, q: np.ndarray, u: np.ndarray, probe: float) -> _Row:
+        later = np.array(q, float)
+        advance(self.system.program, np.ascontiguousarray(q), np.ascontiguousarray(u), probe, later)
+        values, then = self._gradients(t, q, u), self._gradients(t + probe, later, u)
+        return _Row(t, values, [(b - a) / probe for a, b in zip(values, then, strict=True)])
+
+    def _gradients(self, t: float, q: np.ndarray, u: np.ndarray) -> list[np.ndarray]:
+        if self.work is None:
+            self.work = self.system.workspace()
+            no_matrix(self.work.weights)
+        evaluate(self.system.program, self.system.state(t, q, u), self.work)
+        legs = self.work.legs
+        return [legs["gradient"][legs["equation"] == n].ravel() for n in self.numbers]
+
+    def _compare(self, one: _Row, two: _Row) -> None:
+        h = two.t - one.t
+        for k, number in enumerate(self.numbers):
+            (a, b), (da, db) = (one.values[k], two.values[k]), (one.rates[k], two.rates[k])
+            size = min(np.linalg.norm(a), np.linalg.norm(b))
+            turned = max(_turning(a, da), _turning(b, db)) * h
+            if not size > 0.0 or not turned < RESOLVED:
+                continue
+            s = PLACES
+            between = (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * h * da
+            between = between + s * s * (3 - 2 * s) * b - s * s * (1 - s) * h * db
+            length = np.linalg.norm(between, axis=1)
+            # the smallest of three neighbours and the line through them: places are a hundredth apart
+            least = int(np.argmin(length))
+            step = np.linalg.norm(np.diff(between, axis=0), axis=1).max()
+            if length[least] < max(SMALL * size, 0.5 * step * (a @ b < 0.0)) and length[least] < 0.1 * size:
+                self._raise(number, one.t + float(s[least, 0]) * h)
+
+    def _raise(self, number: int, t: float) -> None:
+        joint = self.system.joints[self.system.equation_owners[number][0]]
+        raise IntegrationError(
+            joint.title,
+            found=f"the gradient of its equation vanishes near t = {t:.6g} s, where it restricts nothing",
+            expected="an equation that changes with the motion at all times",
+            remedy="Write it so that it does not become singular (a Distance in the place of a sum of squares), or end "
+            "the run before by an event",
+        )
+
+
+def _turning(value: np.ndarray, rate: np.ndarray) -> float:
+    """Return how fast a vector turns, rad/s."""
+    square = float(value @ value)
+    if square == 0.0:
+        return np.inf
+    across = rate - value * (value @ rate) / square
+    return float(np.linalg.norm(across) / np.sqrt(square))

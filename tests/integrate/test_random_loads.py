@@ -1,0 +1,66 @@
+"""Random loads and root loci against closed forms of one and two masses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.errors import ModelError
+
+M, K, C = 2.0, 80.0, 3.0
+ALONG_X = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
+
+
+def cart(damping: float = C, lag: float | None = None, gain: float = 0.0) -> fmb.Model:
+    """Return a mass on a spring with a damper, and a controller behind a lag that pushes with gain times the speed."""
+    x = fmb.JointCoordinate("x", joint="rail")
+    force = fmb.formula("u - k*x - c*rate(x)", over={"x": x, "u": fmb.input("push")}, k=K, c=damping)
+    if lag is not None:
+        force = force + gain * fmb.Lag(fmb.measured(x), time=lag)
+    return fmb.Model(
+        bodies=[
+            fmb.Ground(markers={"x": ALONG_X}),
+            fmb.RigidBody("cart", mass=M, inertia=(1, 1, 1), markers={"x": ALONG_X}),
+        ],
+        joints=[fmb.Prismatic("rail", markers=("ground.x", "cart.x"))],
+        forces=[fmb.Actuator("motor", joint="rail", effort=force)],
+        sensors=[x, fmb.Velocity("v", marker="cart.x")],
+    )
+
+
+def test_white_noise_on_an_oscillator():
+    """One-sided G: variances G / (4 c k) of the place and G / (4 c m) of the speed (Newland 1993, sec. 7)."""
+    plant = fmb.linearize(cart(), inputs="push", outputs=["x", "v"])
+    found = np.diag(fmb.variances(plant, [5.0]))
+    assert found[:2] == pytest.approx([5.0 / (4 * C * K), 5.0 / (4 * C * M)], rel=1e-9)
+    f = np.linspace(0.0, 60.0, 60001)
+    spectra = fmb.spectral_response(plant, f, np.full((len(f), 1), 5.0)).real
+    assert np.trapezoid(spectra[:, 0, 0], f) == pytest.approx(found[0], rel=1e-4)
+    s = 2j * np.pi * f
+    assert spectra[:, 0, 0] == pytest.approx(5.0 / np.abs(M * s**2 + C * s + K) ** 2, rel=1e-8)
+
+
+def test_bad_random_loads_are_refused():
+    plant = fmb.linearize(cart(), inputs="push", outputs="x")
+    with pytest.raises(ModelError, match="densities of the shape"):
+        fmb.spectral_response(plant, [1.0, 2.0], [[1.0]])
+    with pytest.raises(ModelError, match="densities"):
+        fmb.spectral_response(plant, [1.0], [[-1.0]])
+    free = fmb.linearize(cart(damping=0.0), inputs="push", outputs="x")
+    with pytest.raises(ModelError, match="a plant that settles"):
+        fmb.variances(free, [1.0])
+
+
+def test_the_limit_of_a_gain_is_that_of_hurwitz():
+    """(m s^2 + c s + k)(T s + 1) = g: unstable from g < k - (m + cT)(c + kT) / (mT) on, and from g > k (Hurwitz)."""
+    T = 0.2
+    low = K - (M + C * T) * (C + K * T) / (M * T)
+    locus = fmb.root_locus(lambda g: cart(lag=T, gain=g), np.linspace(low - 20.0, K + 20.0, 12))
+    assert locus.limits() == pytest.approx([low, K], rel=1e-8)
+    for value, poles in zip(locus.values, locus.poles):
+        wanted = np.roots([M * T, M + C * T, C + K * T, K - value])
+        assert np.sort_complex(poles) == pytest.approx(np.sort_complex(wanted), rel=1e-8)
+    assert list(locus.stable) == [low < value < K for value in locus.values]
+    with pytest.raises(ModelError, match="two values or more"):
+        fmb.root_locus(cart, [1.0])

@@ -1,0 +1,52 @@
+"""A circle that shrinks through its centre, and constraints that only turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.errors import IntegrationError
+
+
+def on_a_circle(radius: str, speed: float = 0.0, **parameters) -> fmb.Model:
+    """Return a point in the plane z = 0 on a circle about the origin."""
+    place = fmb.Position("p", marker="bob.center")
+    radius_at_start = 0.5
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("bob", mass=1.0, at=(radius_at_start, 0, 0), velocity=(0, speed, 0))],
+        joints=[
+            fmb.Constraint("ring", over=[place], equation=f"p[0]**2 + p[1]**2 = ({radius})**2", parameters=parameters),
+            fmb.Constraint("flat", over=[place], equation="p[2]"),
+        ],
+        sensors=[place],
+    )
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(step=0.01), fmb.Explicit()], ids=repr)
+def test_a_circle_that_shrinks_through_its_centre_ends_the_run(integrator):
+    model = on_a_circle("0.5*cos(t)")
+    with pytest.raises(
+        IntegrationError, match=r"Joint 'ring'.*vanishes near t = 1\.5|step size fell below.* at t = 1\.5.*ring"
+    ) as caught:
+        fmb.simulate(model, 3.0, samples=38, integrator=integrator)
+    assert caught.value.solution.t[-1] < 1.7  # pi / 2
+
+
+def test_a_stepped_run_tells_it_too():
+    with fmb.stepper(on_a_circle("0.5*cos(t)"), integrator=fmb.GeneralizedAlpha(step=0.01)) as run:
+        run.advance(to=1.5)
+        with pytest.raises(IntegrationError, match=r"the gradient of its equation vanishes near t = 1\.57"):
+            run.advance(to=1.65)
+
+
+@pytest.mark.parametrize("samples", [2, 5, 31, 301])
+def test_constraints_that_turn_go_on(samples):
+    """A point that goes round, from half a turn between samples to a hundredth, and one on a ring that breathes."""
+    fmb.simulate(on_a_circle("0.5", speed=2.0), 3.0, samples=samples)
+    fmb.simulate(on_a_circle("0.3 + 0.2*cos(7*t)", speed=1.5), 3.0, samples=samples)
+
+
+def test_the_half_turn_is_seen_as_a_turn():
+    solution = fmb.simulate(on_a_circle("0.5", speed=2.0), 3.0, samples=np.arange(0.0, 3.0, np.pi / 4 / 4))
+    assert np.linalg.norm(solution["p"][:, :2], axis=1) == pytest.approx(0.5, abs=1e-6)
