@@ -67,6 +67,10 @@ class Fmu(metaclass=Described):
                 )
 
 
+_LOADED: dict[str, str] = {}
+"""Units that PythonFMU has made and this process has loaded: path by identifier of the build."""
+
+
 class _Unit:
     """A unit that has been loaded: its variables by name, and its run."""
 
@@ -108,6 +112,7 @@ class _Unit:
                 expected="a unit for co-simulation of FMI 2.0 or 3.0",
                 remedy="Export it for co-simulation, with its solver",
             )
+        self._require_fresh_process(about, path)
         platforms = fmpy.supported_platforms(str(path))
         if fmpy.platform not in platforms and fmpy.platform_tuple not in platforms:
             raise ModelError(
@@ -116,6 +121,20 @@ class _Unit:
                 expected=f"one for {fmpy.platform_tuple}",
                 remedy="Export it for this platform",
             )
+
+    def _require_fresh_process(self, about, path: Path) -> None:
+        """Raise ModelError for a unit that would end the process: PythonFMU 0.7 starts its interpreter only once."""
+        if about.fmiVersion != "2.0" or not str(about.generationTool or "").startswith("PythonFMU "):
+            return
+        if about.guid in _LOADED:
+            raise ModelError(
+                self.title,
+                found=f"the unit was loaded in this process before (from {_LOADED[about.guid]}), and the library of "
+                f"{about.generationTool} ends a process that loads it twice",
+                expected="a process of its own for each load",
+                remedy="Start a new process, or export the unit for FMI 3",
+            )
+        _LOADED[about.guid] = path.name
 
     def _begin(self, start: float, end: float) -> None:
         if self.old:

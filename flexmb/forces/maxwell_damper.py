@@ -220,7 +220,7 @@ def _prony(modulus: float, order: float, band: np.ndarray, count: int) -> tuple[
     """Return branches (stiffness, time) near ``modulus (i w)^order`` in a band, rad/s, and their largest miss."""
     from scipy.optimize import minimize_scalar, nnls
 
-    w = np.geomspace(*band, 60 * count)
+    w = np.geomspace(band[0], band[1], 60 * count)
     wanted = modulus * (1j * w) ** order
 
     def fit(reach: float):

@@ -171,3 +171,28 @@ def test_the_command_writes_a_unit(tmp_path, monkeypatch, capsys):
     assert "crank.angle, pin.fx" in told
     with zipfile.ZipFile("four_bar.fmu") as unit:
         assert "modelDescription.xml" in unit.namelist()
+
+
+TWICE = """
+import sys
+import flexmb as fmb
+
+model = fmb.Model(bodies=[fmb.PointMass("stone", mass=1.0)])
+for _ in range(2):
+    try:
+        fmb.fmi.cosimulate(model, fmb.fmi.Fmu(sys.argv[1]), 0.02, step=0.01)
+        print("went")
+    except fmb.ModelError as error:
+        print(error)
+"""
+
+
+def test_a_unit_that_would_end_the_process_is_refused(tmp_path):
+    """The library of PythonFMU 0.7 crashes (signal 11) where a unit of FMI 2 is loaded for the second time."""
+    pytest.importorskip("fmpy")
+    pytest.importorskip("pythonfmu")
+    path = fmb.fmi.write_fmu(four_bar(), tmp_path / "four_bar.fmu", settings=SETTINGS, version=2)
+    run = subprocess.run([sys.executable, "-c", TWICE, str(path)], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.startswith("went")
+    assert "was loaded in this process before" in run.stdout
