@@ -17,9 +17,9 @@ from flexmb.integrate.linear.first_frequencies import FirstFrequencies, first_fr
 from flexmb.integrate.linear.linearize import Linearization, linearize
 from flexmb.integrate.linear.mode_motion import mode_motion
 from flexmb.integrate.linear.plant import Plant
-from flexmb.integrate.nonsmooth.moreau_jean import MoreauJean
 from flexmb.integrate.linear.random_loads import spectral_response, variances
 from flexmb.integrate.linear.root_locus import RootLocus, root_locus
+from flexmb.integrate.nonsmooth.moreau_jean import MoreauJean
 from flexmb.integrate.runs.impact import Impulse, impulses
 from flexmb.integrate.runs.resume import resume
 from flexmb.integrate.runs.simulate import simulate

@@ -324,6 +324,8 @@ class Sensor(Part):
     """Value in phases whose model has lost the part that is read: a joint that is gone carries no load."""
     titles: ClassVar[tuple[str, ...]] = ("",)
     """Titles of the columns with units, where they depend on nothing."""
+    known_later: ClassVar[str] = "it is computed from the samples of a run"
+    """Why it cannot be measured while the motion is computed, if it cannot."""
 
     def columns(self, model) -> tuple[str, ...]:
         """Return the titles of the columns of the values, with units: ("fx [N]", ...)."""
@@ -347,7 +349,7 @@ class Sensor(Part):
         """
         raise ModelError(
             self.title,
-            found=f"{type(self).__name__} cannot be measured while the motion is computed",
+            found=f"{type(self).__name__} cannot be measured while the motion is computed: {self.known_later}",
             expected="Position, Velocity, AngularVelocity, Distance, JointCoordinate or AxisCosine; in loops State too",
             remedy="Measure positions, velocities or joint coordinates",
         )

@@ -17,6 +17,8 @@ WRENCH = ("fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]")
 class _Wrench(Sensor):
     """What both sensors share: components in W, or in the axes of a marker."""
 
+    known_later: ClassVar[str] = "it follows from all forces at that time, also from the one that would follow it"
+
     axes: str | None
 
     def markers_read(self, model) -> tuple[str, ...]:

@@ -30,6 +30,7 @@ class Multiplier(Sensor):
     joint: str
 
     absent: ClassVar[float] = 0.0
+    known_later: ClassVar[str] = "it follows from all forces at that time, also from the one that would follow it"
 
     def check(self, model) -> None:
         """Raise ModelError if the joint does not exist."""
