@@ -138,7 +138,8 @@ class Acceleration(MarkerSensor):
     """
 
     known_later: ClassVar[str] = (
-        "it follows from all forces at that time, also from the one that would follow it; a lag of the speed, (v - x) / T, is nearly one"
+        "it follows from all forces at that time, also from the one that would follow it; a lag of the speed, "
+        "(v - x) / T, is nearly one"
     )
     titles: ClassVar[tuple[str, ...]] = ("ax [m/s2]", "ay [m/s2]", "az [m/s2]")
 
