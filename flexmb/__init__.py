@@ -31,7 +31,7 @@ _ROOMS = {
     "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize mode_motion "
     "resume root_locus simulate spectral_response statics stepper variances",
     "flexmb.tree": "JointTree Recursive RelativeState",
-    "flexmb.profiles": "Arc Cam Disc Involute Line Outline Profile SmoothOutline Spline",
+    "flexmb.profiles": "Arc Cam Disc Involute Line Outline Profile Slot SmoothOutline Spline",
     "flexmb.results": "Solution Status",
     "flexmb.trust": "Verification verify",
     "flexmb.study": "sweep",

@@ -1,4 +1,4 @@
-"""`CamFollower`: a roller or a flat face on a profile, by penalty."""
+"""`CamFollower`: a roller or a flat face on a profile, between flanges, by penalty."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flexmb.forces.relative import act_relative, add_relative_tangent, relative_
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.switches import GAP, IDLE, SLIP, switch_kernel
 from flexmb.math.tables import row_kernel
-from flexmb.model.described import check_kind
+from flexmb.model.described import check_kind, finite_array
 from flexmb.model.kinds import Force
 from flexmb.model.table import Table
 from flexmb.profiles import Profile
@@ -31,6 +31,8 @@ ROW = np.dtype(
         ("profile", np.int64),  # where its table begins in the bulk data, and how long it is
         ("numbers", np.int64),
         ("roller", float),  # m, 0 for a flat face
+        ("low", float),  # m, between which places along z flanges hold the roller; infinite: none
+        ("high", float),
         *GAP_LAW,
     ],
     align=True,
@@ -107,6 +109,15 @@ def _face_gap(d, nx, ny, A, B, support, G, H, T, dT):
 
 
 @inner_kernel
+def _flange_gap(row, side, z, G, H, T, dT):
+    """Write the derivatives of the gap of the lower (0) or upper (1) flange; it rubs at the centre of the roller."""
+    clear_gap(G, H, T, dT)
+    G[2] = 1.0 if side == 0 else -1.0
+    T[0, 0] = T[1, 1] = 1.0
+    return z - row.low if side == 0 else row.high - z
+
+
+@inner_kernel
 def _inside(foot, row):
     """Is the centre of the roller inside the material? Then only the nearest foot counts."""
     return row.roller > 0.0 and foot[4] < 0.0
@@ -148,6 +159,11 @@ def apply(raw, data, state, work):
             add_gap_contact(row, motion[3:9], g, G, H, T, dT, work.energy[0], wanted, f, K, C)
             if k == 0 and _inside(feet[k], row):
                 break
+        for side in range(2):
+            g = _flange_gap(row, side, motion[2], G, H, T, dT)
+            if g < 0.0:
+                touching = True
+                add_gap_contact(row, motion[3:9], g, G, H, T, dT, work.energy[0], wanted, f, K, C)
         if touching:
             act_relative(a, b, f)
             if wanted:
@@ -156,7 +172,7 @@ def apply(raw, data, state, work):
 
 @switch_kernel
 def switch(raw, data, state, work, out):
-    """The two smallest gaps, and the slip where the follower touches."""
+    """The two smallest gaps, the slip where the follower touches, and the gaps of the flanges."""
     rows = raw.view(ROW)
     motion, Q = np.empty(9), np.empty((3, 3))
     feet, supports = np.empty((MOST_FEET, FOOT)), np.empty((MOST_SUPPORTS, SUPPORT))
@@ -172,11 +188,17 @@ def switch(raw, data, state, work, out):
         else:
             nx, ny = _face_normal(Q, A, B)
             count = find_supports(table, nx, ny, supports)
-        slip = out[3 * m + 2]
+        slip = out[5 * m + 2]
         slip[:] = 0.0
         slip[0] = IDLE
+        for side in range(2):
+            gap = out[5 * m + 3 + side]
+            gap[:] = 0.0
+            g = _flange_gap(row, side, motion[2], G, H, T, dT)
+            gap[0] = GAP if g < np.inf else IDLE
+            gap[1], gap[4], gap[9] = (g if g < np.inf else 0.0), G[2] * motion[5], 1.0
         for k in range(2):
-            gap = out[3 * m + k]
+            gap = out[5 * m + k]
             gap[:] = 0.0
             gap[0] = IDLE
             if k >= count:
@@ -216,6 +238,8 @@ class CamFollower(Force):
         `Cam`, `Outline`, `SmoothOutline`, `Disc`, ...: in model files ``{ kind = "Disc", radius = 0.03 }``.
     roller : float, m
         Radius of the roller; 0: a flat face.
+    flanges : (float, float), m, optional
+        Between which places along the z-axis of marker a flanges hold marker b, by the same law.
     stiffness : float, N/m^e
     exponent : float, -
         1 for a line contact as far as it is linear, 1.5 for a crowned roller.
@@ -233,13 +257,14 @@ class CamFollower(Force):
     markers: tuple[str, str]
     profile: Any
     roller: float = 0.0
+    flanges: Any = None
     stiffness: float
     exponent: float = 1.0
     damping: float = 0.0
     friction: float = 0.0
     transition: float = 1e-3
 
-    table: ClassVar[Table] = Table("CamFollower", ROW, {"apply": apply, "switch": switch}, switches=3)
+    table: ClassVar[Table] = Table("CamFollower", ROW, {"apply": apply, "switch": switch}, switches=5)
     strikes: ClassVar[bool] = True
 
     def __post_init__(self):
@@ -248,6 +273,7 @@ class CamFollower(Force):
         self.require_positive("stiffness", "transition")
         self.require_positive("roller", "damping", "friction", zero=True)
         check_number(self, "exponent", 1.0, "a number >= 1", "Leave exponent out for a linear penalty")
+        _check_flanges(self)
         check_kind(self.profile, Profile, f"{self.title}, profile", "Write profile=Disc(radius=0.03)")
         if self.roller == 0.0 and not self.profile.closed:
             raise ModelError(
@@ -266,10 +292,28 @@ class CamFollower(Force):
         """Return the row."""
         a, b = (compiler.marker(name) for name in self.markers)
         table = self.profile.table
+        low, high = (-np.inf, np.inf) if self.flanges is None else self.flanges
         return {
+            "low": low,
+            "high": high,
             "a": a,
             "b": b,
             "pair": compiler.pair(a, b),
             "profile": compiler.bulk(table),
             "numbers": len(table),
         }
+
+
+def _check_flanges(follower: CamFollower) -> None:
+    """Raise ModelError unless the flanges are two places in order, of a roller; store them as a tuple."""
+    if follower.flanges is None:
+        return
+    flanges = finite_array(follower.flanges)
+    if flanges.shape != (2,) or not flanges[0] < flanges[1] or follower.roller == 0.0:
+        raise ModelError(
+            follower.title,
+            found=f"flanges = {follower.flanges!r}, roller = {follower.roller!r} m",
+            expected="(lowest, highest) place along z of a roller, m",
+            remedy="Write flanges=(-0.001, 0.001)",
+        )
+    object.__setattr__(follower, "flanges", tuple(flanges.tolist()))

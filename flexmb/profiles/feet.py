@@ -152,6 +152,15 @@ def _box_distance(table, i, x, y):
 
 
 @inner_kernel
+def _far_corner(table, i, x, y):
+    """Return the distance from (x, y) to the farthest corner of the box of segment i: its points are nearer."""
+    at = place_of(i)
+    dx = max(x - table[at + 1], table[at + 2] - x)
+    dy = max(y - table[at + 3], table[at + 4] - y)
+    return (dx * dx + dy * dy) ** 0.5
+
+
+@inner_kernel
 def _keep(x, y, nx, ny, distance, bend, curvature, feet, count):
     """Put a foot at its place among `feet`, nearest first; return how many there are."""
     for k in range(count):
@@ -214,8 +223,7 @@ def find_feet(table, x, y, reach, feet):
     places = np.empty(6)
     limit = np.inf
     for i in range(n):
-        evaluate_segment(table, i, 0.0, out)
-        limit = min(limit, ((x - out[0, 0]) ** 2 + (y - out[0, 1]) ** 2) ** 0.5)
+        limit = min(limit, _far_corner(table, i, x, y))
     limit = max(limit, reach) if closed else np.inf
     count = 0
     for i in range(n):

@@ -154,6 +154,7 @@ def test_tangents_on_a_curved_profile(roller, rng):
     frame = Rotation.from_rotvec((0.1, -0.2, 0.3))
     for angle in rng.uniform(0.0, 2.0 * np.pi, 3):
         place = (1.25 if roller else 0.75) * np.array([np.cos(angle), np.sin(angle), 0.1])
+        more = {"roller": roller, **({"flanges": (-0.3, 0.05)} if roller else {})}
         moving = {name: rng.normal(size=3) for name in ("velocity", "angular_velocity")}
         cam = fmb.RigidBody("cam", mass=1.0, inertia=(1, 1, 1), rotation=frame)
         tilt = Rotation.from_rotvec((0.1, 0.05, angle - np.pi / 2.0))
@@ -161,13 +162,67 @@ def test_tangents_on_a_curved_profile(roller, rng):
             "tappet", mass=1.0, inertia=(1, 1, 1), at=frame.apply(place), rotation=frame * tilt, **moving
         )
         law = {"stiffness": 300.0, "exponent": 1.5, "damping": 0.05, "friction": 0.3, "transition": 3.0}
-        contact = fmb.CamFollower("f", markers=("cam.center", "tappet.center"), profile=egg, roller=roller, **law)
+        contact = fmb.CamFollower("f", markers=("cam.center", "tappet.center"), profile=egg, **more, **law)
         system, state = random_state(fmb.Model(bodies=[fmb.Ground(), cam, tappet], forces=[contact]), rng)
         work = system.workspace()
         evaluate(system.program, state, work)
         assert np.abs(work.markers["wrench"]).max() > 1.0
         assert_tangent(system, state, blocks=("D",))
         assert_tangent(system, state._replace(u=np.zeros(system.nu)))
+
+
+def track(**fields):
+    """Return a roller in a slot around a circle of 0.3 m, which begins at rest at 0.6 rad from the bottom."""
+    angles = np.linspace(-1.2, 1.2, 25)
+    slot = fmb.Slot(through=0.3 * np.column_stack([np.sin(angles), -np.cos(angles)]), width=0.0202)
+    start = 0.3 + 0.0001  # on the outer wall
+    return fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[
+            fmb.Ground(markers={"track": (0, 0, 0)}),
+            fmb.RigidBody(
+                "roller",
+                mass=0.5,
+                inertia=(1e-5, 1e-5, 1e-5),
+                at=(start * np.sin(0.6), -start * np.cos(0.6), 0.0),
+            ),
+        ],
+        forces=[
+            fmb.CamFollower(
+                "walls", markers=("ground.track", "roller.center"), profile=slot, roller=0.01, stiffness=1e7, **fields
+            )
+        ],
+        sensors=[
+            fmb.Position("place", marker="roller.center"),
+            fmb.ForceOf("force", force="walls"),
+            fmb.Energy("energy"),
+        ],
+    )
+
+
+def test_a_roller_in_a_curved_track():
+    """It swings as a pendulum on the outer wall, which presses with m (v^2/r + g cos)."""
+    found = fmb.simulate(track(), t_end=1.0, samples=51, integrator=fmb.Explicit(rtol=1e-9))
+    radius = 0.3001
+    there = solve_ivp(
+        lambda _, x: [x[1], -9.81 / radius * np.sin(x[0])], (0, 1), [0.6, 0.0], t_eval=found.t, rtol=1e-10, atol=1e-12
+    )
+    x, y = found["place"][:, 0], found["place"][:, 1]
+    np.testing.assert_allclose(np.arctan2(x, -y), there.y[0], atol=1e-5)
+    pressed = 0.5 * (radius * there.y[1] ** 2 + 9.81 * np.cos(there.y[0]))
+    # it began without its penetration, and rings about the mean
+    assert np.mean(np.linalg.norm(found["force"][:, :3], axis=1)) == pytest.approx(np.mean(pressed), rel=0.1)
+    np.testing.assert_allclose(np.hypot(x, y), radius, atol=3 * pressed.max() / 1e7)
+    np.testing.assert_allclose(found["energy"], found["energy"][0], atol=1e-6)
+
+
+def test_flanges_hold_a_roller_sideways():
+    """A side force of 20 N presses it 2 um into the upper flange: F/k."""
+    model = track(flanges=(-0.001, 0.0015), damping=500.0)
+    pushed = model.with_parts(forces=[fmb.PointLoad("side", marker="roller.center", force=(0, 0, 20.0))])
+    found = fmb.simulate(pushed, t_end=0.3, samples=61)
+    assert found["place"][:, 2].max() < 0.0015 + 5e-5
+    assert found["place"][-1, 2] == pytest.approx(0.0015 + 20.0 / 1e7, abs=3e-7)
 
 
 def test_model_files_keep_profiles():
@@ -191,6 +246,8 @@ def test_model_files_keep_profiles():
         ({"profile": fmb.Outline(start=(0, 0), pieces=[fmb.Line(to=(1, 0))], ends=True)}, "open profile"),
         ({"stiffness": -1.0}, "stiffness = -1.0"),
         ({"roller": -0.1}, "roller = -0.1"),
+        ({"flanges": (0.1, -0.1), "roller": 0.1}, "flanges"),
+        ({"flanges": (-0.1, 0.1)}, "of a roller"),
         ({"exponent": 0.5}, "a number >= 1"),
         ({"friction": -0.1}, "friction = -0.1"),
     ],

@@ -67,6 +67,15 @@ def test_a_groove_is_touched_at_both_flanks():
     np.testing.assert_allclose(feet[:2, 4], 0.5 / 2**0.5, rtol=1e-14)
 
 
+def test_a_slot_has_the_same_width_everywhere():
+    path = [(0.2 * k, 0.1 * np.sin(k)) for k in range(7)]
+    slot = fmb.Slot(through=path, width=0.05)
+    middle = fmb.SmoothOutline(through=path, ends=True).points(1e-2)
+    distances = [slot.distance(point)[0] for point in middle]
+    np.testing.assert_allclose(distances, 0.025, atol=2e-8)
+    assert slot.area < 0.0
+
+
 def test_normals_are_the_gradient_of_the_distance(rng):
     h = 1e-6
     for point in rng.uniform(-1.4, 1.4, (40, 2)):
@@ -123,6 +132,8 @@ def _square(*corners):
         (lambda: fmb.Outline(start=(0, 0, 0), pieces=[fmb.Line(to=(1, 0))]), "two numbers"),
         (lambda: fmb.Arc(center=(0, 0), sweep=0.0), "not zero"),
         (lambda: fmb.Disc(radius=-1.0), "radius = -1.0"),
+        (lambda: fmb.Slot(through=[(0, 0), (0.1, 0.1), (0.2, 0)], width=0.5), "more than half the width"),
+        (lambda: fmb.Slot(through=[(0, 0)], width=0.5), "two points"),
         (
             lambda: fmb.Outline(start=(0.5, 0), pieces=[fmb.Involute(base_radius=1.0, radius=2.0, side=1)]),
             "base circle",
