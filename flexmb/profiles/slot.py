@@ -15,7 +15,7 @@ from flexmb.profiles.segments import ARC
 
 __all__ = ["Slot"]
 
-DENSE = 12
+DENSE = 16
 """Points of a wall between two points of the path."""
 
 

@@ -119,3 +119,29 @@ def test_an_elastic_slat():
         assert pair_force(solution, track, "front", -1) == pytest.approx(front, abs=0.01 * scale)
         assert pair_force(solution, track, "rear", -1) == pytest.approx(rear, abs=0.01 * scale)
         assert solution[f"{track}_tooth force"][-1, 5] == pytest.approx(torque, abs=0.03 * abs(expected.fixed[2]))
+
+
+def test_rollers_on_profiles_carry_the_same():
+    """Cylinders on the circles of the rack, wherever it is, in place of springs along fixed radii: retracted, held."""
+    springs, profiles = (fmb.statics(held_slat(("profiles", on))) for on in (False, True))
+    for track in ("t1", "t2"):
+        for pair, _ in PAIRS:
+            expected, found = (pair_force(solution, track, pair, -1) for solution in (springs, profiles))
+            assert -found == pytest.approx(expected, abs=0.005 * 5.4e3)  # told on the roller
+        names = (f"{track}_tooth force" for _ in range(2))
+        torques = [solution[name][-1, 5] for solution, name in zip((springs, profiles), names)]
+        assert torques[1] == pytest.approx(torques[0], rel=1e-4)
+
+
+@pytest.mark.slow
+def test_rollers_on_profiles_lead_the_same_way():
+    """Extended, angles and forces agree; under way both rattle in the backlash, damped by different laws."""
+    springs, profiles = (run("slats", ("profiles", on), samples=101) for on in (False, True))
+    for number in range(1, 7):
+        off = np.abs(angle(springs, number) - angle(profiles, number))
+        assert off.max() < 5e-4
+        assert off[-1] < 1e-6
+    for track in ("s1_t1", "s1_t2"):
+        for pair, _ in PAIRS:
+            expected, found = (pair_force(solution, track, pair, -1) for solution in (springs, profiles))
+            assert -found == pytest.approx(expected, rel=2e-3)

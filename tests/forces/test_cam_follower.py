@@ -202,10 +202,10 @@ def track(**fields):
 
 def test_a_roller_in_a_curved_track():
     """It swings as a pendulum on the outer wall, which presses with m (v^2/r + g cos)."""
-    found = fmb.simulate(track(), t_end=1.0, samples=51, integrator=fmb.Explicit(rtol=1e-9))
+    found = fmb.simulate(track(), t_end=0.4, samples=41, integrator=fmb.Explicit(rtol=1e-8))
     radius = 0.3001
     there = solve_ivp(
-        lambda _, x: [x[1], -9.81 / radius * np.sin(x[0])], (0, 1), [0.6, 0.0], t_eval=found.t, rtol=1e-10, atol=1e-12
+        lambda _, x: [x[1], -9.81 / radius * np.sin(x[0])], (0, 0.4), [0.6, 0.0], t_eval=found.t, rtol=1e-10, atol=1e-12
     )
     x, y = found["place"][:, 0], found["place"][:, 1]
     np.testing.assert_allclose(np.arctan2(x, -y), there.y[0], atol=1e-5)
