@@ -12,8 +12,8 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.distances import signed_distance
-from flexmb.surfaces.records import CODE, CORNERS, CORNERS_AT, FAR, REACH, ROUNDED, SAMPLES, SAMPLES_AT, TREE_AT
-from flexmb.surfaces.trees import DEPTH, NODE
+from flexmb.surfaces.records import CODE, CONVEX, CORNERS, CORNERS_AT, FAR, REACH, ROUNDED, SAMPLES, SAMPLES_AT, TREE_AT
+from flexmb.surfaces.trees import DEPTH, SLAB
 
 __all__ = ["bound_gap", "find_areas", "find_closest", "find_points", "nearest_sample"]
 
@@ -170,19 +170,40 @@ def _push(stack, bounds, top, node, bound):
 
 
 @inner_kernel
+def _depth(data, node, Q, of_b, g):
+    """Return how far the samples of a node reach from their middle against a direction g (3,) of the other."""
+    along = 0.0
+    for i in range(3):
+        for j in range(3):
+            along += g[j] * (Q[j, i] if of_b else Q[i, j]) * data[node + 4 + i]
+    return data[node + 7] * abs(along) + data[node + 3] * max(1.0 - along * along, 0.0) ** 0.5
+
+
+@inner_kernel
+def _nearer(data, first, second, Q, of_b, g):
+    """Is the middle of one node farther down along g (3,), in the axes of the other surface, than that of a second?"""
+    along = 0.0
+    for i in range(3):
+        for j in range(3):
+            along += g[j] * (Q[j, i] if of_b else Q[i, j]) * (data[first + i] - data[second + i])
+    return along < 0.0
+
+
+@inner_kernel
 def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contacts):
     """Write the contacts of the samples of one surface with the other; return how many there are then.
 
-    A node of the tree whose ball is farther than the margin is left out: distances change by no more than the way. With
-    `nearest`, contacts[0] becomes the sample with the least gap below the margin, and contacts[1] is written.
+    A node of the tree whose ball is farther than the margin is left out: distances change by no more than the way. Of a
+    convex surface its slab need only be beyond the plane through the point nearest to its middle. With `nearest`,
+    contacts[0] becomes the sample with the least gap below the margin, and contacts[1] is written.
     """
     n = int(data[at + SAMPLES])
     if n == 0:
         return found
     table, nodes = at + int(data[at + SAMPLES_AT]), at + int(data[at + TREE_AT])
+    convex = data[other + CONVEX] == 1.0
     stack = np.empty(DEPTH, np.int64)
     bounds = np.empty(DEPTH)
-    middle = np.empty(3)
     z = np.empty(3)
     g = np.empty(3)
     H = np.empty((3, 3))
@@ -190,21 +211,20 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
     while top > 0:
         top -= 1
         k = stack[top]
-        node = data[nodes + NODE * k : nodes + NODE * k + NODE]
-        radius = 0.0
-        for i in range(3):
-            middle[i] = 0.5 * (node[i] + node[3 + i])
-            radius += (0.5 * (node[3 + i] - node[i])) ** 2
-        radius = radius**0.5
-        _to_other(middle, d, Q, of_b, z)
+        node = nodes + SLAB * k
+        radius = data[node + 3]
+        _to_other(data[node : node + 3], d, Q, of_b, z)
         gap = signed_distance(data, other, z, bounds[top], g, H)
-        if gap - radius >= margin:
+        if gap - (_depth(data, node, Q, of_b, g) if convex else radius) >= margin:
             continue
         within = abs(gap) + radius
-        code = int(node[7])
+        code = int(data[node + 9])
         if code == 0:
             left = k + 1
-            top = _push(stack, bounds, top, int(data[nodes + NODE * left + 6]), within)
+            right = int(data[nodes + SLAB * left + 8])
+            if _nearer(data, nodes + SLAB * right, nodes + SLAB * left, Q, of_b, g):
+                left, right = right, left
+            top = _push(stack, bounds, top, right, within)
             top = _push(stack, bounds, top, left, within)
             continue
         for m in range(code // 16, code // 16 + code % 16):

@@ -24,17 +24,18 @@ TOUCHING = 1e-12
 
 
 @inner_kernel
-def _nearest(tri, z, p):
-    """Write the nearest point of a triangle to p; return 0 on the face, 1 to 3 on ab, bc, ca, 4 to 6 at a, b, c."""
+def _nearest(data, t, z, p):
+    """Write the nearest point of the triangle at t; return 0 on the face, 1 to 3 on ab, bc, ca, 4 to 6 at a, b, c."""
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(3):
-        ab, ac = tri[3 + i] - tri[i], tri[6 + i] - tri[i]
-        d1 += ab * (z[i] - tri[i])
-        d2 += ac * (z[i] - tri[i])
-        d3 += ab * (z[i] - tri[3 + i])
-        d4 += ac * (z[i] - tri[3 + i])
-        d5 += ab * (z[i] - tri[6 + i])
-        d6 += ac * (z[i] - tri[6 + i])
+        a, b, c = data[t + i], data[t + 3 + i], data[t + 6 + i]
+        ab, ac = b - a, c - a
+        d1 += ab * (z[i] - a)
+        d2 += ac * (z[i] - a)
+        d3 += ab * (z[i] - b)
+        d4 += ac * (z[i] - b)
+        d5 += ab * (z[i] - c)
+        d6 += ac * (z[i] - c)
     where, v, w = 0, 0.0, 0.0
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     if d1 <= 0.0 and d2 <= 0.0:
@@ -53,16 +54,17 @@ def _nearest(tri, z, p):
     else:
         v, w = vb / (va + vb + vc), vc / (va + vb + vc)
     for i in range(3):
-        p[i] = tri[i] + v * (tri[3 + i] - tri[i]) + w * (tri[6 + i] - tri[i])
+        a = data[t + i]
+        p[i] = a + v * (data[t + 3 + i] - a) + w * (data[t + 6 + i] - a)
     return where
 
 
 @inner_kernel
-def _to_box(node, z):
-    """Return the square of the distance of a point from the box of a node."""
+def _to_box(data, node, z):
+    """Return the square of the distance of a point from the box of the node at `node`."""
     square = 0.0
     for i in range(3):
-        beyond = max(node[i] - z[i], z[i] - node[3 + i], 0.0)
+        beyond = max(data[node + i] - z[i], z[i] - data[node + 3 + i], 0.0)
         square += beyond * beyond
     return square
 
@@ -81,11 +83,10 @@ def _search(data, at, z, within, best):
         if bounds[top] > least:
             continue
         k = stack[top]
-        node = data[nodes + NODE * k : nodes + NODE * k + NODE]
-        code = int(node[7])
+        code = int(data[nodes + NODE * k + 7])
         if code > 0:
             for m in range(code // 16, code // 16 + code % 16):
-                _nearest(data[triangles + TRIANGLE * m : triangles + TRIANGLE * m + 9], z, p)
+                _nearest(data, triangles + TRIANGLE * m, z, p)
                 square = (z[0] - p[0]) ** 2 + (z[1] - p[1]) ** 2 + (z[2] - p[2]) ** 2
                 if square < least or (found < 0 and square <= least):
                     least, found = square, m
@@ -93,13 +94,16 @@ def _search(data, at, z, within, best):
             continue
         left = k + 1
         right = int(data[nodes + NODE * left + 6])
-        first = _to_box(data[nodes + NODE * left : nodes + NODE * left + NODE], z)
-        second = _to_box(data[nodes + NODE * right : nodes + NODE * right + NODE], z)
+        first = _to_box(data, nodes + NODE * left, z)
+        second = _to_box(data, nodes + NODE * right, z)
         if first > second:
             left, right, first, second = right, left, second, first
-        stack[top], bounds[top] = right, second
-        stack[top + 1], bounds[top + 1] = left, first
-        top += 2
+        if second <= least:
+            stack[top], bounds[top] = right, second
+            top += 1
+        if first <= least:
+            stack[top], bounds[top] = left, first
+            top += 1
     return found
 
 
@@ -115,7 +119,7 @@ def mesh_distance(data, at, z, within, n, H):
         m = _search(data, at, z, np.inf, p)
     first = at + int(data[at + 2]) + TRIANGLE * m
     tri = data[first : first + TRIANGLE]
-    where = _nearest(tri, z, p)
+    where = _nearest(data, first, z, p)
     mean = tri[9 + 3 * where : 12 + 3 * where]
     H[:] = 0.0
     side, square, size = 0.0, 0.0, 0.0

@@ -2,9 +2,9 @@
 
 A surface in the bulk data begins with a `HEADER` of numbers: the code of its shape, the radius of the ball around it
 (`FAR` for a half-space), number and place of its samples, number and place of its corners, the radius by which the
-corners are rounded, and the place of the tree over the samples. Places count from the header. Then come the numbers of
-the shape, the samples (place, outward normal, area: 7 each), the corners (3 each) and the nodes of the tree, all in the
-axes of the marker.
+corners are rounded, the place of the tree over the samples, and 1 if it is convex. Places count from the header. Then
+come the numbers of the shape, the samples (place, outward normal, area: 7 each), the corners (3 each) and the nodes of
+the tree, all in the axes of the marker.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 __all__ = [
     "CODE",
     "CONTACT",
+    "CONVEX",
     "CORNERS",
     "CORNERS_AT",
     "FAR",
@@ -25,8 +26,8 @@ __all__ = [
     "TREE_AT",
 ]
 
-HEADER = 8
-CODE, REACH, SAMPLES, SAMPLES_AT, CORNERS, CORNERS_AT, ROUNDED, TREE_AT = range(8)
+HEADER = 9
+CODE, REACH, SAMPLES, SAMPLES_AT, CORNERS, CORNERS_AT, ROUNDED, TREE_AT, CONVEX = range(9)
 FAR = 1e100
 """m, from where on a surface has no end."""
 

@@ -12,7 +12,7 @@ from flexmb.errors import ModelError
 from flexmb.model.kinds import Part
 from flexmb.surfaces.records import FAR, HEADER
 from flexmb.surfaces.shape import Points, Shape
-from flexmb.surfaces.trees import built
+from flexmb.surfaces.trees import built, slabs
 
 __all__ = ["Surface"]
 
@@ -87,5 +87,7 @@ class Surface(Part):
         order, nodes = built(places, places)
         tree_at = corners_at + 3 * len(corners)
         header = [self.shape.code, reach, len(places), samples_at, len(corners), corners_at, radius, tree_at]
+        header.append(float(self.shape.convex))
         table = np.column_stack([places, normals, areas])[order]
-        return np.concatenate([header, own, table.ravel(), corners.ravel(), nodes.ravel()])
+        tree = slabs(places[order], normals[order], nodes)
+        return np.concatenate([header, own, table.ravel(), corners.ravel(), tree.ravel()])

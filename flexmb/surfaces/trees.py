@@ -14,9 +14,9 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["DEPTH", "NODE", "built"]
+__all__ = ["DEPTH", "NODE", "SLAB", "built", "slabs"]
 
-NODE = 8
+NODE, SLAB = 8, 10
 LEAF = 4
 """Most things of a leaf."""
 DEPTH = 64
@@ -69,3 +69,43 @@ def built(low, high):
             sizes[k] = 1 + sizes[k + 1] + sizes[after]
         nodes[k, 6] = k + sizes[k]
     return order, nodes[:count].copy()
+
+
+@kernel
+def slabs(places, normals, nodes):
+    """Return a tree over samples (n, 3) in their order: `SLAB` numbers for each node of their boxes.
+
+    They are the middle (3), the radius of the ball around it, the mean normal (3), half the thickness along it, and the
+    last two numbers of the node. A patch of a smooth surface is a ball much flattened.
+    """
+    count = len(nodes)
+    out = np.zeros((count, SLAB))
+    first = np.zeros(count, np.int64)
+    last = np.zeros(count, np.int64)
+    for k in range(count - 1, -1, -1):
+        code = int(nodes[k, 7])
+        if code > 0:
+            first[k], last[k] = code // 16, code // 16 + code % 16
+        else:
+            right = int(nodes[k + 1, 6])
+            first[k], last[k] = first[k + 1], last[right]
+        own = out[k]
+        own[8], own[9] = nodes[k, 6], nodes[k, 7]
+        square = 0.0
+        for i in range(3):
+            own[i] = 0.5 * (nodes[k, i] + nodes[k, 3 + i])
+            for m in range(first[k], last[k]):
+                own[4 + i] += normals[m, i]
+            square += own[4 + i] ** 2
+        for i in range(3):
+            own[4 + i] = own[4 + i] / square**0.5 if square > 0.0 else 0.0
+        low, high, far = np.inf, -np.inf, 0.0
+        for m in range(first[k], last[k]):
+            along, distance = 0.0, 0.0
+            for i in range(3):
+                x = places[m, i] - own[i]
+                along += x * own[4 + i]
+                distance += x * x
+            low, high, far = min(low, along), max(high, along), max(far, distance)
+        own[3], own[7] = far**0.5, max(-low, high)
+    return out

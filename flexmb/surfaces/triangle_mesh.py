@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from flexmb.errors import MeshError
 from flexmb.surfaces.closed_mesh import checked_mesh, mean_normals
@@ -41,6 +42,14 @@ class _Meshed(Shape):
     def numbers(self) -> np.ndarray:
         """Return triangles and tree, see `flexmb.surfaces.mesh_distance`."""
         return self._numbers
+
+    @cached_property
+    def convex(self) -> bool:  # type: ignore[override]
+        """Does it fill its convex hull, up to 1e-9 of the volume?"""
+        vertices, triangles = self._mesh
+        a, b, c = (vertices[triangles[:, k]] for k in range(3))
+        volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
+        return bool(volume >= (1.0 - 1e-9) * ConvexHull(vertices).volume)
 
     @property
     def reach(self) -> float:
@@ -112,7 +121,6 @@ class TriangleMesh(_Meshed):
     file: Any = None
     scale: float = 1.0
 
-    convex: ClassVar[bool] = False
     files: ClassVar[tuple[str, ...]] = ("file",)
     """Fields that hold files, named relative to the model file."""
 
@@ -142,8 +150,6 @@ class Hull(_Meshed):
     points: Any
 
     def __post_init__(self):
-        from scipy.spatial import ConvexHull, QhullError
-
         title = "Shape Hull"
         points = np.asarray(self.points, float)
         try:

@@ -252,3 +252,33 @@ def test_mutants(rng):
 @pytest.mark.slow
 def test_ten_thousand_mutants(rng):
     assert mutants(rng, 10_000) > 300
+
+
+def test_no_sample_is_left_out(rng):
+    """The tree finds the samples that a loop over all of them finds, on convex and other surfaces, and the nearest."""
+    from flexmb.surfaces.detection import find_areas, nearest_sample
+    from flexmb.surfaces.records import CONTACT
+
+    bumpy, hull = fmb.TriangleMesh(*ball(3, bumps=0.3)), fmb.Hull(rng.normal(size=(30, 3)))
+    assert hull.convex
+    assert not bumpy.convex
+    for first, second in ((bumpy, hull), (hull, bumpy), (hull, hull)):
+        one, two = (surface(shape, spacing=0.2) for shape in (first, second))
+        data = np.concatenate([one.packed, two.packed])
+        for _ in range(4):
+            Q, d = np.linalg.qr(rng.normal(size=(3, 3)))[0], 0.5 * rng.normal(size=3)
+            Q *= np.linalg.det(Q)
+            found = np.zeros(len(one.points[0]) + len(two.points[0]) + 2, CONTACT)
+            count = find_areas(data, 0, len(one.packed), 0.0, d, Q, found)
+            of_b = np.array([distance(one, d + Q @ y)[0] for y in two.points[0]])
+            of_a = np.array([distance(two, Q.T @ (y - d))[0] for y in one.points[0]])
+            gaps = np.sort(found[:count]["gap"])
+            every = np.sort(np.concatenate([of_a, of_b]))
+            assert count > 20
+            assert np.all(np.isin(np.round(gaps, 9), np.round(every[every < 0.0], 9)))
+            # those that face away count nothing and are left out
+            n_b = np.array([Q @ m @ distance(one, d + Q @ y)[1] for y, m in zip(two.points[0], two.points[1])])
+            n_a = np.array([Q @ distance(two, Q.T @ (y - d))[1] @ m for y, m in zip(one.points[0], one.points[1])])
+            assert count == np.sum((of_b < 0.0) & (n_b < 0.0)) + np.sum((of_a < 0.0) & (n_a < 0.0))
+            nearest_sample(data, 0, len(one.packed), np.inf, d, Q, found)
+            assert found[0]["gap"] == pytest.approx(every[0], abs=1e-12)
