@@ -23,6 +23,7 @@ from flexmb.parts.body_cache import kept
 from flexmb.parts.fingerprint import fingerprint
 from flexmb.parts.limits import check_count, check_file
 from flexmb.parts.nodal_loads import Each
+from flexmb.parts.places import check_near
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.mode_choice import USUAL
@@ -125,6 +126,13 @@ class Part(metaclass=Described):
                 expected="SI units everywhere else, a MeshFile has scale; lumped and stress_side are fields of pieces",
                 remedy=f"Remove {given[0]}",
             )
+        if not self.interfaces:
+            raise ModelError(
+                f"{self.title}, interfaces",
+                found="none",
+                expected="the places where joints and forces hold the part: its modes and deflections follow from them",
+                remedy='Write interfaces = { root = "start", tip = "end" }',
+            )
         names = [piece.name for piece in self.pieces if piece.name]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
@@ -214,6 +222,7 @@ class Part(metaclass=Described):
             stations: dict[str, Any] = {}
             for name, place in self.stations.items():
                 stations.update(place.stations(fe, name) if isinstance(place, Each) else {name: place})
+                check_near(fe, place, f"Station '{name}'")
             return reduce(
                 fe,
                 self.interfaces,

@@ -46,7 +46,16 @@ class Arm(metaclass=Described):
     def applied(self, fe: FEModel) -> FEModel:
         """Return the model with the new nodes, linked."""
         nodes = chosen_nodes(fe, self.of, self.title)
-        ends = fe.nodes[nodes] + components(self.offset, len(nodes), self.title, "offset")
+        arms = components(self.offset, len(nodes), self.title, "offset")
+        if not np.all(np.any(arms, axis=1)):
+            at = np.round(fe.nodes[nodes[~np.any(arms, axis=1)][0]], 6).tolist()
+            raise ModelError(
+                self.title,
+                found=f"an arm of length 0 at {at} m",
+                expected="a new node away from the one that it stands on",
+                remedy=f"Correct the offset, or leave the arm out and name the nodes themselves, {self.of!r:.60}",
+            )
+        ends = fe.nodes[nodes] + arms
         before = len(fe.nodes)
         if not self.extends:
             _check_new(fe, self.name, self.title)

@@ -275,6 +275,17 @@ def test_bodies_take_descriptions():
     assert large.data.mass == pytest.approx(8.0 * body.data.mass)
 
 
+def test_a_part_that_nothing_holds_is_refused():
+    with pytest.raises(ModelError, match=r"Part 'beam', interfaces: none.*the places where joints and forces hold"):
+        beam(interfaces={}, stations={"mid": (0.5, 0, 0)})
+
+
+def test_a_station_beside_the_part():
+    """In a bore or on an arm: it needs no node."""
+    data = beam(stations={"beside": (0.5, 0.3, 0.0)}).reduced()
+    assert data.marker_positions[data.marker_names.index("beside")] == pytest.approx((0.5, 0.3, 0.0))
+
+
 def test_the_data_file_carries_its_recipe(tmp_path):
     data = beam(parameters={"L": 1.0}, model="station").reduced()
     path = data.save(tmp_path / "beam.h5")
@@ -290,6 +301,11 @@ def test_the_data_file_carries_its_recipe(tmp_path):
         ({"interfaces": {"a": (0.5, 0.01, 0.0)}}, "no node at"),
         ({"loads": {"air": parts.Forces(on="ribs", force=(0, 0, [1, 2]))}}, "a list of 3"),
         ({"links": [parts.Arm(of="ribs", offset=(0, 1, 0), name="ribs")]}, "exists already"),
+        (
+            {"links": [parts.Arm(of="ribs", offset=(0, [0.1, 0.0, 0.1], 0), name="arms")]},
+            r"Arm 'arms': an arm of length 0 at \[0.5, 0.0, 0.0\] m",
+        ),
+        ({"stations": {"far": (50.0, 0.01, 0.0)}}, "Station 'far'.* 49 m away from the nearest node of a part of 1 m"),
         (
             {"residual_vectors": ["aer"], "loads": {"air": parts.Forces(on="ribs", force=(0, 0, 1))}},
             "Did you mean 'air'",
