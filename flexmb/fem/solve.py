@@ -93,6 +93,13 @@ def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
     free = _free(fe, fixed)
     _check_count(fe, n, len(free), "eigenmodes")
     k, m = fe.K[free][:, free], fe.M[free][:, free]
+    if not m.diagonal().sum() > 0.0:
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found="no mass at the free freedoms",
+            expected="materials with a density, or masses",
+            remedy="Give the materials a density: a deck for statics may have none",
+        )
     # Between zero and the first elastic eigenvalue whatever the units: far below the mean of K over M.
     shift = 1e-8 * k.diagonal().sum() / m.diagonal().sum()
     solver = _solver(fe, (k + shift * m).tocsr(), free)

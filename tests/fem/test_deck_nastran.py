@@ -61,6 +61,13 @@ def test_lumped_masses_are_points(tmp_path):
     assert coupled.M.diagonal()[coupled.dofs[:, 1] >= 3].max() > 0.0
 
 
+@pytest.mark.parametrize("word", ["0", "-1", "NO"])
+def test_masses_that_are_not_coupled(tmp_path, word):
+    """Only a positive COUPMASS couples: 0 was taken for it. MSC Nastran lumps with 0, by frequencies in a result file."""
+    given = deck(tmp_path, beam(4, extra=f"PARAM,COUPMASS,{word}"))
+    assert (given.M != deck(tmp_path, beam(4)).M).nnz == 0
+
+
 @pytest.mark.parametrize("style", ["free", "small", "large", "continued"])
 def test_field_formats_are_one_deck(tmp_path, style):
     def grid(k, x):

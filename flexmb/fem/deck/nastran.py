@@ -144,14 +144,14 @@ def _refuse(bulk: Bulk) -> None:
 
 
 def _parameters(bulk: Bulk, deck: Deck) -> None:
-    """Apply PARAM WTMASS and COUPMASS; masses are lumped unless COUPMASS is given."""
+    """Apply PARAM WTMASS and COUPMASS; masses are lumped unless COUPMASS is positive."""
     found = {card.text(1).upper(): card for card in bulk.of("PARAM")}
     if "WTMASS" in found:
         deck.mass_factor = found["WTMASS"].real(2, 1.0)
         if not deck.mass_factor > 0.0:
             raise found["WTMASS"].refused(f"WTMASS = {deck.mass_factor:g}", "a positive factor")
     coupled = found["COUPMASS"].text(2).upper() if "COUPMASS" in found else "-1"
-    deck.lumped = coupled in ("-1", "NO", "")
+    deck.lumped = coupled in ("0", "NO", "") or coupled.startswith("-")
     if "K6ROT" in found:
         deck.inventory.read["PARAM K6ROT"] += 1
     for name in CURVED:
