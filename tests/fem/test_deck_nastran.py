@@ -61,6 +61,14 @@ def test_lumped_masses_are_points(tmp_path):
     assert coupled.M.diagonal()[coupled.dofs[:, 1] >= 3].max() > 0.0
 
 
+def test_a_continuation_whose_name_has_a_blank(tmp_path):
+    """`+ A` behind eight fields was taken for two more: "10 fields in one line"."""
+    card = "CONM2,9,2,,3.0,,,,,{}\n{},4.0,,5.0,,,6.0"
+    plain, blank = (deck(tmp_path, beam(4, extra=card.format(mark, mark))) for mark in ("+A", "+ A"))
+    assert (plain.M != blank.M).nnz == 0
+    assert plain.M.diagonal()[plain.dofs[:, 1] == 5].max() == pytest.approx(6.0)
+
+
 @pytest.mark.parametrize("word", ["0", "-1", "NO"])
 def test_masses_that_are_not_coupled(tmp_path, word):
     """Only a positive COUPMASS couples: 0 was taken for it. MSC Nastran lumps with 0, by frequencies in a result file."""

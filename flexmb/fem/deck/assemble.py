@@ -34,11 +34,12 @@ def assembled(deck: Deck, lumped: bool) -> FEModel:
     links += ends
     blocks = [block for block, _ in labelled]
     if not blocks and not deck.lumped_parts:
+        left = "; ".join(f"{count} {name}" for name, count in deck.inventory.left_out.most_common(3))
         raise MeshError(
             part,
-            found="no structural elements",
+            found=f"no structural elements; left out: {left:.200}" if left else "no structural elements",
             expected="solids, shells, beams, rods, springs or masses",
-            remedy="Give the main file of the deck: the one that includes the others",
+            remedy="Give elements of these kinds, with a section and a material, or the main file of the deck",
         )
     n = len(points)
     blocks = [_grown(block, n) for block in blocks]

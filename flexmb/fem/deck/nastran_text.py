@@ -216,6 +216,8 @@ def _words(parts: list[bytes], where: str) -> list[str]:
         text = line.decode("latin-1")
         if "," in text:
             fields = [word.strip() for word in text.split(",")]
+            if fields[-1].startswith("+"):
+                fields[-1] = "".join(fields[-1].split())  # "+ A" is one name of a continuation
             large = fields[0].endswith("*") or fields[0].startswith("*")
             data = [part for word in fields[1:] for part in (word.split() or [""])]  # blanks separate fields too
             per_line = 4 if large else 8
