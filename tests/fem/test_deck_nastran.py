@@ -71,7 +71,7 @@ def test_a_continuation_whose_name_has_a_blank(tmp_path):
 
 @pytest.mark.parametrize("word", ["0", "-1", "NO"])
 def test_masses_that_are_not_coupled(tmp_path, word):
-    """Only a positive COUPMASS couples: 0 was taken for it. MSC Nastran lumps with 0, by frequencies in a result file."""
+    """Only a positive COUPMASS couples; 0 did too. MSC Nastran lumps with 0, by the frequencies that it printed."""
     given = deck(tmp_path, beam(4, extra=f"PARAM,COUPMASS,{word}"))
     assert (given.M != deck(tmp_path, beam(4)).M).nnz == 0
 
