@@ -206,8 +206,7 @@ def _corner_foot(before, after, x, y, feet, count):
         return count
     if here <= one and there >= -two:  # across both: the joint is smooth, or the point is on it
         return _smooth_foot(after, x, y, feet, count)
-    outward = before[1, 1] * ex - before[1, 0] * ey + after[1, 1] * ex - after[1, 0] * ey
-    if outward < 0.0:
+    if before[1, 0] * after[1, 1] - before[1, 1] * after[1, 0] < 0.0:  # a hollow corner is nearest from inside only
         distance = -distance
     return _keep(after[0, 0], after[0, 1], ex / distance, ey / distance, distance, 1.0 / distance, np.inf, feet, count)
 

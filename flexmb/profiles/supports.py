@@ -77,11 +77,12 @@ def _corner_radius(nx, ny, before, after):
     one = ROUNDING * (before[1, 0] ** 2 + before[1, 1] ** 2) ** 0.5
     two = ROUNDING * (after[1, 0] ** 2 + after[1, 1] ** 2) ** 0.5
     here, there = nx * before[1, 0] + ny * before[1, 1], nx * after[1, 0] + ny * after[1, 1]
-    outward = nx * (before[1, 1] + after[1, 1]) - ny * (before[1, 0] + after[1, 0])
-    if here < -one or there > two or outward <= 0.0:
+    if here < -one or there > two:
         return -1.0
-    if here > one or there < -two:
-        return 0.0
+    if here > one or there < -two:  # a corner, which stands out if it is convex
+        return 0.0 if before[1, 0] * after[1, 1] - before[1, 1] * after[1, 0] > 0.0 else -1.0
+    if nx * after[1, 1] - ny * after[1, 0] <= 0.0:
+        return -1.0
     bend = after[1, 0] * after[2, 1] - after[1, 1] * after[2, 0]
     return (after[1, 0] ** 2 + after[1, 1] ** 2) ** 1.5 / bend if bend > 0.0 else 0.0
 

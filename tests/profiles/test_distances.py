@@ -105,6 +105,34 @@ def test_supports_are_the_farthest_points(profile, rng):
         assert found[0, 3] == pytest.approx(np.max(curve @ n), abs=1e-8)
 
 
+def test_sharp_corners_of_long_and_short_sides():
+    """Around the tip of a tooth sharper than 90 degrees the point is outside, in all of the cone of its normals."""
+    tip, low, far = np.array([0.0, 1.0]), np.array([0.1, 0.0]), np.array([-3.0, 0.5])
+    tooth = fmb.Outline(start=low, pieces=[fmb.Line(to=tip), fmb.Line(to=far)])
+    found = np.empty((MOST_SUPPORTS, SUPPORT))
+    ends = [np.arctan2(-d[0], d[1]) for d in (tip - low, far - tip)]
+    first, last = np.unwrap(ends)
+    assert last - first > np.pi / 2.0
+    for angle in np.linspace(first, last, 33)[1:-1]:
+        n = np.array([np.cos(angle), np.sin(angle)])
+        assert tooth.distance(tip + 0.01 * n)[0] == pytest.approx(0.01, rel=1e-12)
+        assert find_supports(tooth.table, *n, found) >= 1
+        np.testing.assert_allclose(found[0, :3], (*tip, 0.0), atol=1e-15)
+
+
+def test_signs_against_winding_numbers(rng):
+    """Random polygons with corners of every angle: inside where the angles to the corners wind around."""
+    for _ in range(6):
+        angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, 9))
+        corners = rng.uniform(0.2, 1.0, 9)[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        polygon = _square(*map(tuple, corners))
+        for point in rng.uniform(-1.0, 1.0, (100, 2)):
+            rays = np.vstack([corners, corners[:1]]) - point
+            turned = np.arctan2(rays[:, 1], rays[:, 0])
+            winding = np.sum((np.diff(turned) + np.pi) % (2.0 * np.pi) - np.pi)
+            assert (polygon.distance(point)[0] < 0.0) == (winding > np.pi)
+
+
 def test_smooth_joints_lose_nothing():
     """Directions and points exactly across the joints of a circle's halves, and within rounding of them."""
     disc = fmb.Disc(radius=0.03, center=(0.0, -0.005))
