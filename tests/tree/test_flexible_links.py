@@ -176,3 +176,24 @@ def test_forward_and_inverse_dynamics_are_inverse(rng):
     q, v = tree.start.q, rng.normal(size=len(tree.rate_names)) * np.where(modal, 1e-3, 1.0)
     tau = rng.normal(size=len(v))
     np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-7)
+
+
+@pytest.mark.parametrize("stiffness", [True, False])
+def test_products_with_the_mass_matrix(stiffness, rng):
+    """Beside the matrix of the equations of all bodies in joint coordinates; bent bodies are stiffened as well."""
+    model = flexible_chain(3, geometric_stiffness=stiffness)
+    tree = fmb.JointTree(model)
+    n = len(tree.rate_names)
+    q = tree.start.q + 1e-3 * rng.normal(size=len(tree.names))
+    unit_length(tree.rows, q)
+    a, tau = rng.normal(size=(2, n))
+    product = tree.mass_product(q, a)
+    largest = np.abs(product).max()
+    np.testing.assert_allclose(tree.mass_product(q, tree.mass_solution(q, tau)), tau, atol=1e-9)
+    np.testing.assert_allclose(tree.bias(q, a), tree.torques(q, a), atol=0.0)
+    np.testing.assert_allclose(
+        tree.torques(q, a, tau) - tree.bias(q, a), tree.mass_product(q, tau), atol=1e-6 * largest
+    )
+    if not stiffness:
+        arrays = fmb.equations(model, tree.absolute(q)).in_joint_coordinates()
+        np.testing.assert_allclose(product, arrays.M @ a, atol=1e-12 * largest)

@@ -38,6 +38,8 @@ IMPACT, SLIP = 5.0, 0.5
 """Change of the speed of an impact in a step, relative to it and to the fourth root of the tolerance, and of a slip."""
 SLOW = 0.01
 """Per simulated time: rates below this say nothing about the first step."""
+BEGUN = 0.01
+"""Part of the longest step in which the work of drives may begin to grow."""
 TOLD = 2.0 / 3.0
 """Power of the tolerance to which the work of drives is known in a step, relative to the largest so far."""
 
@@ -161,11 +163,14 @@ class _Run:
     def _error_of_work(self, h: float) -> float:
         """Return the error of the work of drives in a step, relative to its tolerance: coordinates that are driven have
         no error, however long a step is.
+
+        The tolerance is never less than that of what the power does in a part of the longest step: work that begins to
+        grow, as t^5, has the same relative error in every first step, however short.
         """
         powers = self.stages.W[:, 1]
         if not self.driven or not np.any(powers):
             return 0.0
-        turned = max(self.turned, h * float(np.max(np.abs(powers))))
+        turned = max(self.turned, max(h, BEGUN * self.largest) * float(np.max(np.abs(powers))))
         return abs(h * float((WEIGHTS[-1] - THIRD) @ powers)) / (self.settings.rtol**TOLD * turned)
 
     @property

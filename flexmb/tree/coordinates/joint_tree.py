@@ -25,6 +25,7 @@ from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
 from flexmb.tree.coordinates.joint_torques import gather_torques
 from flexmb.tree.coordinates.motions import FREE, HINGED, describable, joint_labels, motion_rows
 from flexmb.tree.coordinates.passes import read_state
+from flexmb.tree.coordinates.products import mass_product, mass_solution
 from flexmb.tree.coordinates.reach import reach
 from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers
 from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
@@ -278,6 +279,30 @@ class JointTree:
         if links.run[0].failed >= 0:
             raise self._without_inertia(links)
         return links.a.copy()
+
+    def bias(self, q: Any, v: Any, t: float = 0.0) -> np.ndarray:
+        """Return the forces (nv,) that keep the rates v: of velocities, weight, springs, modes; `torques` at a = 0."""
+        return self.torques(q, v, None, t)
+
+    def mass_product(self, q: Any, a: Any) -> np.ndarray:
+        """Return M(q) a (nv,) of second rates (nv,), in linear time; with what accelerations stiffen at bent bodies.
+
+        Raises
+        ------
+        CompileError
+            If loops are closed by cut joints.
+        """
+        return mass_product(self, *self._checked(q, None, a)[::2])
+
+    def mass_solution(self, q: Any, tau: Any) -> np.ndarray:
+        """Return M(q)^-1 tau (nv,) of forces on the rates (nv,), in linear time; with loops, the motion they allow.
+
+        Raises
+        ------
+        CompileError
+            As in `accelerations`.
+        """
+        return mass_solution(self, *self._checked(q, None, tau)[::2])
 
     def linked(self, chart: Chart) -> LinkTree:
         """Return the links of the model, with its forces and cut joints.
