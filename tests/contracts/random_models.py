@@ -312,17 +312,31 @@ def force_parts(kind: str, markers, rng) -> tuple:
     return (forces.KINDS[kind]("f", **names, **fields),)
 
 
-def relative_angle(members, markers) -> float:
-    """Return the angle of the rotation from the axes of the first to those of the second marker, rad."""
+def drawn(members, markers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where the second marker is from the first in its axes, m, and the axes of both, (3, 3), as described."""
     system = compile(fmb.Model(bodies=members))
-    R_a, R_b = (system.tables["markers"]["R"][system.marker_index[m]] for m in markers)
-    return float(np.arccos(np.clip(0.5 * (np.trace(R_a.T @ R_b) - 1.0), -1.0, 1.0)))
+    a, b = (system.tables["markers"][system.marker_index[m]] for m in markers)
+    return a["R"].T @ (b["r"] - a["r"]), a["R"], b["R"]
+
+
+def is_drawable(kind: str, members, markers) -> bool:
+    """Tell whether a part of a kind can be between these markers: not where its equations have no answer.
+
+    The rotation vector of a bushing jumps at half a turn; a wheel is drawn over its plane and does not lie flat.
+    """
+    if kind == "Bushing":
+        _, R_a, R_b = drawn(members, markers)
+        return np.arccos(np.clip(0.5 * (np.trace(R_a.T @ R_b) - 1.0), -1.0, 1.0)) <= 2.5
+    if kind == "Rolling":
+        d, R_a, R_b = drawn(members, markers)
+        return d[2] > 0.0 and abs(R_a[:, 2] @ R_b[:, 2]) < 0.9
+    return True
 
 
 def connected(kind: str, kinds: str, rng) -> fmb.Model:
     """Return a random model in which a joint or force of `kind` connects bodies of `kinds`; gravity acts."""
     members, markers = pair(kinds, rng)
-    while kind == "Bushing" and relative_angle(members, markers) > 2.5:  # its rotation vector jumps at half a turn
+    while not is_drawable(kind, members, markers):
         members, markers = pair(kinds, rng)
     parts = {"joints": ()} | (
         {"joints": joint_parts(kind, markers, rng, kinds.split("-")[0])} if kind in joints.KINDS else {}
@@ -355,8 +369,16 @@ def single(kind: str, rng) -> fmb.Model:
 
 
 def put_together(model: fmb.Model, t: float = 0.0) -> fmb.Model:
-    """Return the model with its rigid and reduced bodies described where assembly puts them at a time t, s."""
-    system, state = assemble(model, t=t)
+    """Return the model with its rigid and reduced bodies described where assembly puts them at a time t, s.
+
+    Bodies move in the metric of their masses. Cables, beams and plates would be deformed by more than their lengths, so
+    rigid bodies go to them: they have next to no mass here.
+    """
+    light, deforms = model, any(body.n_velocities and not body.has_frame for body in model.bodies)
+    for body in model.bodies:
+        if deforms and isinstance(body, fmb.RigidBody):
+            light = light.changed(body.name, mass=1e-8 * body.mass, inertia=1e-8 * body.inertia)
+    system, state = assemble(light, t=t)
     placed = []
     for body in model.bodies:
         if body.n_velocities and body.has_frame:
