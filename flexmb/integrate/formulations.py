@@ -18,8 +18,8 @@ from scipy.sparse.linalg import splu
 from flexmb.errors import CompileError
 from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described
+from flexmb.system.accelerations import accelerations
 from flexmb.system.mobility import equation_scale
-from flexmb.system.program import accelerations
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
 

@@ -22,11 +22,12 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble_as_drawn
+from flexmb.system.accelerations import accelerations
 from flexmb.system.complaints import worst_equations
 from flexmb.system.given_state import refuse_states
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
-from flexmb.system.program import accelerations, advance, evaluate, keep_branches
+from flexmb.system.program import advance, evaluate, keep_branches
 from flexmb.system.projection import project
 
 __all__ = ["inverse_dynamics", "kinematics"]

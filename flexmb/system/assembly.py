@@ -11,6 +11,7 @@ from flexmb.math.block_lu import blocks, lu_factor
 from flexmb.math.tables import State
 from flexmb.math.weights import weigh
 from flexmb.model.model import Model
+from flexmb.system.accelerations import accelerations
 from flexmb.system.compile import compile
 from flexmb.system.complaints import (
     equations_of_forces,
@@ -30,13 +31,7 @@ from flexmb.system.mobility import (
     indeterminate_equations,
     mass_metric,
 )
-from flexmb.system.program import (
-    accelerations,
-    constraint_acceleration,
-    constraint_velocity,
-    evaluate,
-    increment,
-)
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
 from flexmb.system.projection import project
 from flexmb.system.system import System
 

@@ -7,18 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened
 from flexmb.math.energies import clear_energy
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
 from flexmb.math.tables import DAMPED, STIFF, call_row_kernel, pointer_kernel
-from flexmb.math.weights import weigh
 
 __all__ = [
     "Program",
-    "accelerations",
     "advance",
     "evaluate",
     "increment",
@@ -27,13 +24,6 @@ __all__ = [
     "run_kernels",
     "unit_frames",
 ]
-
-EXACT = 1e-12
-"""Relative change of accelerations and multipliers at which their refinement ends."""
-STRAIGHT = 0.99
-"""Square of the cosine between two corrections that go the same way."""
-LASTING = 0.99999
-"""Part that is left by each correction, from which it never ends: equations that contradict each other."""
 
 
 def kernel_table(kernels) -> np.ndarray:
@@ -267,117 +257,3 @@ def constraint_acceleration(work, a, out):
         bias = work.markers[leg.marker].bias
         for k in range(6):
             out[leg.equation] += leg.gradient[k] * bias[k]
-
-
-@kernel
-def accelerations(program, state, work, right, sweeps):
-    """Solve M a - G^T lam = f, G a = -drift for the accelerations and multipliers, in place of state.a and state.lam.
-
-    The equations are linear in both, so one solve suffices; further sweeps (at most so many, fewer where nothing
-    changes any more) refine, and with dependent equations (regularised) converge to the multipliers of least norm.
-    Where the refinement still changes much, forces depend on the multipliers (friction): Newton's method then goes on.
-    Returns -1 or the place of a vanishing pivot.
-    """
-    nu, ng = len(state.u), len(state.lam)
-    nonlinear, least = False, 0.0
-    looked = (
-        2 if len(program.pattern.softness) > 0 else 1
-    )  # dependent equations still change a little in the second sweep
-    before = np.zeros(ng)
-    weigh(work.weights, 1.0)
-    state.a[:] = 0.0
-    state.lam[:] = 0.0
-    for sweep in range(40):
-        work.weights[0].wanted = 1 if sweep == 0 or nonlinear else 0
-        evaluate(program, state, work)
-        if sweep == 0 or nonlinear:
-            failed = lu_factor(work.S, program.pattern)
-            if failed >= 0:
-                return failed
-        _unsolved(work, state, right)
-        if sweep == 0:
-            least = EXACT * np.max(np.abs(work.residual))  # multipliers that cancel to rounding
-        lu_solve(work.S, program.pattern, right)
-        if len(program.pattern.softness) > 0:
-            _lengthened(nu, right, before)
-        settled = sweep > 0
-        largest = 0.0
-        for i in range(nu):
-            state.a[i] += right[i]
-            largest = max(largest, abs(state.a[i]))
-        for i in range(nu):
-            settled = settled and abs(right[i]) <= EXACT * largest
-        size, change = least, 0.0
-        for i in range(ng):
-            state.lam[i] += right[nu + i]
-            size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
-        nonlinear = nonlinear or (sweep == looked and change > 1e-6 * size)
-        if (change <= EXACT * size and settled) or (sweep + 1 >= sweeps and (not nonlinear or change <= EXACT * size)):
-            break
-    if len(program.pattern.softness) > 0 and not nonlinear:
-        _without_stress(program, state, work, right)
-    return -1
-
-
-@inner_kernel
-def _lengthened(nu, right, before):
-    """Lengthen a correction that is a part rho of the one before to what all that would follow add up to.
-
-    Near a singular position an equation that is nearly dependent moves little, and its softness, which is that of all,
-    leaves most of it open: corrections then shrink by the same part again and again, rho + rho^2 + ... (Aitken).
-    `before` (ng,) takes the multipliers' part, or zero after a long one.
-    """
-    along, square, own = 0.0, 0.0, 0.0
-    for i in range(len(before)):
-        along += right[nu + i] * before[i]
-        square += before[i] * before[i]
-        own += right[nu + i] * right[nu + i]
-    rho = along / square if square > 0.0 else 0.0
-    straight = along * along >= STRAIGHT * own * square
-    if straight and 0.1 < rho < LASTING:
-        for i in range(len(right)):
-            right[i] /= 1.0 - rho
-        before[:] = 0.0
-    else:
-        before[:] = right[nu:]
-
-
-@inner_kernel
-def _unsolved(work, state, right):
-    """Write what is left of the equations of motion and of the constraints at the latest evaluation to `right`."""
-    nu = len(state.u)
-    for i in range(nu):
-        right[i] = -work.residual[i]
-    constraint_acceleration(work, state.a, right[nu:])
-    for i in range(len(state.lam)):
-        right[nu + i] = -right[nu + i]
-
-
-@inner_kernel
-def _without_stress(program, state, work, right):
-    """Take the rounding out of multipliers of least norm.
-
-    Where equations depend on each other, only the softness r holds the states of self-stress, and the last digit of the
-    loads appears in them as eps / r. The solution of (M, -G^T; G, r) (x, y) = (0, r lam) is the self-stress y, with an
-    error of eps only; of all other multipliers it has a share of about r, which refinement gives back.
-    """
-    nu, ng = len(state.u), len(state.lam)
-    right[:nu] = 0.0
-    for i in range(ng):
-        right[nu + i] = program.regularisation[i] * state.lam[i]
-    lu_solve_softened(work.S, program.pattern, right)
-    for i in range(ng):
-        state.lam[i] -= right[nu + i]
-    work.weights[0].wanted = 0
-    for _ in range(6):
-        evaluate(program, state, work)
-        _unsolved(work, state, right)
-        lu_solve(work.S, program.pattern, right)
-        size, change = 0.0, 0.0
-        for i in range(nu):
-            state.a[i] += right[i]
-        for i in range(ng):
-            state.lam[i] += right[nu + i]
-            size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
-        if change <= EXACT * size:
-            break

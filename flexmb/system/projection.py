@@ -7,7 +7,8 @@ import numpy as np
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.weights import weigh
-from flexmb.system.program import EXACT, advance, constraint_velocity, evaluate, keep_branches
+from flexmb.system.accelerations import EXACT
+from flexmb.system.program import advance, constraint_velocity, evaluate, keep_branches
 
 __all__ = ["project"]
 

@@ -21,9 +21,10 @@ from flexmb.math.energies import powers
 from flexmb.math.structures import counted
 from flexmb.math.weights import weigh
 from flexmb.model.described import Described, is_number
+from flexmb.system.accelerations import accelerations
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import worst_equations
-from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate
+from flexmb.system.program import advance, constraint_velocity, evaluate
 
 __all__ = ["GeneralizedAlpha"]
 
@@ -119,6 +120,7 @@ class GeneralizedAlpha(metaclass=Described):
             smallest=0.0,
             iterations=12,
             sweeps=0,
+            friction=False,
             trend=1.0,
         )
 
@@ -278,7 +280,8 @@ class GeneralizedAlpha(metaclass=Described):
             "works": np.zeros((n, 3)),
         }
         controls = self.controls()._replace(
-            sweeps=self._sweeps(system),
+            sweeps=0 if system.ng == 0 else 12 if system.redundant else 2,
+            friction=any(f.reads_reactions for f in system.model.forces),
             trend=0.0 if system.redundant else 1.0,
             smallest=smallest_step(float(variables.run["t"][0]), samples[last - 1]),
         )
@@ -298,13 +301,6 @@ class GeneralizedAlpha(metaclass=Described):
     def jumped(self, system, work, variables: Variables) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         return take_jump(system.program, work, variables, 12 if system.redundant else 2) < 0
-
-    @staticmethod
-    def _sweeps(system) -> int:
-        """Return the refinements of accelerations at samples; none where they are the step's own."""
-        if system.ng == 0 or any(f.reads_reactions for f in system.model.forces):
-            return 0
-        return 12 if system.redundant else 2
 
     @staticmethod
     def _reason(system, work, v: Variables, reason: int) -> str:

@@ -9,7 +9,8 @@ from flexmb.math.kernel import entry_kernel
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
 from flexmb.math.tables import COUNT, WORK, State
-from flexmb.system.program import accelerations, evaluate
+from flexmb.system.accelerations import accelerations
+from flexmb.system.program import evaluate
 
 __all__ = ["take_jump"]
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.integrate.alpha.step_size import back_to_step, fit_to_step, write_sample
 from flexmb.integrate.alpha.variables import Controls, Variables
-from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment, turn
+from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
 from flexmb.integrate.runs.switches import keep_switches, part_of_step
 from flexmb.math.block_lu import lu_factor, lu_solve
@@ -21,7 +22,7 @@ from flexmb.math.program import PROGRAM
 from flexmb.math.structures import array_type, numba_type
 from flexmb.math.tables import COUNT, FLOATS, WORK, State
 from flexmb.math.weights import weigh
-from flexmb.system.program import accelerations, advance, constraint_velocity, evaluate, keep_branches
+from flexmb.system.program import advance, constraint_velocity, evaluate, keep_branches
 
 __all__ = ["run_steps"]
 
@@ -137,47 +138,6 @@ def _accelerations_settled(v, c, scale, left):
 
 
 @inner_kernel
-def _change_of_velocities(program, work, v, share):
-    """Write the change of the velocities that adds a share of itself to the rate of the constraints."""
-    largest = 0.0
-    for i in range(len(v.u)):
-        v.change[i] = 0.0
-        v.right[i] = 0.0
-    for i in range(len(v.lam)):
-        change = share * v.hidden[i] if program.equation_level[i] == 0 else 0.0
-        v.right[len(v.u) + i] = change
-        largest = max(largest, abs(change))
-    if largest > 0.0:
-        lu_solve(work.S, program.pattern, v.right)
-        for i in range(len(v.u)):
-            v.change[i] = v.right[i]
-        turn(v.world, v.q, v.change)
-
-
-@inner_kernel
-def _fit_to_step(program, work, v, h):
-    """Move what belongs to the step size, algorithmic acceleration and rate of the constraints, to a new one.
-
-    The algorithmic acceleration belongs to time t + (alpha_m - alpha_f) h. Positions that satisfy the constraints leave
-    velocities which violate them by C h^2 G a'; kept at that value of the step before, the multipliers would carry an
-    error of first order through the next steps (Arnold, Brüls & Cardona 2015).
-    """
-    ratio = h / v.run[0].last_step
-    _change_of_velocities(program, work, v, ratio * ratio - 1.0)
-    for i in range(len(v.u)):
-        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * ratio
-        v.u[i] += v.change[i]
-
-
-@inner_kernel
-def _back_to_step(v, h):
-    """Undo `_fit_to_step` after a step that failed."""
-    for i in range(len(v.u)):
-        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * v.run[0].last_step / h
-        v.u[i] -= v.change[i]
-
-
-@inner_kernel
 def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
     nu, ng = len(v.u), len(v.lam)
@@ -261,7 +221,7 @@ def _largest_growth(v, c, error):
     """Return by how much the next step may be longer.
 
     Oscillations that the steps do not resolve change their sign in every step and are damped by rho_inf, but what
-    `_fit_to_step` carries over grows with the step. Where they show, a step grows by less than they decay.
+    `fit_to_step` carries over grows with the step. Where they show, a step grows by less than they decay.
     """
     if error <= 1e-6 or c.alpha_f == 0.0:
         return 2.0
@@ -337,26 +297,6 @@ def _accept(program, work, v, h, powers):
     v.run[0].steps += 1
 
 
-@inner_kernel
-def _write_sample(program, work, v, c, u, a, lam):
-    """Write velocities, accelerations and multipliers of a sample.
-
-    The velocities belong to a step of size zero, so they satisfy the constraints. Accelerations and multipliers
-    solve M a - G^T lam = f, G a = -drift at its q and u: the step's own have errors C h^2 a''.
-    """
-    _change_of_velocities(program, work, v, -1.0)
-    for i in range(len(u)):
-        v.d[i] = v.u[i] + v.change[i]
-    to_body_axes(v.world, v.q, v.d, v.a, u, a)
-    lam[:] = v.lam
-    if c.sweeps > 0:
-        state = State(v.run[0].t, v.q, u, a, lam, v.signals)
-        singular = accelerations(program, state, work, v.right, c.sweeps) >= 0
-        if singular or not np.all(np.isfinite(a)) or not np.all(np.isfinite(lam)):
-            to_body_axes(v.world, v.q, v.d, v.a, u, a)
-            lam[:] = v.lam
-
-
 @entry_kernel(
     PROGRAM,
     WORK,
@@ -383,7 +323,7 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
             tried += 1
             left = samples[k] - v.run[0].t
             h = left / max(1.0, np.ceil(left / min(v.run[0].next_step, v.run[0].longest_step) * (1.0 - 1e-9)))
-            _fit_to_step(program, work, v, h)
+            fit_to_step(program, work, v, h)
             _scale_states(v, c, h)
             for i in range(3):
                 powers[i] = v.powers[i]
@@ -397,7 +337,7 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                     state = State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
                     part = part_of_step(program, v.switching, state, work, h, c.adaptive)
             if failure != 0 or error > 1.0 or part < 1.0:
-                _back_to_step(v, h)
+                back_to_step(v, h)
                 for i in range(3):
                     v.powers[i] = powers[i]
                 if failure != 0:
@@ -427,6 +367,6 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                 v.run[0].next_step = v.run[0].longest_step
         t[k - first] = v.run[0].t
         q[k - first] = v.q
-        _write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
+        write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
         works[k - first] = v.works
     return last, 0

@@ -127,6 +127,8 @@ class Controls(NamedTuple):
     iterations: int
     sweeps: int
     """to solve for the accelerations of samples, 0: those of the step"""
+    friction: bool
+    """forces depend on the multipliers"""
     trend: float
     """1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance,
     which would grow by it from step to step"""

@@ -15,7 +15,8 @@ from flexmb.integrate.ida.stabilised import kinematics
 from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import State, pointer_kernel
-from flexmb.system.program import accelerations, keep_branches, unit_frames
+from flexmb.system.accelerations import accelerations
+from flexmb.system.program import keep_branches, unit_frames
 from flexmb.system.projection import project
 
 __all__ = ["accepting", "rates"]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.system.program import accelerations
+from flexmb.system.accelerations import accelerations
 
 __all__ = ["WorkOfDrives"]
 

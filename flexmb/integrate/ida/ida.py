@@ -23,9 +23,10 @@ from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching
 from flexmb.math.energies import powers
 from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK
 from flexmb.model.described import Described, is_number
+from flexmb.system.accelerations import accelerations
 from flexmb.system.complaints import worst_equations
 from flexmb.system.mobility import equation_scale
-from flexmb.system.program import accelerations, evaluate
+from flexmb.system.program import evaluate
 
 __all__ = ["IDA"]
 

@@ -22,10 +22,10 @@ from flexmb.integrate.linear.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
+from flexmb.system.accelerations import accelerations
 from flexmb.system.given_state import given_state
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import accelerations
 
 __all__ = ["FirstFrequencies", "first_frequencies"]
 

@@ -8,8 +8,8 @@ from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.steady import SteadyMotion
 from flexmb.integrate.matrices import equations_at
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.system.accelerations import accelerations
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import accelerations
 
 __all__ = ["imbalance"]
 

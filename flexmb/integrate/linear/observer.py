@@ -25,8 +25,9 @@ from flexmb.integrate.linear.independent import velocity_slopes
 from flexmb.integrate.linear.steady import SteadyMotion, steady_motion
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.math.rotations import euler_to_matrix, rotation_matrix
+from flexmb.system.accelerations import accelerations
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import accelerations, advance
+from flexmb.system.program import advance
 
 __all__ = ["OWN_AXES", "Coefficients", "Observer", "coefficients", "constant_observer"]
 

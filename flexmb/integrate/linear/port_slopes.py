@@ -22,8 +22,9 @@ from flexmb.integrate.matrices import tangent_at
 from flexmb.model.signal import expression
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import compile as compile_model
+from flexmb.system.accelerations import accelerations
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import accelerations, advance, evaluate
+from flexmb.system.program import advance, evaluate
 
 __all__ = ["Slopes", "signal_slopes", "state_slopes"]
 
