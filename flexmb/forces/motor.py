@@ -94,5 +94,5 @@ class Motor(OnCoordinate):
     def record(self, compiler):
         """Return the row."""
         lower, upper = self.limits or (-np.inf, np.inf)
-        target = compiler.signal(self.target)
+        target = compiler.signal(self.target, rate=self.damping != 0.0)
         return {"x": self.coordinate_row(compiler), "target": target, "lower": lower, "upper": upper}

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.math import operations as op
 from flexmb.model.expression import SignalProgram
 from flexmb.model.input_signal import Input
 from flexmb.model.signal import Constant, Expression, Harmonic, Product, Ramp, Signal, Step, Sum, as_signal
 
 __all__ = ["SIGNALS", "Table", "table"]
+
+SWINGS, LEAVES = 0.5, 10.0
+"""How far a spline may go beyond its points, relative to their range, before it warns, and before it is refused.
+
+Sparse points of a smooth function give up to 0.4; a ramp of three or four points between constants gives more.
+"""
+ROUNDING = 1e-6
+"""Range of points, relative to the largest, below which they are one constant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +41,9 @@ class Table(Signal):
         effort of an `Actuator`.
     kind : "cubic" or "linear"
         Cubic: the spline with two continuous derivatives and not-a-knot ends (de Boor, A Practical Guide to Splines,
-        chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line.
+        chapter IV), which reproduces cubic polynomials exactly. Three points give the parabola, two the line. Where
+        steep and gentle slopes meet it swings beyond its points: by more than half of their range warns, by more than
+        ten times is an error.
     periodic : bool
         The function goes on with the period from the first x to the last, where y must be the same: a gas force over
         the crank angle. The cubic spline is smooth there too.
@@ -91,6 +102,8 @@ class Table(Signal):
         if self.of is not None and self.joint is None:
             object.__setattr__(self, "of", as_signal(self.of, "Signal table", "of"))
             self._require_extent()
+        if self.kind == "cubic":
+            self._look_for_swings()
 
     def __repr__(self):
         of = "" if self.of is None else f", of {self.of!r}"
@@ -98,6 +111,34 @@ class Table(Signal):
             f"Table({len(self.x)} points, x {self.x[0]:.4g} to {self.x[-1]:.4g}, y {min(self.y):.4g} to "
             f"{max(self.y):.4g}, {self.kind}{of})"
         )
+
+    def _look_for_swings(self) -> None:
+        """Warn of a spline that goes far beyond its points, or raise ModelError.
+
+        Source of the extremes: the derivative of a piece, 3 a h^2 + 2 b h + c = 0.
+        """
+        x, y = np.array(self.x), np.array(self.y)
+        with np.errstate(all="ignore"):
+            a, b, c, d = self._coefficients().T
+            root = np.sqrt(b * b - 3.0 * a * c)
+            places = np.array([c / (-b - root), c / (root - b)])  # without cancellation where a vanishes
+            values = ((a * places + b) * places + c) * places + d
+        values = np.where((places > 0.0) & (places < np.diff(x)), values, y[:-1])
+        beyond = np.maximum(values - y.max(), y.min() - values)
+        side, k = np.unravel_index(np.argmax(beyond), beyond.shape)
+        across = max(np.ptp(y), ROUNDING * np.abs(y).max())
+        if not beyond[side, k] > SWINGS * across:
+            return
+        complaint = ModelError(
+            "Signal table",
+            found=f"between x = {x[k]:.6g} and {x[k + 1]:.6g} its cubic spline reaches {values[side, k]:.4g}, "
+            f"but its points go from {y.min():.4g} to {y.max():.4g}",
+            expected="a curve that stays near its points",
+            remedy="Write kind='linear', give more points where the slope changes, or use fmb.step or fmb.ramp",
+        )
+        if beyond[side, k] > LEAVES * across:
+            raise complaint
+        warnings.warn(str(complaint), ValidityWarning, stacklevel=6)
 
     @property
     def joint(self) -> str | None:

@@ -46,6 +46,7 @@ class _Compiler:
         self.surface_places: dict[str, int] = {}
         self.signals: list[Any] = []
         self.signal_titles: list[str] = []  # of the parts that have them
+        self.rates_read: list[int] = []  # signals whose rates forces read
         self.writing = ""
         self.pairs: dict[tuple[int, int, int], int] = {}
         self.active_pairs: dict[int, int] = {}
@@ -88,8 +89,8 @@ class _Compiler:
         self.branches.setdefault(name, value)
         return self.branch_index.setdefault(name, len(self.branch_index))
 
-    def signal(self, value) -> int:
-        """Return the number of a signal."""
+    def signal(self, value, rate: bool = False) -> int:
+        """Return the number of a signal; `rate` if a force reads its rate too."""
         signal = as_signal(value, f"Model '{self.model.name}'", "signal")
         if signal.follows:
             raise CompileError(
@@ -101,6 +102,8 @@ class _Compiler:
             )
         self.signals.append(signal)
         self.signal_titles.append(self.writing)
+        if rate:
+            self.rates_read.append(len(self.signals) - 1)
         return len(self.signals) - 1
 
     def follow(self, value, *markers: int) -> tuple[int, tuple[int, ...]]:
@@ -417,6 +420,7 @@ def compile(model: Model) -> System:
         branch_names=tuple(compiler.branches),
         signal_times=SignalTimes(signals, tuple(compiler.signal_titles), compiler.loops.clocks()),
         prescribing=prescribing,
+        rates_read=np.array([*compiler.rates_read, *range(others, prescribing.stop)], np.int64),
         inputs=inputs,
         holds=tuple(compiler.loops.holds),
         switch_kinds=switch_kinds,

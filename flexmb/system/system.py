@@ -64,6 +64,8 @@ class System:
         When signals of forces and drives are not smooth, or change fast.
     prescribing : slice
         The signals that drives prescribe.
+    rates_read : (n,) int
+        These, and the signals whose rates forces read: where rates jump, accelerations do.
     inputs : dict of name to (n,) int
         Where the values of inputs stand in ``program.signals.args``.
     holds : tuple of Hold
@@ -100,6 +102,7 @@ class System:
     body_slices: dict[str, tuple[slice, slice]]
     signal_times: SignalTimes
     prescribing: slice
+    rates_read: np.ndarray
     lengths: Lengths
     units: np.ndarray
     switch_kinds: np.ndarray

@@ -1,11 +1,13 @@
 """Signals: their own formulas, how they combine, and what is said about wrong ones."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from tolerances import MACHINE
 
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.model.signal import (
     Constant,
     Expression,
@@ -69,6 +71,37 @@ def test_linear_table():
     x = table([0, 1, 3], [0, 2, 0], kind="linear").sample([-1, 0.5, 1.0, 2.0, 4.0])
     assert x[:, 0].tolist() == [0.0, 1.0, 2.0, 1.0, 0.0]
     assert x[:, 1].tolist() == [0.0, 2.0, -1.0, -1.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "reached"),
+    [
+        ((0, 1, 10), (0, 1, 1), 3.025),  # the parabola 1.1 x - 0.1 x^2 at 5.5
+        ((0, 1, 10), (0, -1, -1), -3.025),
+        ((0, 0.2, 0.8, 1), (0, 1, 1, 0), 1.5625),  # the parabola 25/4 x (1 - x)
+    ],
+)
+def test_spline_that_swings_beyond_its_points_is_told(x, y, reached):
+    with pytest.warns(ValidityWarning, match=f"its cubic spline reaches {reached:.3g}"):
+        told = table(x, y)
+    values = [told.sample(t)[0] for t in np.linspace(x[0], x[-1], 4001)]
+    np.testing.assert_allclose(max(values, key=abs), reached, rtol=1e-6)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-9])
+def test_spline_that_leaves_its_points_is_refused(width):
+    """A step written as a table: the spline through it reaches 5.7 / width."""
+    x, y = (0.0, 0.05, 0.05 + width, 1.0), (0.0, 0.0, 1.0, 1.0)
+    with pytest.raises(ModelError, match=r"between x = .* its cubic spline reaches .* kind='linear'"):
+        table(x, y)
+    assert table(x, y, kind="linear").sample(0.7)[0] == 1.0
+
+
+@pytest.mark.parametrize("y", [(0.1,) * 5, (0.0, 0.0, 0.0, 1.0, 1.0), tuple(np.sin(np.linspace(0, 6, 5)))])
+def test_splines_near_their_points_are_not_told(y):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        table((0, 1, 2, 3, 4), y)
 
 
 @pytest.mark.parametrize("kind", ["cubic", "linear"])

@@ -8,14 +8,14 @@ import numpy as np
 
 from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.math.block_lu import lu_solve
-from flexmb.math.kernel import inner_kernel
+from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
 from flexmb.system.accelerations import accelerations, corrected_accelerations
 
 __all__ = ["back_to_step", "change_of_velocities", "fit_to_step", "write_sample"]
 
 
-@inner_kernel
+@kernel
 def change_of_velocities(program, work, v, share):
     """Write the change of the velocities that adds a share of itself to the rate of the constraints."""
     largest = 0.0
@@ -33,7 +33,7 @@ def change_of_velocities(program, work, v, share):
         turn(v.world, v.q, v.change)
 
 
-@inner_kernel
+@kernel
 def fit_to_step(program, work, v, h):
     """Move what belongs to the step size, algorithmic acceleration and rate of the constraints, to a new one.
 
@@ -48,7 +48,7 @@ def fit_to_step(program, work, v, h):
         v.u[i] += v.change[i]
 
 
-@inner_kernel
+@kernel
 def back_to_step(v, h):
     """Undo `fit_to_step` after a step that failed."""
     for i in range(len(v.u)):
@@ -56,7 +56,7 @@ def back_to_step(v, h):
         v.u[i] -= v.change[i]
 
 
-@inner_kernel
+@kernel
 def write_sample(program, work, v, c, u, a, lam):
     """Write velocities, accelerations and multipliers of a sample.
 

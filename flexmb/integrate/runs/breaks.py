@@ -90,24 +90,26 @@ def with_fine(system, marks: np.ndarray) -> np.ndarray:
 
 
 def jumps_at_once(system, t: float) -> bool:
-    """Have signals other values at `t` than just after it, or prescribed motions other rates: is a start there none on
-    the right side of a jump?
+    """Have signals other values at `t` than just after it, or other rates where these are read: is a start there none
+    on the right side of a jump?
     """
     now, then = _sampled(system, t), _sampled(system, just_after(t))
     size = np.fmax(np.abs(now), np.abs(then))
     jumps = np.abs(then - now)[:, :2] > JUMP * size[:, :2] + 4.0 * (just_after(t) - t) * size[:, 1:]
-    return bool(np.any(jumps[:, 0]) or np.any(jumps[system.prescribing]))
+    return bool(np.any(jumps[:, 0]) or np.any(jumps[system.rates_read]))
 
 
 def _jumps(system, t: float, nearby: float, rates: bool) -> bool:
-    """Do accelerations (or their rates) jump at a time: loads (or their rates), prescribed motions or their rates?"""
+    """Do accelerations (or their rates) jump at a time: loads (or their rates), or rates that are read: of prescribed
+    motions, of targets of motors with damping?
+    """
     left, right, before, after = (
         _sampled(system, at) for at in (just_before(t), just_after(t), t - nearby, t + nearby)
     )
     size = np.fmax.reduce(np.abs([left, right, before, after]))  # what grows from zero does not jump
     between = 4.0 * (t - just_before(t)) * np.column_stack([size[:, 1:], np.zeros(len(size))])  # by the rates
     jumps = np.abs(right - left) > JUMP * size + between
-    return bool(np.any(jumps[:, : 2 if rates else 1]) or np.any(jumps[system.prescribing]))
+    return bool(np.any(jumps[:, : 2 if rates else 1]) or np.any(jumps[system.rates_read]))
 
 
 def _sampled(system, t: float) -> np.ndarray:
