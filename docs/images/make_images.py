@@ -36,6 +36,40 @@ def rod_modes(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
+def bases(path: Path) -> None:
+    """Error of the response between interfaces over the number of shapes: all bases, and pyMOR's where it is there."""
+    from reduction.four_bodies import BODIES, body, by_pymor, snapshots, true_error
+
+    from flexmb import reduction
+
+    figure, axes = plt.subplots(1, 4, figsize=(14, 3.8), sharey=True, layout="constrained")
+    for axis, name in zip(axes, BODIES):
+        fe, interfaces, band, _, _ = body(name)
+        moved = snapshots(fe, interfaces, band)
+        half, three = (0.0, 0.6 * band), (0.0, 0.35 * band, 0.8 * band)
+        cases = {
+            "Craig-Bampton": [(reduction.CraigBampton(), n) for n in (0, 2, 4, 8, 16, 24, 36)],
+            "Rubin": [(reduction.Rubin(), n) for n in (0, 2, 4, 8, 16, 24, 36)],
+            "Krylov": [(reduction.Krylov(f), "usual") for f in ((0.0,), half, three)],
+            "POD": [(reduction.Pod(moved), n) for n in (6, 12, 18, 24, 36)],
+            "characteristic": [(reduction.CharacteristicModes(k), k) for k in (4, 6, 8, 10)],
+            "balanced": [(reduction.Balanced(100), n) for n in (6, 12, 18, 24, 36, 48)],
+        }
+        for (label, sizes), mark in zip(cases.items(), "osD^vP"):
+            made = [
+                reduction.reduce(fe, interfaces, n, basis=basis, error_up_to=band, compare=0, stress=False)
+                for basis, n in sizes
+            ]
+            axis.semilogy([d.n_modes for d in made], [true_error(name, d) for d in made], f"{mark}-", label=label, ms=4)
+        found = by_pymor(name, (6, 12, 18, 24, 36, 48), made[0].quality["transfer"]["frequencies"])
+        axis.semilogy(*zip(*found), "k+:", label="pyMOR, balanced")
+        axis.set(title=f"{name}, up to {band:g} Hz", xlabel="shapes", ylim=(1e-8, 20.0))
+        axis.grid(True, alpha=0.3)
+    axes[0].set(ylabel="error / largest response")
+    axes[-1].legend(fontsize=7)
+    figure.savefig(path, dpi=120)
+
+
 def which_body(path: Path) -> None:
     """A beam spun up fast as one floating body, as several, as ANCF cable, and exactly."""
     from verification.fast_spin_up import LENGTH, TIMES, ancf, exact, floating, lag
@@ -343,6 +377,7 @@ def plates(path: Path) -> None:
 
 
 DIAGRAMS = {
+    "bases": bases,
     "belt_drive": belt_drive,
     "plates": plates,
     "rod_modes": rod_modes,

@@ -177,7 +177,23 @@ def _in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
     )
     turn6 = np.zeros((6, 6))
     turn6[:3, :3], turn6[3:, 3:] = Q, s * Q
-    return _with_effective_mass(changed, turn6)
+    return _with_turned_bound(_with_effective_mass(changed, turn6), Q)
+
+
+def _with_turned_bound(data: Data, Q: np.ndarray) -> Data:
+    """Bound the error of the response to loads along the new axes: at most the sum of those along the old ones.
+
+    Without all three directions of an interface there is no such sum: the bound is left out.
+    """
+    if "transfer" not in data.quality:
+        return data
+    freedoms = [row["freedoms"] for row in data.quality["interfaces"]]
+    quality = {name: value for name, value in data.quality.items() if name != "transfer"}
+    if all(own in ([0, 1, 2], [0, 1, 2, 3, 4, 5]) for own in freedoms):
+        transfer = data.quality["transfer"]
+        columns = np.array(transfer["by_input"]).reshape(len(transfer["frequencies"]), -1, 3)
+        quality["transfer"] = {**transfer, "by_input": (columns @ np.abs(Q).T).reshape(len(columns), -1).tolist()}
+    return replace(data, quality=quality)
 
 
 def _forces(forces: np.ndarray, Q: np.ndarray, p: np.ndarray, s: float) -> np.ndarray:

@@ -31,7 +31,7 @@ class TransferError:
     ----------
     frequencies : (n,), Hz
     error, response : (n,), m/N
-        Bound of the largest singular value of the error, and the largest singular value of the elastic response.
+        Upper bound of the largest singular value of the error, lower bound of that of the full elastic response.
     by_input : (n, k), m/N
         Bound of the norm of the error of the response to each interface freedom by itself.
     damping : float
@@ -104,7 +104,7 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
             own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
             error[number] = np.linalg.norm(estimate, 2) + width * size
             alone[number] = np.linalg.norm(estimate, axis=0) + width * own
-            response[number] = np.linalg.norm(F.T @ answer, 2)
+            response[number] = max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0)
     at_interfaces = alone[:, : framed.at_interfaces]
     return TransferError(frequencies, error, response, at_interfaces, zeta, framed.body.length)
 

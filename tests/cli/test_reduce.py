@@ -42,6 +42,18 @@ def test_reduce(capsys):
     assert "Written: bracket.h5" in printed
 
 
+def test_basis_and_bound(capsys):
+    places = ["--interface", "a=foot", "--interface", "b=load", "--material", "aluminium", "--no-stress"]
+    asked = ["--basis", "Krylov frequencies=0,500", "--error-up-to", "2000"]
+    assert main(["reduce", MESH, *places, *asked, "-o", "bracket.h5"]) == 0
+    data = fmb.ModalNeutralData.load("bracket.h5")
+    assert data.quality["basis"].startswith("Krylov(frequencies=(0.0, 500.0)")
+    assert data.quality["transfer"]["frequencies"][-1] == 2000.0
+    assert "Response to loads up to 2000 Hz" in capsys.readouterr().out
+    assert main(["reduce", MESH, *places, "--basis", "MacNeal", "-o", "other.h5"]) == 2
+    assert "basis='Rubin'" in capsys.readouterr().err
+
+
 def test_every_option(capsys):
     """A mesh in mm; the material in numbers; a coupling at the nodes themselves; modes by accuracy."""
     arguments = [

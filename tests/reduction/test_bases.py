@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reduction.beams import planar_beam
+from reduction.solids import block
 from scipy.linalg import eigh
 
+import flexmb as fmb
 from flexmb import parts, reduction
 from flexmb.errors import ReductionError
 from flexmb.reduction.framed_body import FramedBody
@@ -253,3 +255,48 @@ def test_parts_and_kept_models_take_a_basis(tmp_path, monkeypatch, fe):
     assert parts.reduced(fe, ENDS, 3, basis="CraigBampton").quality["basis"] == "CraigBampton()"
     assert len(list(tmp_path.glob("*.h5"))) == 2
     assert replace(reduction.Krylov(), order=3).order == 3
+
+
+def test_a_bound_does_not_outlive_the_shapes_and_axes_it_was_made_for(fe):
+    solid = block()
+    data = reduction.reduce(solid, {"a": "left", "b": "right"}, 2, error_up_to=2000.0, compare=0)
+    assert "transfer" not in data.selected(5).quality
+    assert "transfer" in data.selected(data.n_modes).quality
+    before = np.array(data.quality["transfer"]["by_input"])
+    quarter = np.array(data.rotated([[0, -1, 0], [1, 0, 0], [0, 0, 1]]).quality["transfer"]["by_input"])
+    assert quarter[:, :3] == pytest.approx(before[:, [1, 0, 2]])
+    slanted = np.array(data.rotated((0.0, 0.0, 0.3)).quality["transfer"]["by_input"])
+    assert np.all(slanted[:, 0] >= 0.95 * before[:, 0])
+    planar = reduction.reduce(fe, ENDS, 2, error_up_to=100.0, compare=0)
+    assert "transfer" not in planar.mirrored("yz").quality
+
+
+def test_model_files_name_a_basis(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLEXMB_BODIES", str(tmp_path / "bodies"))
+    bar = """
+[[body]]
+kind = "FloatingBody"
+name = "bar"
+[body.data]
+{basis}
+interfaces = { a = [0.0, 0.0, 0.0], b = [1.0, 0.0, 0.0] }
+[[body.data.pieces]]
+kind = "Line"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 8
+section = { kind = "Section.rectangle", width = 0.02, height = 0.02 }
+material = "steel"
+"""
+    for number, (line, found) in enumerate(
+        [
+            ('basis = "Rubin"\nmodes = 3', "Rubin()"),
+            (
+                'basis = { kind = "Krylov", frequencies = [0, 100] }',
+                "Krylov(frequencies=(0.0, 100.0), order=1, two_sided=False)",
+            ),
+            ("", "CraigBampton()"),
+        ]
+    ):
+        path = tmp_path / f"bar{number}.toml"
+        path.write_text('name = "bar"\n' + bar.replace("{basis}", line))
+        assert fmb.load_model(path).body("bar").data.quality["basis"] == found
