@@ -56,13 +56,13 @@ def first_line(path: Path) -> str:
     return next((line for line in lines if line.startswith("*STEP")), "")
 
 
-def displacements(path: Path) -> dict[int, np.ndarray]:
-    """Return the first displacements (3,) that a .dat.ref prints of every node."""
+def printed(path: Path, what: str) -> dict[int, np.ndarray]:
+    """Return the first displacements or forces (3,) that a .dat.ref prints of every node."""
     out: dict[int, np.ndarray] = {}
     inside = False
     for line in path.read_text(errors="replace").splitlines():
         if re.search(r"(displacements|stresses|forces|strains|energy|volume)", line):
-            inside = line.strip().startswith("displacements")
+            inside = line.strip().startswith(what)
             continue
         row = re.match(rf"^\s+(\d+)\s+({NUMBER})\s+({NUMBER})\s+({NUMBER})\s*$", line)
         if inside and row:
@@ -174,15 +174,20 @@ def held(flat, first, fe) -> np.ndarray:
     return value
 
 
-def static(path: Path, reference: dict[int, np.ndarray]) -> float:
-    """Return the largest difference of a displacement over the largest displacement of the reference."""
+def static(path: Path, reference: dict[int, np.ndarray], what: str = "displacements") -> float:
+    """Return the largest difference of a displacement, or of a nodal force K u, over the largest of the reference."""
     flat, frames, first = step_of(path)
     fe = fem.read_deck(path, show=False)
     value = held(flat, first, fe)
     load = fe.forces(loads(flat, frames, first, fe))[:, 0]
     u = np.where(np.isnan(value), 0.0, value)
     u += fem.static(fe, load - fe.K @ u, ~np.isnan(value)) * np.isnan(value)
-    found = fe.field(u[:, None])[:, :3, 0]
+    if what == "forces":
+        found = np.zeros((len(fe.nodes), 6))
+        found[fe.dofs[:, 0], fe.dofs[:, 1]] = fe.K @ u
+        found = found[:, :3]
+    else:
+        found = fe.field(u[:, None])[:, :3, 0]
     nodes = {int(label): k for k, label in enumerate(fe.labels) if label}
     everywhere = any(b.name == "NODE PRINT" and b.parameters.get("GLOBAL", "").upper() == "YES" for b, _ in first)
     ours, theirs = [], []
@@ -225,8 +230,11 @@ def judged(path: Path, reference: Path, kind: str) -> str:
     if kind == "frequency":
         answer = frequencies(reference)
         return f"{vibration(path, answer):.1e}" if len(answer) else ""
-    shifts = displacements(reference)
-    return f"{static(path, shifts):.1e}" if shifts else ""
+    shifts, forces = (printed(reference, what) for what in ("displacements", "forces"))
+    result = f"{static(path, shifts):.1e}" if shifts else ""
+    if forces and result:
+        result += f"   forces {static(path, forces, 'forces'):.1e}"
+    return result
 
 
 def compared(path: Path) -> tuple[str, str]:
@@ -245,7 +253,7 @@ def compared(path: Path) -> tuple[str, str]:
         result = judged(path, reference, kind)
         if not result:
             return "no answer", ""
-        if float(result) > 1e-4 and (other := full(path)) is not None:
+        if float(result.split()[0]) > 1e-4 and (other := full(path)) is not None:
             result += f"   fully integrated {judged(path, other, kind)}"
         return kind, result
     except FlexmbError as error:
