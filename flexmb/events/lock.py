@@ -22,6 +22,14 @@ def _drivable(joint) -> tuple[str, ...]:
     return words if all(words) else ()
 
 
+def _held_markers(names, series) -> tuple[str, str]:
+    """Return the two markers that are held together: of a path through several, the one nearest to the point."""
+    point = series.marker(names[1]).r[-1]
+    path = (names[0], *names[2:])
+    distances = [float(np.sum((series.marker(name).r[-1] - point) ** 2)) for name in path]
+    return path[int(np.argmin(distances))], names[1]
+
+
 def _drive_name(joint, word: str) -> str:
     return f"{joint.name} locked {word}"
 
@@ -34,7 +42,8 @@ class Lock(Action):
     ----------
     joint : str
         A joint with turns and slides only is held by drives, "<joint> locked turn" and so on; any other becomes a Fixed
-        one, if one of its bodies is rigid or ground. Drives of it go, with their sensors.
+        one, if one of its bodies is rigid or ground: of a path, to the marker of the path that is nearest to the point.
+        Drives of it go, with their sensors.
     """
 
     joint: str
@@ -60,7 +69,7 @@ class Lock(Action):
                 expected="a joint that only turns and slides, or one on a rigid body or the ground",
                 remedy="Lock another joint",
             )
-        fixed = Fixed(joint.name, markers=joint.resolved_markers(model))
+        fixed = Fixed(joint.name, markers=joint.resolved_markers(model)[:2])
         try:
             free = self._undriven(model)
             replace(free, events=(), joints=tuple(fixed if j.name == joint.name else j for j in free.joints))
@@ -81,7 +90,7 @@ class Lock(Action):
 
     @staticmethod
     def _side(model, joint) -> int | None:
-        for side, name in enumerate(joint.resolved_markers(model)):
+        for side, name in enumerate(joint.resolved_markers(model)[:2]):
             if model.body(name.partition(".")[0]).takes_markers:
                 return side
         return None
@@ -89,7 +98,7 @@ class Lock(Action):
     def apply(self, model, series):
         """Return the model with the joint held."""
         joint = model.joint(self.joint)
-        names = joint.resolved_markers(model)
+        names = _held_markers(joint.resolved_markers(model), series)
         free, words = self._undriven(model), _drivable(joint)
         if words:
             added = []

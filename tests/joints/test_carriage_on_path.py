@@ -107,3 +107,22 @@ def test_place_and_direction_of_the_carriage(at):
     front = at - BASE / 2
     twist = FORCE * ASIDE * front * (L - front) / (L * GJ)
     assert solution["roll"][-1] == pytest.approx(-twist, rel=1e-2)
+
+
+def test_a_carriage_that_jams():
+    """On a path through several bodies it stays where it is: 2 m/s for 0.7 s end at 0.4 m + 1.4 m, beside marker c."""
+    rail = fmb.RigidBody("rail", mass=5.0, inertia=(1, 1, 1), at=(2, 0, 0), markers={"c": (0, 0, 0), "d": (1, 0, 0)})
+    slider = fmb.RigidBody("slider", mass=1.0, inertia=(1, 1, 1), at=(0.4, 0, 0), velocity=(2.0, 0, 0))
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"a": (0, 0, 0), "b": (1, 0, 0), "r": (2, 0, 0)}), rail, slider],
+        joints=[
+            fmb.Fixed("held", markers=("ground.r", "rail.c")),
+            fmb.PointOnPath("p", markers=("ground.a", "slider.center"), through=("ground.b", "rail.c", "rail.d")),
+        ],
+        sensors=[fmb.Position("r", marker="slider.center"), fmb.Velocity("v", marker="slider.center")],
+        events=[fmb.Event("jam", at=0.7, then=fmb.Lock("p"))],
+    )
+    solution = fmb.simulate(model, 1.5, samples=16)
+    assert len(solution.phases) == 2
+    np.testing.assert_allclose(solution["r"][-1], (1.8, 0, 0), atol=1e-5)
+    np.testing.assert_allclose(solution["v"][-1], 0.0, atol=1e-8)
