@@ -287,11 +287,10 @@ class SurfaceContact(Force):
                 remedy="Use ElasticFoundation",
             )
 
-    def measure(self, model) -> str:
-        """Return the marker of the (first) second surface, where `ForceOf` reports."""
-        if self.impulsive:
-            return model.surface(self.groups[1][0], self.title).marker
-        return self.pairs(model)[0][1].marker
+    def measure(self, model) -> str | None:
+        """Return the marker of the second surface, where `ForceOf` reports; None if there are several."""
+        markers = {model.surface(name, self.title).marker for name in self.groups[1]}
+        return markers.pop() if len(markers) == 1 else None
 
     @property
     def groups(self) -> tuple[tuple[str, ...], tuple[str, ...]]:

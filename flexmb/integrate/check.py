@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
 from flexmb.model.model import Model
 from flexmb.system import assemble_as_drawn, mobility
@@ -148,7 +149,7 @@ def check(model: Model) -> Report:
         misfits=dict(system.misfits),
         indeterminate=counts.indeterminate,
         notes=(*oversights(model), *_moved_furthest(model, system, state)),
-        warnings=tuple(told),
+        warnings=(*told, *overlaps(system, state)),
         singular=singular,
     )
 

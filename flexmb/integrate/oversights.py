@@ -45,6 +45,8 @@ def oversights(model: Model) -> list[str]:
 def places_of(part, model: Model) -> tuple[str, ...]:
     """Return the markers on which a joint or force acts, "body.marker"; its joint's where it names one."""
     places = [*(getattr(part, "markers", None) or ()), getattr(part, "marker", None)]
+    if hasattr(part, "touching_markers"):
+        places += part.touching_markers(model)
     if part.family == "Joint":
         places += part.resolved_markers(model)
     joint, body = getattr(part, "joint", None), getattr(part, "body", None)

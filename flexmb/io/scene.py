@@ -263,6 +263,7 @@ def _parts(model, e, skin_only=False):
             else:
                 center = next(iter(poses))
                 yield _fixed(body.name, "rigid", [(("marker", f"{body.name}.{center}", None), solids.sphere(2 * e))])
+    yield from _surfaces(model, e)
     if supports:
         foot = solids.box((3.4 * e, 3.4 * e, 1.4 * e))
         yield _fixed("supports", "supports", [(("marker", name, None), foot) for name in supports])
@@ -280,6 +281,18 @@ def _parts(model, e, skin_only=False):
     ]
     if springs:
         yield _fixed("springs", "springs", springs)
+
+
+def _surfaces(model, e):
+    """Yield the surfaces that can touch; of a half-space a square as large as the model."""
+    taken = {body.name for body in model.bodies}
+    for own in model.surfaces:
+        points, triangles = own.shape.drawing()
+        points = points if np.isfinite(own.shape.reach) else 50.0 * e * points
+        drawn = solids.Surface(points, np.asarray(triangles), np.zeros((0, 4), int))
+        name = f"{own.name}_surface" if own.name in taken else own.name
+        look = "rigid" if model.marker(own.marker)[0].n_velocities else "supports"
+        yield _fixed(name, look, [(("marker", own.marker, None), drawn)])
 
 
 def _joins(part) -> bool:

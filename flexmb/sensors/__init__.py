@@ -4,6 +4,7 @@ from flexmb.model.kinds import Sensor
 from flexmb.model.registered import registered
 from flexmb.sensors.axis_cosine import AxisCosine
 from flexmb.sensors.constraint_error import ConstraintError
+from flexmb.sensors.contact_state import ContactState
 from flexmb.sensors.deflection import Deflection
 from flexmb.sensors.distance import Distance
 from flexmb.sensors.energy import Energy

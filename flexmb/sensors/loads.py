@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.errors import ModelError
 from flexmb.model.kinds import Sensor
 
 __all__ = ["ForceOf", "Reaction"]
@@ -90,7 +91,14 @@ class ForceOf(_Wrench):
 
     def check(self, model) -> None:
         """Raise ModelError if the force or the marker does not exist."""
-        model.force(self.force, self.title)
+        force = model.force(self.force, self.title)
+        if hasattr(force, "pairs") and force.measure(model) is None:
+            raise ModelError(
+                self.title,
+                found=f"{force.title} acts on several second surfaces",
+                expected="one body whose wrench is meant",
+                remedy="Divide the contact into one for each second surface, or use ContactState",
+            )
         if self.axes is not None:
             model.marker(self.axes, self.title)
 

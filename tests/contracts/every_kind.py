@@ -124,6 +124,7 @@ MORE = {
     "SectionForces": {"body": "rope"},
     "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},
     "SectionStrains": {"body": "rope"},
+    "ContactState": {"force": "touch"},
     "LineContact": {
         "stretch": "rope.wind",
         "marker": "ground.origin",
@@ -183,7 +184,12 @@ def stage(data: fmb.ModalNeutralData) -> fmb.Model:
             fmb.Revolute("B", markers=("b.A", "c.center")),
             fmb.Prismatic("slide", markers=("ground.A", "c.center")),
         ],
-        forces=[fmb.SpringDamper("spring", markers=("ground.A", "b.A"), stiffness=1.0)],
+        forces=[
+            fmb.SpringDamper("spring", markers=("ground.A", "b.A"), stiffness=1.0),
+            fmb.SurfaceContact(
+                "touch", surfaces=("floor", "ball"), law=fmb.ElasticFoundation(modulus=1e6, thickness=0.1)
+            ),
+        ],
         sensors=[fmb.Position("s", marker="b.A")],
     )
 

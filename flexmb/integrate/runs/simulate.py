@@ -14,6 +14,7 @@ from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
+from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
 from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
@@ -186,7 +187,7 @@ def simulate(
     require_no_jumps(system, begin, float(times[-1]))
     told += require_motion_to_begin(system, begin, system.workspace())
     integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1]) - t_start)
-    told += [*stiff, *far_from_origin(system)]
+    told += [*stiff, *far_from_origin(system), *overlaps(system, begin)]
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress)
     phases.validity.tell(told)
