@@ -17,6 +17,8 @@ ROUND = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 """Corners of the faces in the order of `itertools.product`, round the outward normal."""
 FACES = np.array([t for a, b, c, d in ROUND for t in ((a, b, c), (a, c, d))])
 """Triangles."""
+ROUNDED = 1e-6
+"""Radius of corners, relative to the smallest edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +45,13 @@ class Cuboid(Shape):
         return float(np.linalg.norm(self.numbers()))
 
     def corners(self) -> tuple[np.ndarray, float]:
-        """Return the eight corners, which are sharp."""
-        return np.array(list(product((-1, 1), repeat=3))) * self.numbers(), 0.0
+        """Return the eight corners, rounded so little that it only tells apart the faces of a box they lie on.
+
+        The corner of a box on another one of the same size is on the edge of two faces: with its centre inside, the
+        nearer face is the one it rests on.
+        """
+        half, radius = self.numbers(), ROUNDED * min(self.size)
+        return np.array(list(product((-1, 1), repeat=3))) * (half - radius), radius
 
     def samples(self, spacing: float) -> Points:
         """Return the centres of equal rectangles on each face."""
@@ -63,4 +70,4 @@ class Cuboid(Shape):
 
     def drawing(self) -> tuple[np.ndarray, np.ndarray]:
         """Return corners and faces."""
-        return self.corners()[0], FACES
+        return np.array(list(product((-1, 1), repeat=3))) * self.numbers(), FACES

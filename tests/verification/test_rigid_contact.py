@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb import fem, reduction
 
 G = 9.81
 FLOOR = fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane())
@@ -279,3 +280,154 @@ def test_joint_stays_closed_in_an_impact():
     assert w[k - 1] == pytest.approx(np.sqrt(3.0 * G), rel=1e-4)
     assert w[k + 2] / w[k - 1] == pytest.approx(-0.5, rel=1e-4)
     assert solution["open"].max() < 1e-12
+
+
+def heap(places, law, radius=0.1):
+    """Balls of 1 kg on the floor, which touch each other."""
+    names = tuple(f"ball {k}" for k in range(len(places)))
+    skins = [fmb.Surface(name, marker=f"{name}.center", shape=fmb.Sphere(radius=radius)) for name in names]
+    return fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[
+            fmb.Ground(),
+            *[fmb.RigidBody(n, mass=1.0, inertia=(4e-3,) * 3, at=tuple(p)) for n, p in zip(names, places, strict=True)],
+        ],
+        surfaces=[FLOOR, *skins],
+        forces=[fmb.SurfaceContact("touch", surfaces=(("floor", *names), names), law=law)],
+        sensors=[fmb.Position(name, marker=f"{name}.center") for name in names],
+    )
+
+
+def test_heap_of_twenty_balls_stays():
+    """A tetrahedron of 10 + 6 + 3 + 1 balls, held by friction alone: not one moves."""
+    places = [
+        (0.2 * (i + 0.5 * j + 0.5 * k), 0.2 * 3**0.5 * (j / 2.0 + k / 6.0), 0.1 + 0.2 * k * (2.0 / 3.0) ** 0.5)
+        for k in range(4)
+        for i in range(4 - k)
+        for j in range(4 - k - i)
+    ]
+    model = heap(places, fmb.Rigid(friction=0.7))
+    solution = run(model, 0.5, 1e-2, 3)
+    assert len(places) == 20
+    assert max(np.abs(solution[s.name] - solution[s.name][0]).max() for s in model.sensors) < 1e-10
+
+
+def cards(mu):
+    """Two cards that lean against each other at 65 and 70 degrees: an edge of A on the face of B."""
+    length, width, thick, m = 0.1, 0.06, 0.002, 0.002
+    a, b = np.deg2rad(65.0), np.deg2rad(70.0)
+    along = np.array([np.cos(a), 0, np.sin(a)]), np.array([-np.cos(b), 0, np.sin(b)])
+    normal = np.array([-np.sin(a), 0, np.cos(a)]), np.array([-np.sin(b), 0, -np.cos(b)])
+    foot = np.array([(normal[1] @ (length * along[0])) / normal[1][0], 0, 0])
+    at = (
+        0.5 * length * along[0] + 0.5 * thick * normal[0],
+        foot + 0.5 * length * along[1] - 0.5 * thick * normal[1],
+    )
+    inertia = tuple(m / 12.0 * np.array([width**2 + thick**2, length**2 + thick**2, length**2 + width**2]))
+    bodies = [
+        fmb.RigidBody(
+            name, mass=m, inertia=inertia, at=tuple(at[k]), rotation=np.column_stack([along[k], (0, 1, 0), normal[k]])
+        )
+        for k, name in enumerate("AB")
+    ]
+    skins = [fmb.Surface(n, marker=f"{n}.center", shape=fmb.Cuboid(size=(length, width, thick))) for n in "AB"]
+    return fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(), *bodies],
+        surfaces=[FLOOR, *skins],
+        forces=[fmb.SurfaceContact("touch", surfaces=(("floor", "A"), ("A", "B")), law=fmb.Rigid(friction=mu))],
+        sensors=[fmb.Position(n, marker=f"{n}.center") for n in "AB"],
+    )
+
+
+def test_house_of_cards():
+    """Balance of forces and moments of both cards in the plane asks for a friction of 0.684 at the edge and of 0.22 at
+    the feet: 0.72 holds the house and 0.64 does not.
+    """
+    stands = run(cards(0.72), 1.0, 1e-2, 3)
+    assert max(np.abs(stands[n] - stands[n][0]).max() for n in "AB") < 1e-8
+    slides = run(cards(0.64), 0.1, 1e-3, 3)
+    assert min(np.abs(slides[n] - slides[n][0]).max() for n in "AB") > 1e-4
+
+
+def test_boxes_of_one_size_stand_on_each_other():
+    """Corners of the upper one lie on two faces of the lower one at once; the weight of both is on the floor."""
+    size = (0.2, 0.2, 0.2)
+    bodies = [
+        fmb.RigidBody(n, mass=1.0, inertia=(1 / 150,) * 3, at=(0, 0, z)) for n, z in (("low", 0.1), ("high", 0.3))
+    ]
+    skins = [fmb.Surface(n, marker=f"{n}.center", shape=fmb.Cuboid(size=size)) for n in ("low", "high")]
+    law = fmb.Rigid(friction=0.5)
+    model = fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(), *bodies],
+        surfaces=[FLOOR, *skins],
+        forces=[
+            fmb.SurfaceContact("floor", surfaces=("floor", "low"), law=law),
+            fmb.SurfaceContact("boxes", surfaces=("low", "high"), law=law),
+        ],
+        sensors=[fmb.Position(n, marker=f"{n}.center") for n in ("low", "high")]
+        + [fmb.ForceOf(f"force {n}", force=n) for n in ("floor", "boxes")],
+    )
+    solution = run(model, 1.0, 1e-2, 3)
+    assert np.abs(solution["high"] - solution["high"][0]).max() < 1e-9
+    assert solution["force boxes"][-1, 2] == pytest.approx(G, rel=1e-6)
+    # on the lower box act the floor with 2 m g and the upper one with -m g, each told by its own contact
+    assert solution["force floor"][-1, 2] == pytest.approx(2.0 * G, rel=1e-6)
+
+
+def flexible(kind):
+    """An upright elastic bar of 1 m whose lower end, a small ball, strikes the floor with 1 m/s."""
+    steel = fmb.Material(young=2e9, poisson=0.3, density=1000.0)
+    section = fem.Section.rectangle(0.02, 0.02)
+    down = {"velocity": (0, 0, -1.0)}
+    if kind == "reduced":
+        points = np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 1.0, 9)])
+        data = reduction.reduce(
+            fem.frame(points=points, section=section, material=steel),
+            {"start": "start", "end": "end"},
+            30,
+            stress=False,
+        )
+        body = fmb.FloatingBody("bar", data=data, at=(0, 0, 0.011), **down)
+    else:
+        points = ((0, 0, 0.011), (0, 0, 1.011))
+        body = fmb.AncfCable("bar", points=points, elements=6, section=section, material=steel, **down)
+    return fmb.Model(
+        gravity=(0, 0, -G),
+        bodies=[fmb.Ground(), body],
+        surfaces=[FLOOR, fmb.Surface("end", marker="bar.start", shape=fmb.Sphere(radius=0.01))],
+        forces=[fmb.SurfaceContact("touch", surfaces=("floor", "end"), law=fmb.Rigid(friction=0.3))],
+        sensors=[fmb.Momentum("momentum"), fmb.ForceOf("f", force="touch"), fmb.Position("p", marker="bar.start")],
+    )
+
+
+@pytest.mark.parametrize("kind", ["reduced", "cable"])
+def test_elastic_bodies_take_part(kind):
+    """The impulses of the floor and of gravity are the change of momentum. The wave of the impact returns after
+    2 l / c: until then the end presses with rho c A v (St. Venant); the bar leaves with about the speed it came with.
+    """
+    step = 2e-5
+    solution = run(flexible(kind), 4e-3, step, 201)
+    pz, t, m = solution["momentum"][:, 2], solution.t, 1000.0 * 4e-4
+    given = np.cumsum(solution["f"][1:, 2]) * step - m * G * t[1:]
+    assert pz[1:] - pz[0] == pytest.approx(given, abs=1e-6 * m)
+    c = np.sqrt(2e9 / 1000.0)
+    hit = t[np.flatnonzero(solution["f"][:, 2] > 0.0)[0]]
+    pressing = (t > hit + 0.2 / c) & (t < hit + 1.6 / c)
+    assert solution["f"][pressing, 2].mean() == pytest.approx(1000.0 * c * 4e-4, rel=0.1)
+    assert pz[-1] / m == pytest.approx(1.0, abs=0.2)
+    assert solution["p"][:, 2].min() > 0.01 - 1e-7
+
+
+def test_stiff_contact_tends_to_the_rigid_one():
+    """A bounce with e = 1: the compliant ball is late by the time of its contact, 2.94 (5 m / (4 k))^0.4 v^-0.2."""
+    rigid = run(ball(fmb.Rigid(restitution=1.0), height=0.05), 0.16, 1e-4, 17)["p"][:, 2]
+    apart, v = [], np.sqrt(2.0 * G * 0.05)
+    for stiffness in (1e4, 1e6, 1e8):
+        soft = ball(fmb.Hertz(stiffness=stiffness), height=0.05)
+        found = fmb.simulate(soft, 0.16, integrator=fmb.GeneralizedAlpha(rtol=1e-7), samples=17)["p"][:, 2]
+        apart.append(np.abs(found - rigid).max() / v)
+        late = 2.94 * (1.25 / stiffness) ** 0.4 * v**-0.2
+        assert apart[-1] < late + 2e-4  # s; the rigid impact is known to a step
+    assert apart[2] < 0.2 * apart[1] < 0.04 * apart[0]  # 100^-0.4 = 0.16

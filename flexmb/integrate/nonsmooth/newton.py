@@ -21,7 +21,7 @@ from flexmb.math.kernel import inner_kernel, kernel
 
 __all__ = ["MOST_BLOCKS", "mobility", "newton"]
 
-MOST_BLOCKS = 100_000
+MOST_BLOCKS = 30_000
 """Pairs of contacts that share a part, above which the matrix costs more than sweeps."""
 DENSE = 150
 """Rows up to which the matrix is solved as a full one."""

@@ -82,7 +82,7 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny):
         gap = point.gap - 0.5 * h * was[0]
         gained = max(0.0, was[0] - xi[0])
         p.active[i] = 1
-        p.shift[i] = max(gap, 0.0) / h
+        p.shift[i] = max(gap - tiny, 0.0) / h  # what rests shares its load whatever is rounded
         e = point.restitution
         if e > 0.0:
             if was[0] < -max(SLOW * gained, tiny / h):  # an impact, at once or in a later step
