@@ -73,7 +73,9 @@ def test_positions_are_those_of_pynastran(name):
         model.add_card([word or None for word in words], name)
         return {(k, key.lower()): repr(v) for k, card in enumerate(_objects(model)) for key, v in vars(card).items()}
 
-    for card in (card for card in CARDS if card.name == name and card.changes):
+    of_name = [card for card in CARDS if card.name == name and card.changes]
+    assert of_name
+    for card in of_name:
         before = attributes(card.words())
         for position, attribute, value, _ in card.changes:
             after = attributes(card.words(position, value))

@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -245,9 +246,15 @@ def test_bad_decks(tmp_path, change, words):
 
 @pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_elements_without_section_are_told(tmp_path):
+    """And left out: the block keeps its own mass. With a section for all there is nothing to tell."""
     text = bricks((1, 1, 1), (1, 1, 1)) + f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
     with pytest.warns(fem.MeshWarning, match=r"S3: no section \(1\)"):
-        read(tmp_path, text + "*ELEMENT, TYPE=S3, ELSET=FOIL\n77, 1, 2, 3\n")
+        with_foil = read(tmp_path, text + "*ELEMENT, TYPE=S3, ELSET=FOIL\n77, 1, 2, 3\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain = read(tmp_path, text)
+    assert mass_and_center(with_foil)[0] == pytest.approx(mass_and_center(plain)[0], rel=1e-12)
+    assert mass_and_center(plain)[0] == pytest.approx(7850.0, rel=1e-9)
 
 
 def test_mutated_decks_never_end_in_a_traceback(tmp_path):

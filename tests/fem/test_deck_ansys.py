@@ -1,6 +1,7 @@
 """Ansys archives beside runs of CalculiX, closed forms, and another reader of the same blocks."""
 
 import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -347,7 +348,13 @@ def test_what_is_not_known_is_named(tmp_path):
     rows = [(1, 1, 1, 1, 1, 0, cells[0]), (2, 2, 1, 1, 1, 0, cells[0][:4])]
     text = archive({1: (186,), 2: (174,)}, nblock(points), eblock(rows), STEEL, "CERIG,1,2,ALL\n")
     with pytest.warns(fem.MeshWarning, match=r"CERIG.*CONTA174"):
-        read(tmp_path, text)
+        fe = read(tmp_path, text)
+    plain = archive({1: (186,)}, nblock(points), eblock(rows[:1]), STEEL)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        alone = read(tmp_path, plain)
+    assert abs(fe.K - alone.K).max() == 0.0
+    assert fe.M.nnz > 0
 
 
 def test_mutated_archives_end_with_words(tmp_path, rng):

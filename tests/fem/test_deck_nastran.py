@@ -1,6 +1,7 @@
 """Nastran decks: every part weighs, bends and vibrates as closed forms and the blocks of `fem` say."""
 
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
@@ -429,7 +430,12 @@ def test_binary_junk(tmp_path):
 @pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_what_is_left_out_is_said(tmp_path):
     with pytest.warns(fem.MeshWarning, match=r"left out: CGAP: an element that is not known \(1\)"):
-        deck(tmp_path, beam(3, extra="CGAP,60,2,1,2,1.,0.,0.\nPGAP,2,0.,,1.e6"))
+        with_gap = deck(tmp_path, beam(3, extra="CGAP,60,2,1,2,1.,0.,0.\nPGAP,2,0.,,1.e6"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain = deck(tmp_path, beam(3))
+    assert abs(with_gap.K - plain.K).max() == 0.0  # nothing of the gap's stiffness came in
+    assert with_gap.K.nnz > 0
 
 
 def test_inventory(tmp_path, capsys):

@@ -133,6 +133,16 @@ def test_supported_matrices_warn(beam):
         fem.from_matrices(held.K, held.M, held.nodes, held.dofs)
 
 
+def test_only_the_held_directions_are_named(beam):
+    """A spring along the beam at a node on its axis holds x and nothing else; a free beam has nothing to tell."""
+    held = fem.with_spring(beam, 0, [1e9, 0, 0, 0, 0, 0])
+    with pytest.warns(mesh.MeshWarning, match="rigid motion x costs energy"):
+        fem.from_matrices(held.K, held.M, held.nodes, held.dofs)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fem.from_matrices(beam.K, beam.M, beam.nodes, beam.dofs)
+
+
 def test_missing_freedoms_warn(beam):
     kept = np.flatnonzero((beam.dofs[:, 0] != 2) | (beam.dofs[:, 1] != 1))
     with pytest.warns(mesh.MeshWarning) as found:

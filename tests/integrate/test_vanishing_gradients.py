@@ -43,8 +43,13 @@ def test_a_stepped_run_tells_it_too():
 @pytest.mark.parametrize("samples", [2, 5, 31, 301])
 def test_constraints_that_turn_go_on(samples):
     """A point that goes round, from half a turn between samples to a hundredth, and one on a ring that breathes."""
-    fmb.simulate(on_a_circle("0.5", speed=2.0), 3.0, samples=samples)
-    fmb.simulate(on_a_circle("0.3 + 0.2*cos(7*t)", speed=1.5), 3.0, samples=samples)
+    round_ = fmb.simulate(on_a_circle("0.5", speed=2.0), 3.0, samples=samples)
+    breathing = fmb.simulate(on_a_circle("0.3 + 0.2*cos(7*t)", speed=1.5), 3.0, samples=samples)
+    assert round_.status.ok
+    assert breathing.status.ok
+    np.testing.assert_allclose(np.linalg.norm(round_["p"][:, :2], axis=1), 0.5, atol=1e-6)
+    radius = 0.3 + 0.2 * np.cos(7.0 * breathing.t)
+    np.testing.assert_allclose(np.linalg.norm(breathing["p"][:, :2], axis=1), radius, atol=1e-6)
 
 
 def test_the_half_turn_is_seen_as_a_turn():

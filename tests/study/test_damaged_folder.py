@@ -84,4 +84,7 @@ def test_pipes_are_not_waited_for(tmp_path, folder):
 
 def test_a_lock_with_a_number_that_no_process_has(tmp_path):
     (tmp_path / ".run.h5.lock").write_text(json.dumps({"pid": 10**30, "host": "x"}))
-    Lock(tmp_path / "run.h5", "Solution").release()
+    lock = Lock(tmp_path / "run.h5", "Solution")
+    assert json.loads((tmp_path / ".run.h5.lock").read_text())["pid"] == os.getpid()
+    lock.release()
+    assert not (tmp_path / ".run.h5.lock").exists()

@@ -108,6 +108,7 @@ def test_rigid_models_have_no_stress(monkeypatch, paraview, tmp_path):
     solution = Solution(phases=(phase,))
     fmb.write_vtk(solution, path)
     runpy.run_path(str(paraview_script(solution, path)))
+    assert paraview.shown
     assert all(shown.colored is None for shown in paraview.shown.values())
     assert all(len(shown.DiffuseColor) == 3 for shown in paraview.shown.values())
 
