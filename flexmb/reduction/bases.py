@@ -259,6 +259,9 @@ class Balanced(metaclass=Described):
 
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return the leading `modes` eigenvectors of the Gramian, (ndof, modes)."""
+        if not framed.excitation.any():
+            raise _wrong("Balanced", "a body that nothing loads", "interfaces, or loads that join the basis",
+                         "Name interfaces, or take Rubin: its modes need no loads")  # fmt: skip
         known = framed.modes(max(self.candidates, modes))
         w = np.sqrt(known.w2)
         force = known.vectors.T @ framed.excitation

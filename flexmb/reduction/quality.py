@@ -66,6 +66,7 @@ def quality_numbers(
     if fe.source:
         numbers["source"] = dict(fe.source)
     own = _warnings(body, numbers, band) if chosen.within is None else _of_spanned(body, reduced, numbers)
+    own += _of_response(numbers)
     found = [*fe.warnings, *own, *_of_model(body, numbers), *_far_stations(body, stations)]
     return {**numbers, "warnings": found}
 
@@ -125,12 +126,30 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
             f"where joints hold more of them they lock the body. Basis {numbers['basis'].partition('(')[0]}: take more "
             "shapes, or one that holds the static responses."
         )
-    elif numbers["static_error"] > 0.01:
+    row = next((r for r in numbers["frequencies"] if r["error"] > _POOR), None)
+    if row is not None and "transfer" not in numbers:
+        found.append(
+            f"A free-free frequency of {row['full']:.4g} Hz of the full model is {row['reduced']:.4g} Hz in the "
+            f"reduced. error_up_to={row['full']:.3g} tells what the response to loads lacks; take more shapes if they "
+            "excite it."
+        )
+    if moves >= asked and numbers["static_error"] > 0.01:
         found.append(
             f"Interface loads meet a static error of {100.0 * numbers['static_error']:.2g} % with {numbers['basis']}. "
             "Take a basis that is exact in statics: Rubin, Krylov with the frequency 0, Pod with statics=True."
         )
     return found
+
+
+def _of_response(numbers: dict[str, Any]) -> list[str]:
+    """Say where the response to loads is not met in the band that was asked for."""
+    told = numbers.get("transfer")
+    if told is None or told["relative"] <= _POOR:
+        return []
+    return [
+        f"The response to loads up to {told['frequencies'][-1]:.4g} Hz may be off by {100.0 * told['relative']:.2g} % "
+        f"of the largest, at {told['worst']:.4g} Hz. Take more modes, or join loads by residual_vectors."
+    ]
 
 
 def _of_model(body: HeldBody, numbers: dict[str, Any]) -> list[str]:

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigh
 
+from flexmb.errors import ReductionError
 from flexmb.reduction.framed_body import FramedBody
 
 __all__ = ["REFERENCE_DAMPING", "TransferError", "transfer_error"]
@@ -74,10 +76,18 @@ class TransferError:
 def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping: float | None = None) -> TransferError:
     """Return the bound up to the frequency `limit`, Hz, for shapes (ndof, m) of the frame and its rigid motions.
 
-    The bound holds at each frequency that is looked at: lines over the band and all resonances in it.
+    The bound holds at each frequency that is looked at: lines over the band and all resonances in it. ReductionError
+    where nothing loads the body.
     """
     fe, zeta = framed.body.fe, REFERENCE_DAMPING if damping is None else max(damping, 1e-4)
     loss, load = 1.0 + 2j * zeta, framed.inputs
+    if not load.any():
+        raise ReductionError(
+            f"FE model '{fe.name}'",
+            found="neither interfaces nor loads",
+            expected="loads to which the response is compared",
+            remedy="Name interfaces or loads, or leave out error_up_to and give a number of modes",
+        )
     known = framed.modes_beyond((BEYOND * 2.0 * np.pi * limit) ** 2)
     nb = load.shape[1]
     mass = fe.M @ shapes
@@ -87,7 +97,8 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
     K, M, F = shapes.T @ (fe.K @ shapes), shapes.T @ mass, shapes.T @ load
     excited, shared = known.vectors.T @ load, known.vectors.T @ mass
     ahead = known.w2[-1] if len(known.w2) else np.inf  # the last one is beyond the band
-    frequencies = _lines(limit, zeta, np.concatenate([known.w2, np.diag(np.atleast_2d(K)) / np.diag(M)]))
+    own_w2 = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), eigvals_only=True)
+    frequencies = _lines(limit, zeta, np.concatenate([known.w2, own_w2]))
     error, response = np.zeros(len(frequencies)), np.zeros(len(frequencies))
     alone = np.zeros((len(frequencies), nb))
     for number, w2 in enumerate((2.0 * np.pi * frequencies) ** 2):
@@ -99,12 +110,11 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
         estimate = amplitude.T @ (amplitude / (loss * known.w2 - w2)[:, None])
         estimate += 0.5 * (least + most) * (made.T @ (energy @ made) - amplitude.T @ over)
         rest = made.conj().T @ (energy @ made) - amplitude.conj().T @ over
-        if nb:
-            width, size = 0.5 * abs(most - least), max(np.linalg.eigvalsh(rest)[-1], 0.0)
-            own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
-            error[number] = np.linalg.norm(estimate, 2) + width * size
-            alone[number] = np.linalg.norm(estimate, axis=0) + width * own
-            response[number] = max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0)
+        width, size = 0.5 * abs(most - least), max(np.linalg.eigvalsh(rest)[-1], 0.0)
+        own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
+        error[number] = np.linalg.norm(estimate, 2) + width * size
+        alone[number] = np.linalg.norm(estimate, axis=0) + width * own
+        response[number] = max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0)
     at_interfaces = alone[:, : framed.at_interfaces]
     return TransferError(frequencies, error, response, at_interfaces, zeta, framed.body.length)
 

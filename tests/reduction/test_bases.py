@@ -221,10 +221,14 @@ def test_what_is_unsound_is_refused_by_name(fe):
         ("40 modes asked for|modes asked for", {"basis": "Rubin", "modes": 400}),
         ("snapshots of 3 freedoms", {"basis": reduction.Pod(np.ones((3, 2)))}),
         ("error_up_to", {"error_up_to": -1.0}),
+        ("neither interfaces nor loads", {"interfaces": {}, "basis": "Rubin", "modes": "up to 200 Hz within 1 %"}),
+        ("neither interfaces nor loads", {"interfaces": {}, "error_up_to": 100.0}),
+        ("a body that nothing loads", {"interfaces": {}, "basis": "Balanced"}),
+        ("a basis without shapes", {"interfaces": {}, "basis": "Krylov"}),
         ("at best up to 2000 Hz", {"basis": reduction.Pod(np.ones((82, 1))), "modes": "up to 2 kHz within 1 %"}),
     ]:
         with pytest.raises(ReductionError, match=match):
-            reduction.reduce(fe, ENDS, **options)
+            reduction.reduce(fe, **{"interfaces": ENDS, **options})
     for wrong in ((), (1.0, 1.0), (-1.0,), "x"):
         with pytest.raises(ReductionError, match="different frequencies"):
             reduction.Krylov(wrong)
@@ -235,6 +239,15 @@ def test_what_is_unsound_is_refused_by_name(fe):
 def test_too_few_shapes_for_the_joints_are_told(fe):
     data = reduction.reduce(fe, ENDS, 1, basis=reduction.Balanced(20))
     assert "1 independent ways" in data.quality["warnings"][0]
+
+
+def test_what_a_basis_does_not_meet_is_told(fe):
+    few = reduction.reduce(fe, {"a": "left"}, 1, basis=reduction.CharacteristicModes(1))
+    assert "error_up_to=" in few.quality["warnings"][0]
+    bounded = reduction.reduce(fe, {"a": "left"}, 1, basis=reduction.CharacteristicModes(1), error_up_to=100.0)
+    assert bounded.quality["warnings"][0].startswith("The response to loads up to 100 Hz may be off by")
+    assert "may be off" in reduction.reduce(fe, ENDS, 0, error_up_to=200.0).quality["warnings"][-1]
+    assert reduction.reduce(fe, ENDS, 8, basis="Rubin").quality["warnings"] == []
 
 
 def test_bound_follows_units_and_report_tells_it(fe):
