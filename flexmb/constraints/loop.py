@@ -64,12 +64,32 @@ def _integers(data, first, count):
 
 
 @inner_kernel
-def _run(row, data, p, time, z, stack, answer):
+def _code(row, data):
+    """Return the programs of a row: addresses, bounds, operations, arguments, inputs, tables.
+
+    They are looked up once for all programs: a slice costs as much as a short program.
+    """
+    bounds = _integers(data, row.programs, row.n + 1)
+    size = bounds[row.n]
+    starts = _integers(data, row.use_starts, row.n + 1)
+    table_starts = _integers(data, row.table_starts, row.n_tables + 1)
+    return (
+        _integers(data, row.addresses, row.n),
+        bounds,
+        _integers(data, row.ops, size),
+        data[row.args : row.args + size],
+        starts,
+        _integers(data, row.uses, starts[row.n]),
+        data[row.tables : row.tables + table_starts[row.n_tables]],
+        table_starts,
+    )
+
+
+@inner_kernel
+def _run(code, p, time, z, stack, answer):
     """Leave value and derivative along the seeds of program p in stack[0]."""
-    addresses = _integers(data, row.addresses, row.n)
+    addresses, bounds, ops, args, starts, uses, tables, table_starts = code
     if addresses[p] != 0:
-        starts = _integers(data, row.use_starts, row.n + 1)
-        uses = _integers(data, row.uses, starts[row.n])
         count = starts[p + 1] - starts[p]
         given = np.empty(1 + count)
         given[0] = time[0]
@@ -80,12 +100,7 @@ def _run(row, data, p, time, z, stack, answer):
         for k in range(count):
             stack[0, 1] += answer[1 + k] * z[uses[starts[p] + k], 1]
         return
-    bounds = _integers(data, row.programs, row.n + 1)
-    size = bounds[row.n]
-    table_starts = _integers(data, row.table_starts, row.n_tables + 1)
-    tables = data[row.tables : row.tables + table_starts[row.n_tables]]
-    ops = _integers(data, row.ops, size)
-    run_program(ops, data[row.args : row.args + size], bounds[p], bounds[p + 1], time, z, tables, table_starts, stack)
+    run_program(ops, args, bounds[p], bounds[p + 1], time, z, tables, table_starts, stack)
 
 
 @inner_kernel
@@ -95,11 +110,12 @@ def _values(row, data, state, work, count, z, sorts, push, slope):
     jet, time, stack, answer = np.empty(3), np.zeros(3), np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
     z[:] = 0.0
+    code = _code(row, data)
     for k in range(row.n_atoms):
         sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
         z[k, 0] = jet[0]
     for p in range(count):
-        _run(row, data, p, time, z, stack, answer)
+        _run(code, p, time, z, stack, answer)
         z[row.n_atoms + p, 0] = stack[0, 0]
 
 
@@ -130,13 +146,13 @@ def _gradients(row, data, state, count, z):
     found, time = np.zeros((row.n, row.n_atoms)), np.zeros(3)
     stack, answer = np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
-    starts = _integers(data, row.use_starts, row.n + 1)
-    uses = _integers(data, row.uses, starts[row.n])
+    code = _code(row, data)
+    starts, uses = code[4], code[5]
     for p in range(count):
         for u in range(starts[p], starts[p + 1]):
             i = uses[u]
             z[i, 1] = 1.0
-            _run(row, data, p, time, z, stack, answer)
+            _run(code, p, time, z, stack, answer)
             z[i, 1] = 0.0
             by = stack[0, 1]
             if by == 0.0:
