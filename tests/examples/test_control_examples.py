@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import newton
 
 import flexmb as fmb
 
@@ -48,3 +49,21 @@ def test_the_section_grows_beyond_flutter_and_settles_below():
         )
         early, late = (np.abs(run["a"][40 * k : 40 * (k + 2)]).sum() for k in (14, 22))
         assert np.log(late / early) == pytest.approx(8 * half * rate, abs=5e-3)
+
+
+def test_the_controller_of_the_tip_is_unstable_from_the_gain_of_theory_on():
+    """The model has four elements, theory is the beam itself; the controller of the hub never drives a mode."""
+    found = example("flexible_arm").main()
+    assert found["gain"] == pytest.approx(found["theory"], rel=1e-3)
+    assert found["frequency"] == pytest.approx(found["theory frequency"], rel=1e-3)
+    assert found["hub"] < 0.0
+
+
+@pytest.mark.parametrize("elements", [2, 6, 12])
+def test_slow_motions_beside_fast_dampers_are_no_zeros(elements):
+    """The arm turns at 4.2 rad/s on its controller, beside a pole of -8e7 1/s of the axial damping."""
+    arm = example("flexible_arm")
+    s = newton(lambda s: arm.characteristic(s, 1.0, tip=False) / s**2, -2.4 + 4.2j, tol=1e-12)
+    found = fmb.linearize(arm.arm(1.0, tip=False, elements=elements)).eigenvalues
+    assert np.abs(found - s).min() < 2e-4 * abs(s)
+    assert np.abs(found).min() > 1.0

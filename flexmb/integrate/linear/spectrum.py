@@ -72,8 +72,8 @@ def modes_of(of: FirstOrder) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(0, complex), np.zeros((nz, 0), complex)
     A = state_matrix(of)
     rounded = np.vstack([np.zeros((nz, nz + n)), np.abs(np.linalg.inv(of.M)) @ of.rounded])
-    # velocities in units that make both halves of A alike
-    pace = max(np.sqrt(np.abs(A[nz:, :nz]).max(initial=0.0)), np.abs(A[nz:, nz:]).max(initial=0.0)) or 1.0
+    # velocities in units that make both halves of A alike; not by fast dampers, beside which slow motions would be zero
+    pace = np.sqrt(np.abs(A[nz:, :nz]).max(initial=0.0)) or np.abs(A[nz:, nz:]).max(initial=0.0) or 1.0
     unit = np.concatenate([np.ones(nz), np.full(n, pace)])
     A, rounded = A * unit / unit[:, None], rounded * unit / unit[:, None]
     rounded += np.finfo(float).eps * np.abs(A)
