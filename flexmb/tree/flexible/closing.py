@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import pointer_kernel
-from flexmb.tree.flexible.passes import columns_of, modal_store
 from flexmb.tree.rigid.closing import RANK, ROUNDING, leave, pass_on, wrench_at
 from flexmb.tree.rigid.link_tree import PASS, SPREAD, call_spread
 from flexmb.tree.rigid.places import BALL, BEND, FRAME, MOUNT, SINGLE
@@ -33,7 +32,7 @@ def _collect(tree, body, W, wrench, e, loads):
             used = used or own[i] != 0.0
         if not used:
             continue
-        E, loaded, _ = columns_of(flexible, place, m)
+        E, loaded = flexible.E[n], flexible.loaded[n]
         before = (W[0], W[1], W[2], W[3], W[4], W[5])
         pass_on(tree.rows[place.link], own, W)
         for i in range(6):
@@ -42,7 +41,7 @@ def _collect(tree, body, W, wrench, e, loads):
                 e[j] += x * (loaded[i, j] if loads == 1 else E[i, j])
         own[:] = 0.0
     if body.clamp >= 0:
-        E, loaded, _ = columns_of(flexible, flexible.places[body.clamp], m)
+        E, loaded = flexible.E[body.clamp], flexible.loaded[body.clamp]
         for i in range(6):
             for j in range(m):
                 e[j] -= W[i] * (loaded[i, j] if loads == 1 else E[i, j])
@@ -65,7 +64,8 @@ def _leave_body(tree, link, W, own, push, give, rows, wrench):
     """Write what loads W and rows `own` leave at the modes of a body, and subtract what these take."""
     body = tree.flexible.bodies[link.block]
     m = body.m
-    L, K, B, _ = modal_store(tree.flexible, body)
+    flexible = tree.flexible
+    L, K, B = flexible.L[link.block], flexible.K[link.block], flexible.B[link.block]
     _collect(tree, body, W, tree.closing.wrench, push, 1)
     _collect(tree, body, own, wrench, rows, 0)
     for j in range(m):
@@ -222,7 +222,7 @@ def _clear_loads(tree):
         elif link.kind > 0:
             tree.blocks[link.block].load[: link.kind] = 0.0
         elif link.kind == BEND:
-            modal_store(tree.flexible, tree.flexible.bodies[link.block])[3][:] = 0.0
+            tree.flexible.eta[link.block, :] = 0.0
 
 
 @pointer_kernel(SPREAD)
@@ -239,7 +239,7 @@ def solving(tree, weight):
             if link.kind == SINGLE:
                 row.load += lam * c.push[p]
             elif link.kind == BEND:
-                eta = modal_store(tree.flexible, tree.flexible.bodies[link.block])[3]
+                eta = tree.flexible.eta[link.block]
                 for m in range(link.modes):
                     eta[m] += lam * c.give[p + m]
             else:

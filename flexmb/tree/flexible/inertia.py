@@ -13,21 +13,24 @@ __all__ = ["add_links", "eliminate", "hang", "own_terms", "stiffened_columns"]
 
 @inner_kernel
 def _sum_rows(x, at, constants, first, size, n, out):
-    """Write sum_j x[at + j] row_j, of n rows of `size` numbers, to `out`; two at a time, element by element."""
+    """Write sum_j x[at + j] row_j, of n rows of `size` numbers, to `out`; three at a time, element by element."""
     for i in range(size):
         out[i] = 0.0
     j = 0
-    while j + 1 < n:
-        a, b = x[at + j], x[at + j + 1]
-        row, other = constants[first + j * size : first + (j + 1) * size], constants[first + (j + 1) * size :]
+    while j + 2 < n:
+        a, b, c = x[at + j], x[at + j + 1], x[at + j + 2]
+        row = constants[first + j * size : first + (j + 1) * size]
+        other = constants[first + (j + 1) * size : first + (j + 2) * size]
+        third = constants[first + (j + 2) * size : first + (j + 3) * size]
         for i in range(size):
-            out[i] += a * row[i] + b * other[i]
-        j += 2
-    if j < n:
+            out[i] += a * row[i] + b * other[i] + c * third[i]
+        j += 3
+    while j < n:
         a = x[at + j]
         row = constants[first + j * size : first + (j + 1) * size]
         for i in range(size):
             out[i] += a * row[i]
+        j += 1
 
 
 @inner_kernel
@@ -134,9 +137,10 @@ def _stiffen_by_inertia(V, m, g, mean, K, L):
         L[j, 3] += p
         L[j, 4] += q
         L[j, 5] += r
+        row = K[j]
         for k in range(m):
-            K[j, k] += p * mean[k] + q * mean[m + k] + r * mean[2 * m + k]
-            K[j, k] += d * mean[3 * m + k] + e * mean[4 * m + k] + f * mean[5 * m + k]
+            row[k] += p * mean[k] + q * mean[m + k] + r * mean[2 * m + k]
+            row[k] += d * mean[3 * m + k] + e * mean[4 * m + k] + f * mean[5 * m + k]
 
 
 @inner_kernel

@@ -20,44 +20,20 @@ from flexmb.tree.rigid.link_tree import PASS, SPREAD
 from flexmb.tree.rigid.passes import gather, let_fall, spread
 from flexmb.tree.rigid.places import BEND, FRAME, MOUNT, carry, place_links
 
-__all__ = ["columns_of", "gathering", "modal_store", "placing", "spreading", "write_bodies"]
-
-
-@kernel
-def columns_of(flexible, place, m):
-    """Return the modal columns (6, m) of a place, the same for loads, and its lever (3,)."""
-    at = place.at
-    x = flexible.columns
-    return (
-        x[at : at + 6 * m].reshape((6, m)),
-        x[at + 6 * m : at + 12 * m].reshape((6, m)),
-        x[at + 12 * m : at + 12 * m + 3],
-    )
-
-
-@kernel
-def modal_store(flexible, body):
-    """Return the views K^-1 (L, h) (m, 8), factors of K (m, m), B (6, m), eta'' at rate zero (m,)."""
-    m, at, x = body.m, body.modal, flexible.modal
-    b = at + 8 * m
-    c = b + m * m
-    return (
-        x[at:b].reshape((m, 8)),
-        x[b:c].reshape((m, m)),
-        x[c : c + 6 * m].reshape((6, m)),
-        x[c + 6 * m : c + 7 * m],
-    )
+__all__ = ["gathering", "placing", "spreading", "write_bodies"]
 
 
 @inner_kernel
-def _write_shape(tree, place, body, A, motion, x):
-    """Write columns, axes and motion of a place."""
-    E, loaded, s = columns_of(tree.flexible, place, body.m)
+def _write_shape(tree, n, body, A, motion, x):
+    """Write columns, axes and motion of place n of a body."""
+    flexible = tree.flexible
+    place, E, s = flexible.places[n], flexible.E[n], flexible.lever[n]
     eta, rate = tree.x[body.coordinate :], tree.v[body.rate :]
-    shape(place, tree.flexible.constants, body.m, eta, rate, E, A, motion, x)
+    shape(place, flexible.shapes[n], body.m, eta, rate, E, A, motion, x)
     for i in range(3):
         s[i] = motion[i]
     if place.interface < 0:
+        loaded = flexible.loaded[n]
         for i in range(6):
             for j in range(body.m):
                 loaded[i, j] = E[i, j]
@@ -76,12 +52,12 @@ def placing(tree, work):
         link, row = links[first], rows[first]
         if kind == MOUNT:
             place = flexible.places[link.block]
-            _write_shape(tree, place, flexible.bodies[place.body], A, motion, x)
+            _write_shape(tree, link.block, flexible.bodies[place.body], A, motion, x)
             place_mount(row, rows[link.parent], A, motion)
             continue
         body = flexible.bodies[link.block]
         if body.clamp >= 0:
-            _write_shape(tree, flexible.places[body.clamp], body, A, motion, x)
+            _write_shape(tree, body.clamp, body, A, motion, x)
         else:
             motion[:] = 0.0
             for i in range(3):
@@ -113,8 +89,9 @@ def _stiffen(tree, body, n, products, at):
     """Write the columns for loads of a place that is an interface of a stiffened body."""
     place = tree.flexible.places[n]
     if place.interface >= 0:
-        E, loaded, s = columns_of(tree.flexible, place, body.m)
-        stiffened_columns(s, body.m, products[at + 6 * place.interface * body.m :], E, loaded)
+        flexible = tree.flexible
+        own = products[at + 6 * place.interface * body.m :]
+        stiffened_columns(flexible.lever[n], body.m, own, flexible.E[n], flexible.loaded[n])
 
 
 @inner_kernel
@@ -137,14 +114,14 @@ def _gather_body(tree, work, link, row, P, A, half, out):
     flexible = tree.flexible
     body = flexible.bodies[link.block]
     m, scratch = body.m, flexible.scratch
-    L, K, B, eta = modal_store(flexible, body)
-    product = scratch[3, : 6 * m].reshape((6, m))
+    L, K, B, eta = (flexible.L[link.block], flexible.K[link.block], flexible.B[link.block], flexible.eta[link.block])
+    product = flexible.product
     at = own_terms(tree, body, work, scratch, P, K, L, B)
     for n in range(body.first, body.last):
         place = flexible.places[n]
         mount = tree.rows[place.link]
         _stiffen(tree, body, n, scratch[0], at)
-        E, loaded, _ = columns_of(flexible, place, m)
+        E, loaded = flexible.E[n], flexible.loaded[n]
         if place.loaded == 0:
             _take_loads(mount, E, loaded, m, A, half, P, L, out)
             continue
@@ -159,8 +136,7 @@ def _gather_body(tree, work, link, row, P, A, half, out):
         add_links(E, loaded, out, m, P, K, L, B, product)
     if body.clamp >= 0:
         _stiffen(tree, body, body.clamp, scratch[0], at)
-        E, loaded, _ = columns_of(flexible, flexible.places[body.clamp], m)
-        hang(E, loaded, m, P, K, L, B, product)
+        hang(flexible.E[body.clamp], flexible.loaded[body.clamp], m, P, K, L, B, product)
     for j in range(m):
         L[j, 6] -= tree.tau[body.rate + j]
     if not eliminate(m, P, K, L, B):
@@ -214,7 +190,7 @@ def _bend(flexible, link, row, a):
     """Write the modal second rates of a flexible body, of whose frame `row` has the rate with the own marker."""
     body = flexible.bodies[link.block]
     m = body.m
-    L, _, _, eta = modal_store(flexible, body)
+    L, eta = flexible.L[link.block], flexible.eta[link.block]
     V = row.rate
     for j in range(m):
         x = eta[j]
@@ -222,7 +198,7 @@ def _bend(flexible, link, row, a):
             x -= L[j, i] * V[i]
         a[body.rate + j] = x
     if body.clamp >= 0:
-        E, _, _ = columns_of(flexible, flexible.places[body.clamp], m)
+        E = flexible.E[body.clamp]
         for i in range(6):
             x = 0.0
             for j in range(m):
@@ -235,7 +211,7 @@ def _ride(flexible, link, row, of_parent, weight, a, moving):
     """Write the rate of a marker of a flexible body."""
     place = flexible.places[link.block]
     body = flexible.bodies[place.body]
-    E, _, _ = columns_of(flexible, place, body.m)
+    E = flexible.E[link.block]
     for i in range(6):
         x = of_parent.rate[i]
         for j in range(body.m):

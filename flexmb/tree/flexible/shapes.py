@@ -38,26 +38,25 @@ def _coefficients(x):
 
 
 @inner_kernel
-def _sums(constants, at, m, eta, rate, out):
+def _sums(shapes, m, eta, rate, out):
     """Write Phi_t eta, Phi_t eta', Phi_r eta, Phi_r eta' one after another to `out` (12,)."""
     for i in range(3):
         a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        t, r = at + i * m, at + (3 + i) * m
         for j in range(m):
-            a += constants[t + j] * eta[j]
-            b += constants[t + j] * rate[j]
-            c += constants[r + j] * eta[j]
-            d += constants[r + j] * rate[j]
+            a += shapes[i, j] * eta[j]
+            b += shapes[i, j] * rate[j]
+            c += shapes[3 + i, j] * eta[j]
+            d += shapes[3 + i, j] * rate[j]
         out[i], out[3 + i], out[6 + i], out[9 + i] = a, b, c, d
 
 
 @kernel
-def shape(place, constants, m, eta, rate, E, A, motion, x):
+def shape(place, shapes, m, eta, rate, E, A, motion, x):
     """Write a marker of a deformed body: columns E (6, m), axes A (3, 3), and its motion (12,).
 
     The motion has s, its rate, the spin T theta' and T' theta', in body axes. x (12,) is scratch.
     """
-    _sums(constants, place.shapes, m, eta, rate, x)
+    _sums(shapes, m, eta, rate, x)
     p, q, r = x[6], x[7], x[8]
     a, b, c, db, dc = _coefficients(p * p + q * q + r * r)
     square = p * p + q * q + r * r
@@ -92,16 +91,15 @@ def shape(place, constants, m, eta, rate, E, A, motion, x):
         A[1, j] = X[3] * u + X[4] * v + X[5] * w
         A[2, j] = X[6] * u + X[7] * v + X[8] * w
     sx, sy, sz = place.s[0] + x[0], place.s[1] + x[1], place.s[2] + x[2]
-    t, o = place.shapes, place.shapes + 3 * m
     for j in range(m):
-        u, v, w = constants[o + j], constants[o + m + j], constants[o + 2 * m + j]
+        u, v, w = shapes[3, j], shapes[4, j], shapes[5, j]
         f = T[0] * u + T[1] * v + T[2] * w
         g = T[3] * u + T[4] * v + T[5] * w
         h = T[6] * u + T[7] * v + T[8] * w
         E[0, j], E[1, j], E[2, j] = f, g, h
-        E[3, j] = constants[t + j] + sy * h - sz * g
-        E[4, j] = constants[t + m + j] + sz * f - sx * h
-        E[5, j] = constants[t + 2 * m + j] + sx * g - sy * f
+        E[3, j] = shapes[0, j] + sy * h - sz * g
+        E[4, j] = shapes[1, j] + sz * f - sx * h
+        E[5, j] = shapes[2, j] + sx * g - sy * f
     u, v, w = x[9], x[10], x[11]
     motion[0], motion[1], motion[2] = sx, sy, sz
     motion[3], motion[4], motion[5] = x[3], x[4], x[5]

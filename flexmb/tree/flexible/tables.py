@@ -15,6 +15,8 @@ from flexmb.tree.rigid.places import BEND, MOUNT
 
 __all__ = ["BENT", "FACTOR", "PLACE", "RIGID", "WIDE", "Flexible", "Packed", "new_flexible"]
 
+Cubes = Annotated[np.ndarray, ArrayOf(float, 3)]
+
 RIGID, JOINT = 0, 1
 """Links without anything flexible on them, and a joint with it: see `Flexible.runs`."""
 
@@ -37,7 +39,6 @@ BENT = np.dtype(
         ("clamp", np.int64),  # place of its own marker among the flexible places, -1: the frame itself
         ("first", np.int64),  # other markers of it that carry links or are seen: from here
         ("last", np.int64),  # to before here
-        ("modal", np.int64),  # its numbers at a state: K^-1 (L, h) (m, 8), factors of K (m, m), B (6, m), eta'' (m,)
     ],
     align=True,
 )
@@ -86,11 +87,26 @@ class Flexible(NamedTuple):
     factors: Annotated[np.ndarray, ArrayOf(FACTOR)]
     """of wide links of several freedoms, by their blocks"""
     constants: Floats
-    modal: Floats
-    columns: Floats
-    """modal columns of the places"""
+    shapes: Cubes
+    """(np, 6, mm) translation and rotation shapes of the places, for up to mm modes as in what follows"""
+    E: Cubes
+    """(np, 6, mm) modal columns of their twists at the origin of the body"""
+    loaded: Cubes
+    """(np, 6, mm) the same with what wrenches do through the stiffness"""
+    lever: FloatRows
+    """(np, 3) m, places in the body"""
+    L: Cubes
+    """(nb, mm, 8) of the bodies: K^-1 (L, h)"""
+    K: Cubes
+    """(nb, mm, mm) factors"""
+    B: Cubes
+    """(nb, 6, mm)"""
+    eta: FloatRows
+    """(nb, mm) modal second rates at rate zero"""
+    product: FloatRows
+    """(6, mm) scratch, as the next"""
     scratch: FloatRows
-    """(4, n)"""
+    """(3, n)"""
     rows: Floats
     """what the transposed wrenches of unit multipliers leave at joints and modes"""
     wrench: FloatRows
@@ -110,6 +126,7 @@ class Packed:
     def __init__(self):
         self.known: dict[bytes, int] = {}
         self.parts: list[np.ndarray] = []
+        self.shapes: list[np.ndarray] = []
         self.size = 0
 
     def add(self, numbers: np.ndarray) -> int:
@@ -156,7 +173,7 @@ class Packed:
         """Write the constants of marker k of a body to its row (PLACE); is the body stiffened at all?"""
         row["s"], row["A"] = data.positions[k], data.axes[k]
         row["interface"] = k if stiffened and k < len(data.interface_stiffening) else -1
-        row["shapes"] = self.add(np.concatenate([data.translations[k].ravel(), data.rotations[k].ravel()]))
+        self.shapes.append(np.concatenate([data.translations[k], data.rotations[k]]))
 
 
 def _runs(links, wide_of) -> np.ndarray:
@@ -173,18 +190,14 @@ def _runs(links, wide_of) -> np.ndarray:
 
 def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, profile: int) -> Flexible:
     """Return the flexible links of a tree; `numbers` of its paths from cut equations, `profile` of their matrix."""
-    columns = modal = 0
-    for row in bodies:
-        m = int(row["m"])
-        row["modal"] = modal
-        modal += m * (m + 15)
-    for row in places:
-        row["at"] = columns
-        columns += 12 * int(bodies[row["body"]]["m"]) + 3
-    most = int(max((row["m"] * (10 + row["stiffened"]) + 9 for row in bodies), default=1))
+    nb, count = len(bodies), len(places)
+    most = max((int(row["m"]) for row in bodies), default=1)
+    size = max((int(row["m"] * (10 + row["stiffened"])) + 9 for row in bodies), default=1)
+    shapes = np.zeros((count, 6, most))
+    for own, given in zip(shapes, packed.shapes, strict=True):
+        own[:, : given.shape[1]] = given
     wide = int(np.sum(wide_of >= 0))
     blocks = int(max(links["block"], default=0)) + 1
-    modes = int(max((row["m"] for row in bodies), default=1))
     return Flexible(
         bodies=np.array(bodies, BENT),
         places=np.array(places, PLACE),
@@ -193,9 +206,16 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
         runs=_runs(links, wide_of),
         factors=np.zeros(blocks if wide else 1, FACTOR),
         constants=packed.numbers,
-        modal=np.zeros(max(1, modal)),
-        columns=np.zeros(max(1, columns)),
-        scratch=np.zeros((4, max(most, 64, 8 * modes, modes * modes))),
+        shapes=shapes,
+        E=np.zeros((count, 6, most)),
+        loaded=np.zeros((count, 6, most)),
+        lever=np.zeros((count, 3)),
+        L=np.zeros((nb, most, 8)),
+        K=np.zeros((nb, most, most)),
+        B=np.zeros((nb, 6, most)),
+        eta=np.zeros((nb, most)),
+        product=np.zeros((6, most)),
+        scratch=np.zeros((3, size)),
         rows=np.zeros(numbers),
         wrench=np.zeros((len(links) if wide else 0, 6)),
         upper=np.zeros(profile),
