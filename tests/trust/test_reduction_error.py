@@ -59,3 +59,13 @@ def test_forces_beyond_the_known_band_are_told(fe):
 
 def test_without_a_bound_nothing_is_told(fe):
     assert run_errors(shaken(reduction.reduce(fe, ENDS, 2, damping=0.02), 50.0)) == []
+
+
+def test_a_basis_of_a_run_repeats_it_with_fewer_shapes(fe):
+    many = reduction.reduce(fe, ENDS, 12, damping=0.02)
+    first = shaken(many, 120.0)
+    moved = reduction.snapshots_of(fe, many, first.series().modal_coordinates("bar"))
+    few = reduction.reduce(fe, ENDS, basis=reduction.Pod(moved, energy=0.999999), damping=0.02)
+    assert few.n_modes <= 6 < many.n_modes
+    again, exact = ends(shaken(few, 120.0), few), ends(first, many)
+    assert np.sqrt(np.mean((again - exact) ** 2) / np.mean(exact**2)) < 0.01
