@@ -50,10 +50,12 @@ def _point_of_b(data, at_a, y, radius, d, Q, within, margin, contact):
     for i in range(3):
         contact.n[i] = n[i]
         contact.x[i] = z[i] - radius * n[i]
-    _columns(np.eye(3), z, d, 1.0, contact.X)
     for i in range(3):
-        for j in range(6):
-            contact.X[i, j] -= radius * contact.N[i, j]
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for m in range(6):
+            contact.X[i, m] = (1.0 if m == i else 0.0) - radius * contact.N[i, m]
+        contact.X[i, 3 + j] += z[k] - d[k]
+        contact.X[i, 3 + k] -= z[j] - d[j]
     return True
 
 
@@ -170,23 +172,20 @@ def _push(stack, bounds, top, node, bound):
 
 
 @inner_kernel
-def _depth(data, node, Q, of_b, g):
-    """Return how far the samples of a node reach from their middle against a direction g (3,) of the other."""
-    along = 0.0
-    for i in range(3):
-        for j in range(3):
-            along += g[j] * (Q[j, i] if of_b else Q[i, j]) * data[node + 4 + i]
-    return data[node + 7] * abs(along) + data[node + 3] * max(1.0 - along * along, 0.0) ** 0.5
+def _along(data, first, second, e):
+    """Return how far along e (3,) a first place in the data lies beyond a second."""
+    return (
+        e[0] * (data[first] - data[second])
+        + e[1] * (data[first + 1] - data[second + 1])
+        + e[2] * (data[first + 2] - data[second + 2])
+    )
 
 
 @inner_kernel
-def _nearer(data, first, second, Q, of_b, g):
-    """Is the middle of one node farther down along g (3,), in the axes of the other surface, than that of a second?"""
-    along = 0.0
-    for i in range(3):
-        for j in range(3):
-            along += g[j] * (Q[j, i] if of_b else Q[i, j]) * (data[first + i] - data[second + i])
-    return along < 0.0
+def _depth(data, node, e):
+    """Return how far the samples of a node reach from their middle against a direction e (3,)."""
+    along = e[0] * data[node + 4] + e[1] * data[node + 5] + e[2] * data[node + 6]
+    return data[node + 7] * abs(along) + data[node + 3] * max(1.0 - along * along, 0.0) ** 0.5
 
 
 @inner_kernel
@@ -206,6 +205,7 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
     bounds = np.empty(DEPTH)
     z = np.empty(3)
     g = np.empty(3)
+    e = np.empty(3)  # the same in the axes of the samples
     H = np.empty((3, 3))
     top = _push(stack, bounds, 0, 0, np.inf)
     while top > 0:
@@ -215,19 +215,27 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
         radius = data[node + 3]
         _to_other(data[node : node + 3], d, Q, of_b, z)
         gap = signed_distance(data, other, z, bounds[top], g, H)
-        if gap - (_depth(data, node, Q, of_b, g) if convex else radius) >= margin:
+        if of_b:
+            matvec_t(Q, g, e)
+        else:
+            matvec(Q, g, e)
+        if gap - (_depth(data, node, e) if convex else radius) >= margin:
             continue
         within = abs(gap) + radius
         code = int(data[node + 9])
         if code == 0:
             left = k + 1
             right = int(data[nodes + SLAB * left + 8])
-            if _nearer(data, nodes + SLAB * right, nodes + SLAB * left, Q, of_b, g):
+            if _along(data, nodes + SLAB * right, nodes + SLAB * left, e) < 0.0:
                 left, right = right, left
-            top = _push(stack, bounds, top, right, within)
-            top = _push(stack, bounds, top, left, within)
+            for child in (right, left):
+                own = nodes + SLAB * child
+                if not convex or gap + _along(data, own, node, e) - _depth(data, own, e) < margin:
+                    top = _push(stack, bounds, top, child, within)
             continue
         for m in range(code // 16, code // 16 + code % 16):
+            if convex and gap + _along(data, table + 7 * m, node, e) >= margin:
+                continue
             own = data[table + 7 * m : table + 7 * m + 7]
             contact = contacts[1] if nearest else contacts[found]
             if of_b:
