@@ -5,6 +5,7 @@ from flexmb.model.registered import registered
 from flexmb.surfaces.capsule import Capsule
 from flexmb.surfaces.cuboid import Cuboid
 from flexmb.surfaces.cylinder import Cylinder
+from flexmb.surfaces.extruded_profile import ExtrudedProfile
 from flexmb.surfaces.plane import Plane
 from flexmb.surfaces.shape import Shape
 from flexmb.surfaces.sphere import Sphere

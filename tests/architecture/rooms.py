@@ -29,7 +29,7 @@ MAY_KNOW = {
     "parts": ("files", "lock", "math", "model", "fem", "reduction"),
     "profiles": ("math", "model.described"),
     "constraints": ("math", "model"),
-    "surfaces": ("math", "model", "fem.surface_file"),
+    "surfaces": ("math", "model", "fem.surface_file", "profiles"),
     "bodies": ("math", "model"),
     "joints": ("math", "model", "constraints"),
     "forces": ("math", "model", "profiles", "constraints", "surfaces"),
