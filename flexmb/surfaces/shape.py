@@ -44,6 +44,19 @@ class Shape(metaclass=Described):
         """Radius of the ball about the marker that holds it, m; infinite for a half-space."""
         raise TypeError(f"{type(self).__name__} does not say how far it reaches")
 
+    @property
+    def thickness(self) -> float:
+        """Twice its volume per area, m; infinite for a half-space.
+
+        It is exact for a sheet, a third of the width of a cube or ball, and above that of thin parts of thick bodies.
+        """
+        if not np.isfinite(self.reach):
+            return np.inf
+        vertices, triangles = (np.asarray(x) for x in self.drawing())
+        a, b, c = (vertices[triangles[:, k]] for k in range(3))
+        cross = np.cross(b - a, c - a)
+        return float(abs(np.einsum("ij,ij->", a, cross)) / 1.5 / np.linalg.norm(cross, axis=1).sum())
+
     def corners(self) -> tuple[np.ndarray, float]:
         """Return the points (n, 3) of its core that may touch singly, and the radius by which it is rounded, m."""
         return np.zeros((0, 3)), 0.0

@@ -94,6 +94,48 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
     return found
 
 
+@kernel
+def longest_step(markers, data, surface_marker, place, thickness, convex, pairs, span, contacts):
+    """Return the longest step, s, up to `span`, in which no pair of surfaces passes through each other.
+
+    The middle of a step, where contacts are looked for, must not lie behind the middle of the thinner body. Between
+    convex surfaces a plane stands, so only the way along the normal counts, and what turning adds to it.
+    """
+    d, Q = np.empty(3), np.empty((3, 3))
+    r, v, t = np.empty(3), np.empty(3), np.empty(3)
+    for m in range(len(pairs)):
+        i, j = pairs[m, 0], pairs[m, 1]
+        room = 0.5 * (thickness[i] + thickness[j])
+        a, b = markers[surface_marker[i]], markers[surface_marker[j]]
+        speed, spin = _relative_place(a, b, d, Q)
+        at_a, at_b = place[i], place[j]
+        turning = spin * min(data[at_b + 1], data[at_a + 1] + dot(d, d) ** 0.5)
+        if span * (speed + turning) <= room + max(0.0, bound_gap(data, at_a, at_b, d, Q)):
+            continue
+        gap, nearing = 0.0, speed + turning
+        if int(data[at_a + CODE]) == BALL or int(data[at_b + CODE]) == BALL:
+            count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
+        else:
+            count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
+        least = -1
+        for c in range(count):
+            if least < 0 or contacts[c].gap < contacts[least].gap:
+                least = c
+        if least >= 0:
+            gap = max(contacts[least].gap, 0.0)
+            if convex[i] and convex[j]:
+                for k in range(3):
+                    r[k] = b.r[k] - a.r[k]
+                cross(a.w, r, t)
+                for k in range(3):
+                    t[k] = b.v[k] - a.v[k] - t[k]
+                matvec_t(a.R, t, v)
+                nearing = max(0.0, -dot(contacts[least].n, v)) + turning
+        if nearing * span > room + gap:
+            span = (room + gap) / nearing
+    return span
+
+
 class Touching:
     """The surfaces of a system that touch by rigid laws.
 
@@ -116,6 +158,8 @@ class Touching:
         bodies = {name: k for k, name in enumerate(dict.fromkeys(s.marker.split(".")[0] for s in self.surfaces))}
         self.body = np.array([bodies[s.marker.split(".")[0]] for s in self.surfaces], np.int64)
         self.reach = np.array([self.data[at + 1] for at in self.place])
+        self.thickness = np.array([surface.shape.thickness for surface in self.surfaces])
+        self.convex = np.array([surface.shape.convex for surface in self.surfaces])
         corners = max((int(self.data[at + CORNERS]) for at in self.place), default=0)
         self.contacts = np.zeros(2 * corners + 2, CONTACT)
         self.groups = [self._group(f, number) for _, f in self.forces]
@@ -135,6 +179,23 @@ class Touching:
         typical = np.median(self.reach[members])
         large = (self.reach[members] > LARGE * typical) | (self.reach[members] >= FAR)
         return numbers, np.zeros((64, 2), np.int64), (side, members[~large], members[large])
+
+    def longest(self, work, span: float, slack: float) -> float:
+        """Return the step, s, up to `span`, in which no surfaces at the placed markers of `work` miss each other."""
+        for k in range(len(self.forces)):
+            pairs = self._pairs(k, work, span, slack)
+            span = longest_step(
+                work.markers,
+                self.data,
+                self.marker,
+                self.place,
+                self.thickness,
+                self.convex,
+                pairs,
+                span,
+                self.contacts,
+            )
+        return span
 
     def found(self, work, span: float, slack: float) -> np.ndarray:
         """Return the points (n,) at the placed markers of `work` that may close within `span` (s) or `slack` (m)."""

@@ -39,6 +39,8 @@ TOUCHING = 1e-9
 """Distance, relative to the reach of the smallest surface, that counts as none."""
 DEEP = 1e-4
 """Penetration at the start, relative to the same, that is an error."""
+SHORTEST = 1e-9
+"""Share of the given step to which thin surfaces may shorten one."""
 PUSHES = 60
 """Sweeps in which penetrations are taken back: what is left is taken back in the next step."""
 
@@ -63,6 +65,7 @@ class Stepper:
         # springs and modes are implicit; without any, the gravity of turning bodies would only disturb the matrix
         self.stiff = len(self.touching.forces) < len(system.model.forces) or not _rigid(system)
         self.direct = not system.ng and not self.stiff
+        self.thin = int(np.sum(np.isfinite(self.touching.thickness))) > 1
         self.closed = np.zeros(0, np.int64)
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
         self.complaint = ""
@@ -294,7 +297,16 @@ class Stepper:
             self.goal, self.span = t, t - self.t
         while t - self.t > 1e-12 * max(abs(t), self.span):
             left = t - self.t
-            if not self._step(left / max(1.0, np.ceil(left / self.settings.step * (1.0 - 1e-9)))):
+            h = left / max(1.0, np.ceil(left / self.settings.step * (1.0 - 1e-9)))
+            if self.thin:
+                self._place(self.t, self.q, self.u)
+                h = self.touching.longest(self.work, h, h * h * self.lever * float(np.max(np.abs(self.a), initial=0.0)))
+                if h < SHORTEST * self.settings.step:
+                    return (
+                        f"surfaces meet so fast at t = {self.t:.9g} s that a step must not be longer than {h:.2g} s, "
+                        f"for the thinner not to be passed through; expected: {SHORTEST:.0e} of the step, at least"
+                    )
+            if not self._step(h):
                 return self.complaint
             if pace.used_up:
                 return ""
