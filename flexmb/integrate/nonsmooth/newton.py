@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 from flexmb.integrate.nonsmooth.problem import add_impulse
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["MOST_BLOCKS", "mobility", "newton"]
+__all__ = ["mobility", "newton"]
 
 MOST_BLOCKS = 30_000
 """Pairs of contacts that share a part, above which the matrix costs more than sweeps."""

@@ -16,6 +16,9 @@ LEAST, FIRST = 2, 10
 """Sweeps in any step, and further ones before it is judged whether they will do."""
 LOOK = 10
 """Sweeps between two judgements."""
+SMALL, LONG = 600, 400
+"""Rows up to which Newton's method tries soon, and sweeps after which it does with more: a matrix of many costs as much
+as hundreds of sweeps."""
 AGAIN = 200
 """Sweeps between two attempts of Newton's method."""
 
@@ -78,7 +81,7 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
         rate = residual / before if before > 0.0 else 1.0
         before = residual
         slow = not rate < 0.3 and (rate >= 1.0 or np.log(goal / residual) / np.log(rate) > 3.0)
-        if slow and done - tried >= AGAIN:
+        if slow and done - tried >= AGAIN and (size <= SMALL or done >= LONG):
             tried = done
             kept_P, kept_v = p.P.copy(), v.copy()
             _, made = newton(p, parts, v, velocities, 0.1 * goal)

@@ -10,6 +10,7 @@ from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, sweep, write_problem
 from flexmb.integrate.nonsmooth.solve import solve_contacts
 from flexmb.integrate.nonsmooth.stepping import (
+    UNTOLD,
     add_all,
     carry_impulses,
     end_positions,
@@ -68,7 +69,7 @@ class Stepper:
         self.thin = int(np.sum(np.isfinite(self.touching.thickness))) > 1
         self.closed = np.zeros(0, np.int64)
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
-        self.complaint = ""
+        self.complaint, self.gained = "", 0.0
         self.goal, self.span = state.t, 0.0
         self._clear_wrenches(self.q)
         self._require_apart()
@@ -153,8 +154,8 @@ class Stepper:
             if not np.isfinite(right.sum()):
                 return self._fail(f"the equations of motion are not finite at t = {self.t:.9g} s")
             if fresh:
-                gained = self.lever * float(np.abs(right[:nu]).max(initial=0.0))
-                points = self.touching.found(work, h, 2.0 * h * gained + TOUCHING * self.small)
+                self.gained = self.lever * float(np.abs(right[:nu]).max(initial=0.0))
+                points = self.touching.found(work, h, 2.0 * h * self.gained + TOUCHING * self.small)
             end = self._body(mid, u1)
             v[:nu] = end + right[:nu]
             v[nu:] = right[nu:]
@@ -163,7 +164,15 @@ class Stepper:
                 write_problem(problem, work, work.S, program.pattern, self.parts)
                 carry_impulses(problem, self.points, self.P * (h / self.h), len(self.points))
                 speed = set_shifts(
-                    problem, self.parts, self.world, mid, self.u, v[:nu].copy(), h, TOUCHING * self.small
+                    problem,
+                    self.parts,
+                    self.world,
+                    mid,
+                    self.u,
+                    v[:nu].copy(),
+                    h,
+                    TOUCHING * self.small,
+                    self.settings.tolerance,
                 )
             if problem is not None:
                 add_all(problem, self.parts, v)
@@ -250,7 +259,7 @@ class Stepper:
 
     def _overlapping(self, q: np.ndarray, u: np.ndarray):
         """Return the normal problem of points that are to be pushed apart; None if no penetration counts."""
-        tiny = TOUCHING * self.small
+        tiny = TOUCHING * self.small + UNTOLD * self.settings.tolerance * self.gained * self.h
         points = self.touching.found(self.work, 0.0, 0.1 * self.small)
         if not len(points) or not np.any(points["gap"] < -tiny):
             return None

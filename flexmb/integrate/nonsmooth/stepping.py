@@ -15,6 +15,7 @@ from flexmb.math.tables import State
 from flexmb.system.program import advance, constraint_acceleration, constraint_velocity, evaluate
 
 __all__ = [
+    "UNTOLD",
     "add_all",
     "carry_impulses",
     "end_positions",
@@ -26,6 +27,8 @@ __all__ = [
     "works_of",
 ]
 
+UNTOLD = 10.0
+"""Steps of what the tolerance leaves open, after which a gap counts as one."""
 SLOW = 2.0
 """Approach that is no impact, relative to what the forces add to it in a step: the last bounces, which no step tells
 from each other, end there."""
@@ -66,7 +69,7 @@ def _to_body(frames, q, u, out):
 
 
 @kernel
-def set_shifts(p, parts, world, mid, u0, free, h, tiny):
+def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
     """Decide which contacts act in the step, 2: by an impact, and what they ask for, eqs. (impact-law, closing-gap).
 
     `free` are the velocities without impulses of contacts, in body axes as W. Returns the largest velocity (m/s) at an
@@ -82,7 +85,8 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny):
         gap = point.gap - 0.5 * h * was[0]
         gained = max(0.0, was[0] - xi[0])
         p.active[i] = 1
-        p.shift[i] = max(gap - tiny, 0.0) / h  # what rests shares its load whatever is rounded
+        # what rests shares its load whatever is rounded, or left open by the tolerance of steps before
+        p.shift[i] = max(gap - tiny - UNTOLD * tolerance * gained * h, 0.0) / h
         e = point.restitution
         if e > 0.0:
             if was[0] < -max(SLOW * gained, tiny / h):  # an impact, at once or in a later step

@@ -1,0 +1,105 @@
+"""Balls that fall into a box and settle: time of a step by the number of contacts, beside MuJoCo in the same run.
+
+    python benchmarks/rigid_heap.py 125 1000
+
+The same balls, walls, friction and step for both. The methods differ: MuJoCo's contact is soft and its solver stops
+after so many iterations, whatever is left; here laws are rigid and a step that misses its tolerance ends the run.
+A number with a minus sign is done without MuJoCo.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+import flexmb as fmb
+
+RADIUS, STEP, STEPS, FRICTION = 0.05, 2e-3, 150, 0.3
+
+
+def places(count: int) -> tuple[np.ndarray, float]:
+    """Return places (n, 3), m, of balls above the floor of a box, and half its width."""
+    side = round(count ** (1.0 / 3.0))
+    spacing = 2.1 * RADIUS
+    grid = spacing * (np.arange(side) - 0.5 * (side - 1))
+    x, y, z = np.meshgrid(grid, grid, spacing * (0.5 + np.arange(side)) + 0.2 * RADIUS, indexing="ij")
+    jitter = np.random.default_rng(1).uniform(-0.04 * RADIUS, 0.04 * RADIUS, (side**3, 3))
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + jitter, 0.5 * spacing * side + 0.2 * RADIUS
+
+
+def with_flexmb(at: np.ndarray, half: float, tolerance: float) -> tuple[float, int]:
+    """Return seconds per step, and the most contacts."""
+    names = tuple(f"ball {k}" for k in range(len(at)))
+    walls = {
+        f"wall {k}": fmb.Pose.axes(tuple(-half * np.array(n, float)), z=n, x=(n[1], n[0], 0))
+        for k, n in enumerate([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
+    }
+    inertia = (0.4 * RADIUS**2,) * 3
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(markers=walls),
+            *[fmb.RigidBody(n, mass=1.0, inertia=inertia, at=tuple(p)) for n, p in zip(names, at, strict=True)],
+        ],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            *[fmb.Surface(w, marker=f"ground.{w}", shape=fmb.Plane()) for w in walls],
+            *[fmb.Surface(n, marker=f"{n}.center", shape=fmb.Sphere(radius=RADIUS)) for n in names],
+        ],
+        forces=[
+            fmb.SurfaceContact("heap", surfaces=(("floor", *walls, *names), names), law=fmb.Rigid(friction=FRICTION))
+        ],
+    )
+    method = fmb.MoreauJean(step=STEP, tolerance=tolerance)
+    fmb.simulate(model, 2 * STEP, integrator=method, samples=2)  # kernels are compiled
+    begin = time.process_time()
+    solution = fmb.simulate(model, STEPS * STEP, integrator=method, samples=2)
+    seconds = time.process_time() - begin
+    print({k: v for k, v in solution.statistics.items() if k in ("steps", "sweeps", "most contacts")})
+    return seconds / STEPS, solution.statistics["most contacts"]
+
+
+def with_mujoco(at: np.ndarray, half: float) -> tuple[float, int]:
+    """Return seconds per step, and the contacts at the end."""
+    import mujoco
+
+    sides = [("1 0 0", f"{-half} 0 0"), ("-1 0 0", f"{half} 0 0"), ("0 1 0", f"0 {-half} 0"), ("0 -1 0", f"0 {half} 0")]
+    walls = "".join(f'<geom type="plane" size="9 9 1" pos="{p}" zaxis="{z}" friction="{FRICTION}"/>' for z, p in sides)
+    balls = "".join(
+        f'<body pos="{x} {y} {z}"><freejoint/><geom type="sphere" size="{RADIUS}" mass="1" condim="3" '
+        f'friction="{FRICTION}"/></body>'
+        for x, y, z in at
+    )
+    text = (
+        f'<mujoco><option timestep="{STEP}" cone="elliptic"/><size memory="2G"/><worldbody>'
+        f'<geom type="plane" size="9 9 1" friction="{FRICTION}"/>{walls}{balls}</worldbody></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    begin = time.process_time()
+    for _ in range(STEPS):
+        mujoco.mj_step(model, data)
+    return (time.process_time() - begin) / STEPS, int(data.ncon)
+
+
+def main() -> None:
+    """Print a line for every number of balls."""
+    tolerance = 1e-2
+    for count in [int(x) for x in sys.argv[1:]] or [125, 1000]:
+        at, half = places(abs(count))
+        ours, contacts = with_flexmb(at, half, tolerance)
+        if count < 0:
+            print(f"{len(at)} balls: {1e3 * ours:.2f} ms per step with at most {contacts} contacts", flush=True)
+            continue
+        theirs, others = with_mujoco(at, half)
+        print(
+            f"{len(at)} balls: {1e3 * ours:.2f} ms per step with at most {contacts} contacts, tolerance {tolerance:g}; "
+            f"MuJoCo {1e3 * theirs:.2f} ms with {others}; ratio {ours / theirs:.2f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
