@@ -17,7 +17,10 @@ from flexmb.study.worker import Worker
 __all__ = ["rows_by_processes"]
 
 QUIET = 0.5
-"""Seconds without compiling after which the first worker's kernels are taken to be there."""
+"""Seconds without compiling after which the first worker's kernels are taken to be there: of its processor time, since
+on a busy machine it may not have got as far as to compile."""
+IDLE = 5.0
+"""Seconds after which that is believed of a worker that computes nothing: it waits for something else."""
 FALSE_STARTS = 2
 
 Pending = Sequence[tuple[int, Mapping[str, Any]]]
@@ -81,14 +84,16 @@ class _Crew:
         """Give variants to the workers that wait for one."""
         now = time.monotonic()
         leader = next((worker for worker in self.workers if worker.number is not None), None)
-        if leader is not None and not leader.compiling and now - max(leader.began, self.compiled) > QUIET:
-            self.warm = True
+        if leader is not None and not leader.compiling:
+            quiet = now - max(leader.began, self.compiled)
+            self.warm |= quiet > IDLE or (quiet > QUIET and leader.spent() - leader.spent_before > QUIET)
         for worker in self.workers:
             if not self.pending or (not self.warm and leader is not None):
                 return
             if worker.ready and worker.number is None:
                 number, parameters = self.pending.popleft()
                 worker.number, worker.parameters, worker.began = number, parameters, now
+                worker.spent_before = worker.spent()
                 leader = leader or worker
                 try:
                     worker.pipe.send((number, parameters))
@@ -105,6 +110,7 @@ class _Crew:
             worker.ready, self.false_starts = True, 0
         elif kind == "compiling":
             worker.compiling, self.compiled = content, time.monotonic()
+            worker.spent_before = worker.spent()
         elif kind == "useless":
             raise _cannot_start(f"the worker does not find the function to compute: {content}")
         else:

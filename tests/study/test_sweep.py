@@ -2,10 +2,13 @@
 
 import csv
 import json
+import os
 import re
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from tolerances import SOLVER
 import flexmb as fmb
 from flexmb import study
 from flexmb.errors import DataFileError, FlexmbError, ModelError
+from flexmb.study.worker import Worker
 
 FALL = """
 gravity = [0, 0, "= -g"]
@@ -115,6 +119,16 @@ def test_kernels_are_compiled_once(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     results = fmb.sweep(formulas.compiled, {"x": [10, 20, 30, 40]}, jobs=2)
     assert results["compiled"].sum() == 1.0
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="the system does not tell")
+def test_processor_time_of_a_worker_is_what_it_computed():
+    """Not the time that passed: a busy machine may leave the first worker waiting."""
+    worker = SimpleNamespace(process=SimpleNamespace(pid=os.getpid()))
+    before = time.process_time()
+    found = Worker.spent(worker)
+    tick = 2.0 / os.sysconf("SC_CLK_TCK")  # user and system mode are rounded
+    assert before - tick <= found <= time.process_time() + tick
 
 
 def test_rows_that_are_there_are_not_computed_again(tmp_path):
