@@ -98,14 +98,17 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
 def longest_step(markers, data, surface_marker, place, thickness, convex, pairs, span, contacts):
     """Return the longest step, s, up to `span`, in which no pair of surfaces passes through each other.
 
-    The middle of a step, where contacts are looked for, must not lie behind the middle of the thinner body. Between
-    convex surfaces a plane stands, so only the way along the normal counts, and what turning adds to it.
+    Contacts are looked for in the middle of a step, and a point inside a body is pushed out of the nearest face. So a
+    step may end a quarter of the thinner body deep; the middle of the next one is then above half. Between convex
+    surfaces a plane stands, so only the way along the normal counts, and what turning adds to it.
     """
     d, Q = np.empty(3), np.empty((3, 3))
     r, v, t = np.empty(3), np.empty(3), np.empty(3)
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]
-        room = 0.5 * (thickness[i] + thickness[j])
+        room = 0.25 * min(thickness[i], thickness[j])
+        if max(thickness[i], thickness[j]) >= FAR:
+            continue
         a, b = markers[surface_marker[i]], markers[surface_marker[j]]
         speed, spin = _relative_place(a, b, d, Q)
         at_a, at_b = place[i], place[j]
