@@ -212,7 +212,8 @@ def _check_motion(cam: Cam) -> None:
             expected="a list of (angle, lift, law) with growing angles",
             remedy='Write motion=[(2.0, 0.01, "cycloidal"), (6.2831853, 0.0, "polynomial")]',
         )
-    if abs(angles[-1] - 2.0 * np.pi) > 1e-6 or abs(entries[-1][1] - cam.start) > 1e-12:
+    most = max(abs(lift - cam.start) for _, lift, _ in entries)
+    if abs(angles[-1] - 2.0 * np.pi) > 1e-6 or abs(entries[-1][1] - cam.start) > 1e-9 * most:
         raise ModelError(
             cam.title,
             found=f"a motion that ends at {angles[-1]:.6g} rad with the lift {entries[-1][1]:.6g}",

@@ -56,6 +56,11 @@ KNOWN = {
     "pure numbers: angles, unit vectors, places on an element, fractions": (
         "bodies/line/ancf_cable.py: np.abs(N) < 1e-15",
         "model/orbit.py: e > 1e-11",
+        "profiles/cam.py: abs(angles[-1] - 2.0 * np.pi) > 1e-06",
+        "profiles/feet.py: high - low < 1e-14",
+        "profiles/segments.py: abs(r.imag) < 1e-12",
+        "surfaces/advancement.py: sine > 1e-12",
+        "surfaces/closed_mesh.py: size > 1e-12",
         "bodies/line/ancf_cable.py: size > 1e-06",
         "bodies/line/curve.py: sine < 1e-09",
         "bodies/line/tangent_frame.py: max(1.0 - tau * tau, CLOSEST)",
@@ -83,6 +88,9 @@ KNOWN = {
         "sensors/joint_coordinate.py: abs(before - now - TURN * turns) < 0.001",
     ),
     "shares of errors, tolerances, rates of convergence, ranks, matrices of unit size": (
+        "math/definiteness.py: np.linalg.eigvalsh(scaled)[0] > SINGULAR",
+        "reduction/subspace.py: np.abs(length - 1.0) < 1e-06",
+        "reduction/transfer_error.py: max(damping, 0.0001)",
         "integrate/alpha/newmark.py: error <= 1e-06",
         "integrate/alpha/newmark.py: max(error, 1e-06)",
         "integrate/alpha/newmark.py: max(rate, 0.0001)",

@@ -274,12 +274,12 @@ def test_wrong_settings(tmp_path, settings, messages):
             '[simulation]\nt_end = 1.0\nintegrator = "Euler"',
             (
                 "[simulation], integrator: kind = 'Euler' is unknown",
-                "One of: Explicit, GeneralizedAlpha, IDA, Implicit.",
+                "One of: Explicit, GeneralizedAlpha, IDA, Implicit, MoreauJean.",
             ),
         ),
         (
             '[simulation]\nt_end = 1.0\nintegrator = { kind = "GeneralisedAlpha" }',
-            ("One of: Explicit, GeneralizedAlpha, IDA, Implicit.", "Did you mean 'GeneralizedAlpha'?"),
+            ("One of: Explicit, GeneralizedAlpha, IDA, Implicit, MoreauJean.", "Did you mean 'GeneralizedAlpha'?"),
         ),
         (
             "[simulation]\nt_end = 1.0\nintegrator = { rho_inf = 0.9 }",
