@@ -50,6 +50,33 @@ def test_wind_up_of_the_central_shafts():
     assert solution["pcu torque"][-1, 5] == pytest.approx(-torques.sum() / INPUT_RATIO, rel=1e-6)
 
 
+def test_gearboxes_stand_on_their_tracks():
+    """Stations 2 to 5 are where the tracks hold them: no shaft has slid, and the bushings carry the torques only.
+
+    A gearbox that stood 0.01 mm off its place would load its bushings (40 kN/mm) with 400 N.
+    """
+    tracks = {2: "inboard_t2_track", **{k: f"outboard_t{k}_track" for k in (3, 4, 5)}}
+    slides = [
+        fmb.JointCoordinate(f"{k} {shaft}", joint=f"drive_s{k}_{shaft}_middle", kind="slide")
+        for k in tracks
+        for shaft in ("cross", "downdrive")
+    ]
+    bushings = [
+        fmb.ForceOf(f"{k} {side}", force=f"drive_s{k}_{side} bushing") for k in tracks for side in ("front", "rear")
+    ]
+    model = fmb.load_model(FOLDER / "driven.toml", {"transmission": 4})
+    for k, track in tracks.items():
+        assert {model.force(f"drive_s{k}_front bushing").markers[0], model.joint(f"drive_s{k}_input").markers[0]} == {
+            f"{track}.gearbox_front",
+            f"{track}.gearbox_input",
+        }
+    solution = fmb.statics(model.with_parts(sensors=[*slides, *bushings]))
+    for sensor in slides:
+        assert abs(solution[sensor.name][-1]) < 1e-4
+    for sensor in bushings:
+        assert np.linalg.norm(solution[sensor.name][-1, :3]) < 300.0
+
+
 def beginning(variant: int):
     """Return the first 0.8 s of the extension by a variant."""
     return run("driven", ("transmission", variant), t_end=0.8, samples=9)
