@@ -177,7 +177,7 @@ class SurfaceContact(Force):
     surfaces : (str, str), or two groups of names
         Names of surfaces a and b; either may be a tuple of names. Surfaces of one body never touch each other.
     law : ContactLaw
-        `ElasticFoundation` or `Hertz`.
+        `ElasticFoundation`, `Hertz`, or `Rigid` for the integrator `MoreauJean`.
     """
 
     name: str
