@@ -25,6 +25,11 @@ __all__ = ["PAIR_STRIDE", "SurfaceContact"]
 
 MOST_PAIRS = 5000
 
+
+def _kind(surface) -> str:
+    return type(surface.shape).__name__
+
+
 ROW = np.dtype(
     [
         ("pairs", np.int64),  # where the pairs of surfaces begin in the bulk data, `PAIR_STRIDE` numbers each
@@ -263,6 +268,7 @@ class SurfaceContact(Force):
         endless = [[s for s in group if not np.isfinite(s.shape.reach)] for group in groups]
         if endless[0] and endless[1]:
             self._check_pair(endless[0][0], endless[1][0])
+        self._check_points(groups)
 
     def _check_pair(self, a, b) -> None:
         if all(not np.isfinite(s.shape.reach) for s in (a, b)):
@@ -286,6 +292,40 @@ class SurfaceContact(Force):
                 expected="a Sphere with the law of Hertz",
                 remedy="Use ElasticFoundation",
             )
+
+    def _check_points(self, groups) -> None:
+        """Raise ModelError if surfaces would meet between the points at which a rigid law acts."""
+        for own, others in (groups, groups[::-1]):
+            rest = next((s for s in others if _kind(s) != "Sphere"), None)
+            blunt = next((s for s in own if np.isfinite(s.shape.reach) and not len(s.shape.corners()[0])), None)
+            if blunt and rest:
+                raise ModelError(
+                    self.title,
+                    found=f"'{blunt.name}' is a {_kind(blunt)}, which has no corners, and '{rest.name}' no Sphere",
+                    expected="shapes with corners, or a Sphere, with a rigid law: it acts at points",
+                    remedy="Use a Hull of points on both rims, an ExtrudedProfile of a Disc, or ElasticFoundation",
+                )
+        capsules = [next((s.name for s in group if _kind(s) == "Capsule"), "") for group in groups]
+        if all(capsules):
+            raise ModelError(
+                self.title,
+                found=f"'{capsules[0]}' and '{capsules[1]}' are both capsules",
+                expected="a Capsule on one side only with a rigid law, which looks at its ends",
+                remedy="Describe one side by spheres on a line, or use ElasticFoundation",
+            )
+
+    def unseen_in(self, model) -> str:
+        """Return that edges that cross are not seen, for a rigid law where there are some."""
+        groups = [[model.surface(name, self.title) for name in group] for group in self.groups]
+        edged = [
+            next((s.name for s in group if np.isfinite(s.shape.reach) and _kind(s) != "Sphere"), "") for group in groups
+        ]
+        if not self.impulsive or not all(edged):
+            return ""
+        return (
+            f"edges of '{edged[0]}' and '{edged[1]}' that cross are not seen: a rigid law acts where a corner of one "
+            "surface meets the other. Where edges can meet first, use ElasticFoundation, or put spheres on an edge"
+        )
 
     def measure(self, model) -> str | None:
         """Return the marker of the second surface, where `ForceOf` reports; None if there are several."""

@@ -27,8 +27,8 @@ def oversights(model: Model) -> list[str]:
         found.append("there is no gravity; gravity=(0, 0, -9.81) gives weight")
     unseen: dict[str, list[str]] = {}
     for force in model.forces:
-        if force.unseen:
-            unseen.setdefault(force.unseen, []).append(force.title)
+        if passed_over := force.unseen_in(model):
+            unseen.setdefault(passed_over, []).append(force.title)
     for joint in model.joints:
         kinks = joint.unseen_kinks(model) if hasattr(joint, "unseen_kinks") else ()
         if kinks:

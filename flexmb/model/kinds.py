@@ -292,6 +292,10 @@ class Force(Part):
     """What steps do not see of its law, and what to do: runs and checks say it."""
     table: ClassVar[Table]
 
+    def unseen_in(self, model) -> str:
+        """Return what steps do not see of its law in a model."""
+        return self.unseen
+
     @property
     def impulsive(self) -> bool:
         """Does it stop bodies at once, by impulses, so that it needs a method of impulses?"""
