@@ -21,7 +21,7 @@ STIFFNESS, MASS, RADIUS, LENGTH = 100.0, 1.0, 0.5, 1.0  # N m/rad, kg, m, m
 
 def rods() -> fmb.JointTree:
     """Return the tree of the three rods."""
-    small = {"inertia": (1e-12, 1e-12, 1e-12), "markers": {"end": (0, 0, 0), "start": (-LENGTH, 0, 0)}}
+    small = {"inertia": (1e-9, 1e-9, 1e-9), "markers": {"end": (0, 0, 0), "start": (-LENGTH, 0, 0)}}
     bodies = [
         fmb.Ground(),
         fmb.RigidBody("arm", mass=1.0, inertia=(1, 1, 1), markers={"hub": (0, 0, 0), "rim": (RADIUS, 0, 0)}),

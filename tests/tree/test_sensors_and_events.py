@@ -9,7 +9,7 @@ from tree.models import branched, chain, loops
 import flexmb as fmb
 
 REFERENCE = fmb.Explicit(rtol=1e-11, atol=1e-13)
-JOINTS = [fmb.Explicit(formulation=fmb.Recursive(), rtol=1e-10, atol=1e-12), fmb.Implicit(rtol=1e-10)]
+JOINTS = [fmb.Explicit(formulation=fmb.Recursive(), rtol=1e-11, atol=1e-13), fmb.Implicit(rtol=1e-10)]
 
 
 def watched(model):
