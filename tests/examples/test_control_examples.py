@@ -67,3 +67,14 @@ def test_slow_motions_beside_fast_dampers_are_no_zeros(elements):
     found = fmb.linearize(arm.arm(1.0, tip=False, elements=elements)).eigenvalues
     assert np.abs(found - s).min() < 2e-4 * abs(s)
     assert np.abs(found).min() > 1.0
+
+
+@pytest.mark.parametrize("gain", [1e-3, 1e-2])
+def test_soft_controllers_of_fine_meshes_are_no_zeros(gain):
+    """The arm turns at 0.15 rad/s, beside a strip whose elements would ring at 1e7 rad/s."""
+    arm = example("flexible_arm")
+    guess = np.roots([0.0426, gain * arm.LEAD, gain])[0]
+    s = newton(lambda s: arm.characteristic(s, gain, tip=False) / s**2, guess, tol=1e-12)
+    found = fmb.linearize(arm.arm(gain, tip=False, elements=12)).eigenvalues
+    assert np.abs(found - s).min() < 1e-5 * abs(s)
+    assert np.abs(found).min() > 0.9 * abs(s)

@@ -227,3 +227,17 @@ def test_forces_that_overflow_are_told_once(integrator):
         with pytest.raises(IntegrationError) as caught:
             fmb.simulate(pushed(fmb.expression("1e10 * exp(1500 * t)")), 1.0, samples=3, integrator=integrator)
     assert "t = 0." in four_parts(caught.value)
+
+
+def test_sample_times_may_miss_the_ends_by_rounding():
+    """0.1 * 3 is above 0.3 by one unit in the last place; a millionth beyond is an error."""
+    times = fmb.simulate(pendulum_of_points(), 0.3, samples=np.arange(4) * 0.1).t
+    assert times.tolist() == [0.0, 0.1, 0.2, 0.3]
+    with pytest.raises(fmb.FlexmbError, match="outside the run"):
+        fmb.simulate(pendulum_of_points(), 0.3, samples=np.arange(4) * 0.1000001)
+
+
+def pendulum_of_points():
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0)], sensors=[fmb.Position("p", marker="p.center")]
+    )

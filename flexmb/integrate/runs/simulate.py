@@ -31,6 +31,9 @@ from flexmb.system.branching import require_motion_to_begin
 
 __all__ = ["chosen_integrator", "sample_times", "simulate", "state_at"]
 
+ROUNDED = 8.0 * float(np.finfo(float).eps)
+"""Sample times this close to the ends of a run, relative to its times, are the ends."""
+
 
 INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit", "MoreauJean")
 
@@ -59,6 +62,9 @@ def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
         times = np.asarray(samples, float)
     except (TypeError, ValueError, OverflowError):
         times = np.empty(0)
+    # sums and products of steps miss the ends by rounding
+    close = ROUNDED * max(abs(t_start), abs(t_end))
+    times = np.where(np.abs(times - t_end) <= close, t_end, np.where(np.abs(times - t_start) <= close, t_start, times))
     if times.ndim != 1 or len(times) < 2 or np.any(np.diff(times) <= 0.0) or times[0] < t_start or times[-1] > t_end:
         raise ModelError(
             "simulate",
