@@ -214,7 +214,7 @@ class SurfaceContact(Force):
             raise ModelError(
                 self.title,
                 found=f"law = {self.law!r:.80}",
-                expected="a law of contact: ElasticFoundation, Hertz",
+                expected="a law of contact: ElasticFoundation, Hertz, Rigid",
                 remedy="Write law=fmb.ElasticFoundation(modulus=1e7, thickness=0.01)",
             )
 
