@@ -52,3 +52,13 @@ def test_the_work_of_a_drive_is_that_of_the_closed_form(name, samples):
 
     expected = energy(solution.t) - energy(0.0)
     np.testing.assert_allclose(solution.phases[0].works[:, 1], expected, atol=0.02 * np.ptp(energy(np.linspace(0, 6))))
+
+
+def test_a_run_of_no_time(recwarn):
+    """A duration whose square is below all numbers."""
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody("b", mass=1.0, inertia=(1, 1, 1))],
+        gravity=(0, 0, -9.81),
+    )
+    assert fmb.simulate(model, 4.3e-197, samples=3, integrator=fmb.Explicit()).status.kind == "finished"
+    assert not [entry for entry in recwarn if "energy" in str(entry.message)]

@@ -24,6 +24,8 @@ STANDING = 1e-4
 mechanism hardly moves, a displacement within tolerance is all the energy that there is."""
 REST = 1e-7
 """Lengths, or rad, in the time of the phase: slower motion is none, and its energy is compared with nothing."""
+SHORT = 1e-100
+"""s, below which its square is no number."""
 SEEN = 10
 """Steps from sample to sample up to which the samples show what moves: a swing takes more."""
 REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Explicit to compare"
@@ -124,7 +126,9 @@ class EnergyWatch:
     def _rest(self, rows: dict[str, np.ndarray]) -> float:
         """Return the kinetic energy (J) of a motion that counts as none; that of a moment is not known."""
         span = float(rows["t"][-1]) - self.began
-        return 0.5 * (REST / span) ** 2 * float(np.sum(self._levers(rows) / self._units())) if span > 0.0 else np.inf
+        if span <= SHORT:
+            return np.inf
+        return 0.5 * (REST / span) ** 2 * float(np.sum(self._levers(rows) / self._units()))
 
     def _units(self) -> np.ndarray:
         """Return one over the length of the model for every velocity (nu,), 1 for rotations."""
