@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from flexmb.errors import ValidityWarning
 from flexmb.fem.fe_model import FEModel
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
@@ -116,7 +118,7 @@ def _warnings(body: HeldBody, numbers: dict[str, Any], band: float) -> list[str]
 
 def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[str]:
     """Say what a basis that is not Craig & Bampton's lacks at the interfaces: joints act on what it has."""
-    found = []
+    found: list[str] = []
     q = basis.content[: body.nq] * body.coordinate_scale()[:, None]
     size = np.linalg.svd(q / np.sqrt(basis.w2), compute_uv=False) if q.size else np.zeros(0)
     moves, asked = int(np.sum(size > 1e-6 * size.max(initial=0.0))), body.nq - body.rigid.shape[1]
@@ -126,6 +128,7 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
             f"where joints hold more of them they lock the body. Basis {numbers['basis'].partition('(')[0]}: take more "
             "shapes, or one that holds the static responses."
         )
+        warnings.warn(f"Reduction of '{body.fe.name}': {found[-1]}", ValidityWarning, stacklevel=5)
     row = next((r for r in numbers["frequencies"] if r["error"] > _POOR), None)
     if row is not None and "transfer" not in numbers:
         found.append(
@@ -138,6 +141,7 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
             f"Interface loads meet a static error of {100.0 * numbers['static_error']:.2g} % with {numbers['basis']}. "
             "Take a basis that is exact in statics: Rubin, Krylov with the frequency 0, Pod with statics=True."
         )
+        warnings.warn(f"Reduction of '{body.fe.name}': {found[-1]}", ValidityWarning, stacklevel=5)
     return found
 
 
