@@ -16,7 +16,7 @@ from flexmb.system import assemble
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 DIFFERENCE = 1e-8
-H = 3e-3
+H = 3e-4  # small: across a knot of a path, where third derivatives jump, differences are off by its cube
 KINDS = (*joints.KINDS, "slide")
 CASES = [(kind, pair) for kind in KINDS for pair in PAIRS]
 CASES += [("PointOnPath", f"{body}-rigid") for body in ("cable", "beam", "plate")]
