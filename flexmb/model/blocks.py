@@ -17,7 +17,23 @@ __all__ = ["BLOCKS", "DeadZone", "Integral", "Lag", "Limit", "Pid", "RateLimit",
 
 
 @dataclass(frozen=True, eq=False)
-class Limit(Block):
+class _BetweenLimits(Block):
+    """What changes its law where a signal meets one of two limits."""
+
+    of: Any
+    _: KW_ONLY
+    limits: tuple[float, float]
+
+    def __post_init__(self):
+        self.follow("of")
+        self.require_limits()
+
+    def kinks(self):
+        return kinks_of(self.of, self.limits)
+
+
+@dataclass(frozen=True, eq=False)
+class Limit(_BetweenLimits):
     """A signal within limits (saturation).
 
     Parameters
@@ -26,24 +42,14 @@ class Limit(Block):
     limits : (float, float)
     """
 
-    of: Any
-    _: KW_ONLY
-    limits: tuple[float, float]
     word: ClassVar[str] = "limit"
-
-    def __post_init__(self):
-        self.follow("of")
-        self.require_limits()
-
-    def kinks(self):
-        return kinks_of(self.of, self.limits)
 
     def output(self) -> Signal:
         return limited(self.of, self.limits)
 
 
 @dataclass(frozen=True, eq=False)
-class DeadZone(Block):
+class DeadZone(_BetweenLimits):
     """Zero between two limits, and the distance from them outside.
 
     Parameters
@@ -52,17 +58,7 @@ class DeadZone(Block):
     limits : (float, float)
     """
 
-    of: Any
-    _: KW_ONLY
-    limits: tuple[float, float]
     word: ClassVar[str] = "dead_zone"
-
-    def __post_init__(self):
-        self.follow("of")
-        self.require_limits()
-
-    def kinks(self):
-        return kinks_of(self.of, self.limits)
 
     def output(self) -> Signal:
         return self.of - limited(self.of, self.limits)

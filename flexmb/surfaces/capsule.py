@@ -7,28 +7,19 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.surfaces.bar import Bar
 from flexmb.surfaces.revolved import frustum, patches
-from flexmb.surfaces.shape import Points, Shape
+from flexmb.surfaces.shape import Points
 from flexmb.surfaces.sphere import on_unit_sphere
 
 __all__ = ["Capsule"]
 
 
 @dataclass(frozen=True, eq=False)
-class Capsule(Shape):
+class Capsule(Bar):
     """All points within `radius`, m, of a line of `length`, m, along the z-axis, whose middle is the marker."""
 
-    radius: float
-    length: float
-
     code: ClassVar[int] = 3
-
-    def __post_init__(self):
-        self._require_lengths("radius", "length")
-
-    def numbers(self) -> np.ndarray:
-        """Return the radius and half the length."""
-        return np.array([self.radius, 0.5 * self.length])
 
     @property
     def reach(self) -> float:

@@ -8,27 +8,18 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.surfaces.bar import Bar
 from flexmb.surfaces.revolved import frustum, patches
-from flexmb.surfaces.shape import Points, Shape
+from flexmb.surfaces.shape import Points
 
 __all__ = ["Cylinder"]
 
 
 @dataclass(frozen=True, eq=False)
-class Cylinder(Shape):
+class Cylinder(Bar):
     """A bar of `radius` and `length`, m, along the z-axis of the marker, which is in its middle."""
 
-    radius: float
-    length: float
-
     code: ClassVar[int] = 2
-
-    def __post_init__(self):
-        self._require_lengths("radius", "length")
-
-    def numbers(self) -> np.ndarray:
-        """Return the radius and half the length."""
-        return np.array([self.radius, 0.5 * self.length])
 
     @property
     def reach(self) -> float:

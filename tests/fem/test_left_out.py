@@ -110,7 +110,8 @@ def test_elements_that_cannot_be_read(write, card):
 
 def test_elements_of_other_kinds_are_named(write):
     with pytest.warns(fem.MeshWarning, match="1 CTRIAX6"):
-        fem.read_mesh(write("a.bdf", NASTRAN.replace("RBE2", "CTRIAX6,9,1,1,2,3,4,5,6\nRBE2")))
+        mesh = fem.read_mesh(write("a.bdf", NASTRAN.replace("RBE2", "CTRIAX6,9,1,1,2,3,4,5,6\nRBE2")))
+    assert [(kind, cells.tolist()) for kind, cells in mesh.cells] == [("quad", [[0, 1, 2, 3]])]
 
 
 def test_offsets_of_beams_and_plates(write):
