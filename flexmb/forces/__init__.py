@@ -16,6 +16,7 @@ from flexmb.forces.line_load import LineLoad
 from flexmb.forces.lu_gre import LuGre
 from flexmb.forces.maxwell_damper import MaxwellDamper
 from flexmb.forces.motor import Motor
+from flexmb.forces.muscle import Muscle
 from flexmb.forces.oblate_gravity import OblateGravity
 from flexmb.forces.one_sided_spring import OneSidedSpring
 from flexmb.forces.point_load import PointLoad

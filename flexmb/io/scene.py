@@ -19,6 +19,7 @@ from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
 from flexmb.io.plate_surfaces import PlateSurface
 from flexmb.io.shape_surfaces import shape_surface
 from flexmb.io.swept_lines import SweptLine
+from flexmb.io.wrapped_ways import place_on_way, way_pieces
 from flexmb.results import recover
 
 __all__ = ["DrawnPart", "Scene", "Snapshot"]
@@ -39,7 +40,8 @@ class DrawnPart:
     carrier : (n,) int
         Number of the carrier of each point.
     carriers : tuple
-        ("body", name), ("marker", name) or ("link", name a, name b), with the joint they belong to at the end or None.
+        ("body", name), ("marker", name), ("link", name a, name b) or ("way", ...) (see `wrapped_ways`), with the part
+        they belong to at the end or None.
     cells : tuple of (meshio cell type, (ne, nn) int)
     data : ModalNeutralData, optional
         Modes of a flexible body; its nodes are the points.
@@ -187,9 +189,13 @@ class Scene:
         if kind == "body":
             q, _ = series.coordinates(names[0])
             return q[:, :3], recover.rotation_matrices(q[:, 3:7])
-        motions = [series.marker(name) for name in names]
+        motions = [series.marker(name) for name in names if isinstance(name, str)]
         r, A = motions[0].r, motions[0].R
-        if kind == "link":
+        if kind == "way":
+            radius, *shares = names[3:]
+            r, end = (place_on_way(*motions, radius, share) for share in shares)
+            A = _link_axes(end - r)
+        elif kind == "link":
             A = _link_axes(motions[1].r - r)
         parts = (*series.model.joints, *series.model.forces)
         if owner is not None and owner not in {part.name for part in parts}:
@@ -279,6 +285,7 @@ def _parts(model, e, skin_only=False):
         for force in model.forces
         if len(getattr(force, "markers", None) or ()) == 2 and _joins(force)
     ]
+    springs += [piece for force in model.forces if hasattr(force, "through") for piece in way_pieces(force, e)]
     if springs:
         yield _fixed("springs", "springs", springs)
 
@@ -317,7 +324,7 @@ def _carrier(end, markers, owner):
 def _markers(part, model):
     if hasattr(part, "resolved_markers"):
         return part.resolved_markers(model)
-    return getattr(part, "markers", None) or (getattr(part, "marker", None),)
+    return getattr(part, "markers", None) or getattr(part, "through", None) or (getattr(part, "marker", None),)
 
 
 def _fixed(name, look, pieces) -> DrawnPart:

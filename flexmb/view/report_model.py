@@ -79,7 +79,7 @@ def _mass(body) -> list[str]:
 
 
 def _between(part) -> str:
-    places = getattr(part, "markers", None) or (getattr(part, "marker", None),)
+    places = getattr(part, "markers", None) or getattr(part, "through", None) or (getattr(part, "marker", None),)
     if isinstance(places, Sequence) and not isinstance(places, str) and any(places):
         return ", ".join(str(place) for place in places if place)
     others = getattr(part, "joints", None) or (getattr(part, "joint", None) or getattr(part, "body", None),)

@@ -160,6 +160,7 @@ OF_NO_PAIR = (
     "LineLoad",
     "LineContact",
     "Gears",
+    "Muscle",
     "CentralGravity",
     "OblateGravity",
     "SolarPressure",

@@ -23,6 +23,8 @@ ON_LINES = {"LineContact"}
 """Examined in forces/test_line_contact.py."""
 OF_GEARS = {"Gears"}
 """Examined in forces/test_gears.py: teeth do not mesh at random places."""
+OF_WAYS = {"Muscle"}
+"""Examined in forces/test_muscle.py: ways over cylinders do not exist at random places."""
 
 
 def wrenches(kind, pair, rng):
@@ -35,7 +37,7 @@ def wrenches(kind, pair, rng):
 
 
 def test_every_force_is_examined():
-    assert set(FORCES) | EXTERNAL | ON_LINES | OF_GEARS == set(forces.KINDS)
+    assert set(FORCES) | EXTERNAL | ON_LINES | OF_GEARS | OF_WAYS == set(forces.KINDS)
 
 
 @pytest.mark.parametrize("kind", [name for name in FORCES if name not in EXTERNAL])
