@@ -1,4 +1,4 @@
-"""Flutter of a typical section: plunge, pitch, and an airload that lags behind, built of two first-order blocks.
+"""Flutter of a typical section: plunge, pitch, and an airload that lags behind.
 
     U ->  ______o____x________        o elastic axis, a half chords behind the middle
          (______|_____________>       x centre of mass, e half chords behind the middle
@@ -12,8 +12,8 @@ incompressible stream (Theodorsen 1935, NACA report 496):
 
 The downwash at three quarters of the chord, w = U a + h' + b (1/2 - a_e) a', acts with the lag of the wake. Jones's
 approximation of Wagner's function, 1 - 0.165 exp(-0.0455 s) - 0.335 exp(-0.3 s) with s = U t / b (NACA report 681,
-1940), makes it a sum of w and two `Lag` blocks. The mass of the air that moves along (the terms of h'' and a'') is part
-of the body.
+1940), makes it a sum of w and two lagged washes, the states of `Airload`. The mass of the air that moves along (the
+terms of h'' and a'') is part of the body.
 
 The speed at which `linearize` finds an undamped mode is compared with the root of Theodorsen's determinant, with his
 function of Hankel functions: what is left is Jones's approximation.
@@ -49,21 +49,9 @@ def section(speed: float, pitch: float = 0.0) -> fmb.Model:
     down = fmb.Pose.axes((0, 0, 0), z=(0, 1, 0))
     turned = np.array([[np.cos(pitch), -np.sin(pitch)], [np.sin(pitch), np.cos(pitch)]]) @ [behind, 0.0]
     over = {"h": fmb.JointCoordinate("h", joint="plunge"), "a": fmb.JointCoordinate("a", joint="pitch")}
-    wash = fmb.formula("U*a + rate(h) + arm*rate(a)", over=over, U=speed, arm=B * (0.5 - AXIS))
-    lagged = [fmb.Lag(wash, time=B / (beta * speed), name=f"wake {k}") for k, (_, beta) in enumerate(WAKE, 1)]
-    (one, _), (two, _) = WAKE
-    late = fmb.formula("(1-p-q)*w + p*x + q*y", over={"w": wash, "x": lagged[0], "y": lagged[1]}, p=one, q=two)
-    known = {"h": over["h"], "a": over["a"], "w": late}
-    lift = fmb.formula(
-        "-k*h - air*U*rate(a) - c*w", over=known, k=STIFFNESS[0], air=AIR, U=speed, c=2 * AIR / B * speed
-    )
-    moment = fmb.formula(
-        "-k*a - air*U*rate(a) + c*w",
-        over=known,
-        k=STIFFNESS[1],
-        air=AIR * B * (0.5 - AXIS),
-        U=speed,
-        c=2 * AIR * speed * (0.5 + AXIS),
+    springs = [fmb.formula("-k*x", over={"x": x}, k=k) for x, k in zip(over.values(), STIFFNESS)]
+    air = fmb.Airload(
+        "air", marker="wing.chord", chord=2 * B, span=1.0, place=0.5 * (1 + AXIS), density=RHO, wind=(speed, 0, 0)
     )
     return fmb.Model(
         bodies=[
@@ -75,7 +63,7 @@ def section(speed: float, pitch: float = 0.0) -> fmb.Model:
                 inertia=(own, own, own),
                 at=(*turned, 0.0),
                 rotation=(0, 0, pitch),
-                markers={"axis": (-behind, 0, 0)},
+                markers={"axis": (-behind, 0, 0), "chord": fmb.Pose.axes((-behind, 0, 0), x=(1, 0, 0), z=(0, -1, 0))},
             ),
         ],
         joints=[
@@ -83,8 +71,9 @@ def section(speed: float, pitch: float = 0.0) -> fmb.Model:
             fmb.Revolute("pitch", markers=("mount.axis", "wing.axis")),
         ],
         forces=[
-            fmb.Actuator("lift", joint="plunge", effort=lift),
-            fmb.Actuator("moment", joint="pitch", effort=moment),
+            fmb.Actuator("lift spring", joint="plunge", effort=springs[0]),
+            fmb.Actuator("pitch spring", joint="pitch", effort=springs[1]),
+            air,
         ],
         sensors=[*over.values()],
     )

@@ -1,6 +1,7 @@
 """The force library: one kind per file, one import line per kind."""
 
 from flexmb.forces.actuator import Actuator
+from flexmb.forces.airload import Airload
 from flexmb.forces.bi_stop import BiStop
 from flexmb.forces.bushing import Bushing
 from flexmb.forces.cam_follower import CamFollower

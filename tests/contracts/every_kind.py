@@ -124,6 +124,7 @@ MORE = {
         "fibre": 0.2,
         "tendon": 1.0,
     },
+    "Airload": {"chord": 0.3, "span": 1 / 3, "wind": (fmb.ramp(rate=2.0), 0, 1.0), "wakes": (0.1, 1 / 3)},
     "MaxwellDamper": {"joint": None, "branches": ((2e3, 0.01), (500.0, 1 / 3)), "elongations": (0.0, 0.1)},
     "JointFriction": {"moving": 0.1, "standing": 0.2, "radius": 0.02, "preload": 5.0},
     "UserForce": {"function": "flexmb.studies:law"},

@@ -156,6 +156,7 @@ FORCE_FIELDS = {
 }
 """Fields of forces beyond name and markers, where values by the names of required fields would not do."""
 OF_NO_PAIR = (
+    "Airload",
     "Pressure",
     "LineLoad",
     "LineContact",

@@ -9,6 +9,7 @@ from flexmb import forces
 from flexmb.system.program import evaluate
 
 EXTERNAL = {
+    "Airload",
     "PointLoad",
     "Pressure",
     "LineLoad",

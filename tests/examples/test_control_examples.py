@@ -42,7 +42,7 @@ def test_the_section_grows_beyond_flutter_and_settles_below():
         rate, frequency = flutter.growth(speed)
         half = np.pi / frequency
         run = fmb.simulate(
-            flutter.section(speed, pitch=1e-3),
+            flutter.section(speed, pitch=1e-5),  # 240 times as much in the end
             24 * half,
             samples=np.arange(24 * 40 + 1) * half / 40,
             integrator=fmb.Implicit(),
