@@ -1,6 +1,6 @@
 """`CentralGravity`: the attraction of a distant centre on a body, with the torque of its gradient.
 
-The field is taken to second order over the body, see `attract`, and `attract_elastic` for reduced bodies.
+The field is taken to second order over the body, see `attract`, and `elastic_attraction` for reduced bodies.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError
-from flexmb.forces.attraction import attract, falling, inertia_of
-from flexmb.forces.elastic_attraction import attract_elastic, moments_of
+from flexmb.forces.attraction import attract, falling
+from flexmb.forces.elastic_attraction import act_elastic, attracted_row, require_unstiffened
 from flexmb.forces.rows import require_center_of_mass
+from flexmb.math.harmonic_field import HIGHEST, point_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.math.tables import STIFF, row_kernel
+from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import matvec_t
 from flexmb.model.kinds import Force
 from flexmb.model.orbit import EARTH, elements_of
@@ -44,11 +44,10 @@ ROW = np.dtype(
 
 @inner_kernel
 def _on_elastic(row, data, rho, away, state, work):
-    """Subtract the generalised forces from the residual of a reduced body; `away` is the centre's marker from W."""
-    m, iu, weights = row.modes, work.markers[row.marker].iu, work.weights[0]
-    q = state.q[row.iq : row.iq + 7 + m]
-    R, d, place, uniform, x = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    Q, K = np.empty(6 + m), np.zeros((6 + m, 6 + m))
+    """Attract a reduced body; `away` is the centre's marker from W."""
+    q = state.q[row.iq : row.iq + 7]
+    R, d, place, uniform = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
+    x, P = np.empty(3), np.empty((HIGHEST + 1, HIGHEST + 1, HIGHEST + 1))
     euler_to_matrix(q[3:7], R)
     for i in range(3):
         d[i] = q[i] - away[i]
@@ -56,18 +55,8 @@ def _on_elastic(row, data, rho, away, state, work):
     falling(rho, d, row.mu, x)
     matvec_t(R, x, uniform)
     matvec_t(R, place, x)
-    wanted = 1 if weights.wanted == 1 and weights.stiffness != 0.0 else 0
-    V = attract_elastic(data[row.moments :], m, q[7:], x, uniform, row.mu, wanted, Q, K)
-    for i in range(6 + m):
-        work.residual[iu + i] -= Q[i]
-        if row.orbit.follows == 1:  # the potential moves: its power is that of a load
-            work.energy[0].load_power += Q[i] * state.u[iu + i]
-        if wanted == 1:
-            start = work.rows[iu + i]
-            for j in range(6 + m):
-                work.S[start + j] -= weights.stiffness * K[i, j]
-    if row.orbit.follows == 0:
-        work.energy[0].potential += V
+    point_field(x, row.mu, P)
+    act_elastic(row, data, P, uniform, row.orbit.follows == 1, state, work)
 
 
 @row_kernel
@@ -79,7 +68,7 @@ def apply(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         marker, source = work.markers[row.marker], work.markers[row.source]
-        follow_orbit(state.t, row.orbit, rho, speed)
+        follow_orbit(state.t, row.orbit, data, rho, speed)
         if row.modes >= 0:
             _on_elastic(row, data, rho, source.r, state, work)
             continue
@@ -134,15 +123,7 @@ class CentralGravity(Force):
     def check(self, model) -> None:
         """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
         require_center_of_mass(self, model, elastic=True)
-        body = model.body(self.body)
-        if body.reduced is not None and "inertia" in body.stiffening_groups and body.reduced.geometric is not None:
-            raise ModelError(
-                self.title,
-                found=f"'{self.body}', whose inertia loads stiffen it",
-                expected="a body without stiffening by inertia loads: that of free fall loads nothing, and the "
-                "acceleration of the frame would count as a load",
-                remedy=f"Give '{self.body}' geometric_stiffness=('interface', 'loads', 'preload'), or False",
-            )
+        require_unstiffened(self, model)
 
     def measure(self, model) -> str | None:
         """Return the centre of mass; the field over a reduced body has no place."""
@@ -150,13 +131,6 @@ class CentralGravity(Force):
 
     def record(self, compiler):
         """Return the row."""
-        body = compiler.model.body(self.body)
-        source, reduced = compiler.marker(self.source), body.reduced
-        row = {"source": source, "orbit": elements_of(compiler.model), "modes": -1, "iq": 0, "moments": 0}
-        if reduced is not None:
-            row["marker"] = compiler.marker(f"{self.body}.{next(iter(body.marker_poses()))}")
-            row |= {"pair": 0, "mass": float(reduced.mass), "inertia": np.zeros((3, 3)), "modes": reduced.n_modes}
-            return row | {"iq": compiler.coordinate(self.body), "moments": compiler.bulk(moments_of(reduced))}
-        marker = compiler.marker(f"{self.body}.center")
-        row |= {"marker": marker, "mass": float(body.mass), "inertia": inertia_of(body)}
-        return row | {"pair": compiler.pair(source, marker, STIFF)}
+        source = compiler.marker(self.source)
+        row = {"source": source, "orbit": elements_of(compiler)}
+        return row | attracted_row(compiler, self.body, source)

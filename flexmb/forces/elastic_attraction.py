@@ -1,23 +1,30 @@
-"""The attraction of a distant centre on a reduced elastic body: a field over the moments of its mesh.
+"""The attraction of a body of some size: a field over the moments of its mass, rigid or elastic.
 
-With x the place of the body's frame from the centre, in body axes, s(eta) the first and J(eta) the second moments of
-mass about the frame, the potential is exact to second order in the size of the body (Hughes 1986, chapter 8):
+With phi the potential of the field at the body's frame, g, H and T its first three derivatives in body axes, s(eta) the
+first and J(eta) the second moments of mass about the frame, the potential is exact to second order in the size of the
+body (Hughes 1986, chapter 8; the trace of H is zero in vacuum):
 
-    V = -mu m / |x| + mu s . x / |x|^3 - mu / (2 |x|^3) (tr J - 3 e . J e),    e = x / |x|.
+    V = m phi + s . g - J : H / 2.
 
 s is linear and J quadratic in eta, both known from the reduction (theory: floating frame), so the forces on all
 coordinates, -dV, cost nothing that grows with the mesh. The uniform part of the field is taken relative to an
-origin that falls (see `falling`).
+origin that falls.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from flexmb.errors import ModelError
+from flexmb.forces.attraction import inertia_of
+from flexmb.math.harmonic_field import fourth, hessian, third
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.vectors import cross, dot
+from flexmb.math.tables import STIFF
+from flexmb.math.vectors import cross
 
-__all__ = ["attract_elastic", "moments_of"]
+__all__ = ["act_elastic", "attract_elastic", "attracted_row", "require_unstiffened"]
 
 
 def moments_of(data) -> np.ndarray:
@@ -36,62 +43,90 @@ def moments_of(data) -> np.ndarray:
     return np.concatenate([np.asarray(a, float).ravel() for a in arrays])
 
 
+def attracted_row(compiler, name: str, source: int | None = None) -> dict[str, Any]:
+    """Return the fields of a row that say what is attracted: `modes` is -1 for a rigid body or point.
+
+    `source` is the number of the marker from which a rigid body's place counts, if there is one.
+    """
+    body = compiler.model.body(name)
+    reduced = body.reduced
+    if reduced is not None:
+        row = {"marker": compiler.marker(f"{name}.{next(iter(body.marker_poses()))}"), "pair": 0}
+        row |= {"mass": float(reduced.mass), "inertia": np.zeros((3, 3)), "modes": reduced.n_modes}
+        return row | {"iq": compiler.coordinate(name), "moments": compiler.bulk(moments_of(reduced))}
+    marker, mass, inertia = compiler.marker(f"{name}.center"), float(body.mass), inertia_of(body)
+    pair = compiler.pair(marker if source is None else source, marker, STIFF)
+    row = {"marker": marker, "pair": pair, "mass": mass, "inertia": inertia, "modes": -1, "iq": 0}
+    return row | {"moments": compiler.bulk(np.concatenate([[mass], np.zeros(3), _symmetric(inertia).ravel()]))}
+
+
 def _symmetric(J) -> np.ndarray:
     return 0.5 * (np.asarray(J) + np.swapaxes(np.asarray(J), -1, -2))
 
 
-@inner_kernel
-def _times(J, x, out):
-    for i in range(3):
-        out[i] = J[i, 0] * x[0] + J[i, 1] * x[1] + J[i, 2] * x[2]
+def require_unstiffened(force, model) -> None:
+    """Raise ModelError if inertia loads stiffen the body that a force attracts."""
+    body = model.body(force.body)
+    if body.reduced is not None and "inertia" in body.stiffening_groups and body.reduced.geometric is not None:
+        raise ModelError(
+            force.title,
+            found=f"'{force.body}', whose inertia loads stiffen it",
+            expected="a body without stiffening by inertia loads: that of free fall loads nothing, and the "
+            "acceleration of the frame would count as a load",
+            remedy=f"Give '{force.body}' geometric_stiffness=('interface', 'loads', 'preload'), or False",
+        )
 
 
 @inner_kernel
-def _of_second_moment(J, x, mu, far, out):
-    """Write the force -dV/dx of the second moment J; return what multiplies J in -V."""
-    h = np.empty(3)
-    _times(J, x, h)
-    trace, s, b = J[0, 0] + J[1, 1] + J[2, 2], dot(x, h), 1.5 * mu / far**5
+def _contract(A, B):
+    total = 0.0
     for i in range(3):
-        out[i] = -b * (trace * x[i] + 2.0 * h[i] - 5.0 * s * x[i] / far**2)
-    return 0.5 * mu / far**3 * (trace - 3.0 * s / far**2)
+        for j in range(3):
+            total += A[i, j] * B[i, j]
+    return total
 
 
 @inner_kernel
-def _of_second_moment_slope(J, x, dx, mu, far, out):
-    """Write the change of `_of_second_moment` with x by dx."""
-    h, dh = np.empty(3), np.empty(3)
-    _times(J, x, h)
-    _times(J, dx, dh)
-    trace, s, b = J[0, 0] + J[1, 1] + J[2, 2], dot(x, h), 1.5 * mu / far**5
-    log, ds = dot(x, dx) / far**2, 2.0 * dot(dx, h)
+def _add_moment(J, H, out):
+    """Add the moment epsilon_ijk (J H)_jk."""
     for i in range(3):
-        change = trace * dx[i] + 2.0 * dh[i] - 5.0 * (ds * x[i] + s * dx[i] - 2.0 * s * x[i] * log) / far**2
-        out[i] = -b * (change - 5.0 * log * (trace * x[i] + 2.0 * h[i] - 5.0 * s * x[i] / far**2))
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for m in range(3):
+            out[i] += J[j, m] * H[m, k] - J[k, m] * H[m, j]
 
 
 @inner_kernel
-def _gradient(x, y, mu, far, out):
-    """Write the gradient of the field times y: -mu / r^3 (y - 3 e (e . y))."""
-    along = dot(x, y) / far**2
+def _add_force(H, T, s, J, out):
+    """Add -H s + T : J / 2."""
     for i in range(3):
-        out[i] = -mu / far**3 * (y[i] - 3.0 * along * x[i])
+        out[i] += 0.5 * _contract(T[i], J) - H[i, 0] * s[0] - H[i, 1] * s[1] - H[i, 2] * s[2]
 
 
 @inner_kernel
-def _gradient_slope(x, dx, y, mu, far, out):
-    """Write the change of `_gradient` with x by dx."""
-    log, along = dot(x, dx) / far**2, dot(x, y) / far**2
-    change = dot(dx, y) / far**2 - 2.0 * log * along
-    for i in range(3):
-        out[i] = -mu / far**3 * (-3.0 * (change * x[i] + along * dx[i]) - 3.0 * log * (y[i] - 3.0 * along * x[i]))
+def _turned(H, T, c, dH, dT):
+    """Write the changes of second and third derivatives in axes that turn about their axis c: each index as v x e_c."""
+    i, j = (c + 1) % 3, (c + 2) % 3  # v x e_c has +v_j at i and -v_i at j
+    dH[:], dT[:] = 0.0, 0.0
+    for a in range(3):
+        dH[i, a] += H[j, a]
+        dH[j, a] -= H[i, a]
+        dH[a, i] += H[a, j]
+        dH[a, j] -= H[a, i]
+        for b in range(3):
+            dT[i, a, b] += T[j, a, b]
+            dT[j, a, b] -= T[i, a, b]
+            dT[a, i, b] += T[a, j, b]
+            dT[a, j, b] -= T[a, i, b]
+            dT[a, b, i] += T[a, b, j]
+            dT[a, b, j] -= T[a, b, i]
 
 
 @kernel
-def attract_elastic(data, m, eta, x, uniform, mu, wanted, Q, K):
+def attract_elastic(data, m, eta, P, uniform, wanted, Q, K):
     """Set the forces Q (6 + m,) in body axes and, if wanted, their derivatives K by place, turn and eta; return V.
 
-    x (3,) leads from the centre to the frame, `uniform` (3,) is the acceleration there that counts, both in body axes.
+    P holds the derivatives of the potential at the frame, `uniform` (3,) is the acceleration there that counts, both in
+    body axes.
     """
     mass, s0, vn = data[0], data[1:4], data[4 : 4 + 3 * m].reshape((3, m))
     a = 4 + 3 * m
@@ -105,68 +140,75 @@ def attract_elastic(data, m, eta, x, uniform, mu, wanted, Q, K):
         for k in range(m):
             W[j] += 2.0 * eta[k] * J2[j, k]
         J += 0.5 * eta[j] * (J1[j] + W[j])
-    far = dot(x, x) ** 0.5
-    force, part, turn, h = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    V = -mu * mass / far + mu * dot(s, x) / far**3 - _of_second_moment(J, x, mu, far, force)
-    _gradient(x, s, mu, far, part)
-    for i in range(3):
-        Q[i] = mass * uniform[i] + part[i] + force[i]
-    _times(J, x, h)
-    cross(x, h, turn)
+    H, T = np.empty((3, 3)), np.empty((3, 3, 3))
+    hessian(P, H)
+    third(P, T)
+    part = np.empty(3)
     cross(s, uniform, part)
+    V = mass * P[0, 0, 0] + s[0] * P[1, 0, 0] + s[1] * P[0, 1, 0] + s[2] * P[0, 0, 1] - 0.5 * _contract(J, H)
     for i in range(3):
-        Q[3 + i] = part[i] + 3.0 * mu / far**5 * turn[i]
+        Q[i], Q[3 + i] = mass * uniform[i], part[i]
+    _add_force(H, T, s, J, Q[:3])
+    _add_moment(J, H, Q[3:6])
     for j in range(m):
-        Q[6 + j] = _of_second_moment(W[j], x, mu, far, part)
+        Q[6 + j] = 0.5 * _contract(W[j], H)
         for i in range(3):
             Q[6 + j] += vn[i, j] * uniform[i]
     if wanted == 0:
         return V
-    dx, da, ds, dh, own = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    unit, dJ = np.empty(3), np.empty((3, 3))
+    da, ds, unit, other = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    dJ, dH, dT = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3, 3))
     for c in range(6 + m):
-        dx[:], da[:], ds[:], dJ[:] = 0.0, 0.0, 0.0, 0.0
+        da[:], ds[:], dJ[:], dH[:], dT[:] = 0.0, 0.0, 0.0, 0.0, 0.0
         if c < 3:
-            dx[c] = 1.0
-            _gradient(x, dx, mu, far, da)
-        elif c < 6:  # the body turns: x and the acceleration turn backwards in its axes
+            dH[:] = T[c]
+            fourth(P, c, dT)
+            for i in range(3):
+                da[i] = -H[i, c]
+        elif c < 6:
             unit[:] = 0.0
             unit[c - 3] = 1.0
-            cross(x, unit, dx)
             cross(uniform, unit, da)
+            _turned(H, T, c - 3, dH, dT)
         else:
             ds[:] = vn[:, c - 6]
             dJ[:] = W[c - 6]
-        _gradient_slope(x, dx, s, mu, far, part)
-        for i in range(3):
-            K[i, c] = mass * da[i] + part[i]
-        _gradient(x, ds, mu, far, part)
-        _of_second_moment_slope(J, x, dx, mu, far, own)
-        for i in range(3):
-            K[i, c] += part[i] + own[i]
-        _of_second_moment(dJ, x, mu, far, own)
-        for i in range(3):
-            K[i, c] += own[i]
         cross(ds, uniform, part)
-        cross(s, da, own)
+        cross(s, da, other)
         for i in range(3):
-            K[3 + i, c] = part[i] + own[i]
-        b, log = 3.0 * mu / far**5, dot(x, dx) / far**2
-        _times(J, dx, dh)
-        _times(dJ, x, own)
-        for i in range(3):
-            dh[i] += own[i]
-        cross(dx, h, part)
-        cross(x, dh, own)
-        for i in range(3):
-            K[3 + i, c] += b * (part[i] + own[i] - 5.0 * log * turn[i])
+            K[i, c], K[3 + i, c] = mass * da[i], part[i] + other[i]
+        _add_force(dH, dT, s, J, K[:3, c])
+        _add_force(H, T, ds, dJ, K[:3, c])
+        _add_moment(dJ, H, K[3:6, c])
+        _add_moment(J, dH, K[3:6, c])
         for j in range(m):
-            _of_second_moment(W[j], x, mu, far, own)
-            K[6 + j, c] = dot(own, dx)
+            K[6 + j, c] = 0.5 * _contract(W[j], dH)
             for i in range(3):
                 K[6 + j, c] += vn[i, j] * da[i]
             if c >= 6:
-                dJ[:] = 2.0 * J2[j, c - 6]
-                K[6 + j, c] += _of_second_moment(dJ, x, mu, far, own)
-                dJ[:] = W[c - 6]
+                K[6 + j, c] += _contract(J2[j, c - 6], H)
     return V
+
+
+@kernel
+def act_elastic(row, data, P, uniform, falls, state, work):
+    """Subtract the generalised forces from the residual of a reduced body; P and `uniform` as for `attract_elastic`.
+
+    The row has its `marker`, `modes`, `iq` (first coordinate) and `moments` (their place in the bulk data). Where the
+    potential moves (`falls`) its power is that of a load.
+    """
+    m, iu, weights = row.modes, work.markers[row.marker].iu, work.weights[0]
+    eta = state.q[row.iq + 7 : row.iq + 7 + m]
+    Q, K = np.empty(6 + m), np.zeros((6 + m, 6 + m))
+    wanted = 1 if weights.wanted == 1 and weights.stiffness != 0.0 else 0
+    V = attract_elastic(data[row.moments :], m, eta, P, uniform, wanted, Q, K)
+    for i in range(6 + m):
+        work.residual[iu + i] -= Q[i]
+        if falls:
+            work.energy[0].load_power += Q[i] * state.u[iu + i]
+        if wanted == 1:
+            start = work.rows[iu + i]
+            for j in range(6 + m):
+                work.S[start + j] -= weights.stiffness * K[i, j]
+    if not falls:
+        work.energy[0].potential += V

@@ -1,6 +1,7 @@
 """`OblateGravity`: what the flattening of a central body adds to its attraction, J2.
 
-V = mu J2 R^2 m / 2 (3 z^2 - r^2) / r^5, F = -dV/dr, z along the axis of the central body (Vallado 2013, section 8.6).
+phi = mu J2 R^2 / 2 (3 z^2 - r^2) / r^5, z along the axis of the central body (Vallado 2013, section 8.6); what the
+field does to the size of the body, see `elastic_attraction`.
 """
 
 from __future__ import annotations
@@ -10,70 +11,115 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.forces.elastic_attraction import act_elastic, attract_elastic, attracted_row, require_unstiffened
 from flexmb.forces.rows import require_center_of_mass
+from flexmb.math.harmonic_field import HIGHEST, falling_oblate, oblate_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
-from flexmb.math.tables import STIFF, row_kernel
-from flexmb.math.vectors import dot, norm
+from flexmb.math.kernel import inner_kernel
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import cross, matvec, matvec_t
 from flexmb.model.kinds import Force
-from flexmb.model.orbit import EARTH, elements_of
+from flexmb.model.orbit import EARTH, RADIUS, elements_of
 from flexmb.model.table import Table
 
 __all__ = ["OblateGravity"]
 
-RADIUS, J2 = 6378137.0, 1.0826267e-3
+J2 = 1.0826267e-3
 ROW = np.dtype(
     [
-        ("marker", np.int64),
+        ("marker", np.int64),  # centre of mass; of a reduced body any marker
         ("source", np.int64),
         ("pair", np.int64),
-        ("strength", float),  # mu J2 R^2 m / 2, N m4
+        ("strength", float),  # mu J2 R^2 / 2, m5/s2
         ("orbit", ELEMENTS),
+        ("modes", np.int64),  # -1: a rigid body or point
+        ("iq", np.int64),  # first coordinate of a reduced body
+        ("moments", np.int64),  # its moments in the bulk data
     ],
     align=True,
 )
 
 
+@inner_kernel
+def _on_rigid(row, data, P, uniform, falls, state, work):
+    """Attract a rigid body or point at its centre of mass; P and `uniform` are in its axes, wrenches in those of W."""
+    marker, wanted = work.markers[row.marker], work.weights[0].wanted
+    R, Q, K = marker.R, np.empty(6), np.empty((6, 6))
+    field, unit, turned = np.empty(6), np.empty(3), np.empty(3)
+    V = attract_elastic(data[row.moments :], 0, state.q[:0], P, uniform, wanted, Q, K)
+    matvec(R, Q[:3], field[:3])
+    matvec(R, Q[3:], field[3:])
+    for i in range(6):
+        marker.wrench[i] += field[i]
+    if falls:
+        for i in range(3):
+            work.energy[0].load_power += field[i] * marker.v[i] + field[3 + i] * marker.w[i]
+    else:
+        work.energy[0].potential += V
+    if wanted == 0:
+        return
+    slope = work.pairs[row.pair].K
+    for a in range(0, 6, 3):
+        for b in range(0, 6, 3):
+            for i in range(3):
+                for j in range(3):
+                    for m in range(3):
+                        for n in range(3):
+                            slope[6 + a + i, 6 + b + j] -= R[i, m] * K[a + m, b + n] * R[j, n]
+        for j in range(3):  # the wrench turns with the body
+            unit[:] = 0.0
+            unit[j] = 1.0
+            cross(unit, field[a : a + 3], turned)
+            for i in range(3):
+                slope[6 + a + i, 9 + j] -= turned[i]
+
+
 @row_kernel
 def apply(raw, data, state, work):
-    """F = -c grad f, f = 3 z^2 / r^5 - 1 / r^3, and the second derivatives of f."""
+    """The field over the body, relative to what an origin gets that falls in it."""
     rows = raw.view(ROW)
-    r, k, speed = np.empty(3), np.empty(3), np.empty(3)
+    rho, d, place, fall, k = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    x, axis, uniform, R = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    none, P = np.zeros(3), np.empty((HIGHEST + 1, HIGHEST + 1, HIGHEST + 1))
     for n in range(rows.shape[0]):
         row = rows[n]
         marker, source = work.markers[row.marker], work.markers[row.source]
-        follow_orbit(state.t, row.orbit, r, speed)
+        follow_orbit(state.t, row.orbit, data, rho, fall)
+        if row.modes >= 0:
+            euler_to_matrix(state.q[row.iq + 3 : row.iq + 7], R)
+        else:
+            R[:] = marker.R
         for i in range(3):
-            r[i] += marker.r[i] - source.r[i]
+            d[i] = (state.q[row.iq + i] if row.modes >= 0 else marker.r[i]) - source.r[i]
+            place[i] = rho[i] + d[i]
             k[i] = source.R[i, 2]
-        far, z, c = norm(r), dot(k, r), row.strength
-        for i in range(3):
-            slope = 6.0 * z * k[i] / far**5 - 15.0 * z * z * r[i] / far**7 + 3.0 * r[i] / far**5
-            marker.wrench[i] -= c * slope
-            if row.orbit.follows == 1:  # the potential moves: its power is that of a load
-                work.energy[0].load_power -= c * slope * marker.v[i]
-        if row.orbit.follows == 0:
-            work.energy[0].potential += c * (3.0 * z * z / far**5 - 1.0 / far**3)
-        if work.weights[0].wanted == 0:
-            continue
-        K = work.pairs[row.pair].K
-        for i in range(3):
-            for j in range(3):
-                one = 1.0 if i == j else 0.0
-                x = 6.0 * k[i] * k[j] / far**5 - 30.0 * z * (k[i] * r[j] + r[i] * k[j]) / far**7
-                x += -15.0 * z * z * (one / far**7 - 7.0 * r[i] * r[j] / far**9)
-                x += 3.0 * (one / far**5 - 5.0 * r[i] * r[j] / far**7)
-                K[6 + i, 6 + j] += c * x
+        if row.orbit.strength > 0.0:
+            falling_oblate(rho, d, k, row.strength, fall)
+        else:
+            falling_oblate(none, place, k, row.strength, fall)
+        matvec_t(R, place, x)
+        matvec_t(R, k, axis)
+        matvec_t(R, fall, uniform)
+        oblate_field(x, axis, row.strength, P)
+        if row.modes >= 0:
+            act_elastic(row, data, P, uniform, row.orbit.follows == 1, state, work)
+        else:
+            _on_rigid(row, data, P, uniform, row.orbit.follows == 1, state, work)
 
 
 @dataclass(frozen=True, eq=False)
 class OblateGravity(Force):
-    """Add the attraction of a central body's flattening (J2) to a rigid body or point mass, at its centre of mass.
+    """Add the attraction of a central body's flattening (J2).
+
+    A body of some size feels the gradient of the field too, its torque and its force to second order, as by
+    `CentralGravity`. With `Model(origin=Orbit(..., j2=...))` it gets the difference that the fall of the origin leaves.
 
     Parameters
     ----------
     name : str
     body : str
-        A `RigidBody` or `PointMass`.
+        A `RigidBody`, a `PointMass`, or a `FloatingBody` whose inertia loads do not stiffen it (free fall is no load).
     mu : float, N m2/kg
         By default that of the Earth.
     radius : float, m
@@ -93,6 +139,7 @@ class OblateGravity(Force):
     j2: float = J2
     source: str = "ground.origin"
 
+    flattens: ClassVar[bool] = True
     table: ClassVar[Table] = Table("OblateGravity", ROW, {"apply": apply})
 
     def __post_init__(self):
@@ -101,17 +148,17 @@ class OblateGravity(Force):
 
     def check(self, model) -> None:
         """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
-        require_center_of_mass(self, model)
+        require_center_of_mass(self, model, elastic=True)
+        require_unstiffened(self, model)
 
-    def measure(self, model) -> str:
-        """Return the centre of mass."""
-        return f"{self.body}.center"
+    def measure(self, model) -> str | None:
+        """Return the centre of mass; the field over a reduced body has no place."""
+        return None if model.body(self.body).reduced is not None else f"{self.body}.center"
 
     def record(self, compiler):
         """Return the row."""
-        mass = float(compiler.model.body(self.body).mass)
-        marker, source = compiler.marker(f"{self.body}.center"), compiler.marker(self.source)
-        strength = 0.5 * self.mu * self.j2 * self.radius**2 * mass
-        pair = compiler.pair(source, marker, STIFF)
-        orbit = elements_of(compiler.model)
-        return {"marker": marker, "source": source, "pair": pair, "strength": strength, "orbit": orbit}
+        source = compiler.marker(self.source)
+        what = attracted_row(compiler, self.body, source)
+        own = {name: what[name] for name in ("marker", "pair", "modes", "iq", "moments")}
+        strength = 0.5 * self.mu * self.j2 * self.radius**2
+        return {"source": source, "strength": strength, "orbit": elements_of(compiler), **own}

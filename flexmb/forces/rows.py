@@ -14,6 +14,7 @@ __all__ = [
     "apply_central_force",
     "one_sided",
     "require_center_of_mass",
+    "require_centre",
     "store_three_signals",
 ]
 
@@ -95,21 +96,24 @@ def require_center_of_mass(force, model, elastic: bool = False) -> None:
             expected="a RigidBody or a PointMass" + (" or a FloatingBody" if elastic else ""),
             remedy="Name such a body; elastic ones take loads at their markers",
         )
-    source = getattr(force, "source", None)
-    if source is None:
-        return
-    holder, pose = model.marker(source, force.title)
+    if hasattr(force, "source"):
+        require_centre(force, model)
+
+
+def require_centre(force, model) -> None:
+    """Raise ModelError unless the field `source` is on the ground, with an orbit at the origin of W."""
+    holder, pose = model.marker(force.source, force.title)
     if model.origin is not None and any(pose.at):
         raise ModelError(
             force.title,
-            found=f"source = '{source}', at {tuple(pose.at)} m, in a model whose origin falls along an orbit",
+            found=f"source = '{force.source}', at {tuple(pose.at)} m, in a model whose origin falls along an orbit",
             expected="a ground marker at the origin of W: the orbit says where the centre is",
             remedy="Leave source out, or place its marker at (0, 0, 0)",
         )
     if holder.n_velocities:
         raise ModelError(
             force.title,
-            found=f"source = '{source}', on a body that moves",
+            found=f"source = '{force.source}', on a body that moves",
             expected="a centre on the ground",
             remedy="Write source='ground.marker'",
         )

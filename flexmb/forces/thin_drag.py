@@ -10,17 +10,17 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.plate_in_stream import check_shares, plate_force, plate_slopes
+from flexmb.forces.rows import require_centre
 from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, norm
 from flexmb.model.described import is_number
 from flexmb.model.kinds import Force
-from flexmb.model.orbit import elements_of
+from flexmb.model.orbit import RADIUS, elements_of
 from flexmb.model.table import Table
 
 __all__ = ["ThinDrag"]
 
-RADIUS = 6378137.0
 ROW = np.dtype(
     [
         ("marker", np.int64),
@@ -50,7 +50,7 @@ def apply(raw, data, state, work):
     for k in range(rows.shape[0]):
         row = rows[k]
         marker, source = work.markers[row.marker], work.markers[row.source]
-        follow_orbit(state.t, row.orbit, r, w)
+        follow_orbit(state.t, row.orbit, data, r, w)
         for i in range(3):
             r[i] += marker.r[i] - source.r[i]
             spin[i] = row.rotation * source.R[i, 2]
@@ -159,14 +159,7 @@ class ThinDrag(Force):
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist, or the centre is not on the ground."""
         model.marker(self.marker, self.title)
-        holder, pose = model.marker(self.source, self.title)
-        if holder.n_velocities or (model.origin is not None and any(pose.at)):
-            raise ModelError(
-                self.title,
-                found=f"source = '{self.source}', " + ("on a body that moves" if holder.n_velocities else f"{pose.at}"),
-                expected="a centre on the ground, with an orbit at the origin of W",
-                remedy="Write source='ground.marker'",
-            )
+        require_centre(self, model)
 
     def record(self, compiler):
         """Return the row."""
@@ -178,5 +171,5 @@ class ThinDrag(Force):
             "radius": self.surface + self.altitude,
             "recoil": self.diffuse * self.leaving,
             "both": int(self.both_faces),
-            "orbit": elements_of(compiler.model),
+            "orbit": elements_of(compiler),
         }

@@ -11,10 +11,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.forces.attraction import attract, inertia_of
+from flexmb.forces.attraction import attract, falling
+from flexmb.forces.elastic_attraction import act_elastic, attracted_row, require_unstiffened
 from flexmb.forces.rows import require_center_of_mass, store_three_signals
+from flexmb.math.harmonic_field import HIGHEST, point_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
-from flexmb.math.tables import STIFF, row_kernel
+from flexmb.math.kernel import inner_kernel
+from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.tables import row_kernel
+from flexmb.math.vectors import matvec_t
 from flexmb.model.kinds import Force
 from flexmb.model.orbit import elements_of
 from flexmb.model.table import Table
@@ -30,9 +35,30 @@ ROW = np.dtype(
         ("inertia", float, (3, 3)),  # kg m2, about the centre of mass, in body axes
         ("at", np.int64, 3),  # signals, m
         ("orbit", ELEMENTS),
+        ("modes", np.int64),  # -1: a rigid body or point
+        ("iq", np.int64),  # first coordinate of a reduced body
+        ("moments", np.int64),  # its moments in the bulk data
     ],
     align=True,
 )
+
+
+@inner_kernel
+def _on_elastic(row, data, away, origin, state, work):
+    """Attract a reduced body; `away` leads from the third body to the centre, `origin` from there to W."""
+    q = state.q[row.iq : row.iq + 7]
+    R, d, uniform = np.empty((3, 3)), np.empty(3), np.empty(3)
+    x, P = np.empty(3), np.empty((HIGHEST + 1, HIGHEST + 1, HIGHEST + 1))
+    euler_to_matrix(q[3:7], R)
+    for i in range(3):
+        d[i] = origin[i] + q[i]
+    falling(away, d, row.mu, x)
+    matvec_t(R, x, uniform)
+    for i in range(3):
+        d[i] += away[i]
+    matvec_t(R, d, x)
+    point_field(x, row.mu, P)
+    act_elastic(row, data, P, uniform, True, state, work)
 
 
 @row_kernel
@@ -45,9 +71,13 @@ def apply(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         marker = work.markers[row.marker]
-        follow_orbit(state.t, row.orbit, origin, speed)
+        follow_orbit(state.t, row.orbit, data, origin, speed)
         for i in range(3):
             away[i] = -state.signals[row.at[i], 0]
+        if row.modes >= 0:
+            _on_elastic(row, data, away, origin, state, work)
+            continue
+        for i in range(3):
             d[i] = origin[i] + marker.r[i]
         attract(away, d, marker.R, row.mu, row.mass, row.inertia, wanted, field, K)
         for i in range(3):
@@ -62,15 +92,16 @@ def apply(raw, data, state, work):
 
 @dataclass(frozen=True, eq=False)
 class ThirdBody(Force):
-    """Attract a rigid body or point mass to a body that moves as given, less what it gives the origin of W.
+    """Attract a body to another one that moves as given, less what that gives the central body.
 
-    A rigid body feels the gradient of the field too, its torque and its force to second order, as by `CentralGravity`.
+    A body of some size feels the gradient of the field too, its torque and its force to second order, as by
+    `CentralGravity`; the gradient stretches and bends a reduced body.
 
     Parameters
     ----------
     name : str
     body : str
-        A `RigidBody` or `PointMass`.
+        A `RigidBody`, a `PointMass`, or a `FloatingBody` whose inertia loads do not stiffen it (free fall is no load).
     mu : float, N m2/kg
         Gravitational constant times the mass of the third body.
     at : three signals, m
@@ -94,27 +125,18 @@ class ThirdBody(Force):
 
     def check(self, model) -> None:
         """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
-        require_center_of_mass(self, model)
+        require_center_of_mass(self, model, elastic=True)
+        require_unstiffened(self, model)
 
     def in_world_axes(self, model) -> str:
         """Return the name of the field that is given in the axes of W."""
         return "at"
 
-    def measure(self, model) -> str:
-        """Return the centre of mass."""
-        return f"{self.body}.center"
+    def measure(self, model) -> str | None:
+        """Return the centre of mass; the field over a reduced body has no place."""
+        return None if model.body(self.body).reduced is not None else f"{self.body}.center"
 
     def record(self, compiler):
         """Return the row."""
-        body = compiler.model.body(self.body)
-        marker = compiler.marker(f"{self.body}.center")
         at = tuple(compiler.signal(signal) for signal in self.at)
-        pair = compiler.pair(marker, marker, STIFF)
-        return {
-            "marker": marker,
-            "pair": pair,
-            "mass": float(body.mass),
-            "inertia": inertia_of(body),
-            "at": at,
-            "orbit": elements_of(compiler.model),
-        }
+        return {"at": at, "orbit": elements_of(compiler)} | attracted_row(compiler, self.body)

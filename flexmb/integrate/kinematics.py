@@ -20,6 +20,7 @@ from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.model.model import Model
+from flexmb.model.orbit import require_orbit
 from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble_as_drawn
 from flexmb.system.accelerations import accelerations
@@ -129,6 +130,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     Ctrl-C ends it with status "interrupted" and all samples until then.
     """
     times = sample_times(t_start, t_end, samples)
+    require_orbit(model, float(times[-1]))
     refuse_impulses(model, "kinematics")
     system, start = assemble_as_drawn(model, t=t_start)
     refuse_states(system, "kinematics")

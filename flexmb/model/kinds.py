@@ -286,6 +286,8 @@ class Force(Part):
     """Does it begin at a place and stiffen from there (contacts, stops)?"""
     attracts: ClassVar[bool] = False
     """Is it the attraction by the centre of an orbit that the origin of W may follow?"""
+    flattens: ClassVar[bool] = False
+    """Does it add the flattening of that centre?"""
     lasting: ClassVar[bool] = False
     """Does it rule motions over many revolutions, in which the errors of steps add up (orbits)?"""
     unseen: ClassVar[str] = ""

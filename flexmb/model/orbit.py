@@ -12,10 +12,15 @@ from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
 from flexmb.model.pose import vector3
 
-__all__ = ["Orbit", "check_origin", "elements_of"]
+__all__ = ["Orbit", "check_origin", "elements_of", "require_orbit"]
 
 EARTH = 3.986004418e14
+RADIUS = 6378137.0
 TITLE = "Orbit"
+ROWS, SUBSTEPS = 240, 80
+"""Rows of the table for a turn at the speed of the pericentre, and steps between two: 1e-8 m and 1e-6 m in a turn."""
+MOST = 2_000_000
+"""Rows of the longest table."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +35,15 @@ class Orbit(metaclass=Described):
         Its velocity then.
     mu : float, N m2/kg
         Gravitational constant times the mass of the centre; by default that of the Earth.
+    j2 : float, -
+        Flattening of the centre that the origin feels, 1.0826267e-3 for the Earth; 0: it follows an ellipse. Every
+        body then needs an `OblateGravity` too, and gets the difference to what the origin feels.
+    radius : float, m
+        Equatorial radius that belongs to j2; by default that of the Earth.
+    axis : (3,)
+        Axis of the flattened centre, in W.
+    turns : float, -
+        For how long the motion about a flattened centre is computed, in periods of the ellipse at the start.
 
     Source: Vallado 2013, algorithms 2, 9 and 10.
     """
@@ -37,6 +51,10 @@ class Orbit(metaclass=Described):
     place: Any
     velocity: Any
     mu: float = EARTH
+    j2: float = 0.0
+    radius: float = RADIUS
+    axis: Any = (0.0, 0.0, 1.0)
+    turns: float = 20.0
 
     def __post_init__(self):
         for name in ("place", "velocity"):
@@ -48,6 +66,7 @@ class Orbit(metaclass=Described):
                 expected="a number > 0, N m2/kg",
                 remedy="Leave it out for the Earth",
             )
+        self._check_flattening()
         r, v = np.array(self.place), np.array(self.velocity)
         far, turning = float(np.linalg.norm(r)), float(np.linalg.norm(np.cross(r, v)))
         if turning <= 1e-6 * far * max(float(np.linalg.norm(v)), (self.mu / far) ** 0.5 if far else 1.0):
@@ -65,13 +84,35 @@ class Orbit(metaclass=Described):
                 remedy="Give the orbit of a body that stays near the centre",
             )
 
+    def _check_flattening(self) -> None:
+        object.__setattr__(self, "axis", vector3(self.axis, TITLE, "axis"))
+        for name, least in (("j2", 0.0), ("radius", 1e-300), ("turns", 1e-300)):
+            value = getattr(self, name)
+            if not is_number(value) or not value >= least:
+                raise ModelError(
+                    TITLE,
+                    found=f"{name} = {value!r}",
+                    expected="a number " + (">= 0" if least == 0.0 else "> 0"),
+                    remedy=f"Leave {name} out",
+                )
+        if not any(self.axis):
+            raise ModelError(TITLE, found="an axis without length", expected="a direction", remedy="Leave axis out")
+
     @classmethod
     def circular(
-        cls, radius: float, *, inclination: float = 0.0, node: float = 0.0, argument: float = 0.0, mu: float = EARTH
+        cls,
+        radius: float,
+        *,
+        inclination: float = 0.0,
+        node: float = 0.0,
+        argument: float = 0.0,
+        mu: float = EARTH,
+        **flattening: Any,
     ) -> Orbit:
         """Return a circle of a `radius` (m): `inclination`, `node` and `argument` of the start from it are in rad.
 
-        Without angles it lies in the plane x-y, and begins on the x-axis towards y.
+        Without angles it lies in the plane x-y, and begins on the x-axis towards y. Further fields are those of a
+        flattened centre, about which it begins like a circle.
         """
         for name, value in (("radius", radius), ("mu", mu)):
             if not is_number(value) or not value > 0.0:
@@ -79,10 +120,11 @@ class Orbit(metaclass=Described):
         ci, si, cn, sn = np.cos(inclination), np.sin(inclination), np.cos(node), np.sin(node)
         along, across = np.array((cn, sn, 0.0)), np.array((-ci * sn, ci * cn, si))
         c, s = np.cos(argument), np.sin(argument)
-        return cls(radius * (c * along + s * across), np.sqrt(mu / radius) * (c * across - s * along), mu)
+        return cls(radius * (c * along + s * across), np.sqrt(mu / radius) * (c * across - s * along), mu, **flattening)
 
     def __repr__(self):
-        return f"Orbit(a = {self.semi_major_axis:.6g} m, e = {self.elements['eccentricity']:.3g})"
+        flat = f", J2 = {self.j2:.6g}" if self.j2 else ""
+        return f"Orbit(a = {self.semi_major_axis:.6g} m, e = {self.ellipse['eccentricity']:.3g}{flat})"
 
     def fields(self) -> dict[str, Any]:
         """Return the fields by name."""
@@ -96,12 +138,12 @@ class Orbit(metaclass=Described):
 
     @property
     def period(self) -> float:
-        """Duration of one turn, s."""
-        return 2.0 * np.pi / self.elements["motion"]
+        """Duration of one turn, s; about a flattened centre that of the ellipse at the start."""
+        return 2.0 * np.pi / self.ellipse["motion"]
 
     @cached_property
-    def elements(self) -> dict[str, Any]:
-        """Fields of `flexmb.math.kepler.ELEMENTS`."""
+    def ellipse(self) -> dict[str, Any]:
+        """What of `flexmb.math.kepler.ELEMENTS` describes the ellipse at the start."""
         r, v, mu, a = np.array(self.place), np.array(self.velocity), self.mu, self.semi_major_axis
         far, normal = np.linalg.norm(r), np.cross(r, v)
         to_pericentre = np.cross(v, normal) / mu - r / far
@@ -123,17 +165,62 @@ class Orbit(metaclass=Described):
             "minor": b * Q,
         }
 
+    @property
+    def strength(self) -> float:
+        """What its flattening attracts with, mu J2 R^2 / 2, m5/s2."""
+        return 0.5 * self.mu * self.j2 * self.radius**2
+
+    @property
+    def span(self) -> float:
+        """Until when the motion is known, s."""
+        return self.turns * self.period if self.j2 else np.inf
+
+    @cached_property
+    def spacing(self) -> float:
+        """Time between two rows of the table, s."""
+        e = self.ellipse["eccentricity"]
+        return self.period * (1.0 - e * e) ** 1.5 / (1.0 + e) ** 2 / ROWS
+
+    @cached_property
+    def table(self) -> np.ndarray:
+        """Rows of `flexmb.math.kepler.KNOT` numbers, (nr, 9); none of an ellipse."""
+        from flexmb.math.kepler import KNOT, tabulate_orbit
+
+        table = np.zeros((int(np.ceil(self.span / self.spacing)) + 2 if self.j2 else 0, KNOT))
+        if self.j2:
+            table[0, :6] = *self.place, *self.velocity
+            axis = np.array(self.axis) / np.linalg.norm(self.axis)
+            tabulate_orbit(self.mu, axis, self.strength, self.spacing, SUBSTEPS, table)
+        return table
+
+    @property
+    def elements(self) -> dict[str, Any]:
+        """Fields of `flexmb.math.kepler.ELEMENTS`; the table begins at zero."""
+        own = {"knots": len(self.table), "table": 0, "spacing": self.spacing, "strength": self.strength}
+        return {**self.ellipse, **own}
+
+    def require(self, t: float) -> None:
+        """Raise ModelError unless the motion is known at a time, s."""
+        if t > self.span * (1.0 + 1e-9):
+            raise ModelError(
+                TITLE,
+                found=f"t = {t:.6g} s, and the motion about a flattened centre is computed until {self.span:.6g} s",
+                expected=f"times of at most {self.turns:g} turns of {self.period:.6g} s",
+                remedy=f"Give the orbit turns={1.01 * t / self.period:.4g}",
+            )
+
     def at(self, t) -> tuple[np.ndarray, np.ndarray]:
         """Return place (m) and velocity (m/s) of the origin of W from the centre at times `t` (nt,): both (nt, 3)."""
         from flexmb.math.kepler import ELEMENTS, follow_orbit
 
         times = np.atleast_1d(np.asarray(t, float))
+        self.require(float(np.max(times, initial=0.0)))
         r, v = np.empty((len(times), 3)), np.empty((len(times), 3))
-        row = np.zeros(1, ELEMENTS)
+        row, data = np.zeros(1, ELEMENTS), self.table.ravel()
         for name, value in self.elements.items():
             row[name] = value
         for k, time in enumerate(times):
-            follow_orbit(time, row[0], r[k], v[k])
+            follow_orbit(time, row[0], data, r[k], v[k])
         return (r[0], v[0]) if np.ndim(t) == 0 else (r, v)
 
 
@@ -144,13 +231,26 @@ RESTING = {
     "anomaly": 0.0,
     "major": np.zeros(3),
     "minor": np.zeros(3),
+    "knots": 0,
+    "table": 0,
+    "spacing": 0.0,
+    "strength": 0.0,
 }
 """Elements of an origin that is the centre itself."""
 
 
-def elements_of(model) -> dict[str, Any]:
-    """Return the fields of `flexmb.math.kepler.ELEMENTS` for the origin of a model."""
-    return RESTING if model.origin is None else model.origin.elements
+def elements_of(compiler) -> dict[str, Any]:
+    """Return the fields of `flexmb.math.kepler.ELEMENTS` for the origin of a model that is compiled."""
+    orbit = compiler.model.origin
+    if orbit is None:
+        return RESTING
+    return {**orbit.elements, "table": compiler.bulk(orbit.table)} if len(orbit.table) else orbit.elements
+
+
+def require_orbit(model, t: float) -> None:
+    """Raise ModelError unless the motion of the origin, if it moves, is known at a time, s."""
+    if model.origin is not None:
+        model.origin.require(t)
 
 
 def check_origin(model) -> None:
@@ -172,16 +272,9 @@ def check_origin(model) -> None:
             expected="one of them",
             remedy="Leave gravity out: CentralGravity attracts each body",
         )
-    attracted: dict[str, Any] = {}
-    for force in (force for force in model.forces if force.attracts):
-        if force.body in attracted:
-            raise ModelError(
-                force.title,
-                found=f"body '{force.body}' is attracted by {attracted[force.body].title} already",
-                expected="one attraction for each body: the origin falls only once",
-                remedy="Leave one of them out; ThirdBody is for other centres, OblateGravity for what J2 adds",
-            )
-        attracted[force.body] = force
+    attracted = _one_of_each(model, "attracts")
+    if orbit.j2:
+        _check_flattened(model, _one_of_each(model, "flattens"))
     for force in attracted.values():
         if force.mu != orbit.mu:
             raise ModelError(
@@ -199,4 +292,44 @@ def check_origin(model) -> None:
                 remedy=f"Add flexmb.CentralGravity('pull on {body.name}', body='{body.name}'"
                 + ("" if orbit.mu == EARTH else f", mu={orbit.mu:.9g}")
                 + ")",
+            )
+
+
+def _one_of_each(model, what: str) -> dict[str, Any]:
+    """Return the forces of a kind by the names of their bodies; ModelError if a body has two."""
+    found: dict[str, Any] = {}
+    for force in (force for force in model.forces if getattr(force, what)):
+        if force.body in found:
+            raise ModelError(
+                force.title,
+                found=f"body '{force.body}' is attracted by {found[force.body].title} already",
+                expected="one attraction for each body: the origin falls only once",
+                remedy="Leave one of them out; ThirdBody is for other centres, OblateGravity for what J2 adds",
+            )
+        found[force.body] = force
+    return found
+
+
+def _check_flattened(model, flattened: dict[str, Any]) -> None:
+    """Raise ModelError unless every body feels the flattening that the origin feels."""
+    orbit = model.origin
+    for force in flattened.values():
+        axis = model.marker(force.source, force.title)[1].matrix[:, 2]
+        own, given = (force.mu, force.j2, force.radius), (orbit.mu, orbit.j2, orbit.radius)
+        turned = np.linalg.norm(np.cross(axis, orbit.axis)) > 1e-12 * np.linalg.norm(orbit.axis)
+        if own != given or turned:
+            raise ModelError(
+                force.title,
+                found=f"mu, J2 and radius {own}, axis {tuple(axis)}, and the origin falls with {given}, {orbit.axis}",
+                expected="one flattened centre for all",
+                remedy="Give both the same numbers",
+            )
+    for body in model.bodies:
+        if body.n_velocities and body.name not in flattened:
+            raise ModelError(
+                body.title,
+                found=f"no flattening, in a model whose origin feels J2 = {orbit.j2:g}",
+                expected="an OblateGravity for every body: axes that fall are no inertial ones",
+                remedy=f"Add flexmb.OblateGravity('J2 on {body.name}', body='{body.name}'), with the orbit's numbers, "
+                "or leave j2 out of the orbit",
             )

@@ -130,4 +130,4 @@ class Compiler(Protocol):
         """Return the description of a joint."""
 
     def bulk(self, array: np.ndarray) -> int:
-        """Append numbers to the bulk data and return where they begin."""
+        """Append numbers to the bulk data and return where they begin; the same array is stored once."""

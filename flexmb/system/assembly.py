@@ -11,6 +11,7 @@ from flexmb.math.block_lu import blocks, lu_factor
 from flexmb.math.tables import State
 from flexmb.math.weights import weigh
 from flexmb.model.model import Model
+from flexmb.model.orbit import require_orbit
 from flexmb.system.accelerations import accelerations
 from flexmb.system.compile import compile
 from flexmb.system.complaints import (
@@ -75,6 +76,7 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     CompileError
         If the constraints contradict each other at the described configuration, or a matrix is singular.
     """
+    require_orbit(model, t)
     system = compile(model)
     work = system.workspace()
     given, state = state or {}, system.state(t)

@@ -60,6 +60,7 @@ class _Compiler:
         self.values: dict[str, int] = {}
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
+        self._stored: dict[int, tuple[np.ndarray, int]] = {}
 
     def marker(self, name: str) -> int:
         """Return the number of "body.marker"."""
@@ -183,11 +184,12 @@ class _Compiler:
         return self.model.joint(name)
 
     def bulk(self, array: np.ndarray) -> int:
-        """Append numbers to the bulk data and return where they begin."""
-        start = self._bulk_size
-        self._bulk.append(np.ascontiguousarray(array, float).ravel())
-        self._bulk_size += self._bulk[-1].size
-        return start
+        """Append numbers to the bulk data and return where they begin; the same array is stored once."""
+        if id(array) not in self._stored:  # the array is kept, so that no other gets its number
+            self._stored[id(array)] = array, self._bulk_size
+            self._bulk.append(np.ascontiguousarray(array, float).ravel())
+            self._bulk_size += self._bulk[-1].size
+        return self._stored[id(array)][1]
 
     def bulk_data(self) -> np.ndarray:
         """Return all bulk data."""

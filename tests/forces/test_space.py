@@ -107,7 +107,13 @@ def test_rigid_spacecraft_against_quaternions():
         bracket = J.sum() * own + 2 * Je - 5 * (own @ Je) * own
         pull = -MU * r / far**3 - 1.5 * MU / far**4 / m * Rotation.from_quat(np.roll(p, -1)).apply(bracket)
         flat = -1.5 * J2 * MU * RADIUS**2 / far**5 * r * (np.array((1.0, 1.0, 3.0)) - 5.0 * r[2] ** 2 / far**2)
-        turn = (3 * MU / far**3 * np.cross(own, Je) - np.cross(w, J * w)) / J
+        # the gradient of the flattening turns it too: -sum m rho x H rho = eps (J H), H the second derivatives
+        k = Rotation.from_quat(np.roll(p, -1)).inv().apply((0.0, 0.0, 1.0))
+        z, mixed = own @ k, np.outer(own, k) + np.outer(k, own)
+        H = 6 * np.outer(k, k) - 30 * z * mixed + (105 * z * z - 15) * np.outer(own, own) + (3 - 15 * z * z) * np.eye(3)
+        S = 0.5 * J2 * MU * RADIUS**2 / far**5 * J[:, None] * H
+        flat_torque = np.array((S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]))
+        turn = (3 * MU / far**3 * np.cross(own, Je) + flat_torque - np.cross(w, J * w)) / J
         a, b = p[0], p[1:]
         return np.concatenate([v, pull + flat, [-0.5 * b @ w], 0.5 * (a * w + np.cross(b, w)), turn])
 

@@ -19,6 +19,7 @@ from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.watch import next_phase
 from flexmb.model.model import Model
+from flexmb.model.orbit import require_orbit
 from flexmb.results import RunFile, Series, Solution, Status
 from flexmb.system import assemble
 from flexmb.system import compile as compile_model
@@ -77,6 +78,7 @@ def resume(
     integrator = default_integrator(model) if integrator is None else integrator
     require_method(model, integrator, "resume")
     times = sample_times(float(before.t[0]), t_end, samples)
+    require_orbit(model, float(times[-1]))
     times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
     assembled = assemble(model, t=last.t, state=state)
     integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)

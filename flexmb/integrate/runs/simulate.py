@@ -23,6 +23,7 @@ from flexmb.math.ahead import compile_ahead
 from flexmb.model.described import check_kind, is_number
 from flexmb.model.methods import is_integrator
 from flexmb.model.model import Model
+from flexmb.model.orbit import require_orbit
 from flexmb.results import Solution
 from flexmb.results.phase import MOST_SAMPLES
 from flexmb.system import assemble, assemble_as_drawn
@@ -181,6 +182,7 @@ def simulate(
     integrator = chosen_integrator(model, integrator, formulation)
     require_method(model, integrator, "simulate")
     times = sample_times(t_start, t_end, samples)
+    require_orbit(model, float(times[-1]))
     compile_ahead(getattr(integrator, "entries", ()))
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)

@@ -17,6 +17,7 @@ from flexmb.integrate.runs.validity import Validity
 from flexmb.model.described import is_number
 from flexmb.model.kinds import Sensor
 from flexmb.model.model import Model
+from flexmb.model.orbit import require_orbit
 from flexmb.results import Instant, Series, Solution, Status
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.branching import require_motion_to_begin
@@ -137,6 +138,7 @@ class Stepper:
             to a saved moment.
         """
         goal = self._goal(to, by)
+        require_orbit(self.model, goal)
         while self._phase.t < goal:
             try:
                 following = self._phase.advance(goal)
