@@ -205,8 +205,7 @@ def simulate(
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
         recorder.close()
         raise
-    spent = time.perf_counter() - clock
-    known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
+    known = {"integrator": repr(integrator), "seconds": time.perf_counter() - clock, **phases.validity.statistics}
     solution = recorder.solution(status, {**phases.statistics, **known})
     if status.kind == "failed":
         raise IntegrationError(
