@@ -84,6 +84,7 @@ def shell_blocks(deck: Deck, part: str) -> list[Labelled]:
                 depths=group.depths * group.stretch[:, None],
                 poisson=group.poisson,
                 spring=group.spring,
+                point_masses=group.point_masses,
             )
             out.append((block, group.labels))
     return out
@@ -124,6 +125,7 @@ def rod_blocks(deck: Deck, part: str) -> list[Labelled]:
             torsion=group.torsion,
             mass_per_length=group.mass,
             polar=group.polar,
+            point_masses=group.point_masses,
             number_of_nodes=len(deck.points),
         )
         out.append((block, group.labels))

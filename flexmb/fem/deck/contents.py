@@ -64,6 +64,8 @@ class Shells:
     spring : float or None
         Share of the in-plane shear stiffness that holds the rotation about the normal, in programs whose shells do not
         turn in their plane; None: the membrane turns with its corners.
+    point_masses : bool
+        Whether lumped masses have no rotary inertia.
     """
 
     nodes: np.ndarray
@@ -82,6 +84,7 @@ class Shells:
     poisson: float
     group: str
     spring: float | None = None
+    point_masses: bool = False
 
     def only(self, chosen: np.ndarray) -> Shells:
         """Return the chosen elements (mask or numbers)."""
@@ -121,7 +124,10 @@ class Beams:
 
 @dataclass(kw_only=True, eq=False)
 class Rods:
-    """Bars that carry axial force and torque only: nodes (ne, 2); EA, GJ, mass per length, polar inertia (ne,)."""
+    """Bars that carry axial force and torque only: nodes (ne, 2); EA, GJ, mass per length, polar inertia (ne,).
+
+    point_masses: lumped masses have no rotary inertia.
+    """
 
     nodes: np.ndarray
     labels: np.ndarray
@@ -130,6 +136,7 @@ class Rods:
     mass: np.ndarray
     polar: np.ndarray
     group: str
+    point_masses: bool = False
 
 
 @dataclass(kw_only=True, eq=False)

@@ -341,7 +341,16 @@ def add_rods(bulk: Bulk, deck: Deck, materials: Materials) -> None:
     for group, found in rows.items():
         nodes_, labels, axial, torsion, mass, polar = (np.array(column) for column in zip(*found, strict=True))
         deck.rods.append(
-            Rods(nodes=nodes_, labels=labels, axial=axial, torsion=torsion, mass=mass, polar=polar, group=group)
+            Rods(
+                nodes=nodes_,
+                labels=labels,
+                axial=axial,
+                torsion=torsion,
+                mass=mass,
+                polar=polar,
+                group=group,
+                point_masses=True,
+            )
         )
 
 

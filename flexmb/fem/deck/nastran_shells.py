@@ -127,6 +127,7 @@ def _add_group(
                     shear=layup.shear,
                     group=group,
                     spring=spring,
+                    point_masses=True,
                 )
             )
 
@@ -312,6 +313,7 @@ def _add_panels(cards: list[Card], properties: dict[int, Card], deck: Deck, mate
                 poisson=0.3,
                 shear=float("inf"),
                 group=f"pid_{pid}",
+                point_masses=True,
             )
         )
         deck.inventory.read["CSHEAR"] += 1

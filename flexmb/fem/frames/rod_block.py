@@ -27,6 +27,8 @@ class RodBlock:
     lengths, axial, torsion, mass_per_length, polar : (ne,), m, N, N m2, kg/m, kg m
         axial is E A, torsion G J, polar the polar mass inertia per length.
     number_of_nodes : int
+    point_masses : bool
+        Lumped masses have no inertia about the bar, as those of Nastran.
     """
 
     connectivity: np.ndarray
@@ -38,6 +40,7 @@ class RodBlock:
     polar: np.ndarray
     number_of_nodes: int
     cell_type: str = "line"
+    point_masses: bool = False
     modulus: float = 0.0  # no nodal stress
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> RodBlock:
@@ -62,7 +65,8 @@ class RodBlock:
                 share = (0.5 if a == b else 0.0) if lumped else (1.0 / 3.0 if a == b else 1.0 / 6.0)
                 for k in range(3):
                     mass[:, a, k, b, k] = share * self.mass_per_length * self.lengths
-                mass[:, a, 3, b, 3] = share * self.polar * self.lengths
+                if not (lumped and self.point_masses):
+                    mass[:, a, 3, b, 3] = share * self.polar * self.lengths
         return self._summed(stiffness, dofs), self._summed(mass, dofs)
 
     def geometric_stiffness(self, displacement: np.ndarray, dofs: np.ndarray) -> sparse.csr_matrix:

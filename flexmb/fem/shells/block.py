@@ -84,6 +84,7 @@ class ShellBlock:
     softness = None
     """Shear parameter phi (ne, c) of every edge; None: no transverse shear."""
     spring: ClassVar[float | None] = None
+    point_masses: ClassVar[bool] = False
     """Share of the in-plane shear stiffness that holds the rotation about the normal; None: the membrane turns with
     its corners."""
 
@@ -150,8 +151,9 @@ class ShellBlock:
         matrix = np.zeros((len(rotation), count, 6, count, 6))
         per_area, depth, height = self.areal_mass()
         inertia = rotation * (depth**2 / 12.0)[:, None, None]
-        for direction, factor in ((3, 1.0), (4, 1.0), (5, DRILLING_INERTIA)):
-            matrix[:, :, direction, :, direction] = factor * inertia
+        if not (lumped and self.point_masses):
+            for direction, factor in ((3, 1.0), (4, 1.0), (5, DRILLING_INERTIA)):
+                matrix[:, :, direction, :, direction] = factor * inertia
         if lumped:
             for direction in range(3):
                 matrix[:, :, direction, :, direction] = rotation

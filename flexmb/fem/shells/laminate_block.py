@@ -46,6 +46,8 @@ class LaminateBlock(ShellBlock):
     spring : float or None
         Share of the in-plane shear stiffness that holds the rotation about the normal, where the membrane has none of
         its own; None: the membrane turns with its corners.
+    point_masses : bool
+        Lumped masses have no rotary inertia, as those of Nastran.
     heights : (ne, c), m
         Of the nodes over the *reference plane*, an offset of the layup included.
     """
@@ -59,6 +61,7 @@ class LaminateBlock(ShellBlock):
     depths: np.ndarray
     poisson: float = 0.3
     spring: float | None = None  # type: ignore[misc]
+    point_masses: bool = False  # type: ignore[misc]
     ROWS: ClassVar[tuple[str, ...]] = (
         *ShellBlock.ROWS,
         *("membrane", "coupling", "bending", "shear", "surface_mass", "faces", "depths"),
