@@ -15,7 +15,18 @@ import numpy as np
 from flexmb.fem.frames.section import Section
 from flexmb.model.material import Material
 
-__all__ = ["Beams", "Deck", "Inventory", "Lumped", "MissingNode", "Reference", "Rods", "Shells", "Solids"]
+__all__ = [
+    "Beams",
+    "Deck",
+    "Inventory",
+    "Lumped",
+    "MissingNode",
+    "Reference",
+    "Rods",
+    "ScalarPoint",
+    "Shells",
+    "Solids",
+]
 
 PORTION = 20_000
 """Rows whose node numbers are looked up together."""
@@ -161,6 +172,17 @@ class Reference:
     weights: np.ndarray | None = None
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ScalarPoint:
+    """A freedom of its own (SPOINT): its value is ``row`` (6,) times the basic freedoms of a node; `free` is the one
+    freedom ``6 node + direction`` of that node that follows nothing.
+    """
+
+    node: int
+    row: np.ndarray
+    free: int
+
+
 @dataclass(kw_only=True, eq=False)
 class Inventory:
     """What became of a deck: counts by card, what was approximated or left out, materials without density."""
@@ -193,8 +215,8 @@ class Deck:
     stress_side : float or None
         Side of shells at which their stress is taken: -1, 0 or +1; None where nobody chose.
     node_sets, facet_sets : mappings of name to node numbers 0 .. n-1, and to corners of facets (nf, 3 or 4)
-    scalar_points : set of int
-        Numbers of points without a place (SPOINT): what hangs on them is left out.
+    scalar_points : mapping of int to ScalarPoint or None
+        Points without a place (SPOINT) by number; None where no node moves them: what hangs on them is left out.
     """
 
     name: str
@@ -213,7 +235,7 @@ class Deck:
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
     references: dict[str, Reference] = field(default_factory=dict)
-    scalar_points: set[int] = field(default_factory=set)
+    scalar_points: dict[int, ScalarPoint | None] = field(default_factory=dict)
     mass_factor: float = 1.0
     lumped: bool = False
     stress_side: float | None = None

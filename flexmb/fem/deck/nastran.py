@@ -11,9 +11,11 @@ from flexmb.errors import MeshError
 from flexmb.fem.deck.contents import Deck, MissingNode
 from flexmb.fem.deck.nastran_lines import add_beams, add_rods
 from flexmb.fem.deck.nastran_links import add_links, add_references, add_supports, thru
-from flexmb.fem.deck.nastran_lumped import add_masses, add_springs
+from flexmb.fem.deck.nastran_lumped import add_masses, add_springs, scalar_values
 from flexmb.fem.deck.nastran_materials import Materials
+from flexmb.fem.deck.nastran_mpc import add_mpc
 from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
+from flexmb.fem.deck.nastran_scalar import add_scalar_points
 from flexmb.fem.deck.nastran_shells import add_shells, add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
 from flexmb.fem.deck.nastran_text import Bulk, read_bulk
@@ -113,8 +115,6 @@ def read_nastran_deck(path: Path) -> Deck:
             )
         deck = Deck(name=path.stem, source="Nastran", labels=labels, points=points)
         deck.inventory.read["GRID"] = len(labels)
-        for card in bulk.of("SPOINT", "EPOINT"):
-            deck.scalar_points |= set(thru(card, [word for word in card.fields[1:] if word]))
         materials = Materials(bulk, deck.inventory)
         _parameters(bulk, deck)
         add_solids(bulk, deck, materials, systems)
@@ -122,9 +122,11 @@ def read_nastran_deck(path: Path) -> Deck:
         add_beams(bulk, deck, materials, frames)
         add_rods(bulk, deck, materials)
         add_nonstructural_mass(bulk, deck)
+        add_scalar_points(bulk, deck, frames, scalar_values(bulk))
         add_masses(bulk, deck, frames, systems)
         add_springs(bulk, deck, frames, systems)
         add_links(bulk, deck, frames)
+        add_mpc(bulk, deck, frames)
         add_supports(bulk, deck, frames, bulk.tables.get("GRID"))
         add_references(bulk, deck)
         _sets(bulk, deck)
@@ -217,9 +219,9 @@ def _tell(bulk: Bulk, deck: Deck) -> None:
             continue
         if ELEMENT.match(name) and name not in HARMLESS:
             inventory.left_out[f"{name}: an element that is not known"] += count
-        elif name in ("DMIG", "EXTRN", "SPOINT", "EPOINT", "MATT1", "SUPORT", "SUPORT1"):
-            if name in ("DMIG", "SPOINT", "EPOINT"):
-                inventory.left_out[f"{name}: matrices and scalar points of other parts"] += count
+        elif name in ("DMIG", "EXTRN", "MATT1", "SUPORT", "SUPORT1"):
+            if name == "DMIG":
+                inventory.left_out[f"{name}: matrices of other parts"] += count
             else:
                 inventory.unused[name] += count
         elif not re.fullmatch(r"[A-Z][A-Z0-9]{1,7}_?", name):

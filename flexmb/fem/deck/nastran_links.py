@@ -1,6 +1,6 @@
-"""Rigid and averaging links of a Nastran deck, multipoint constraints and supports.
+"""Rigid and averaging links of a Nastran deck, and supports.
 
-RBE2, RBE3, RBAR, RBE1, RROD and MPC as eliminated freedoms (MSC Nastran Quick Reference Guide); SPC, SPC1, SPCADD and
+RBE2, RBE3, RBAR, RBE1 and RROD as eliminated freedoms (MSC Nastran Quick Reference Guide); SPC, SPC1, SPCADD and
 the permanent constraints of GRID cards as supports; ASET and the like as reference points.
 """
 
@@ -16,11 +16,11 @@ from flexmb.fem.deck.nastran_text import Bulk, Card
 from flexmb.fem.deck.supports import held_directions
 from flexmb.fem.ranges import LARGEST, RANGE
 
-__all__ = ["add_links", "add_references", "add_supports", "thru"]
+__all__ = ["add_links", "add_references", "add_supports", "components", "thru"]
 
 
 def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
-    """Add all links; the MPC set is the case control's, or the only one."""
+    """Add all rigid and averaging links."""
     for card in bulk.of("RBE2"):
         _rbe2(card, deck, frames)
     for card in bulk.of("RBE3"):
@@ -31,7 +31,6 @@ def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
         _rbe1(card, deck, frames)
     for card in bulk.of("RROD"):
         _rrod(card, deck, frames)
-    _mpc(bulk, deck, frames)
 
 
 def components(card: Card, i: int) -> list[int]:
@@ -226,60 +225,6 @@ def _rrod(card: Card, deck: Deck, frames: Frames) -> None:
     deck.inventory.read["RROD"] += 1
 
 
-def _mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
-    sets = sorted({card.integer(1) for card in bulk.of("MPC")})
-    if not sets:
-        return
-    wanted = bulk.choices.get("MPC")
-    if wanted is None and len(sets) > 1:
-        deck.inventory.left_out[f"MPC sets {', '.join(map(str, sets))}: the case control chooses none"] += len(sets)
-        return
-    wanted = sets[0] if wanted is None else wanted
-    chosen = {wanted}
-    for card in bulk.of("MPCADD"):
-        if card.integer(1) == wanted:
-            chosen |= {card.integer(k) for k in range(2, len(card.fields)) if card.text(k)}
-    for card in bulk.of("MPC"):
-        if card.integer(1) not in chosen:
-            deck.inventory.unused["MPC of a set that is not chosen"] += 1
-            continue
-        columns, row, first = [], [], None
-        scalar = next((n for n in _points(card) if n in deck.scalar_points), None)
-        if scalar is not None:
-            deck.inventory.left_out["MPC with scalar points"] += 1
-            continue
-        for at in _places(card):
-            if not card.text(at):
-                continue
-            node, factor = _node(card, deck, at), card.real(at + 2)
-            parts = components(card, at + 1)
-            columns.append(6 * node + np.arange(6))
-            row.append(factor * rows_of(node, parts[:1], frames)[0])
-            first = columns[-1][np.abs(row[-1]) > 0.0] if first is None else first
-        if first is None:
-            raise card.refused("no terms", "grid point, component and factor")
-        every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
-        merged = np.zeros((1, len(every)))
-        np.add.at(merged[0], inverse.ravel(), np.concatenate(row))
-        used = np.abs(merged[0]) > 0.0
-        link = LinkRows(f"MPC {card.text(1)} at node {card.text(2)}")
-        link.add_equations(every[used], merged[:, used], first, f"{card.where}, MPC {card.text(1)}")
-        deck.links.append(link)
-        deck.inventory.read["MPC"] += 1
-
-
-def _places(card: Card) -> list[int]:
-    """Return where the terms of an MPC begin: G C A G C A, then after a blank field again."""
-    starts = [2, 5]
-    while starts[-1] + 3 < len(card.fields):
-        starts.append(starts[-1] + (5 if len(starts) % 2 == 0 else 3))
-    return starts
-
-
-def _points(card: Card) -> list[int]:
-    return [card.integer(at) for at in _places(card) if card.text(at)]
-
-
 def thru(card: Card, words: list[str], known: Collection[int] | None = None) -> list[int]:
     """Return the numbers of a list such as ``1 5 THRU 9 20``; MeshError if it is none.
 
@@ -312,10 +257,12 @@ def thru(card: Card, words: list[str], known: Collection[int] | None = None) -> 
 def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
     """Add supports by set: "spc_1", and "spc" for the set that the case control chooses."""
     held: dict[int, list[tuple[int, list[int]]]] = {}
-    existing = set(deck.labels.tolist())
+    existing = set(deck.labels.tolist()) | set(deck.scalar_points)
     for card in bulk.of("SPC"):
         for at in (2, 5):
-            if card.text(at) and card.integer(at) not in deck.scalar_points:
+            if card.text(at) and card.integer(at) in deck.scalar_points:
+                held.setdefault(card.integer(1), []).extend(_held_point(deck, card.integer(at), card))
+            elif card.text(at):
                 held.setdefault(card.integer(1), []).append((_node(card, deck, at), components(card, at + 1)))
         deck.inventory.read["SPC"] += 1
     for card in bulk.of("SPC1"):
@@ -323,6 +270,8 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
         labels = thru(card, words, existing)
         if any(word.upper() == "THRU" for word in words):  # Nastran lets THRU pass over points that do not exist
             labels = [n for n in labels if n in existing]
+        for label in (n for n in labels if n in deck.scalar_points):
+            held.setdefault(card.integer(1), []).extend(_held_point(deck, label, card))
         labels = [n for n in labels if n not in deck.scalar_points]
         for node in deck.numbers(labels, f"{card.where}, SPC1 {card.text(1)}"):
             held.setdefault(card.integer(1), []).append((int(node), components(card, 2)))
@@ -347,6 +296,17 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
         deck.supports["spc"] = np.unique(np.vstack(rows), axis=0)
 
 
+def _held_point(deck: Deck, label: int, card: Card) -> list[tuple[int, list[int]]]:
+    """Return the node and direction of a scalar point that is held; across the basic axes it is left out by name."""
+    point = deck.scalar_points[label]
+    if point is None:
+        return []
+    if np.count_nonzero(point.row) > 1:
+        deck.inventory.left_out[f"{card.name} {card.text(1)}: supports across the basic axes"] += 1
+        return []
+    return [(point.node, [point.free % 6])]
+
+
 def add_references(bulk: Bulk, deck: Deck) -> None:
     """Offer ASET, BSET and CSET nodes as interfaces: "aset_17"."""
     existing = set(deck.labels.tolist())
@@ -354,7 +314,7 @@ def add_references(bulk: Bulk, deck: Deck) -> None:
         for card in bulk.of(name):
             if name in ("ASET", "BSET", "CSET"):
                 for at in range(1, len(card.fields), 2):
-                    if card.text(at):
+                    if card.text(at) and card.integer(at) not in deck.scalar_points:
                         _offer(deck, name, [card.integer(at)], card)
             deck.inventory.read[name] += 1
         for card in bulk.of(name + "1"):
@@ -363,6 +323,7 @@ def add_references(bulk: Bulk, deck: Deck) -> None:
                 labels = thru(card, words, existing)
                 if any(word.upper() == "THRU" for word in words):
                     labels = [n for n in labels if n in existing]
+                labels = [n for n in labels if n not in deck.scalar_points]
                 _offer(deck, name, labels, card)
             deck.inventory.read[name + "1"] += 1
 

@@ -1,17 +1,19 @@
-"""Masses, springs and dampers of a Nastran deck: CONM1/2, CMASS1/2, CELAS1/2, CBUSH, CBUSH1D, CDAMP1/2, CVISC."""
+"""Masses, springs and dampers of a Nastran deck: CONM1/2, CMASS1-4, CELAS1-4, CBUSH, CBUSH1D, CDAMP1-4, CVISC."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck, Lumped
 from flexmb.fem.deck.links import Frames, rows_of
-from flexmb.fem.deck.nastran_links import components
+from flexmb.fem.deck.nastran_scalar import scalar_ends
 from flexmb.fem.deck.nastran_systems import Systems
 from flexmb.fem.deck.nastran_text import Bulk, Card
 from flexmb.math.definiteness import semidefinite
 
-__all__ = ["add_masses", "add_springs"]
+__all__ = ["add_masses", "add_springs", "scalar_values"]
 
 
 def add_masses(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
@@ -27,11 +29,11 @@ def add_masses(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None
                 matrix[i, j] = matrix[j, i] = card.real(at, 0.0)
                 at += 1
         _add(deck, card, "mass", (node,), turn.T @ matrix @ turn)
-    properties = _values(bulk, "PMASS", (1, 3, 5, 7), 1)
-    for card in bulk.of("CMASS1", "CMASS2"):
-        _scalar(card, deck, frames, "mass", _value(card, properties, "CMASS2"))
-    for card in bulk.of("CMASS3", "CMASS4", "CELAS3", "CELAS4", "CDAMP3", "CDAMP4", "CDAMP5"):
-        deck.inventory.left_out[f"{card.name}: elements between scalar points"] += 1
+    value = scalar_values(bulk)
+    for card in bulk.of("CMASS1", "CMASS2", "CMASS3", "CMASS4"):
+        _scalar(card, deck, frames, "mass", value(card))
+    for card in bulk.of("CDAMP5"):
+        deck.inventory.left_out[f"{card.name}: capacity of heat"] += 1
 
 
 def _conm2(card: Card, deck: Deck, frames: Frames, systems: Systems) -> None:
@@ -59,11 +61,11 @@ def _conm2(card: Card, deck: Deck, frames: Frames, systems: Systems) -> None:
 
 def add_springs(bulk: Bulk, deck: Deck, frames: Frames, systems: Systems) -> None:
     """Add springs and dampers; bushings act at their own place between the two nodes."""
-    springs, dampers = _values(bulk, "PELAS", (1, 5), 1), _values(bulk, "PDAMP", (1, 3, 5, 7), 1)
-    for card in bulk.of("CELAS1", "CELAS2"):
-        _scalar(card, deck, frames, "stiffness", _value(card, springs, "CELAS2"))
-    for card in bulk.of("CDAMP1", "CDAMP2"):
-        _scalar(card, deck, frames, "damping", _value(card, dampers, "CDAMP2"))
+    value = scalar_values(bulk)
+    for card in bulk.of("CELAS1", "CELAS2", "CELAS3", "CELAS4"):
+        _scalar(card, deck, frames, "stiffness", value(card))
+    for card in bulk.of("CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4"):
+        _scalar(card, deck, frames, "damping", value(card))
     bushings = {card.integer(1): card for card in bulk.of("PBUSH", "PBUSH1D")}
     for card in bulk.of("CBUSH"):
         _bush(card, deck, frames, systems, bushings)
@@ -96,26 +98,38 @@ def _values(bulk: Bulk, name: str, places: tuple[int, ...], after: int) -> dict[
     }
 
 
-def _value(card: Card, properties: dict[int, float], direct: str) -> float:
-    if card.name == direct:
-        return card.real(2)
-    pid = card.integer(2, card.integer(1))
-    if pid not in properties:
-        raise card.refused(f"the property {pid}, which does not exist", "its property card")
-    return properties[pid]
+def scalar_values(bulk: Bulk) -> Callable[[Card], float]:
+    """Return the function that gives stiffness, damping or mass of a scalar element, its own or its property's."""
+    tables = {
+        "CELAS": _values(bulk, "PELAS", (1, 5), 1),
+        "CDAMP": _values(bulk, "PDAMP", (1, 3, 5, 7), 1),
+        "CMASS": _values(bulk, "PMASS", (1, 3, 5, 7), 1),
+    }
+
+    def value(card: Card) -> float:
+        if card.name.endswith(("2", "4")):
+            return card.real(2)
+        pid = card.integer(2, card.integer(1))
+        if pid not in tables[card.name[:5]]:
+            raise card.refused(f"the property {pid}, which does not exist", "its property card")
+        return tables[card.name[:5]][pid]
+
+    return value
 
 
 def _scalar(card: Card, deck: Deck, frames: Frames, kind: str, value: float) -> None:
-    """Add value * (u_1 - u_2)^2 / 2 between components of two nodes, the second or its component may be ground."""
+    """Add value * (u_1 - u_2)^2 / 2 between two freedoms of grid points or scalar points; one may be ground."""
     ends = []
-    for at in (3, 5):
-        if card.text(at) and card.integer(at) != 0:
-            label = card.integer(at)
-            if card.text(at + 1) in ("", "0"):
-                deck.inventory.left_out[f"{card.name} at scalar point {label}"] += 1
+    for label, direction in scalar_ends(card, deck):
+        if direction < 0:
+            point = deck.scalar_points[label]
+            if point is None:
+                deck.inventory.left_out[f"{card.name} at scalar point {label}, which no grid point moves"] += 1
                 return
-            node = _node(card, deck, at)
-            ends.append((node, rows_of(node, components(card, at + 1)[:1], frames)[0]))
+            ends.append((point.node, point.row))
+        else:
+            node = int(deck.numbers([label], f"{card.where}, {card.name} {card.text(1)}")[0])
+            ends.append((node, rows_of(node, [direction], frames)[0]))
     if not ends:
         raise card.refused("no grid point", "one or two grid points with a component")
     nodes = tuple(node for node, _ in ends)
