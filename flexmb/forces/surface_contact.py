@@ -13,13 +13,15 @@ from flexmb.forces.contact_wrench import act_at_contact
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.switches import GAP, IDLE, SLIP, sweep_kernel, switch_kernel
-from flexmb.math.tables import row_kernel
+from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Force
 from flexmb.model.table import Table
 from flexmb.surfaces.advancement import first_touch
 from flexmb.surfaces.detection import find_areas, find_closest, nearest_sample
-from flexmb.surfaces.records import CONTACT
+from flexmb.surfaces.patch import Patch
+from flexmb.surfaces.records import CONTACT, REACH
+from flexmb.surfaces.skin_surface import pieces_of
 
 __all__ = ["PAIR_STRIDE", "SurfaceContact"]
 
@@ -48,7 +50,7 @@ ROW = np.dtype(
 )
 PAIR_STRIDE = 8
 """Marker of a and of b, number of the pair in the matrix, place of surface a and of b in the bulk data, most contacts,
-0, 0."""
+weight of the gap among the switches (0: one of many points), 0."""
 
 
 @inner_kernel
@@ -57,6 +59,15 @@ def _found(row, data, at_a, at_b, margin, d, Q, contacts):
     if row.law == 0:
         return find_areas(data, at_a, at_b, margin, d, Q, contacts)
     return find_closest(data, at_a, at_b, margin, d, Q, contacts)
+
+
+@inner_kernel
+def _far(a, b, reach):
+    """Are two markers farther apart than the balls around their surfaces reach?"""
+    square = 0.0
+    for i in range(3):
+        square += (b.r[i] - a.r[i]) ** 2
+    return square >= reach * reach
 
 
 @inner_kernel
@@ -90,15 +101,20 @@ def apply(raw, data, state, work):
             _act_as_kept(row, data, state, work)
             continue
         contacts = np.empty(row.capacity, CONTACT)
+        wanted = work.weights[0].wanted == 1
         for k in range(row.count):
             at = row.pairs + PAIR_STRIDE * k
             a, b = work.markers[int(data[at])], work.markers[int(data[at + 1])]
-            relative_motion(a, b, motion, Q)
             at_a, at_b = int(data[at + 3]), int(data[at + 4])
+            if wanted:
+                # most pairs touch nothing: their blocks need neither clearing nor adding
+                work.pairs[int(data[at + 2])].active = 0
+            if _far(a, b, data[at_a + REACH] + data[at_b + REACH]):
+                continue
+            relative_motion(a, b, motion, Q)
             count = _found(row, data, at_a, at_b, 0.0, motion[0:3], Q, contacts)
             if count == 0:
                 continue
-            wanted = work.weights[0].wanted == 1
             f[:] = 0.0
             K[:] = 0.0
             C[:] = 0.0
@@ -106,7 +122,11 @@ def apply(raw, data, state, work):
                 act_at_contact(row, contacts[c], motion, wanted, f, K, C, work.energy)
             act_relative(a, b, f)
             if wanted:
-                add_relative_tangent(work.pairs[int(data[at + 2])], a, b, f, K, C)
+                pair = work.pairs[int(data[at + 2])]
+                pair.active = DAMPED
+                pair.K[:] = 0.0
+                pair.D[:] = 0.0
+                add_relative_tangent(pair, a, b, f, K, C)
 
 
 @switch_kernel
@@ -142,7 +162,7 @@ def switch(raw, data, state, work, out):
             for i in range(3):
                 u[i] += motion[3 + i]
             rate = dot(nearest.n, u)
-            gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, 1.0
+            gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, data[at + 6]
             gap[10:19] = motion
             for i in range(9):
                 gap[19 + i] = Q[i // 3, i % 3]
@@ -220,15 +240,19 @@ class SurfaceContact(Force):
 
     def pairs(self, model) -> list[tuple[Any, Any]]:
         """Return the surfaces that may touch, two by two: those of different bodies, each pair once."""
-        groups = [(g,) if isinstance(g, str) else g for g in self.surfaces]
+        groups = self._surfaces(model)
         found: dict[tuple[str, str], tuple[Any, Any]] = {}
-        for first in groups[0]:
-            for second in groups[1]:
-                a, b = (model.surface(name, self.title) for name in (first, second))
+        for a in groups[0]:
+            for b in groups[1]:
                 apart = a.marker.partition(".")[0] != b.marker.partition(".")[0]
-                if apart and (second, first) not in found:
-                    found[first, second] = (a, b)
+                if apart and (b.name, a.name) not in found:
+                    found[a.name, b.name] = (a, b)
         return list(found.values())
+
+    def _surfaces(self, model) -> tuple[list[Any], list[Any]]:
+        """Return the surfaces of both sides, skins as their pieces."""
+        first, second = self.groups
+        return pieces_of(model, first, self.title), pieces_of(model, second, self.title)
 
     def check(self, model) -> None:
         """Raise ModelError if a surface does not exist, none can touch, or the law cannot be used for a pair."""
@@ -255,7 +279,7 @@ class SurfaceContact(Force):
 
     def _check_rigid(self, model) -> None:
         """Raise ModelError if a surface does not exist, or all are on one body or on the ground."""
-        groups = [[model.surface(name, self.title) for name in group] for group in self.groups]
+        groups = self._surfaces(model)
         bodies = [{surface.marker.partition(".")[0] for surface in group} for group in groups]
         both = bodies[0] | bodies[1]
         if len(both) == 1:
@@ -265,6 +289,7 @@ class SurfaceContact(Force):
                 expected="surfaces of two bodies",
                 remedy="A body does not touch itself: name the surface of another one",
             )
+        self._check_skins(*(next((s for s in group if _kind(s) == "Patch"), None) for group in groups))
         endless = [[s for s in group if not np.isfinite(s.shape.reach)] for group in groups]
         if endless[0] and endless[1]:
             self._check_pair(endless[0][0], endless[1][0])
@@ -278,6 +303,7 @@ class SurfaceContact(Force):
                 expected="at most one surface without end",
                 remedy="Use a Cuboid",
             )
+        self._check_skins(*(s if _kind(s) == "Patch" else None for s in (a, b)))
         if self.law.sampled and a.spacing is None and b.spacing is None:
             raise ModelError(
                 self.title,
@@ -285,18 +311,28 @@ class SurfaceContact(Force):
                 expected="a spacing of at least one of them: the law acts on areas",
                 remedy=f"Give the smaller one a spacing: fmb.Surface('{b.name}', ..., spacing=1e-3)",
             )
-        if self.law.code == 1 and not any(type(s.shape).__name__ == "Sphere" for s in (a, b)):
+        if self.law.code == 1 and ({_kind(a), _kind(b)} == {"Sphere", "Patch"} or "Sphere" not in (_kind(a), _kind(b))):
             raise ModelError(
                 self.title,
                 found=f"'{a.name}' is a {type(a.shape).__name__}, '{b.name}' a {type(b.shape).__name__}",
-                expected="a Sphere with the law of Hertz",
+                expected="a Sphere and a Surface with the law of Hertz",
                 remedy="Use ElasticFoundation",
+            )
+
+    def _check_skins(self, a, b) -> None:
+        """Raise ModelError if both sides are pieces of skins."""
+        if a is not None and b is not None:
+            raise ModelError(
+                self.title,
+                found=f"'{a.name}' and '{b.name}' are both points of skins",
+                expected="a Surface on one side: points of a skin need the distance from a solid",
+                remedy="Give one of the bodies a Surface, or join spheres on its markers",
             )
 
     def _check_points(self, groups) -> None:
         """Raise ModelError if surfaces would meet between the points at which a rigid law acts."""
         for own, others in (groups, groups[::-1]):
-            rest = next((s for s in others if _kind(s) != "Sphere"), None)
+            rest = next((s for s in others if _kind(s) not in ("Sphere", "Patch")), None)
             blunt = next((s for s in own if np.isfinite(s.shape.reach) and not len(s.shape.corners()[0])), None)
             if blunt and rest:
                 raise ModelError(
@@ -316,7 +352,7 @@ class SurfaceContact(Force):
 
     def unseen_in(self, model) -> str:
         """Return that edges that cross are not seen, for a rigid law where there are some."""
-        groups = [[model.surface(name, self.title) for name in group] for group in self.groups]
+        groups = self._surfaces(model)
         edged = [
             next((s.name for s in group if np.isfinite(s.shape.reach) and _kind(s) != "Sphere"), "") for group in groups
         ]
@@ -329,7 +365,7 @@ class SurfaceContact(Force):
 
     def measure(self, model) -> str | None:
         """Return the marker of the second surface, where `ForceOf` reports; None if there are several."""
-        markers = {model.surface(name, self.title).marker for name in self.groups[1]}
+        markers = {surface.marker for surface in self._surfaces(model)[1]}
         return markers.pop() if len(markers) == 1 else None
 
     @property
@@ -345,7 +381,7 @@ class SurfaceContact(Force):
 
     def touching_markers(self, model) -> list[str]:
         """Return the markers of all its surfaces, each once."""
-        return list(dict.fromkeys(model.surface(name, self.title).marker for group in self.groups for name in group))
+        return list(dict.fromkeys(surface.marker for group in self._surfaces(model) for surface in group))
 
     def kept_names(self, marker: str) -> list[str]:
         """Return the names of the coordinates that keep the wrench on a marker."""
@@ -357,10 +393,11 @@ class SurfaceContact(Force):
             return self._kept_record(compiler)
         table, capacity = [], 1
         for pair in self.pairs(compiler.model):
-            (a, at_a), (b, at_b) = (compiler.surface(surface.name) for surface in pair)
+            (a, at_a), (b, at_b) = (compiler.surface(surface) for surface in pair)
+            weight = 0.0 if any(isinstance(surface.shape, Patch) for surface in pair) else 1.0
             most = sum(len(s.points[0]) for s in pair) if self.law.sampled else 1
             capacity = max(capacity, most + 1)
-            table.append([a, b, compiler.pair(a, b), at_a, at_b, most, 0, 0])
+            table.append([a, b, compiler.pair(a, b, alone=True), at_a, at_b, most, weight, 0])
         at = compiler.bulk(np.array(table, float))
         numbers = self.law.numbers()
         own = {"pairs": at, "count": len(table), "switches": 2 * len(table), "capacity": capacity}

@@ -294,6 +294,8 @@ def _surfaces(model, e):
     """Yield the surfaces that can touch; of a half-space a square as large as the model."""
     taken = {body.name for body in model.bodies}
     for own in model.surfaces:
+        if not hasattr(own, "shape"):  # a skin: its body is drawn
+            continue
         points, triangles = own.shape.drawing()
         points = points if np.isfinite(own.shape.reach) else 50.0 * e * points
         drawn = solids.Surface(points, np.asarray(triangles), np.zeros((0, 4), int))

@@ -70,7 +70,8 @@ class ContactState(Sensor):
             contacts = np.empty(len(a.points[0]) + len(b.points[0]) + 2, CONTACT)
             find = find_areas if force.law.sampled else find_closest
             first, second = series.marker(a.marker), series.marker(b.marker)
-            for k in range(len(out)):
+            apart = np.linalg.norm(second.r - first.r, axis=1)
+            for k in np.flatnonzero(apart < a.shape.reach + b.shape.reach):
                 R = first.R[k]
                 between = second.r[k] - first.r[k]
                 d, w = R.T @ between, R.T @ (second.w[k] - first.w[k])

@@ -8,6 +8,7 @@ from flexmb.surfaces.cylinder import Cylinder
 from flexmb.surfaces.extruded_profile import ExtrudedProfile
 from flexmb.surfaces.plane import Plane
 from flexmb.surfaces.shape import Shape
+from flexmb.surfaces.skin_surface import SkinSurface
 from flexmb.surfaces.sphere import Sphere
 from flexmb.surfaces.surface import Surface
 from flexmb.surfaces.triangle_mesh import Hull, TriangleMesh

@@ -12,7 +12,19 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.distances import signed_distance
-from flexmb.surfaces.records import CODE, CONVEX, CORNERS, CORNERS_AT, FAR, REACH, ROUNDED, SAMPLES, SAMPLES_AT, TREE_AT
+from flexmb.surfaces.records import (
+    CODE,
+    CONVEX,
+    CORNERS,
+    CORNERS_AT,
+    FAR,
+    PATCH,
+    REACH,
+    ROUNDED,
+    SAMPLES,
+    SAMPLES_AT,
+    TREE_AT,
+)
 from flexmb.surfaces.trees import DEPTH, SLAB
 
 __all__ = ["bound_gap", "find_areas", "find_closest", "find_points", "nearest_sample"]
@@ -197,7 +209,7 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
     contacts[0] becomes the sample with the least gap below the margin, and contacts[1] is written.
     """
     n = int(data[at + SAMPLES])
-    if n == 0:
+    if n == 0 or int(data[other + CODE]) == PATCH:
         return found
     table, nodes = at + int(data[at + SAMPLES_AT]), at + int(data[at + TREE_AT])
     convex = data[other + CONVEX] == 1.0
@@ -260,11 +272,12 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
 def find_areas(data, at_a, at_b, margin, d, Q, contacts):
     """Write contacts of the samples with a gap below the margin, m; return how many.
 
-    Where both surfaces are sampled, the samples of each count with half their areas.
+    Where both surfaces are sampled, the samples of each count with half their areas; those of a patch count alone.
     """
     if bound_gap(data, at_a, at_b, d, Q) >= margin:
         return 0
-    share = 0.5 if data[at_a + SAMPLES] > 0.0 and data[at_b + SAMPLES] > 0.0 else 1.0
+    both = data[at_a + SAMPLES] > 0.0 and data[at_b + SAMPLES] > 0.0
+    share = 0.5 if both and int(data[at_a + CODE]) != PATCH and int(data[at_b + CODE]) != PATCH else 1.0
     found = _samples(data, at_b, at_a, d, Q, True, share, margin, 0, False, contacts)
     return _samples(data, at_a, at_b, d, Q, False, share, margin, found, False, contacts)
 
@@ -284,7 +297,7 @@ def find_points(data, at_a, at_b, margin, d, Q, contacts):
         y = data[first + 3 * k : first + 3 * k + 3]
         if _point_of_b(data, at_a, y, radius, d, Q, np.inf, margin, contacts[found]):
             found += 1
-    if int(data[at_b + CODE]) == 1:
+    if int(data[at_b + CODE]) == 1 and int(data[at_a + CODE]) != PATCH:
         return found
     radius = data[at_a + ROUNDED]
     first = at_a + int(data[at_a + CORNERS_AT])

@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.surfaces.mesh_distance import mesh_distance
 from flexmb.surfaces.profile_distance import profile_distance
-from flexmb.surfaces.records import CODE, HEADER
+from flexmb.surfaces.records import CODE, FAR, HEADER, PATCH
 
 __all__ = ["signed_distance"]
 
@@ -128,6 +128,10 @@ def signed_distance(data, at, z, within, n, H):
         return _from_segment(z, data[own], data[own + 1], n, H)
     if code == 4:
         return _from_box(z, data[own : own + 3], n, H)
+    if code == PATCH:
+        n[:] = 0.0
+        H[:] = 0.0
+        return FAR
     if code == 20:
         return profile_distance(data, own, z, n, H)
     return mesh_distance(data, own, z, within, n, H)

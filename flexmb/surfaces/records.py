@@ -19,6 +19,7 @@ __all__ = [
     "CORNERS_AT",
     "FAR",
     "HEADER",
+    "PATCH",
     "REACH",
     "ROUNDED",
     "SAMPLES",
@@ -30,6 +31,8 @@ HEADER = 9
 CODE, REACH, SAMPLES, SAMPLES_AT, CORNERS, CORNERS_AT, ROUNDED, TREE_AT, CONVEX = range(9)
 FAR = 1e100
 """m, from where on a surface has no end."""
+PATCH = 9
+"""Code of points without a solid, from which everything is `FAR`."""
 
 CONTACT = np.dtype(
     [

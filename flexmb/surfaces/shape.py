@@ -45,6 +45,11 @@ class Shape(metaclass=Described):
         raise TypeError(f"{type(self).__name__} does not say how far it reaches")
 
     @property
+    def size(self) -> float:
+        """Length, m, beside which a penetration is deep or not."""
+        return self.reach
+
+    @property
     def thickness(self) -> float:
         """Twice its volume per area, m; infinite for a half-space.
 

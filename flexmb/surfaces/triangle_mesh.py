@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from flexmb.errors import MeshError
+from flexmb.math.triangles import centres_of_parts
 from flexmb.surfaces.closed_mesh import checked_mesh, mean_normals
 from flexmb.surfaces.mesh_distance import TRIANGLE
 from flexmb.surfaces.shape import Points, Shape
@@ -75,7 +76,7 @@ class _Meshed(Shape):
         places, normals, areas = [], [], []
         for n in np.unique(cuts):
             own = np.flatnonzero(cuts == n)
-            for weights in _parts(n):
+            for weights in centres_of_parts(n):
                 u, v, w = weights
                 places.append(u * a[own] + v * b[own] + w * c[own])
                 normals.append(cross[own] / size[own, None])
@@ -85,15 +86,6 @@ class _Meshed(Shape):
     def drawing(self) -> tuple[np.ndarray, np.ndarray]:
         """Return vertices and triangles."""
         return self._mesh
-
-
-def _parts(n: int):
-    """Yield the weights of the corners at the centres of n^2 equal triangles of a triangle."""
-    for i in range(n):
-        for j in range(n - i):
-            yield (n - i - j - 2 / 3) / n, (i + 1 / 3) / n, (j + 1 / 3) / n
-            if i + j < n - 1:
-                yield (n - i - j - 4 / 3) / n, (i + 2 / 3) / n, (j + 2 / 3) / n
 
 
 @dataclass(frozen=True, eq=False)

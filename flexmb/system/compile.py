@@ -78,12 +78,11 @@ class _Compiler:
         """Return position (3,), m, and axes (3, 3) in W of a marker as described."""
         return self.start_poses[marker]
 
-    def surface(self, name: str) -> tuple[int, int]:
+    def surface(self, surface) -> tuple[int, int]:
         """Return the number of the marker of a surface, and where the surface begins in the bulk data."""
-        surface = self.model.surface(name)
-        if name not in self.surface_places:
-            self.surface_places[name] = self.bulk(surface.packed)
-        return self.marker(surface.marker), self.surface_places[name]
+        if surface.name not in self.surface_places:
+            self.surface_places[surface.name] = self.bulk(surface.packed)
+        return self.marker(surface.marker), self.surface_places[surface.name]
 
     def branch(self, name: str, value: float = 0.0) -> int:
         """Return the number of the branch coordinate `name`, which begins with `value`."""

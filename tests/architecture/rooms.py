@@ -30,7 +30,7 @@ MAY_KNOW = {
     "profiles": ("math", "model.described"),
     "constraints": ("math", "model"),
     "surfaces": ("math", "model", "fem.surface_file", "profiles"),
-    "bodies": ("math", "model"),
+    "bodies": ("math", "model", "fem.meshes.skin_triangles"),
     "joints": ("math", "model", "constraints"),
     "forces": ("math", "model", "profiles", "constraints", "surfaces"),
     "mechanisms": ("math", "model", "bodies", "joints"),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,6 +12,7 @@ from flexmb.bodies.floating.kernels import energy, inertia, place
 from flexmb.bodies.floating.modal_link import modal_link
 from flexmb.bodies.floating.momentum import floating_momentum
 from flexmb.bodies.floating.row import ROW, pack
+from flexmb.bodies.floating.skin import with_skins
 from flexmb.bodies.floating.validity import FloatingWatch
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.errors import ModelError, did_you_mean
@@ -21,6 +22,7 @@ from flexmb.model.kinds import Body
 from flexmb.model.modal_link import ModalLink
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
+from flexmb.model.skin import SkinPatch, checked_skins
 from flexmb.model.table import Table
 
 __all__ = ["FloatingBody"]
@@ -52,6 +54,8 @@ class FloatingBody(Body):
     markers : mapping of interface or station to pose, optional
         Their axes, in body axes, where a joint's axis is not the z-axis of the mesh:
         ``{"bore": Pose.axes(z=(0, 1, 0))}``. Their positions come from the data.
+    skins : mapping of name to Skin, optional
+        Parts of its free surface that can touch, for a `SkinSurface`: they move with its modes.
 
     Source: Banerjee 1993, eqs. 17-21, 41; Shabana, Dynamics of Multibody Systems, ch. 5.
     """
@@ -68,6 +72,7 @@ class FloatingBody(Body):
     geometric_stiffness: Any = True
     rigid: bool = False
     markers: Any = None
+    skins: Mapping[str, Any] = field(default_factory=dict)
 
     drawn: ClassVar[str] = "cells"
     watch: ClassVar[Any] = FloatingWatch
@@ -91,7 +96,10 @@ class FloatingBody(Body):
         except ModelError as error:
             known = {"expected": error.expected, "remedy": error.remedy}
             raise ModelError(self.title, found=f"modes = {modes!r:.200}", **known) from None
-        object.__setattr__(self, "_reduced", reduced)
+        object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=()))
+        found: Any = with_skins(reduced, self.skins, self.title) if self.skins else (reduced, {}, {})
+        for name, value in zip(("_reduced", "_patches", "_thickness"), found, strict=True):
+            object.__setattr__(self, name, value)
         m = reduced.n_modes
         damping = finite_array(self.damping)
         fits = m == 0 or damping.shape in ((), (self.data.n_modes,), (m,), (m, m))
@@ -191,6 +199,16 @@ class FloatingBody(Body):
     def reduced(self) -> ModalNeutralData:
         """The data with the modes in use."""
         return self._reduced  # type: ignore[attr-defined]
+
+    @property
+    def skin_patches(self) -> Mapping[str, tuple[SkinPatch, ...]]:
+        """The pieces of every skin."""
+        return self._patches  # type: ignore[attr-defined]
+
+    @property
+    def skin_thickness(self) -> Mapping[str, float]:
+        """Twice the volume per area behind every skin, m."""
+        return self._thickness  # type: ignore[attr-defined]
 
     def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return linear and angular momentum about the origin of W, (nt, 6)."""

@@ -70,6 +70,8 @@ class AncfBeam(AncfLine):
         Masses without size, fixed to the line.
     stretches : mapping of name to (from, to)
         Parts of the line, as fractions of its length, on which a `LineLoad` acts.
+    skins : mapping of name to Skin
+        Round tubes about the line that can touch, for a `SkinSurface`.
     markers : mapping of name to fraction or (fraction, rotation)
         Places on the line, 0 to 1 of its length, with the axes of the section: x across it, along the undeformed line.
         `rotation` turns them further. ``start`` and ``end`` always exist.

@@ -70,6 +70,8 @@ class AncfCable(AncfLine):
         Masses without size, fixed to the line.
     stretches : mapping of name to (from, to)
         Parts of the line, as fractions of its length, on which a `LineLoad` acts.
+    skins : mapping of name to Skin
+        Round tubes about the line that can touch, for a `SkinSurface`.
     markers : mapping of name to fraction or (fraction, rotation)
         Places on the line, 0 to 1 of its length. The axes of a marker as drawn: x along the line, the others the
         body's, turned with x by the smallest rotation; `rotation` turns them further, and then z should be the axis of

@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.bodies.line.curve import Curve, curve_through
 from flexmb.bodies.line.sections import checked_masses, checked_sections, section_constants
+from flexmb.bodies.line.skin import tube_patches
 from flexmb.bodies.line.stretches import Stretch, checked_stretches, places_of
 from flexmb.errors import ModelError, ValidityWarning
 from flexmb.model.described import is_number
@@ -19,6 +20,7 @@ from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import rotation3
+from flexmb.model.skin import SkinPatch, checked_skins
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
@@ -49,6 +51,7 @@ class AncfLine(Body):
     lumped_masses: Any = ()
     stretches: Mapping[str, Any] = field(default_factory=dict)
     markers: Mapping[str, Any] = field(default_factory=dict)
+    skins: Mapping[str, Any] = field(default_factory=dict)
 
     has_frame: ClassVar[bool] = False
     drawn: ClassVar[str] = "line"
@@ -86,7 +89,12 @@ class AncfLine(Body):
         object.__setattr__(self, "_stretches", stretches)
         self._doubt(curve.length)
         own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
-        object.__setattr__(self, "_places", own | places_of(stretches))
+        object.__setattr__(
+            self, "skins", checked_skins(self.skins, self.title, needs=("radius",), lacks=("nodes",))
+        )
+        places, patches = tube_patches(self.skins, curve.length, self.title)
+        object.__setattr__(self, "_places", own | places_of(stretches) | places)
+        object.__setattr__(self, "_patches", patches)
 
     def _doubt(self, length: float) -> None:
         """Warn of a material, or of sections beside the length, m, that can hardly be meant."""
@@ -135,6 +143,16 @@ class AncfLine(Body):
     def element_length(self) -> float:
         """Length of an element as drawn, m."""
         return self.curve.length / self.elements
+
+    @property
+    def skin_patches(self) -> Mapping[str, tuple[SkinPatch, ...]]:
+        """The pieces of every skin."""
+        return self._patches  # type: ignore[attr-defined]
+
+    @property
+    def skin_thickness(self) -> Mapping[str, float]:
+        """Twice the volume per area behind every skin, m."""
+        return {name: skin.radius for name, skin in self.skins.items()}
 
     @property
     def loaded_stretches(self) -> dict[str, Stretch]:

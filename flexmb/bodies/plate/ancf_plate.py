@@ -24,6 +24,7 @@ from flexmb.bodies.plate.places import (
     row_starts,
 )
 from flexmb.bodies.plate.quad_grid import grid_of_mesh
+from flexmb.bodies.plate.skin import face_patches
 from flexmb.bodies.plate.surface import (
     Surface,
     checked_elements,
@@ -36,6 +37,7 @@ from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import Pose
+from flexmb.model.skin import SkinPatch, checked_skins
 from flexmb.model.table import Table
 
 __all__ = ["AncfPlate"]
@@ -83,6 +85,8 @@ class AncfPlate(Body):
         Places on the surface by two fractions of the grid. Axes: x along s, z normal; `rotation` turns them further.
         With "mean" for one fraction, ``(1.0, "mean")``, the marker is the mean of a line: a force on it is spread
         evenly along that line. ``corner_00``, ``corner_10``, ``corner_11``, ``corner_01`` always exist.
+    skins : mapping of name to Skin
+        Both faces, half the thickness from the middle surface, that can touch, for a `SkinSurface`.
 
     Notes
     -----
@@ -118,6 +122,7 @@ class AncfPlate(Body):
     velocity: Any = (0.0, 0.0, 0.0)
     angular_velocity: Any = (0.0, 0.0, 0.0)
     markers: Mapping[str, Any] = field(default_factory=dict)
+    skins: Mapping[str, Any] = field(default_factory=dict)
 
     table: ClassVar[Table] = Table(
         "AncfPlate", kernels.ROW, {"place": kernels.place, "inertia": kernels.inertia, "energy": kernels.energy}
@@ -150,11 +155,13 @@ class AncfPlate(Body):
             surface_through(np.array(self.at) + points @ np.asarray(self.rotation).T, self.elements, self.title),
         )
         object.__setattr__(self, "markers", dict(self.markers or {}))
+        places = {name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()}
         object.__setattr__(
-            self,
-            "_places",
-            {name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()},
+            self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=("nodes", "radius"))
         )
+        more, patches = face_patches(self, self.skins)
+        object.__setattr__(self, "_places", places | more)
+        object.__setattr__(self, "_patches", patches)
         object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
         heads, element_points = (shell_elements if self.shear else thin_elements)(
             self.surface, self._nodal_vectors(), self
@@ -208,6 +215,16 @@ class AncfPlate(Body):
     def places(self) -> dict[str, Place]:
         """Fractions and given rotation of every marker."""
         return self._places  # type: ignore[attr-defined]
+
+    @property
+    def skin_patches(self) -> Mapping[str, tuple[SkinPatch, ...]]:
+        """The pieces of every skin."""
+        return self._patches  # type: ignore[attr-defined]
+
+    @property
+    def skin_thickness(self) -> Mapping[str, float]:
+        """Twice the volume per area behind every skin, m."""
+        return dict.fromkeys(self.skins, float(np.min(self._thickness)))  # type: ignore[attr-defined]
 
     @property
     def vectors(self) -> int:

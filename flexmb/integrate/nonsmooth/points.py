@@ -9,7 +9,8 @@ from flexmb.integrate.nonsmooth.problem import POINT
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
-from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR
+from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH
+from flexmb.surfaces.skin_surface import pieces_of
 
 __all__ = ["Touching"]
 
@@ -46,6 +47,13 @@ def _write_point(point, contact, a):
 
 
 @inner_kernel
+def _by_centre(data, at_a, at_b):
+    """Is one surface a ball, and the other one with a distance from its centre?"""
+    a, b = int(data[at_a + CODE]), int(data[at_b + CODE])
+    return (a == BALL or b == BALL) and a != PATCH and b != PATCH
+
+
+@inner_kernel
 def _relative_place(a, b, d, Q):
     """Write the place of marker b from a, and its axes, in the axes of a; return the speeds of b as seen from a."""
     r, v, t = np.empty(3), np.empty(3), np.empty(3)
@@ -78,7 +86,7 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
         margin = slack + 2.0 * span * (speed + reach * spin)
         if bound_gap(data, at_a, at_b, d, Q) >= margin:
             continue
-        if int(data[at_a + CODE]) == BALL or int(data[at_b + CODE]) == BALL:
+        if _by_centre(data, at_a, at_b):
             count = find_closest(data, at_a, at_b, margin, d, Q, contacts)
         else:
             count = find_points(data, at_a, at_b, margin, d, Q, contacts)
@@ -116,7 +124,7 @@ def longest_step(markers, data, surface_marker, place, thickness, convex, pairs,
         if span * (speed + turning) <= room + max(0.0, bound_gap(data, at_a, at_b, d, Q)):
             continue
         gap, nearing = 0.0, speed + turning
-        if int(data[at_a + CODE]) == BALL or int(data[at_b + CODE]) == BALL:
+        if _by_centre(data, at_a, at_b):
             count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
         else:
             count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
@@ -151,8 +159,8 @@ class Touching:
         model = system.model
         self.forces = [(k, f) for k, f in enumerate(model.forces) if f.impulsive]
         names = dict.fromkeys(name for _, f in self.forces for group in f.groups for name in group)
-        self.surfaces = [model.surface(name, "rigid contact") for name in names]
-        number = {name: k for k, name in enumerate(names)}
+        self.surfaces = pieces_of(model, names, "rigid contact")
+        number = {surface.name: k for k, surface in enumerate(self.surfaces)}
         packed = [surface.packed for surface in self.surfaces]
         starts = np.concatenate([[0], np.cumsum([len(x) for x in packed])]).astype(np.int64)
         self.place = starts[:-1].copy()
@@ -165,11 +173,12 @@ class Touching:
         self.convex = np.array([surface.shape.convex for surface in self.surfaces])
         corners = max((int(self.data[at + CORNERS]) for at in self.place), default=0)
         self.contacts = np.zeros(2 * corners + 2, CONTACT)
-        self.groups = [self._group(f, number) for _, f in self.forces]
+        self.groups = [self._group(model, f, number) for _, f in self.forces]
         self.points = np.zeros(64, POINT)
 
-    def _group(self, force, number):
-        first, second = (np.array([number[name] for name in group], np.int64) for group in force.groups)
+    def _group(self, model, force, number):
+        groups = (pieces_of(model, group, force.title) for group in force.groups)
+        first, second = (np.array([number[s.name] for s in group], np.int64) for group in groups)
         law = force.law
         given = (law.restitution, 0.0, law.friction, law.drilling, law.rolling)
         numbers = np.array(given, float)
