@@ -256,6 +256,7 @@ class SurfaceContact(Force):
 
     def check(self, model) -> None:
         """Raise ModelError if a surface does not exist, none can touch, or the law cannot be used for a pair."""
+        self._check_skins(*(next((s for s in g if _kind(s) == "Patch"), None) for g in self._surfaces(model)))
         if self.impulsive:
             self._check_rigid(model)
             return
@@ -289,7 +290,6 @@ class SurfaceContact(Force):
                 expected="surfaces of two bodies",
                 remedy="A body does not touch itself: name the surface of another one",
             )
-        self._check_skins(*(next((s for s in group if _kind(s) == "Patch"), None) for group in groups))
         endless = [[s for s in group if not np.isfinite(s.shape.reach)] for group in groups]
         if endless[0] and endless[1]:
             self._check_pair(endless[0][0], endless[1][0])
@@ -303,7 +303,6 @@ class SurfaceContact(Force):
                 expected="at most one surface without end",
                 remedy="Use a Cuboid",
             )
-        self._check_skins(*(s if _kind(s) == "Patch" else None for s in (a, b)))
         if self.law.sampled and a.spacing is None and b.spacing is None:
             raise ModelError(
                 self.title,
@@ -315,7 +314,7 @@ class SurfaceContact(Force):
             raise ModelError(
                 self.title,
                 found=f"'{a.name}' is a {type(a.shape).__name__}, '{b.name}' a {type(b.shape).__name__}",
-                expected="a Sphere and a Surface with the law of Hertz",
+                expected="a Sphere with the law of Hertz, and a Surface as the other",
                 remedy="Use ElasticFoundation",
             )
 

@@ -29,7 +29,7 @@ def overlaps(system, state) -> list[str]:
         gaps = now[owners == force.title][::2, 1]
         found = []
         for (a, b), gap in zip(force.pairs(model), gaps):
-            size = min(a.shape.size, b.shape.size)
+            size = min(a.shape.extent, b.shape.extent)
             if gap < -DEEP * size:
                 found.append(f"'{a.name}' and '{b.name}' by {-gap:.4g} m")
         if found:

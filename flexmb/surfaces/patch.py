@@ -42,7 +42,7 @@ class Patch(Shape):
         return max(far, p.radius, float(np.sqrt(p.areas.max() / np.pi)))
 
     @property
-    def size(self) -> float:
+    def extent(self) -> float:
         """Thickness of the body, m."""
         return self.behind
 

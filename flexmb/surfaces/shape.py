@@ -45,7 +45,7 @@ class Shape(metaclass=Described):
         raise TypeError(f"{type(self).__name__} does not say how far it reaches")
 
     @property
-    def size(self) -> float:
+    def extent(self) -> float:
         """Length, m, beside which a penetration is deep or not."""
         return self.reach
 

@@ -28,6 +28,7 @@ VALUES = {
     "sensor": "s",
     "shape": fmb.Sphere(0.2),
     "surfaces": ("floor", ("ball", "box")),
+    "skin": "rope.coat",
     "law": fmb.ElasticFoundation(modulus=1e8, thickness=0.01, friction=1 / 3),
 }
 MORE = {
@@ -39,6 +40,7 @@ MORE = {
         "rotation": (0.1, 0.2, 0.3),
         "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
         "stretches": {"wind": (0.1, 0.6)},
+        "skins": {"coat": fmb.Skin(spacing=0.1, radius=0.02, between=(0.2, 1.0))},
     },
     "AncfBeam": {
         "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),

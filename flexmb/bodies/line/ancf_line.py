@@ -89,9 +89,7 @@ class AncfLine(Body):
         object.__setattr__(self, "_stretches", stretches)
         self._doubt(curve.length)
         own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
-        object.__setattr__(
-            self, "skins", checked_skins(self.skins, self.title, needs=("radius",), lacks=("nodes",))
-        )
+        object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=("radius",), lacks=("nodes",)))
         places, patches = tube_patches(self.skins, curve.length, self.title)
         object.__setattr__(self, "_places", own | places_of(stretches) | places)
         object.__setattr__(self, "_patches", patches)

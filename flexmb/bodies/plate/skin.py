@@ -33,7 +33,7 @@ def face_patches(plate, skins):
         for i in range(counts[0]):
             for j in range(counts[1]):
                 s, t = (i + 0.5) / counts[0], (j + 0.5) / counts[1]
-                marker, half = f"{name}[{len(found)}]", 0.5 * float(plate.thickness_at(s, t))
+                marker, half = f"{name}[{len(found)}]", 0.5 * plate.thickness_at(s, t).item()
                 places[marker] = Place(s, t, None)
                 found.append(SkinPatch(marker, half * SIDES, SIDES, np.full(2, areas[i, j]), half))
         patches[name] = tuple(found)
