@@ -167,6 +167,8 @@ class GeneralizedAlpha(metaclass=Described):
             a_last=a.copy(),
             lam_last=state.lam.copy(),
             hidden=np.zeros(ng),
+            slope=np.zeros(nu),
+            curve=np.zeros(ng),
             change=np.zeros(nu),
             extent=extent,
             reach=reach,
@@ -225,12 +227,14 @@ class GeneralizedAlpha(metaclass=Described):
         # rates that differ over a step belong to frequencies which the step cannot resolve: those are better damped
         if not difference <= 0.5 * np.max(np.abs(rate) * v.extent, initial=0.0):
             return
-        v.alg[:] += (c.alpha_m - c.alpha_f) * h * rate
+        v.slope[:] = (c.alpha_m - c.alpha_f) * rate
+        v.alg[:] += h * v.slope
         constant = c.beta + 0.5 * (c.alpha_m - c.alpha_f) - 1.0 / 6.0
         rest, scratch, body_rate = np.zeros((3, system.nu))
         to_body_axes(v.world, state.q, rest, rate, scratch, body_rate)
         v.change[:] = self._constrained_part(system, state, work, -constant * h * h * body_rate)
         constraint_velocity(work, state.u + v.change, v.hidden)
+        v.curve[:] = v.hidden / max(h * h, np.finfo(float).tiny)
         turn(v.world, state.q, v.change)
         v.u[:] += v.change
 

@@ -10,7 +10,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.alpha.step_size import back_to_step, fit_to_step, write_sample
+from flexmb.integrate.alpha.step_size import (
+    TINY,
+    back_to_step,
+    fit_to_step,
+    is_short,
+    keep_rates,
+    settle_short_step,
+    write_sample,
+)
 from flexmb.integrate.alpha.variables import Controls, Variables
 from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
@@ -246,6 +254,7 @@ def _begin_anew(v):
     """
     for i in range(len(v.a)):
         v.alg[i] = v.a[i]
+        v.slope[i] = 0.0
         v.a_last[i] = v.a[i]
     for i in range(len(v.lam)):
         v.lam_last[i] = v.lam[i]
@@ -260,27 +269,26 @@ def _add_works(v, h, powers):
         if v.run[0].steps > 0:
             curvature = ((v.powers[i] - powers[i]) / h - (powers[i] - v.powers_last[i]) / before) / (h + before)
             v.works[i] -= curvature * h * h * h / 6.0
-        v.powers_last[i] = powers[i]
 
 
 @inner_kernel
-def _accept(program, work, v, h, powers):
+def _accept(program, work, v, h, planned, powers):
     """Make the end of the step the start of the next."""
+    constraint_velocity(work, v.body_u, v.hidden)
+    _add_works(v, h, powers)
+    if keep_rates(v, h, planned):
+        v.powers_last[:] = powers
     for k in range(len(v.pace)):
         v.pace[k] = (work.branches[k] - v.q[program.branches + k]) / h
     for i in range(len(v.q)):
         v.q[i] = v.q1[i]
     for i in range(len(v.u)):
-        v.a_last[i] = v.a[i]
         v.u[i] = v.u1[i]
         v.a[i] = v.a1[i]
         v.alg[i] = v.alg1[i]
     for i in range(len(v.lam)):
-        v.lam_last[i] = v.lam[i]
         v.lam[i] = v.lam1[i]
-    constraint_velocity(work, v.body_u, v.hidden)
     keep_branches(program, work, v.q)
-    _add_works(v, h, powers)
     for n in range(len(program.vectors)):
         if program.vectors[n, 3] != 1:  # positions in W: how far the origin is says nothing about a tolerance
             continue
@@ -293,7 +301,6 @@ def _accept(program, work, v, h, powers):
             v.reach[iu + i] = max(v.reach[iu + i], largest)
     for i in range(v.run[0].first_state, len(v.u)):
         v.reach[i] = max(v.reach[i], abs(v.u[i]))
-    v.run[0].last_step = h
     v.run[0].steps += 1
 
 
@@ -322,13 +329,18 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                 return k, PAUSED
             tried += 1
             left = samples[k] - v.run[0].t
-            h = left / max(1.0, np.ceil(left / min(v.run[0].next_step, v.run[0].longest_step) * (1.0 - 1e-9)))
+            planned = min(v.run[0].next_step, v.run[0].longest_step)
+            h = left / max(1.0, np.ceil(left / planned * (1.0 - 1e-9)))
             fit_to_step(program, work, v, h)
             _scale_states(v, c, h)
             for i in range(3):
                 powers[i] = v.powers[i]
             _predict(program, v, c, h)
-            failure = _iterate(program, work, v, c, h)
+            short, failure = is_short(v, h, planned), 0
+            if not (short and h < TINY * planned and settle_short_step(program, work, v, c, h)):
+                failure = _iterate(program, work, v, c, h)
+                if short and failure == 0:
+                    settle_short_step(program, work, v, c, h)
             error = 0.0
             part = 2.0
             if failure == 0:
@@ -337,7 +349,7 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                     state = State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
                     part = part_of_step(program, v.switching, state, work, h, c.adaptive)
             if failure != 0 or error > 1.0 or part < 1.0:
-                back_to_step(v, h)
+                back_to_step(v)
                 for i in range(3):
                     v.powers[i] = powers[i]
                 if failure != 0:
@@ -354,7 +366,7 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                 continue
             now = samples[k] if left - h <= 1e-12 * left else v.run[0].t + h
             most = min(part, _largest_growth(v, c, error))
-            _accept(program, work, v, h, powers)
+            _accept(program, work, v, h, planned, powers)
             if keep_switches(v.switching, h):
                 _begin_anew(v)
             v.run[0].t = now

@@ -6,24 +6,38 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.alpha.world_translation import to_body_axes, turn
+from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.math.block_lu import lu_solve
+from flexmb.math.energies import powers
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
 from flexmb.system.accelerations import accelerations, corrected_accelerations
+from flexmb.system.program import evaluate
 
-__all__ = ["back_to_step", "change_of_velocities", "fit_to_step", "write_sample"]
+__all__ = [
+    "TINY",
+    "back_to_step",
+    "change_of_velocities",
+    "fit_to_step",
+    "is_short",
+    "keep_rates",
+    "settle_short_step",
+    "write_sample",
+]
+
+SHORT, TINY = 0.1, 1e-4
+"""Steps below these parts of the planned one, before a time that must be met, tell no rates, and need no iteration."""
 
 
 @kernel
-def change_of_velocities(program, work, v, share):
-    """Write the change of the velocities that adds a share of itself to the rate of the constraints."""
+def change_of_velocities(program, work, v, h):
+    """Write the change of the velocities that gives the constraints the rate which a step of the size h leaves."""
     largest = 0.0
     for i in range(len(v.u)):
         v.change[i] = 0.0
         v.right[i] = 0.0
     for i in range(len(v.lam)):
-        change = share * v.hidden[i] if program.equation_level[i] == 0 else 0.0
+        change = h * h * v.curve[i] - v.hidden[i] if program.equation_level[i] == 0 else 0.0
         v.right[len(v.u) + i] = change
         largest = max(largest, abs(change))
     if largest > 0.0:
@@ -41,19 +55,73 @@ def fit_to_step(program, work, v, h):
     velocities which violate them by C h^2 G a'; kept at that value of the step before, the multipliers would carry an
     error of first order through the next steps (Arnold, Brüls & Cardona 2015).
     """
-    ratio = h / v.run[0].last_step
-    change_of_velocities(program, work, v, ratio * ratio - 1.0)
+    if h == v.run[0].last_step and v.run[0].short == 0.0:
+        v.change[:] = 0.0
+    else:
+        change_of_velocities(program, work, v, h)
     for i in range(len(v.u)):
-        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * ratio
+        v.alg[i] = v.a[i] + v.slope[i] * h
         v.u[i] += v.change[i]
 
 
 @kernel
-def back_to_step(v, h):
+def back_to_step(v):
     """Undo `fit_to_step` after a step that failed."""
     for i in range(len(v.u)):
-        v.alg[i] = v.a[i] + (v.alg[i] - v.a[i]) * v.run[0].last_step / h
         v.u[i] -= v.change[i]
+
+
+@kernel
+def is_short(v, h, planned):
+    """Is a step much shorter than planned, to a sample or a kink just ahead?
+
+    The rates that it tells are rounding divided by its size. Those of the step before hold on, until such steps make up
+    half of its size.
+    """
+    return h < SHORT * planned and v.run[0].short + h <= 0.5 * v.run[0].last_step
+
+
+@kernel
+def settle_short_step(program, work, v, c, h):
+    """Solve for accelerations and multipliers at the end of a short step: its own are the rounding of positions
+    divided by the square of its size. Where there is no solution they stay as they are; return if there is.
+    """
+    a, lam = v.body_a.copy(), v.lam1.copy()
+    state = State(v.run[0].t + h, v.q1, v.body_u, a, lam, v.signals)
+    if c.friction:
+        found = corrected_accelerations(program, state, work, v.right)
+    else:
+        found = accelerations(program, state, work, v.right, max(c.sweeps, 2)) < 0
+    found = found and np.all(np.isfinite(a)) and np.all(np.isfinite(lam))
+    if found:
+        v.body_a[:] = a
+        v.lam1[:] = lam
+        v.a1[:] = a
+        v.d[:] = v.body_u
+        to_world_axes(v.world, v.q1, v.d, v.a1)
+        for i in range(len(v.a1)):
+            v.alg1[i] = v.a1[i] + v.slope[i] * h
+    work.weights[0].wanted = 0
+    evaluate(program, State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals), work)
+    v.powers[:] = powers(work.energy)
+    return found
+
+
+@kernel
+def keep_rates(v, h, planned):
+    """Keep what an accepted step tells of rates, before its end becomes the start of the next; return if it does."""
+    tells = not is_short(v, h, planned)
+    for i in range(len(v.u)):
+        if tells:
+            v.slope[i] = (v.alg1[i] - v.a1[i]) / h
+            v.a_last[i] = v.a[i]
+    for i in range(len(v.lam)):
+        if tells:
+            v.curve[i] = v.hidden[i] / (h * h)
+            v.lam_last[i] = v.lam[i]
+    v.run[0].last_step = h if tells else v.run[0].last_step + h
+    v.run[0].short = 0.0 if tells else v.run[0].short + h
+    return tells
 
 
 @kernel
@@ -67,7 +135,7 @@ def write_sample(program, work, v, c, u, a, lam):
     Friction that reads reactions is taken at the step's own velocity. Where a joint is stuck it is so steep in the
     velocity that C h^2 G a' more of it would change the force.
     """
-    change_of_velocities(program, work, v, -1.0)
+    change_of_velocities(program, work, v, 0.0)
     for i in range(len(u)):
         v.d[i] = v.u[i] + v.change[i]
     to_body_axes(v.world, v.q, v.d, v.a, u, a)

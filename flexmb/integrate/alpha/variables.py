@@ -20,7 +20,9 @@ class AlphaRun(Record):
     next_step: float
     """s"""
     last_step: float
-    """s"""
+    """s, since the accelerations `a_last`"""
+    short: float
+    """s, part of it in steps too short to tell a rate"""
     longest_step: float
     """s"""
     convergence: float
@@ -75,11 +77,15 @@ class Variables(NamedTuple):
     right: Floats
     """(nu + ng,) scratch"""
     a_last: Floats
-    """(nu,) acceleration at the start of the previous step, for the prediction"""
+    """(nu,) acceleration at the start of the previous step (of those that tell a rate), for the prediction"""
     lam_last: Floats
     """(ng,) multipliers there"""
     hidden: Floats
     """(ng,) rate of the constraints at the step's start"""
+    slope: Floats
+    """(nu,) distance of the algorithmic acceleration from the true one, per step size"""
+    curve: Floats
+    """(ng,) rate of the constraints that a step leaves, per square of its size"""
     change: Floats
     """(nu,) of the velocities, with the step size"""
     extent: Floats
