@@ -15,6 +15,7 @@ import numpy as np
 
 from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
 from flexmb.fmi.inside import output_names
+from flexmb.fmi.library import release
 from flexmb.integrate import Stepper, stepper
 from flexmb.model.described import Described, is_number
 from flexmb.model.model import Model
@@ -67,6 +68,9 @@ class Fmu(metaclass=Described):
                 )
 
 
+FATAL = 4
+"""Status with which a unit says that none of its functions may be called again (FMI 3.0.1, section 2.2.2)."""
+
 _LOADED: dict[str, str] = {}
 """Units that PythonFMU has made and this process has loaded: path by identifier of the build."""
 
@@ -76,6 +80,8 @@ class _Unit:
 
     def __init__(self, described: Fmu, folder: str, start: float, end: float):
         self.described, self.title = described, f"Fmu '{described.path}'"
+        self.worst = 0
+        """The gravest status that the unit has given (0: ok, 3: error, 4: fatal)."""
         fmpy = _fmpy()
         path = Path(described.path)
         if not path.is_file():
@@ -165,12 +171,16 @@ class _Unit:
     def set(self, name: str, value: float) -> None:
         """Set a variable."""
         write = self.slave.setReal if self.old else self.slave.setFloat64
-        write([self.variable(name, "input", "parameter").valueReference], [value])
+        variable = self.variable(name, "input", "parameter")
+        with self._speaking(f"failed when '{name}' was set to {value:.9g}"):
+            write([variable.valueReference], [value])
 
     def get(self, name: str) -> float:
         """Return the value of a variable."""
         read = self.slave.getReal if self.old else self.slave.getFloat64
-        return float(read([self.variable(name, "output", "local").valueReference])[0])
+        variable = self.variable(name, "output", "local")
+        with self._speaking(f"failed when '{name}' was read"):
+            return float(read([variable.valueReference])[0])
 
     def step(self, t: float, h: float) -> bool:
         """Let the unit take a step; return if it goes on."""
@@ -182,20 +192,27 @@ class _Unit:
             return not ends
 
     def close(self) -> None:
-        """End the unit."""
-        with suppress(Exception):  # a unit that has failed may not be able to
-            self.slave.terminate()
+        """End the unit, as far as its state allows: a unit that failed is not terminated, a fatal one is left as it is.
+
+        PythonFMU3 0.3 has already released its object when a step raises, and would release it again.
+        """
+        release(self.slave.dll)
+        if self.worst == FATAL:
+            return
+        with suppress(Exception):  # foreign code
+            if self.worst == 0:
+                self.slave.terminate()
             self.slave.freeInstance()
 
     def _speaking(self, what: str) -> Any:
-        return _Speaking(self.title, what)
+        return _Speaking(self, what)
 
 
 class _Speaking:
-    """Turns what a unit fails with into an error with its name."""
+    """Turns what a unit fails with into an error with its name, and keeps its status."""
 
-    def __init__(self, title: str, what: str):
-        self.title, self.what = title, what
+    def __init__(self, unit: _Unit, what: str):
+        self.unit, self.what = unit, what
 
     def __enter__(self) -> None:
         return None
@@ -203,8 +220,9 @@ class _Speaking:
     def __exit__(self, kind, error, trace) -> None:
         if not isinstance(error, Exception) or isinstance(error, FlexmbError):
             return
+        self.unit.worst = getattr(error, "status", FATAL)  # without a status nothing is known of its state
         raise IntegrationError(
-            self.title,
+            self.unit.title,
             found=f"the unit {self.what}: {error}",
             expected="a unit that takes the step",
             remedy="Look at its inputs and at its log; try a shorter communication step",

@@ -8,6 +8,7 @@ from typing import Any
 
 from flexmb.errors import FlexmbError
 from flexmb.fmi.inside import Inside, variable_name
+from flexmb.fmi.library import release_at_exit
 from flexmb.fmi.units import base_units
 
 __all__ = ["Fmi2Motion", "Fmi3Motion"]
@@ -30,6 +31,7 @@ class _Motion:
 
     def __init__(self, **given):
         super().__init__(**given)
+        release_at_exit(self.resources)
         self.inside = Inside(self.resources)
         self.description = f"{DESCRIPTION} Model: {self.inside.model.name}."
         for variable in self.variables():

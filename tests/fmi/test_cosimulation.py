@@ -1,5 +1,9 @@
 """Models beside units of other programs: here a controller that is built with PythonFMU3."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -106,6 +110,33 @@ def test_units_that_fail_are_named_and_results_kept(unit):
         with pytest.raises(fmb.IntegrationError, match=said) as raised:
             fmb.fmi.cosimulate(slider(), controller, 0.5, step=0.05)
         assert len(raised.value.solution.t) >= 2
+
+
+FAILING = """
+import sys
+import flexmb as fmb
+
+model = fmb.Model(
+    bodies=[fmb.PointMass("mass", mass=2.0)],
+    forces=[fmb.PointLoad("push", marker="mass.center", force=(fmb.input("force"), 0, 0))],
+)
+for _ in range(3):
+    try:
+        fmb.fmi.cosimulate(model, fmb.fmi.Fmu(sys.argv[1], outputs={"force": "u"}), 0.5, step=0.1)
+    except fmb.IntegrationError as error:
+        print("status 4" in str(error), flush=True)
+"""
+
+
+def test_a_unit_that_failed_for_good_is_left_alone(unit):
+    """FMI 3.0.1, 2.2.2: after "fatal" nothing may be called. PythonFMU3 would use the object that it has released."""
+    path = unit("Fatal", "1.0 / 0.0 if current_time > 0.12 else 0.0")
+    overwritten = os.environ | {"PYTHONMALLOC": "malloc", "GLIBC_TUNABLES": "glibc.malloc.perturb=165"}
+    run = subprocess.run(
+        [sys.executable, "-c", FAILING, str(path)], capture_output=True, text=True, timeout=300, env=overwritten
+    )
+    assert run.stdout.count("True") == 3, run.stderr
+    assert run.returncode == 0, run.stderr
 
 
 def test_files_that_are_no_units(tmp_path):
