@@ -47,11 +47,14 @@ class FlexmbError(Exception):
         wanted = expected if not expected or (expected[0].isupper() and ": " in expected) else f"Expected: {expected}"
         sentences = (text.strip().rstrip(".") for text in (found, wanted, remedy))
         body = " ".join(_in_words(text) + ("" if text.endswith("?") else ".") for text in sentences if text)
-        super().__init__(f"{part}: {body}")
+        super().__init__(f"{_in_words(part)}: {body}")
 
 
 _NUMBER = re.compile(r"\bnp\.\w+\(([^()]*)\)|\bnp\.(True|False)_")
 _ARRAY = re.compile(r"\b(?:array|matrix)\((\[.*?\])(?:, (?:dtype|shape)=(?:[^()]|\([^()]*\))*)?\)", re.DOTALL)
+_SINGLE = re.compile(r"\barray\(('[^']*'|[^()\[\],]+)(?:, dtype=[^()]*)?\)")
+_CUT = re.compile(r"\barray\((?=[\['])|, dtype=[\w'<>]*")
+"""What is left of an array whose text was cut off."""
 _OBJECT = re.compile(
     r"<(?:function|built-in function|bound method) (?:\S*\.)?([\w<>]+)(?: of [^<>]*<[^<>]*>| at 0x\w+)?>"
 )
@@ -65,6 +68,7 @@ def _in_words(text: str) -> str:
         return text
     text = _NUMBER.sub(lambda found: found[1] or found[2] or "", text)
     text = _ARRAY.sub(lambda found: " ".join(found[1].split()), text)
+    text = _CUT.sub("", _SINGLE.sub(r"\1", text))
     text = _OBJECT.sub(r"the function \1", text).replace("the function <lambda>", "a lambda function")
     return _CLASS.sub(r"the class \1", _THING.sub(r"an object of the class \1", text))
 
@@ -120,7 +124,7 @@ def listed(name: str, known: Iterable[str]) -> str:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return "Did you mean 'x'?" for the known name nearest to `name`, or "" if none is near."""
-    near = get_close_matches(str(name), list(known), n=1, cutoff=0.6)
+    near = get_close_matches(str(name), [str(one) for one in known], n=1, cutoff=0.6)
     return f"Did you mean '{near[0]}'?" if near else ""
 
 

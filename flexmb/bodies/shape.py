@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
-import numpy as np
-
 from flexmb.errors import ModelError
-from flexmb.model.described import Described
+from flexmb.model.described import Described, entries_of, finite_array
 from flexmb.model.pose import vector3
 
 __all__ = ["VALUES", "Box", "Extrusion", "Shape", "Tube", "checked_shapes"]
@@ -84,14 +81,14 @@ class Extrusion(Shape):
     axis: str = "y"
 
     def __post_init__(self):
-        outline, depth = np.asarray(self.outline, float), np.asarray(self.depth, float)
-        if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 3 or not np.all(np.isfinite(outline)):
+        outline, depth = finite_array(self.outline), finite_array(self.depth)
+        if outline.ndim != 2 or outline.shape[1] != 2 or len(outline) < 3:
             self._fail(
                 f"an outline of the shape {outline.shape}",
                 "three or more corners (n, 2), m",
                 "Write outline = [(0, 0), (1, 0), (1, 0.2)]",
             )
-        if depth.shape != (2,) or not np.all(np.isfinite(depth)) or depth[0] == depth[1]:
+        if depth.shape != (2,) or depth[0] == depth[1]:
             self._fail(f"depth = {self.depth!r}", "two different numbers, m", "Write depth = (-0.1, 0.1)")
         if self.axis not in ("x", "y", "z"):
             self._fail(f"axis = {self.axis!r}", "'x', 'y' or 'z'", "Name an axis of the body")
@@ -105,8 +102,8 @@ VALUES = {kind.__name__: kind for kind in (Box, Extrusion, Tube)}
 
 def checked_shapes(body) -> tuple[Shape, ...]:
     """Return the field `shape` of a body as a tuple; ModelError if something else is in it, or a marker is unknown."""
-    given = () if body.shape is None else (body.shape,) if isinstance(body.shape, Shape) else body.shape
-    if not isinstance(given, Iterable) or not all(isinstance(shape, Shape) for shape in given):
+    given = entries_of(body.shape)
+    if not all(isinstance(shape, Shape) for shape in given):
         raise ModelError(
             body.title,
             found=f"shape = {body.shape!r}",
@@ -122,4 +119,4 @@ def checked_shapes(body) -> tuple[Shape, ...]:
                 expected=f"The body has: {', '.join(markers)}",
                 remedy="Correct the marker of the shape",
             )
-    return tuple(given)
+    return given

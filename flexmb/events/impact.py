@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from flexmb.errors import ModelError
 from flexmb.events.event import Action
+from flexmb.model.described import entries_of
 
 __all__ = ["Impact"]
 
@@ -37,12 +38,12 @@ class Impact(Action):
     markers: tuple[str, str]
     _: KW_ONLY
     restitution: float
-    along: Any = None
+    along: str | None = None
 
     strikes: ClassVar[bool] = True
 
     def __post_init__(self):
-        object.__setattr__(self, "markers", tuple(self.markers))
+        object.__setattr__(self, "markers", entries_of(self.markers))
 
     def check(self, model, asker: str) -> None:
         """Raise ModelError if a marker does not exist, or the values are out of range."""

@@ -183,7 +183,7 @@ class MaxwellDamper(OnCoordinate):
         """Return the branches as numbers; ModelError if they are not pairs of positive ones."""
         try:
             numbers = np.array(self.branches, float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = np.empty(0)
         good = numbers.ndim == 2 and numbers.shape[1:] == (2,) and np.all((numbers > 0.0) & np.isfinite(numbers))
         if not good or not 1 <= len(numbers) <= MOST:

@@ -80,7 +80,7 @@ def checked_limits(part, remedy: str) -> tuple[float, float] | None:
         return None
     try:
         limits = np.asarray(part.limits, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         limits = np.empty(0)
     if limits.shape != (2,) or not limits[0] < limits[1]:
         raise ModelError(part.title, found=f"limits = {part.limits!r}", expected="(smallest, largest)", remedy=remedy)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from flexmb.errors import ModelError
 from flexmb.math.kernel import kernel
+from flexmb.model.described import entries_of
 from flexmb.model.signal import as_signal
 
 __all__ = [
@@ -73,14 +74,15 @@ def one_sided(p, rate, stiffness, exponent, damping, depth):
 def store_three_signals(force, field: str) -> None:
     """Make the field a tuple of three signals; ModelError unless it holds three numbers or signals."""
     value = getattr(force, field)
-    if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 3:
+    entries = () if isinstance(value, str) else entries_of(value)
+    if len(entries) != 3:
         raise ModelError(
             force.title,
             found=f"{field} = {value!r}",
             expected="three numbers or signals (x, y, z)",
             remedy=f"Write {field}=(0, 0, -100.0)",
         )
-    object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(value)))
+    object.__setattr__(force, field, tuple(as_signal(v, force.title, f"{field}[{i}]") for i, v in enumerate(entries)))
 
 
 def require_center_of_mass(force, model, elastic: bool = False) -> None:

@@ -15,14 +15,16 @@ from scipy import sparse
 from scipy.linalg import null_space, solve, svd
 from scipy.sparse.linalg import splu
 
-from flexmb.errors import CompileError
+from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import Equations, equations_at
-from flexmb.model.described import Described
+from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import accelerations
 from flexmb.system.mobility import equation_scale
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
 
+FASTEST = 1e9
+"""1/s, largest rate of a stabilisation: nothing faster than that is integrated."""
 RANK = 1e-10
 """Singular values below this, relative to the largest, count as zero."""
 TURNS = 40
@@ -261,6 +263,24 @@ class Baumgarte(_Formulation):
     formulation: Augmented | NullSpace | UdwadiaPhohomsiri = Augmented()
     alpha: float = 10.0
     beta: float = 10.0
+
+    def __post_init__(self):
+        if not isinstance(self.formulation, Augmented | NullSpace | UdwadiaPhohomsiri):
+            raise ModelError(
+                "Baumgarte",
+                found=f"formulation = {self.formulation!r:.80}",
+                expected="Augmented(), NullSpace() or UdwadiaPhohomsiri()",
+                remedy="Leave it out for Augmented()",
+            )
+        for name in ("alpha", "beta"):
+            value = getattr(self, name)
+            if not is_number(value) or not 0.0 <= value <= FASTEST:
+                raise ModelError(
+                    "Baumgarte",
+                    found=f"{name} = {value!r:.80}",
+                    expected=f"a rate from 0 to {FASTEST:.0e} 1/s",
+                    remedy="Leave it out for 10 1/s",
+                )
 
     def solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""

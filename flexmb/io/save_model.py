@@ -7,6 +7,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from flexmb.errors import ModelError
 from flexmb.files import complaints, write_text
 from flexmb.io import kind_lists
 from flexmb.io.field_values import own_kind, toml_fields
@@ -72,7 +73,15 @@ def _text(model: Model, simulation: Simulation | None, data_name: Callable[[Moda
         lines += table_lines("[origin]", toml_fields(model.origin, "Orbit", written))
     if model.parameters:
         lines += ["# The values below are evaluated already; these are the parameters they came from."]
-        lines += table_lines("[parameters]", model.parameters)
+        try:
+            lines += table_lines("[parameters]", model.parameters)
+        except ValueError as error:
+            raise ModelError(
+                f"Model '{model.name}', parameters",
+                found=str(error),
+                expected="numbers, texts and lists of them",
+                remedy="Keep other objects out of the parameters: no file can hold them",
+            ) from None
     if blocks:
         named = {text[2:]: {b.word: toml_fields(b, b.title, written)} for text, b in blocks.values()}
         lines += table_lines("[signals]", named)

@@ -133,7 +133,7 @@ class Constraint(Joint):
             over = (over,)
         if isinstance(over, Mapping):
             named = dict(over)
-        elif isinstance(over, list | tuple):
+        elif isinstance(over, list | tuple) and all(isinstance(given, str | Sensor) for given in over):
             named = {given.name if isinstance(given, Sensor) else given: given for given in over}
         else:
             named = {"": over}

@@ -74,9 +74,9 @@ class Block(Following):
                     remedy=f"Correct {name}; SI units and radians",
                 )
 
-    def require_limits(self) -> None:
+    def require_limits(self, *, optional: bool = True) -> None:
         """Make the field `limits` two numbers, the smaller one first, or None; ModelError if it is neither."""
-        if self.limits is None:  # type: ignore[attr-defined]
+        if self.limits is None and optional:  # type: ignore[attr-defined]
             return
         limits = finite_array(self.limits)  # type: ignore[attr-defined]
         if limits.shape != (2,) or not limits[0] < limits[1]:

@@ -26,7 +26,7 @@ class _BetweenLimits(Block):
 
     def __post_init__(self):
         self.follow("of")
-        self.require_limits()
+        self.require_limits(optional=False)
 
     def kinks(self):
         return kinks_of(self.of, self.limits)
@@ -281,7 +281,7 @@ class RateLimit(Block):
         self.follow("of")
         self.require("time", "size", positive=True)
         self.require("start")
-        self.require_limits()
+        self.require_limits(optional=False)
 
     def states(self):
         return {"x": self.start}

@@ -5,8 +5,9 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from functools import wraps
-from typing import Any
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cache, wraps
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from flexmb.errors import FlexmbError, ModelError, did_you_mean
 
 __all__ = [
     "Described",
+    "check_flags",
     "check_kind",
     "check_mapping",
     "entries_of",
@@ -115,18 +117,104 @@ def _complaint(title: str, known: Mapping[str, inspect.Parameter], args, kwargs)
     return None
 
 
+class _Plain(NamedTuple):
+    """A field whose annotation says in one word what it holds."""
+
+    name: str
+    word: str
+    optional: bool
+    default: Any
+
+
+def _is_real(value: Any) -> bool:
+    """Is it a real number, which may be infinite but not NaN?"""
+    return is_number(value) or (isinstance(value, float | np.floating) and math.isinf(value))
+
+
+_HOLDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "str": (lambda value: isinstance(value, str) and "\0" not in value, "a text"),
+    "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    "float": (_is_real, "a number"),
+    "int": (
+        lambda value: isinstance(value, int | np.integer) and not isinstance(value, bool) and is_number(value),
+        "a whole number",
+    ),
+    "Mapping": (lambda value: isinstance(value, Mapping), "names and their values"),
+}
+"""What a value of an annotation is, and how messages call it."""
+
+
+@cache
+def _plain_fields(cls: type) -> tuple[_Plain, ...]:
+    """Return the fields of a kind that hold one text, flag, number or mapping."""
+    found = []
+    for f in fields(cls) if is_dataclass(cls) else ():
+        text = f.type if isinstance(f.type, str) else getattr(f.type, "__name__", "")
+        word, _, rest = text.partition(" | ")
+        word = word.partition("[")[0]
+        if f.init and word in _HOLDS and rest in ("", "None"):
+            found.append(_Plain(f.name, word, rest == "None" or f.default is None, f.default))
+    return tuple(found)
+
+
+def _wrong_value(cls: type, values: Mapping[str, Any]) -> ModelError | None:
+    """Return what is wrong with the first of the values that is not what its field's annotation says."""
+    for f in _plain_fields(cls):
+        if f.name not in values:
+            continue
+        value, (holds, expected) = values[f.name], _HOLDS[f.word]
+        if (value is None and f.optional) or holds(value):
+            continue
+        name = values.get("name")
+        title = getattr(cls, "family", cls.__name__)
+        found = "nothing (None)" if value is None else f"{value!r:.200}"
+        usual = f"Leave {f.name} out" + (f" for {f.default!r}" if f.default not in (MISSING, None) else "")
+        needed = f"Write {f.name}='...'" if f.word == "str" else f"Give {f.name} {expected}"
+        return ModelError(
+            f"{title} '{name}'" if isinstance(name, str) and f.name != "name" else title,
+            found=f"{f.name} = {found}",
+            expected=expected,
+            remedy=needed if f.default is MISSING and not f.optional else usual,
+        )
+    return None
+
+
+def check_flags(part: Any) -> None:
+    """Raise ModelError for a field that is no flag but should be: a text of a model file, "false", would count as true.
+
+    For kinds whose other checks look at their flags.
+    """
+    for f in _plain_fields(type(part)):
+        given = {"name": part.name, f.name: getattr(part, f.name)}
+        complaint = _wrong_value(type(part), given) if f.word == "bool" else None
+        if complaint is not None:
+            raise complaint
+
+
 class Described(type):
-    """The class of descriptions: wrong arguments become a ModelError that names the fields, and the nearest one."""
+    """The class of descriptions: wrong arguments become a ModelError that names the fields, and the nearest one.
+
+    Fields whose annotation is a text, a flag, a number or a mapping hold one: anything else is an error by name.
+    """
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        given = {**dict(zip(_places(cls), args)), **kwargs}
+        complaint = None
         try:
-            return super().__call__(*args, **kwargs)
-        except TypeError:
-            known = inspect.signature(cls).parameters
-            collects = any(p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL) for p in known.values())
-            complaint = None if collects else _complaint(cls.__name__, known, args, kwargs)
+            made = super().__call__(*args, **kwargs)
+        except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
+            if isinstance(error, TypeError):
+                known = inspect.signature(cls).parameters
+                collects = any(p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL) for p in known.values())
+                complaint = None if collects else _complaint(cls.__name__, known, args, kwargs)
+            complaint = complaint or _wrong_value(cls, given)
             if complaint is None:
                 raise
+        else:
+            own = {f.name: getattr(made, f.name, f.default) for f in _plain_fields(cls)}
+            complaint = _wrong_value(cls, own)
+            if complaint is None:
+                return made
         raise complaint
 
     @property
@@ -134,6 +222,13 @@ class Described(type):
         """That of the constructor: without it, help() and the model files would see the call above."""
         signature = inspect.signature(cls.__init__)  # type: ignore[misc]
         return signature.replace(parameters=list(signature.parameters.values())[1:])
+
+
+@cache
+def _places(cls: type) -> tuple[str, ...]:
+    """Return the names of the arguments that need no name, in their order."""
+    parameters = inspect.signature(cls).parameters.values()
+    return tuple(p.name for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD))
 
 
 def named_arguments(function: Callable) -> Callable:

@@ -23,6 +23,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
+from flexmb.model.described import is_number
 
 __all__ = [
     "Reader",
@@ -232,8 +233,8 @@ class Reader:
     def name(self, name: str) -> list[tuple[int, float]]:
         if name in self.parameters:
             value = self.parameters[name]
-            if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-                raise self.error(f"the parameter '{name}' is {value!r}", "Give the parameter a number", "a number")
+            if not is_number(value):
+                raise self.error(f"the parameter '{name}' is {value!r:.100}", "Give the parameter a number", "a number")
             return [(op.CONSTANT, self.finite(float(value)))]
         if name == "t":
             if self.time:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, MISSING, dataclass, fields, replace
+from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean, listed
-from flexmb.model.described import Described, check_mapping, is_number
+from flexmb.model.described import Described, check_flags, check_mapping, is_number
 from flexmb.model.measurement import Measurement, complaint_of
 from flexmb.model.modal_link import ModalLink
 from flexmb.model.pose import Pose
@@ -18,10 +18,6 @@ from flexmb.model.primitives import Equation, Freedom
 from flexmb.model.table import Compiler, Table
 
 __all__ = ["Body", "Force", "Joint", "Part", "Sensor"]
-
-
-TEXTS: dict[Any, Any] = {"str": str, "str | None": str | None}
-"""Annotations of fields that hold names and choices, and their classes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,23 +41,7 @@ class Part(metaclass=Described):
                 expected="a non-empty text without dots",
                 remedy="Dots separate body and marker: 'crank.A'",
             )
-        for f in fields(self):
-            value = getattr(self, f.name, None)
-            # a text of a model file, "false", would count as true
-            if f.type == "bool" and not isinstance(value, bool | np.bool_):
-                raise ModelError(
-                    self.title,
-                    found=f"{f.name} = {value!r}",
-                    expected="True or False",
-                    remedy=f"Leave {f.name} out for {f.default}",
-                )
-            if f.type in TEXTS and not isinstance(value, TEXTS[f.type]):
-                raise ModelError(
-                    self.title,
-                    found=f"{f.name} = nothing (None)" if value is None else f"{f.name} = {value!r}",
-                    expected="a text",
-                    remedy=f"Write {f.name}='...'" if f.default is MISSING else f"Leave {f.name} out for {f.default!r}",
-                )
+        check_flags(self)
 
     def require_positive(self, *names: str, zero: bool = False) -> None:
         """Raise ModelError if a field is not a positive (or, with `zero`, non-negative) finite number."""

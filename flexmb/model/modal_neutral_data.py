@@ -15,7 +15,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.model.data_source import plain
-from flexmb.model.described import finite_array
+from flexmb.model.described import entries_of, finite_array
 from flexmb.model.modal_arrays import ModalArrays
 from flexmb.model.modal_neutral_checks import check_shapes, selected_quality
 
@@ -107,7 +107,7 @@ class ModalNeutralData(ModalArrays):
             j = np.arange(min(int(given), self.n_modes + 1)) if whole else np.empty(0, int)
         else:
             j = given.astype(int) if whole else np.empty(0, int)
-        if not whole or (given.size == 0 and np.size(modes)) or (len(j) and j.max() >= self.n_modes):
+        if not whole or (given.size == 0 and entries_of(modes) != ()) or (len(j) and j.max() >= self.n_modes):
             raise ModelError(
                 f"Modal neutral data '{self.name}'",
                 found=f"mode selection {modes!r}",

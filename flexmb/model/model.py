@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.assembly import joined, placed
-from flexmb.model.described import Described
+from flexmb.model.described import Described, check_mapping, entries_of
 from flexmb.model.kinds import Part, check_names, find_part
 from flexmb.model.orbit import Orbit, check_origin
 from flexmb.model.pose import vector3
@@ -55,9 +57,18 @@ class Model(metaclass=Described):
 
     def __post_init__(self):
         title = f"Model '{self.name}'"
+        check_mapping(self.parameters, title, "parameters", '{"length": 0.5}')
+        if not all(isinstance(name, str) for name in self.parameters):
+            raise ModelError(
+                title,
+                found=f"names of parameters: {list(self.parameters)!r:.80}",
+                expected="texts",
+                remedy='Write parameters={"length": 0.5}',
+            )
         object.__setattr__(self, "gravity", vector3(self.gravity, title, "gravity"))
         for family in FAMILIES:
             given = getattr(self, family)
+            given = entries_of(given) if isinstance(given, np.ndarray) else given
             if isinstance(given, str | Part) or not isinstance(given, Iterable):
                 raise ModelError(
                     title, found=f"{family} = {given!r:.60}", expected="a list of parts", remedy=f"Write {family}=[...]"

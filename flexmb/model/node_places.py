@@ -21,7 +21,10 @@ def nodes_named(data: ModalArrays, where: Any, part: str) -> np.ndarray:
         return _of_text(data, where, part)
     if isinstance(where, list | tuple) and any(isinstance(one, str) for one in where):
         return np.unique(np.concatenate([nodes_named(data, one, part) for one in where]))
-    nodes = np.atleast_1d(np.asarray(where))
+    try:
+        nodes = np.atleast_1d(np.asarray(where))
+    except ValueError:  # rows of different lengths
+        nodes = np.empty((1, 1))
     n = len(data.nodes)
     if nodes.ndim != 1 or (nodes.size and (nodes.dtype.kind not in "iu" or nodes.min() < 0 or nodes.max() >= n)):
         raise ModelError(

@@ -8,7 +8,8 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.math.definiteness import definite
-from flexmb.model.described import Described
+from flexmb.model.described import Described, finite_array, is_number
+from flexmb.model.pose import rotation3
 
 __all__ = ["OrthotropicMaterial"]
 
@@ -55,7 +56,7 @@ class OrthotropicMaterial(metaclass=Described):
     def __post_init__(self):
         part = f"Material '{self.name}'"
         for field, unit in (("young", "Pa"), ("shear", "Pa")):
-            values = np.asarray(getattr(self, field), float)
+            values = finite_array(getattr(self, field))
             if values.shape != (3,) or not np.all(values > 0.0):
                 raise ModelError(
                     part,
@@ -63,11 +64,11 @@ class OrthotropicMaterial(metaclass=Described):
                     expected="three positive numbers",
                     remedy="Give the values of the axes in SI units",
                 )
-        if not self.density > 0.0:
+        if not is_number(self.density) or not self.density > 0.0:
             raise ModelError(
                 part, found=f"density = {self.density!r} kg/m3", expected="a positive number", remedy="Use SI units"
             )
-        if np.shape(self.poisson) != (3,) or not definite(self.compliance[:3, :3]):
+        if finite_array(self.poisson).shape != (3,) or not definite(self.compliance[:3, :3]):
             raise ModelError(
                 part,
                 found=f"poisson = {self.poisson!r} makes the strain energy negative",
@@ -93,8 +94,7 @@ class OrthotropicMaterial(metaclass=Described):
         if isinstance(self.rotation, Rotation):
             turn = self.rotation.as_matrix()
         else:
-            given = np.asarray(self.rotation, float)
-            turn = given if given.shape == (3, 3) else Rotation.from_rotvec(given).as_matrix()
+            turn = rotation3(self.rotation, f"Material '{self.name}'", "rotation")
         c = np.linalg.inv(self.compliance)
         # stress' = T stress: row (i, j), column (k, l) of the turn of a symmetric tensor, shear counted twice.
         t = np.array(

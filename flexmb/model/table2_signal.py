@@ -64,7 +64,7 @@ class Table2(Signal):
             )
         object.__setattr__(self, "z", tuple(map(tuple, values.tolist())))
         self._require("kind", self.kind in ("cubic", "linear"), "'cubic' or 'linear'")
-        if isinstance(self.of, str) or not hasattr(self.of, "__len__") or len(self.of) != 2:
+        if not isinstance(self.of, list | tuple) or len(self.of) != 2:
             raise ModelError(
                 "Signal table2", found=f"of = {self.of!r:.80}", expected="two signals", remedy="Write of=(angle, speed)"
             )

@@ -16,7 +16,7 @@ from flexmb.fem.meshes.mesh import Mesh
 from flexmb.fem.meshes.read_mesh import read_mesh
 from flexmb.fem.shells.shell import shell
 from flexmb.fem.solids.solid import solid
-from flexmb.model.described import Described, finite_array, is_number
+from flexmb.model.described import Described, entries_of, finite_array, is_number
 from flexmb.parts.limits import check_file
 from flexmb.parts.materials import material_of
 
@@ -114,7 +114,20 @@ class MeshFile(metaclass=Described):
         return f"MeshFile '{Path(self.file).name}'"
 
     def __post_init__(self):
+        if not isinstance(self.file, str | Path):
+            raise ModelError(
+                "MeshFile", found=f"file = {self.file!r:.80}", expected="a path", remedy='Write file = "flap.msh"'
+            )
         check_file(Path(self.file), self.title)
+        groups = entries_of(self.groups)
+        if not all(isinstance(name, str) for name in groups):
+            raise ModelError(
+                self.title,
+                found=f"groups = {self.groups!r:.80}",
+                expected="names of groups of the mesh",
+                remedy='Write groups = ["skin", "rib"], or leave it out for the whole mesh',
+            )
+        object.__setattr__(self, "groups", groups)
         given = self.material
         solids = self.thickness is None
         if isinstance(given, Mapping):
@@ -122,8 +135,10 @@ class MeshFile(metaclass=Described):
         else:
             made = material_of(given, self.title, orthotropic=solids)
         object.__setattr__(self, "material", made)
-        several = [self.stretch] if isinstance(self.stretch, Stretch) else list(self.stretch)
-        several = [Stretch(**one) if isinstance(one, Mapping) else one for one in several]
+        several = [
+            Stretch(**one) if isinstance(one, Mapping) and all(isinstance(key, str) for key in one) else one
+            for one in entries_of(self.stretch)
+        ]
         if not all(isinstance(one, Stretch) for one in several):
             raise ModelError(
                 self.title,
@@ -158,8 +173,7 @@ class MeshFile(metaclass=Described):
 
     def _mesh(self) -> Mesh:
         mesh = read_mesh(self.file, scale=self.scale)
-        groups = [self.groups] if isinstance(self.groups, str) else list(self.groups)
-        return mesh.only(*groups) if groups else mesh
+        return mesh.only(*self.groups) if self.groups else mesh
 
     def finite_elements(self) -> FEModel:
         """Return the FE model of the mesh."""

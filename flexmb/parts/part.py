@@ -17,7 +17,7 @@ from flexmb.fem.deck import read_deck
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.joined import joined
 from flexmb.model.data_source import plain
-from flexmb.model.described import Described, is_number
+from flexmb.model.described import Described, check_mapping, entries_of, is_number
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.fingerprint import fingerprint
@@ -98,13 +98,13 @@ class Part(metaclass=Described):
     def __post_init__(self):
         for name in ("pieces", "links", "masses"):
             given = getattr(self, name)
-            entries = tuple(given) if isinstance(given, list | tuple) else (given,)
+            entries = entries_of(given)
             offered = "finite_elements" if name == "pieces" else "applied"
-            wrong = next((entry for entry in entries if not hasattr(entry, offered)), None)
-            if wrong is not None:
+            wrong = [entry for entry in entries if not hasattr(entry, offered)]
+            if wrong:
                 raise ModelError(
                     f"{self.title}, {name}",
-                    found=f"{wrong!r:.80}",
+                    found=f"{wrong[0]!r:.80}",
                     expected="descriptions of flexmb.parts, in model files tables with kind",
                     remedy="See the reference of parts",
                 )
@@ -126,7 +126,9 @@ class Part(metaclass=Described):
                 expected="SI units everywhere else, a MeshFile has scale; lumped and stress_side are fields of pieces",
                 remedy=f"Remove {given[0]}",
             )
-        if not self.interfaces:
+        for words in ("stations", "loads"):
+            check_mapping(getattr(self, words), self.title, words, '{"tip": "name of a set"}')
+        if isinstance(self.interfaces, np.ndarray) or not self.interfaces:
             raise ModelError(
                 f"{self.title}, interfaces",
                 found="none",
@@ -142,8 +144,16 @@ class Part(metaclass=Described):
                 expected="a name for each piece",
                 remedy="Rename one of them",
             )
-        if self.residual_vectors == "all":
-            object.__setattr__(self, "residual_vectors", tuple(self.loads))
+        asked = self.residual_vectors
+        asked = tuple(self.loads) if isinstance(asked, str) and asked == "all" else entries_of(asked)
+        if not all(isinstance(name, str) for name in asked):
+            raise ModelError(
+                f"{self.title}, residual_vectors",
+                found=f"{self.residual_vectors!r:.80}",
+                expected='names of loads, or "all"',
+                remedy='Write residual_vectors = "all"',
+            )
+        object.__setattr__(self, "residual_vectors", asked)
 
     def reduced(self) -> ModalNeutralData:
         """Return the data of the body: from the cache, or reduced now."""

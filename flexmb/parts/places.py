@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.fem.fe_model import FEModel
-from flexmb.model.described import finite_array
+from flexmb.model.described import entries_of, finite_array
 from flexmb.reduction.selection import is_point, nodes_of, points_of
 
 __all__ = ["check_near", "chosen_nodes", "components"]
@@ -29,7 +29,7 @@ def chosen_nodes(fe: FEModel, where: Any, title: str, *, single: bool = False) -
 
 def components(value: Any, count: int, title: str, field: str) -> np.ndarray:
     """Return (count, 3) from three components, each a number for all nodes or a list with one for each."""
-    given = list(value) if isinstance(value, list | tuple | np.ndarray) else []
+    given = entries_of(value) if isinstance(value, list | tuple | np.ndarray) else ()
     columns = [finite_array(entry) for entry in given]
     if len(columns) != 3 or any(column.shape not in ((), (count,)) for column in columns):
         raise ModelError(

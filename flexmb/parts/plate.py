@@ -66,7 +66,7 @@ class Plate(metaclass=Described):
         if corners.shape not in ((4, 3), (8, 3)):
             raise ModelError(
                 self.title,
-                found=f"corners of the shape {np.shape(self.corners)}",
+                found=f"corners of the shape {corners.shape}" if corners.size else f"corners = {self.corners!r:.80}",
                 expected="four points going round, or these and the middles of the four edges, m",
                 remedy="Write corners = [[0, 0, 0], [1, 0, 0], [1, 0.4, 0], [0, 0.4, 0]]",
             )

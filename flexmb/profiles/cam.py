@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
-from flexmb.model.described import is_number
+from flexmb.model.described import finite_array, is_number
 from flexmb.profiles.pieces import Segments, cubics
 from flexmb.profiles.profile import Profile
+from flexmb.profiles.segments import LARGEST
 
 __all__ = ["LAWS", "Cam"]
 
@@ -89,7 +90,7 @@ class Cam(Profile):
                 remedy="Leave count out for 360 points",
             )
         for field in ("offset", "start"):
-            if not is_number(getattr(self, field)):
+            if not is_number(getattr(self, field)) or abs(getattr(self, field)) > LARGEST:
                 raise ModelError(
                     self.title, found=f"{field} = {getattr(self, field)!r}", expected="a number", remedy="Leave it out"
                 )
@@ -244,7 +245,8 @@ def _check_follower(cam: Cam) -> None:
                 remedy="Leave them out, or give a pivot",
             )
         return
-    pivot = np.asarray(cam.pivot, float) if np.shape(cam.pivot) == (2,) else np.zeros(2)
+    pivot = finite_array(cam.pivot)
+    pivot = pivot if pivot.shape == (2,) else np.zeros(2)
     reach = float(np.hypot(*pivot))
     fits = abs(reach - cam.arm) < far < reach + cam.arm if cam.roller > 0.0 else abs(cam.base_radius - cam.arm) < reach
     if not fits or pivot[0] == 0.0:

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, finite_array, is_number
-from flexmb.profiles.segments import ARC, CUBIC, INVOLUTE, LINE
+from flexmb.profiles.segments import ARC, CUBIC, INVOLUTE, LARGEST, LINE
 
 __all__ = ["Arc", "Involute", "Line", "Spline", "cubics", "point_of"]
 
@@ -19,7 +19,7 @@ Segments = list[tuple[float, np.ndarray]]
 def point_of(value: Any, title: str, field: str) -> np.ndarray:
     """Return a point (2,); ModelError unless it is two numbers."""
     point = finite_array(value)
-    if point.shape != (2,):
+    if point.shape != (2,) or np.abs(point).max() > LARGEST:
         raise ModelError(
             title, found=f"{field} = {value!r:.60}", expected="two numbers (x, y), m", remedy=f"Write {field}=(0.1, 0)"
         )
@@ -149,7 +149,7 @@ class Involute(metaclass=Described):
     def __post_init__(self):
         object.__setattr__(self, "center", tuple(point_of(self.center, "Involute", "center").tolist()))
         for field in ("base_radius", "radius"):
-            if not is_number(getattr(self, field)) or getattr(self, field) <= 0.0:
+            if not is_number(getattr(self, field)) or not 0.0 < getattr(self, field) <= LARGEST:
                 raise ModelError(
                     "Involute",
                     found=f"{field} = {getattr(self, field)!r}",

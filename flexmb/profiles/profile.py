@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
 from flexmb.profiles.feet import FOOT, MOST_FEET, find_feet
-from flexmb.profiles.segments import evaluate_segment, pack_segments
+from flexmb.profiles.segments import LARGEST, evaluate_segment, pack_segments
 
 __all__ = ["Profile"]
 
@@ -97,10 +97,10 @@ class Profile(metaclass=Described):
         """Raise ModelError if a field is not a positive (or, with `zero`, non-negative) finite number."""
         for name in names:
             value = getattr(self, name)
-            if not is_number(value) or value < 0.0 or (value == 0.0 and not zero):
+            if not is_number(value) or not 0.0 <= value <= LARGEST or (value == 0.0 and not zero):
                 raise ModelError(
                     self.title,
-                    found=f"{name} = {value!r}",
+                    found=f"{name} = {value!r:.100}",
                     expected="a number " + (">= 0" if zero else "> 0") + " in SI units",
                     remedy=f"Give {name} in m and rad",
                 )

@@ -18,6 +18,9 @@ import numpy as np
 
 from flexmb.math.kernel import kernel
 
+LARGEST = 1e15
+"""m, largest length and coordinate of a profile."""
+
 __all__ = ["ARC", "CUBIC", "INVOLUTE", "LINE", "WIDTH", "evaluate_segment", "pack_segments", "place_of", "wrapped"]
 
 LINE, ARC, CUBIC, INVOLUTE = 0.0, 1.0, 2.0, 3.0

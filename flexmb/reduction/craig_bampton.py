@@ -127,6 +127,8 @@ def reduce(
     return _reduced(fe, settings, backend, progress or _silent)
 
 
+HIGHEST = 1e12
+"""Hz, above all vibrations of solids."""
 MADE_BY = "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices"
 EXAMPLES = {"interfaces": "a", "stations": "mid", "loads": "air"}
 
@@ -307,6 +309,22 @@ def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) 
 
 def _check_names(asked: _Settings) -> None:
     interfaces, stations, loads, frame = asked.interfaces, asked.stations, asked.loads, asked.frame
+    unnamed = next((name for name in (*interfaces, *stations, *loads) if not isinstance(name, str)), "")
+    if unnamed != "":
+        raise ReductionError(
+            "Reduction",
+            found=f"the name {unnamed!r:.80} of an interface, station or load",
+            expected="texts",
+            remedy="Name it by a text: joints and forces refer to it",
+        )
+    band = asked.error_up_to
+    if band is not None and (not is_number(band) or not 0.0 < band <= HIGHEST):
+        raise ReductionError(
+            "Reduction",
+            found=f"error_up_to = {band!r:.80} Hz",
+            expected=f"a frequency above 0 and up to {HIGHEST:.0e} Hz",
+            remedy="Leave it out for no bound of the error",
+        )
     if asked.preload and not asked.geometric_stiffness:
         raise ReductionError(
             "Reduction",

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ReductionError
-from flexmb.model.described import is_number
+from flexmb.model.described import Described, is_number
 
 __all__ = ["Bands", "Rayleigh", "damping_ratios", "one_ratio"]
 
 
 @dataclass(frozen=True)
-class Rayleigh:
+class Rayleigh(metaclass=Described):
     """D = mass M + stiffness K, so the ratio is mass / (2 w) + stiffness w / 2.
 
     Parameters
@@ -28,7 +28,7 @@ class Rayleigh:
 
 
 @dataclass(frozen=True)
-class Bands:
+class Bands(metaclass=Described):
     """Constant ratio in frequency bands: pairs (upper frequency in Hz, ratio); the last ratio holds above too."""
 
     bands: tuple[tuple[float, float], ...]
@@ -48,7 +48,7 @@ def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = No
     elif isinstance(damping, Bands):
         try:
             upper, values = (np.array(column, float) for column in zip(*damping.bands, strict=True))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise _unreadable(damping.bands) from None
         if np.any(np.diff(upper) <= 0.0):
             raise ReductionError(
@@ -61,7 +61,7 @@ def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = No
     else:
         try:
             ratios = np.atleast_1d(np.asarray(damping, float))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise _unreadable(damping) from None
         if ratios.shape not in ((1,), (len(w),)):
             raise ReductionError(

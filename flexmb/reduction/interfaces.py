@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.surface_load import node_areas
+from flexmb.model.described import Described, finite_array
 from flexmb.reduction.selection import nodes_of
 
 __all__ = ["Averaging", "Coupling", "Nodes", "Rigid", "independent_columns", "offered", "resolve", "rigid_block"]
@@ -21,7 +22,7 @@ _FLAT = 1e-6  # a node set this thin, relative to its radius, has no rotation ab
 
 
 @dataclass(frozen=True)
-class Rigid:
+class Rigid(metaclass=Described):
     """The nodes move as a rigid body with the interface (RBE2): a pin in a bore, a bolted flange.
 
     Parameters
@@ -36,7 +37,7 @@ class Rigid:
 
 
 @dataclass(frozen=True)
-class Averaging:
+class Averaging(metaclass=Described):
     """The interface moves like the weighted mean of the nodes (RBE3) and adds no stiffness: a soft or wide contact.
 
     Parameters
@@ -52,7 +53,7 @@ class Averaging:
 
 
 @dataclass(frozen=True)
-class Nodes:
+class Nodes(metaclass=Described):
     """Every freedom of the nodes is kept; each node becomes an interface ``name`` (or ``name_<node>`` if several)."""
 
     where: Any
@@ -164,7 +165,14 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
     if isinstance(kind, Nodes):
         return [_bare(fe, name if len(nodes) == 1 else f"{name}_{node}", node) for node in nodes]
-    point = _center(fe, kind.where, nodes) if kind.at is None else np.asarray(kind.at, float)
+    point = _center(fe, kind.where, nodes) if kind.at is None else finite_array(kind.at)
+    if point.shape != (3,):
+        raise ReductionError(
+            part,
+            found=f"at = {kind.at!r:.80}",
+            expected="a reference point: three numbers, m",
+            remedy="Leave it out for the centroid of the surface or the mean of the nodes",
+        )
     if isinstance(kind, Averaging):
         return [_averaging(fe, name, kind, nodes, rows, point, whole, of_deck)]
     block = rigid_block(fe, rows, point)
@@ -206,7 +214,7 @@ def _bare(fe: FEModel, name: str, node: int) -> Coupling:
 def _averaging(fe, name, kind, nodes, rows, point, whole, signed) -> Coupling:
     """q = (R^T W R)^-1 R^T W U: least-squares rigid motion of the nodes, by translations where they suffice."""
     part = f"Interface '{name}'"
-    weights = np.ones(len(nodes)) if kind.weights is None else np.asarray(kind.weights, float)
+    weights = np.ones(len(nodes)) if kind.weights is None else finite_array(kind.weights)
     if weights.shape != nodes.shape or not (signed or np.all(weights > 0.0)):
         raise ReductionError(
             part,

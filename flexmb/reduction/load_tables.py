@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
-from flexmb.model.described import Described, finite_array, is_number
+from flexmb.model.described import entries_of, finite_array, is_number
 from flexmb.reduction.load_clouds import LoadCloud, Target, mapped_forces, target_of
 from flexmb.reduction.loads import Load, facets_of
 from flexmb.reduction.selection import nodes_of
@@ -57,7 +57,7 @@ class MappedLoad(Load):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LineTable(MappedLoad, metaclass=Described):
+class LineTable(MappedLoad):
     """Force and moment per length along a line, linear between the stations of a table.
 
     Mapped onto beams, shells or facets of solids with the same resultant force and moment.
@@ -124,7 +124,7 @@ class LineTable(MappedLoad, metaclass=Described):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PressureTable(MappedLoad, metaclass=Described):
+class PressureTable(MappedLoad):
     """A pressure over span and chord of a plane or twisted surface with four corners, bilinear between table entries.
 
     The difference of pressure between lower and upper side, or that of one side. Mapped onto beams, shells or facets of
@@ -155,7 +155,7 @@ class PressureTable(MappedLoad, metaclass=Described):
         if corners.shape != (4, 3):
             raise ReductionError(
                 "PressureTable",
-                found=f"corners of the shape {np.shape(self.corners)}",
+                found=f"corners = {self.corners!r:.80}",
                 expected="four points: leading and trailing edge at the root, trailing and leading edge at the tip, m",
                 remedy="Write corners = [[0, 0, 0], [1, 0, 0], [1, 5, 0], [0, 5, 0]]",
             )
@@ -174,7 +174,7 @@ class PressureTable(MappedLoad, metaclass=Described):
         if pressure.shape != (len(self.span), len(self.chord)):
             raise ReductionError(
                 "PressureTable",
-                found=f"a table of pressures of the shape {np.shape(self.pressure)}",
+                found=f"a table of finite pressures of the shape {pressure.shape}",
                 expected=f"{len(self.span)} rows over the span with {len(self.chord)} values over the chord",
                 remedy="Give one row for each station of the span",
             )
@@ -219,7 +219,7 @@ def _columns(value: Any, count: int, field: str) -> np.ndarray:
     given = finite_array(value)
     if given.shape == (count, 3) and count != 3:
         return given
-    entries = [finite_array(entry) for entry in value] if isinstance(value, list | tuple | np.ndarray) else []
+    entries = [finite_array(entry) for entry in entries_of(value)]
     if len(entries) != 3 or any(entry.shape not in ((), (count,)) for entry in entries):
         raise ReductionError(
             "LineTable",

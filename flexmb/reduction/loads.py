@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.surface_load import pressure_change, pressure_field, traction_field
+from flexmb.model.described import Described, finite_array
 from flexmb.reduction.interfaces import DIRECTIONS
 from flexmb.reduction.selection import nodes_of
 
@@ -20,7 +21,7 @@ MATERIAL = "material"
 """What a load turns with if each of its forces turns with its own node."""
 
 
-class Load:
+class Load(metaclass=Described):
     """A load shape. `turns_with` is `MATERIAL`, the name of an interface, or None for the default of `reduce`."""
 
     turns_with: str | None = None
@@ -133,8 +134,9 @@ class NodalForces(Load):
         """Return the nodal forces and moments of the unit load (n, 6), N and N m, in body axes."""
         field = np.zeros((len(fe.nodes), 6))
         for node, value in self.table.items():
-            value = np.asarray(value, float)
-            if value.shape not in ((3,), (6,)) or not 0 <= int(node) < len(fe.nodes):
+            value = finite_array(value)
+            whole = isinstance(node, int | np.integer) and not isinstance(node, bool)
+            if not whole or value.shape not in ((3,), (6,)) or not 0 <= node < len(fe.nodes):
                 raise ReductionError(
                     part,
                     found=f"node {node} with a force of shape {value.shape}",
@@ -225,12 +227,12 @@ def facets_of(fe: FEModel, name: str, part: str) -> list[np.ndarray]:
 
 
 def _unit(direction, part: str) -> np.ndarray:
-    direction = np.asarray(direction, float)
+    given, direction = direction, finite_array(direction)
     size = np.linalg.norm(direction)
     if direction.shape != (3,) or not size > 0.0:
         raise ReductionError(
             part,
-            found=f"direction {direction!r}",
+            found=f"direction {given!r:.80}",
             expected="three numbers, not all zero",
             remedy="Give a direction in body axes, e.g. (0, 0, 1)",
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import ReductionError
+from flexmb.model.described import Described
 from flexmb.reduction.basis import NormalModes, free_modes, normal_modes, orthonormal_basis
 from flexmb.reduction.statics import HeldBody
 
@@ -21,7 +22,7 @@ USUAL = "usual"
 
 
 @dataclass(frozen=True)
-class UpTo:
+class UpTo(metaclass=Described):
     """Every free-free frequency of the full model up to `frequency` (Hz) is met within the relative `accuracy`."""
 
     frequency: float

@@ -23,8 +23,16 @@ def is_point(where) -> bool:
         return False
     if isinstance(where, tuple) and len(where) == 3 and all(np.isscalar(x) for x in where):
         return True
-    array = np.asarray(where)
+    array = _as_array(where)
     return array.dtype.kind == "f" and array.shape[-1:] == (3,)
+
+
+def _as_array(where) -> np.ndarray:
+    """Return a selection as an array, an empty one of objects if it has rows of different lengths."""
+    try:
+        return np.asarray(where)
+    except ValueError:
+        return np.empty(1, object)
 
 
 def points_of(where) -> np.ndarray:
@@ -114,7 +122,7 @@ def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
 
 
 def _numbered(fe: FEModel, where, part: str) -> np.ndarray:
-    numbers = np.atleast_1d(np.asarray(where))
+    numbers = np.atleast_1d(_as_array(where))
     if numbers.size == 0:
         return np.zeros(0, int)
     if numbers.dtype.kind not in "iu" or numbers.ndim != 1:

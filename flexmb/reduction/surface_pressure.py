@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ReductionError
-from flexmb.model.described import Described, finite_array, is_number
+from flexmb.model.described import finite_array, is_number
 from flexmb.reduction.load_clouds import LoadCloud
 from flexmb.reduction.load_tables import MappedLoad
 
@@ -19,7 +19,7 @@ INSIDE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SurfacePressure(MappedLoad, metaclass=Described):
+class SurfacePressure(MappedLoad):
     """Pressures on points with area vectors, or on triangles, that act against the outward normal.
 
     Mapped onto beams, shells or facets of solids with the same resultant force and moment. On triangles the pressure is
@@ -56,7 +56,7 @@ class SurfacePressure(MappedLoad, metaclass=Described):
     def __post_init__(self):
         points, pressure = finite_array(self.points), finite_array(self.pressure)
         if points.ndim != 2 or points.shape[1:] != (3,):
-            self._refuse(f"points of the shape {np.shape(self.points)}", "finite places (n, 3), m")
+            self._refuse(f"points = {self.points!r:.80}", "finite places (n, 3), m")
         if (self.areas is None) == (self.triangles is None):
             self._refuse("neither areas nor triangles" if self.areas is None else "areas and triangles", "one of them")
         if self.areas is not None:
@@ -68,7 +68,8 @@ class SurfacePressure(MappedLoad, metaclass=Described):
                 )
             object.__setattr__(self, "areas", areas)
         else:
-            cells = np.asarray(self.triangles)
+            given = finite_array(self.triangles)  # rows of different lengths are no array
+            cells = np.asarray(self.triangles) if given.size else given
             whole = cells.ndim == 2 and cells.shape[1:] == (3,) and cells.dtype.kind in "iu" and len(cells)
             if not whole or cells.min() < 0 or cells.max() >= len(points):
                 self._refuse(f"triangles of the shape {cells.shape}", f"numbers (nt, 3) from 0 to {len(points) - 1}")

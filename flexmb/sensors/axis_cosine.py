@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.constraints import Measured
 from flexmb.errors import ModelError
+from flexmb.model.described import entries_of
 from flexmb.model.kinds import Sensor
 
 __all__ = ["AxisCosine"]
@@ -38,16 +39,15 @@ class AxisCosine(Sensor):
     def __post_init__(self):
         super().__post_init__()
         for field, known, example in (("markers", None, "('ground.A', 'crank.A')"), ("axes", "xyz", "('z', 'x')")):
-            value = getattr(self, field)
-            pair = not isinstance(value, str) and hasattr(value, "__len__") and len(value) == 2
-            if not pair or not all(isinstance(v, str) and (known is None or v in ("x", "y", "z")) for v in value):
+            value = entries_of(getattr(self, field))
+            if len(value) != 2 or not all(isinstance(v, str) and (not known or v in ("x", "y", "z")) for v in value):
                 raise ModelError(
                     self.title,
-                    found=f"{field} = {value!r}",
+                    found=f"{field} = {getattr(self, field)!r}",
                     expected="two names 'body.marker'" if known is None else "two of 'x', 'y', 'z'",
                     remedy=f"Write {field}={example}",
                 )
-            object.__setattr__(self, field, tuple(value))
+            object.__setattr__(self, field, value)
 
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist."""

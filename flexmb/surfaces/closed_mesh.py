@@ -11,6 +11,8 @@ from flexmb.errors import MeshError
 __all__ = ["checked_mesh", "mean_normals"]
 
 MOST = 5_000_000
+FARTHEST = 1e15
+"""m, largest coordinate."""
 SAME = 1e-9
 """Distance relative to the size of the mesh within which vertices are one."""
 SLIVER = 1e-10
@@ -65,7 +67,7 @@ def checked_mesh(vertices: Any, triangles: Any, title: str) -> tuple[np.ndarray,
 def _arrays(vertices: Any, triangles: Any, title: str) -> tuple[np.ndarray, np.ndarray]:
     try:
         points, cells = np.asarray(vertices, float), np.asarray(triangles)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         points, cells = np.empty(0), np.empty(0)
     whole = cells.dtype.kind in "iu" or (cells.dtype.kind == "f" and bool(np.all(cells == np.round(cells))))
     if points.ndim != 2 or points.shape[1:] != (3,) or cells.ndim != 2 or cells.shape[1:] != (3,) or not whole:
@@ -77,8 +79,8 @@ def _arrays(vertices: Any, triangles: Any, title: str) -> tuple[np.ndarray, np.n
         )
     if not 4 <= len(cells) <= MOST:
         _complain(title, f"{len(cells)} triangles", f"4 to {MOST}", "Export the surface of a solid")
-    if not np.all(np.isfinite(points)) or np.abs(points).max() > 1e15:
-        k = int(np.flatnonzero(~np.all(np.isfinite(points) & (np.abs(points) <= 1e15), axis=1))[0])
+    if not np.all(np.isfinite(points)) or np.abs(points).max() > FARTHEST:
+        k = int(np.flatnonzero(~np.all(np.isfinite(points) & (np.abs(points) <= FARTHEST), axis=1))[0])
         _complain(title, f"vertex {k} at {points[k].tolist()}", "finite coordinates, m", "Export the mesh again")
     if cells.min() < 0 or cells.max() >= len(points):
         _complain(

@@ -11,7 +11,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from flexmb.errors import MeshError
 from flexmb.math.triangles import centres_of_parts
-from flexmb.surfaces.closed_mesh import checked_mesh, mean_normals
+from flexmb.model.described import finite_array
+from flexmb.surfaces.closed_mesh import FARTHEST, checked_mesh, mean_normals
 from flexmb.surfaces.mesh_distance import TRIANGLE
 from flexmb.surfaces.shape import Points, Shape
 from flexmb.surfaces.trees import built
@@ -143,7 +144,14 @@ class Hull(_Meshed):
 
     def __post_init__(self):
         title = "Shape Hull"
-        points = np.asarray(self.points, float)
+        points = finite_array(self.points)
+        if points.ndim != 2 or points.shape[1:] != (3,) or not np.abs(points).max(initial=0.0) <= FARTHEST:
+            raise MeshError(
+                title,
+                found=f"points of the shape {points.shape}" if points.size else "points that are no finite numbers",
+                expected=f"points (n, 3) within {FARTHEST:.0e} m",
+                remedy="Give points around a solid",
+            )
         try:
             hull = ConvexHull(points)
         except (QhullError, ValueError) as error:

@@ -23,6 +23,8 @@ MESH = Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh"
 WRONG = (
     *(None, np.float64("nan"), np.int64(-1), "no such", (), np.full((2, 2), -1.0), object(), {"x": 1}),
     *(lambda x: x, ("ground.nowhere", "b.A")),
+    *(10**400, 1e308, True, 1j, b"bytes", "\0", [[1, 2], [3]], {1: 2}, np.array("a"), np.array([None, 1], object)),
+    *([object()], range(3), {1}, int),
 )
 INSIDE = re.compile(
     r"np\.\w+\(|numpy|dtype|NoneType|\barray\(| object at 0x|<class|<function|<lambda|(?<![\w'])_[a-z]\w+|<[\w.]+>"

@@ -16,7 +16,7 @@ from flexmb.fem.meshes.cells import kept_cells
 from flexmb.fem.nodal_assembly import all_freedoms, rotated, summed
 from flexmb.fem.plausibility import warn_about_material, warn_about_size
 from flexmb.fem.told import keeping_warnings
-from flexmb.model.described import check_kind
+from flexmb.model.described import check_kind, finite_array
 from flexmb.model.material import Material
 
 __all__ = ["beam_block", "frame"]
@@ -205,7 +205,15 @@ def _axes(part, nodes, lines, orientation):
         y = np.cross([0.0, 0.0, 1.0], x)
         y[np.linalg.norm(y, axis=1) < 1e-3] = (0.0, 1.0, 0.0)
     else:
-        y = np.broadcast_to(np.asarray(orientation, float), x.shape).copy()
+        across = finite_array(orientation)
+        if across.shape not in ((3,), x.shape):
+            raise MeshError(
+                part,
+                found=f"orientation = {orientation!r:.80}",
+                expected=f"a vector that gives the section's y-axis, or one for each of {len(x)} beams",
+                remedy="Give orientation=(x, y, z) across the beam, or one row per beam",
+            )
+        y = np.broadcast_to(across, x.shape).copy()
     given = np.linalg.norm(y, axis=1)
     y -= (y * x).sum(axis=1)[:, None] * x
     size = np.linalg.norm(y, axis=1)

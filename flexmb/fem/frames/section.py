@@ -13,7 +13,7 @@ from typing import Any
 
 from flexmb.errors import MeshError
 from flexmb.fem.frames import shapes
-from flexmb.model.described import is_number
+from flexmb.model.described import Described, is_number
 
 __all__ = ["Section"]
 
@@ -21,10 +21,12 @@ DIMENSIONS = {"values": 1, "rectangle": 4, "solid_circle": 3, "tube": 4, "box": 
 """Entries of `Section.shape`: the constructor, its dimensions, the Poisson number."""
 
 Point = tuple[float, float]
+LARGEST = 1e30
+"""m, as the coordinates of a mesh: its fourth power is a number."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Section:
+class Section(metaclass=Described):
     """Constants of a cross-section; make one with `rectangle`, `tube`, `box`, `i`, `solid_circle` or
     `values`.
 
@@ -321,10 +323,10 @@ def _check_shape(shape: Any) -> None:
 
 def _check_lengths(shape: str, *lengths: float) -> None:
     for length in lengths:
-        if not is_number(length) or length <= 0.0:
+        if not is_number(length) or not 0.0 < length <= LARGEST:
             raise MeshError(
                 f"Section '{shape}'",
-                found=f"a length of {length!r} m",
+                found=f"a length of {length!r:.100} m",
                 expected="a positive number",
                 remedy="Give the dimensions in metres",
             )

@@ -16,6 +16,7 @@ from flexmb.errors import MeshError
 from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.definiteness import semidefinite
+from flexmb.model.described import finite_array, is_number
 
 __all__ = ["expansion_of", "node_number", "node_numbers", "with_mass", "with_spring", "with_supports"]
 
@@ -43,16 +44,24 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
     """
     number = node_number(fe, node)
     part = f"Mass at {fe.node_name(number)} of '{fe.name}'"
-    own = np.zeros((3, 3)) if inertia is None else np.asarray(inertia, float)
+    own = np.zeros((3, 3)) if inertia is None else finite_array(inertia)
     own = np.diag(own) if own.ndim == 1 else own
-    if mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or not semidefinite(own):
+    if not is_number(mass) or mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or not semidefinite(own):
         raise MeshError(
             part,
-            found=f"mass = {mass!r} kg, inertia = {own.tolist()} kg m2",
+            found=f"mass = {mass!r} kg, inertia = {inertia!r:.100} kg m2",
             expected="a mass >= 0 and a symmetric inertia without negative principal values",
             remedy="Give inertia as (3,) or (3, 3) about the centre of the mass",
         )
-    x, y, z = (float(value) for value in offset)
+    place = finite_array(offset)
+    if place.shape != (3,):
+        raise MeshError(
+            part,
+            found=f"offset = {offset!r:.80}",
+            expected="three numbers, m",
+            remedy="Give the place of the centre of the mass, seen from the node",
+        )
+    x, y, z = place.tolist()
     arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     matrix = np.zeros((6, 6))
     matrix[:3, :3], matrix[:3, 3:], matrix[3:, :3] = mass * np.eye(3), -mass * arm, -mass * arm.T
@@ -73,12 +82,12 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
     """
     number = node_number(fe, node)
     part = f"Spring at {fe.node_name(number)} of '{fe.name}'"
-    matrix = np.asarray(stiffness, float)
+    matrix = finite_array(stiffness)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
     if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not semidefinite(matrix):
         raise MeshError(
             part,
-            found=f"a stiffness of shape {np.shape(stiffness)}",
+            found=f"a stiffness of shape {matrix.shape}" if matrix.size else f"stiffness = {stiffness!r:.80}",
             expected="(6,) or symmetric (6, 6) without negative principal values, N/m and N m/rad",
             remedy="Give three translational and three rotational stiffnesses; zero leaves a direction free",
         )

@@ -17,6 +17,7 @@ from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.links.connectors import NodeName, expansion_of, node_number, node_numbers, rigid_arm
 from flexmb.fem.links.stiffness import RigidLinkBlock
 from flexmb.fem.nodal_assembly import all_freedoms
+from flexmb.model.described import finite_array
 
 __all__ = ["LinkedBlock", "with_averaging_link", "with_node", "with_rigid_link"]
 
@@ -108,7 +109,7 @@ def with_averaging_link(
     fe, node = _reference(fe, reference, name)
     numbers = np.setdiff1d(node_numbers(fe, nodes), [node])
     part = f"Averaging link at {fe.node_name(node)} of '{fe.name}'"
-    weights = np.ones(len(numbers)) if weights is None else np.asarray(weights, float)
+    weights = np.ones(len(numbers)) if weights is None else finite_array(weights)
     if weights.shape != numbers.shape or (weights < 0.0).any() or not weights.sum() > 0.0:
         raise MeshError(
             part,
