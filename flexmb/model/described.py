@@ -61,10 +61,10 @@ def has_flag(value: Any) -> bool:
 
 def check_mapping(value: Any, part: str, field: str, example: str, error: type[FlexmbError] = ModelError) -> None:
     """Raise an error unless `value` is a mapping of names."""
-    if not isinstance(value, Mapping):
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
         raise error(
             part,
-            found=f"{field} = {value!r}",
+            found=f"{field} = {value!r:.200}",
             expected="a mapping of names to values",
             remedy=f"Write {field}={example}",
         )

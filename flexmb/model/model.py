@@ -58,13 +58,6 @@ class Model(metaclass=Described):
     def __post_init__(self):
         title = f"Model '{self.name}'"
         check_mapping(self.parameters, title, "parameters", '{"length": 0.5}')
-        if not all(isinstance(name, str) for name in self.parameters):
-            raise ModelError(
-                title,
-                found=f"names of parameters: {list(self.parameters)!r:.80}",
-                expected="texts",
-                remedy='Write parameters={"length": 0.5}',
-            )
         object.__setattr__(self, "gravity", vector3(self.gravity, title, "gravity"))
         for family in FAMILIES:
             given = getattr(self, family)

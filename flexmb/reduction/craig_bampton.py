@@ -309,14 +309,6 @@ def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) 
 
 def _check_names(asked: _Settings) -> None:
     interfaces, stations, loads, frame = asked.interfaces, asked.stations, asked.loads, asked.frame
-    unnamed = next((name for name in (*interfaces, *stations, *loads) if not isinstance(name, str)), "")
-    if unnamed != "":
-        raise ReductionError(
-            "Reduction",
-            found=f"the name {unnamed!r:.80} of an interface, station or load",
-            expected="texts",
-            remedy="Name it by a text: joints and forces refer to it",
-        )
     band = asked.error_up_to
     if band is not None and (not is_number(band) or not 0.0 < band <= HIGHEST):
         raise ReductionError(

@@ -1,15 +1,14 @@
 """Campaigns of faults: processes ended before every write and at random moments, full disks, limits, two at a time.
 
 ``python tests/faults/campaigns.py`` runs all of them and prints a table; ``--cases 20`` a short one, ``--seed 2`` with
-other random numbers, ``--only kill`` those whose name has the word. It ends with 1 if anything was lost, or told by a
-traceback. Where a C compiler is there, it builds and preloads `shim.c` by itself.
+other random numbers, ``--only kill`` those whose name has the word, ``--scene bounce`` on another model. It ends with 1
+if anything was lost, or told by a traceback. Where a C compiler is there, it builds and preloads `shim.c` by itself.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import random
 import resource
 import shutil
 import signal
@@ -19,127 +18,18 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-import numpy as np
-from faults.children import Ended, begin, ended, shim
-from results.spinning import block_data
+from faults.bench import SAMPLES, SCENES, Bench, Counts
+from faults.children import begin, ended, shim
+from faults.verbs import all_verbs
 
-import flexmb as fmb
-from flexmb import io, study, view
-from flexmb.errors import FlexmbError
+from flexmb import fmi, io, study, view
 
-LOADED = (io, study, view)
+LOADED = (fmi, io, study, view)
 """What the commands import; in the forks it is there already."""
-SAMPLES = 601
-SETTINGS = fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=5e-4))
-
-
-@dataclass
-class Counts:
-    """What came out of a campaign."""
-
-    cases: int = 0
-    lost: int = 0
-    refused: int = 0
-    tracebacks: int = 0
-    crashes: int = 0
-    hangs: int = 0
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def bad(self) -> int:
-        """Number of what must not be."""
-        return self.lost + self.refused + self.tracebacks + self.crashes + self.hangs
-
-    def take(self, end: Ended, what: str, slow: float = np.inf) -> None:
-        """Count how a child ended."""
-        self.tracebacks += end.traceback
-        self.crashes += end.crashed
-        self.hangs += end.hung or end.seconds > slow
-        if end.traceback or end.crashed or end.hung or end.seconds > slow:
-            self.notes.append(f"{what}: code {end.code}, {end.seconds:.1f} s: {end.text[-1500:]}")
-
-
-def swinging() -> fmb.Model:
-    """Return a block on a hinge, elastic: its reduced body is in the file too."""
-    return fmb.Model(
-        name="swing",
-        gravity=(0, -9.81, 0),
-        bodies=[
-            fmb.Ground(),
-            fmb.FloatingBody("block", data=block_data(), at=(0.1, 0, 0)),
-            fmb.PointMass("stone", mass=2.0, at=(0, 0, 1)),
-        ],
-        sensors=[fmb.Position("place", marker="stone.center"), fmb.Energy("energy")],
-    )
-
-
-class Bench:
-    """A folder to work in, with a model, its reference, and forks that know all kernels."""
-
-    def __init__(self, folder: Path, seed: int, cases: int | None):
-        self.folder, self.random, self.cases = folder, random.Random(seed), cases
-        self.model, self.run = folder / "swing.toml", folder / "work" / "run"
-        self.run.parent.mkdir(mode=0o777)
-        os.chmod(self.run.parent, 0o777)
-        fmb.save_model(swinging(), self.model, SETTINGS)
-        fmb.simulate(fmb.load_model(self.model), **SETTINGS.keywords())  # compiles, for the forks
-        done = ended(begin(["run", str(self.model), "--out", str(folder / "reference")]), limit=1200.0)
-        assert done.code == 0, done.text
-        self.seconds = ended(begin(["run", str(self.model), "--out", str(folder / "again")])).seconds
-        self.table = self.read(folder / "reference")
-
-    @staticmethod
-    def read(run: Path) -> np.ndarray:
-        """Return the sensor table of a run folder."""
-        return np.loadtxt(run / "sensors.csv", delimiter=",", skiprows=1)
-
-    def clear(self) -> None:
-        """Remove the run."""
-        shutil.rmtree(self.run, ignore_errors=True)
-
-    def start(self, *more: str, before: Callable[[], None] = lambda: None):
-        """Begin the run in a child."""
-        return begin(["run", str(self.model), "--out", str(self.run), *more], before)
-
-    def chosen(self, count: int) -> list[int]:
-        """Return all numbers below `count`, or so many of them as there shall be cases."""
-        if self.cases is None or self.cases >= count:
-            return list(range(count))
-        return sorted(self.random.sample(range(count), self.cases))
-
-    def times(self, count: int) -> range:
-        """Return how often something random is tried."""
-        return range(count if self.cases is None else min(count, self.cases))
-
-    def judge(self, counts: Counts, promised: int, what: str) -> None:
-        """Look for all samples that a child had written, then finish its run and compare it with the reference."""
-        counts.cases += 1
-        try:
-            found = len(fmb.Solution.load(self.run / "solution.h5", read_model=fmb.read_model_text).t)
-        except FlexmbError as error:
-            found = 0
-            if promised:
-                counts.notes.append(f"{what}: {error}")
-        if found < promised:
-            counts.lost += 1
-            counts.notes.append(f"{what}: {found} of {promised} samples")
-        verb = ["resume", str(self.run)] if found else ["run", str(self.model), "--out", str(self.run), "--overwrite"]
-        again = ended(begin(verb))
-        counts.take(again, f"{what}, {verb[0]}")
-        complete = again.code == 2 and "has reached" in again.text  # it was ended when all was done
-        try:
-            table = self.read(self.run)
-            same = table.shape == self.table.shape and np.allclose(table, self.table, rtol=0, atol=1e-5)
-        except (OSError, ValueError):
-            same = False
-        if not (again.code == 0 or complete) or not same:
-            counts.refused += 1
-            counts.notes.append(f"{what}, {verb[0]}: code {again.code}, table equal: {same}: {again.text[-500:]}")
 
 
 def kill_before_writes(bench: Bench, torn: bool = False) -> Counts:
@@ -212,7 +102,7 @@ def file_size_limits(bench: Bench) -> Counts:
         end = ended(bench.start(before=lambda size=size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))))
         counts.take(end, f"run, {size} bytes")
         bench.judge(counts, end.promised, f"run, {size} bytes")
-    return _all_verbs(
+    return all_verbs(
         bench,
         counts,
         lambda: bench.random.choice((0, 100, 5000)),
@@ -230,7 +120,7 @@ def memory_limits(bench: Bench) -> Counts:
         end = ended(bench.start(before=lambda more=more: resource.setrlimit(resource.RLIMIT_AS, (pages + more,) * 2)))
         counts.take(end, f"run, {more} bytes more")
         bench.judge(counts, end.promised, f"run, {more} bytes more")
-    return _all_verbs(
+    return all_verbs(
         bench,
         counts,
         lambda: int(2 ** bench.random.uniform(20, 28)),
@@ -243,7 +133,7 @@ def read_only(bench: Bench) -> Counts:
     closed = bench.folder / "closed"
     shutil.copytree(bench.folder / "reference", closed / "run")
     with _closed(closed):
-        return _all_verbs(bench, Counts(), lambda: 0, lambda _: None, closed)
+        return all_verbs(bench, Counts(), lambda: 0, lambda _: None, closed)
 
 
 def full_disk(bench: Bench) -> Counts:
@@ -267,7 +157,7 @@ def full_disk(bench: Bench) -> Counts:
     (crowded := bench.folder / "crowded").mkdir(exist_ok=True)
     size = sum(path.stat().st_size for path in (bench.folder / "reference").iterdir())
     with _small_disk(crowded, size // 1024 + 40) as mounted:
-        return _all_verbs(bench, counts, lambda: 0, lambda _: None, crowded) if mounted else counts
+        return all_verbs(bench, counts, lambda: 0, lambda _: None, crowded) if mounted else counts
 
 
 def deleted_folder(bench: Bench) -> Counts:
@@ -282,7 +172,7 @@ def deleted_folder(bench: Bench) -> Counts:
         counts.cases += 1
         counts.take(end, f"moment {k}")
     (gone := bench.folder / "gone").mkdir(exist_ok=True)
-    return _all_verbs(bench, counts, lambda: 0, lambda _: None, gone, removed_after=0.3)
+    return all_verbs(bench, counts, lambda: 0, lambda _: None, gone, removed_after=0.3)
 
 
 def two_at_a_time(bench: Bench) -> Counts:
@@ -305,46 +195,6 @@ def two_at_a_time(bench: Bench) -> Counts:
             counts.refused += 1
             counts.notes.append(f"{what}: both were refused: {ends[0].text[-300:]} {ends[1].text[-300:]}")
         bench.judge(counts, SAMPLES, what)
-    return counts
-
-
-def _all_verbs(
-    bench: Bench, counts: Counts, draw, limit, folder: Path | None = None, removed_after: float | None = None
-) -> Counts:
-    """Run every verb that writes under a limit, or remove its folder after some seconds: messages, no tracebacks."""
-    target = folder or bench.folder / "limited"
-    target.mkdir(exist_ok=True)
-    run = target / "run"
-    body, mesh = str(bench.folder / "block.h5"), str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
-    block_data().save(body)
-    verbs = [
-        ["run", str(bench.model), "--out", str(target / "new")],
-        ["run", str(bench.model), "--out", str(run), "--overwrite"],
-        ["resume", str(run), "--t-end", "0.4"],
-        ["export", str(run), "--vtk"],
-        ["export", str(run), "--vtkhdf"],
-        ["export", str(run), "--csv", "--to", str(target / "other")],
-        ["plot", str(run)],
-        ["report", str(run), "--no-pictures"],
-        ["show", body, "--modes", "0", "--html"],
-        ["check", str(bench.model)],
-        ["sweep", str(bench.model), "--over", "none=1,2", "--out", str(target / "sweep")],
-        ["reduce", mesh, *("--interface", "a=foot", "--interface", "b=load"), "-o", str(target / "part.h5")],
-        ["render", str(run)],
-        ["verify", str(run)],
-        ["demo", "--out", str(target / "demo")],
-    ]
-    for verb in verbs:
-        number = draw()
-        if not run.is_dir():
-            shutil.copytree(bench.folder / "reference", run)
-        child = begin(verb, lambda number=number: limit(number))
-        if removed_after is not None:
-            time.sleep(removed_after)
-            shutil.rmtree(target, ignore_errors=True)
-        end = ended(child)
-        counts.cases += 1
-        counts.take(end, " ".join(verb))
     return counts
 
 
@@ -417,13 +267,14 @@ def execute() -> int:
     parser.add_argument("--cases", type=int, help="at most so many of each; default: all")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="campaigns whose name has this in it")
+    parser.add_argument("--scene", choices=[*SCENES], default="swing", help="model; default: swing")
     given = parser.parse_args()
     _preloaded()
     print("| campaign | cases | lost | not finished | tracebacks | crashes | hangs |\n|---|---|---|---|---|---|---|")
     bad = 0
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
-        bench = Bench(Path(folder).resolve(), given.seed, given.cases)
+        bench = Bench(Path(folder).resolve(), given.seed, given.cases, given.scene)
         for name, campaign in CAMPAIGNS.items():
             if given.only not in name:
                 continue

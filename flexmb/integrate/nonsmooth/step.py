@@ -40,6 +40,8 @@ TOUCHING = 1e-9
 """Distance, relative to the reach of the smallest surface, that counts as none."""
 DEEP = 1e-4
 """Penetration at the start, relative to the same, that is an error."""
+HALF = 0.5
+"""Penetration, relative to the same, that a step never exceeds: thin surfaces shorten it."""
 SHORTEST = 1e-9
 """Share of the given step to which thin surfaces may shorten one."""
 PUSHES = 60
@@ -76,15 +78,20 @@ class Stepper:
         self._first_forces()
 
     def _require_apart(self) -> None:
-        """Raise ModelError where surfaces overlap at the start, unless they are about to strike."""
+        """Raise ModelError where surfaces overlap at the start, unless they are about to strike.
+
+        A run that goes on, after an event, at a sample time of a controller or when it is resumed, may stand within a
+        rebound: what has struck comes out of its penetration by itself.
+        """
         if not self.touching.forces:
             return
+        rebound = HALF * self.small if self.t > 0.0 else 0.0
         self._place(self.t, self.q, self.u)
         for point in self.touching.found(self.work, 0.0, 0.0):
             a, b = self.work.markers[point["a"]], self.work.markers[point["b"]]
             v = [m["v"] + np.cross(m["w"], point["r"] - m["r"]) for m in (a, b)]
             closing = max(0.0, -float(point["axes"][0] @ (v[1] - v[0])))
-            if -point["gap"] > DEEP * self.small + self.settings.step * closing:
+            if -point["gap"] > max(rebound, DEEP * self.small + self.settings.step * closing):
                 force = self.system.model.forces[point["owner"]]
                 i, j = divmod(
                     int(point["key"]) - int(point["owner"]) * len(self.touching.place) ** 2, len(self.touching.place)
