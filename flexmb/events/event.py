@@ -56,7 +56,7 @@ class Event(Part):
     above: float | None = None
     below: float | None = None
     at: float | None = None
-    column: int | None = None
+    column: Any = None  # an int: `check` tells the columns of the sensor
     repeats: bool = False
 
     family: ClassVar[str] = "Event"

@@ -82,12 +82,12 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
     """
     number = node_number(fe, node)
     part = f"Spring at {fe.node_name(number)} of '{fe.name}'"
-    matrix = finite_array(stiffness)
-    matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
+    given = finite_array(stiffness)
+    matrix = np.diag(given) if given.ndim == 1 else given
     if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not semidefinite(matrix):
         raise MeshError(
             part,
-            found=f"a stiffness of shape {matrix.shape}" if matrix.size else f"stiffness = {stiffness!r:.80}",
+            found=f"a stiffness of shape {given.shape}" if given.size else f"stiffness = {stiffness!r:.80}",
             expected="(6,) or symmetric (6, 6) without negative principal values, N/m and N m/rad",
             remedy="Give three translational and three rotational stiffnesses; zero leaves a direction free",
         )
