@@ -11,11 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
-<<<<<<< HEAD
-from flexmb.forces.elastic_attraction import act_elastic, attract_elastic, attracted_row, require_unstiffened
-=======
 from flexmb.errors import ModelError
->>>>>>> 87c7c5c (Values of a wrong kind in any field of a description are refused by name)
+from flexmb.forces.elastic_attraction import act_elastic, attract_elastic, attracted_row, require_unstiffened
 from flexmb.forces.rows import require_center_of_mass
 from flexmb.math.harmonic_field import HIGHEST, falling_oblate, oblate_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
@@ -143,11 +140,8 @@ class OblateGravity(Force):
     j2: float = J2
     source: str = "ground.origin"
 
-<<<<<<< HEAD
     flattens: ClassVar[bool] = True
-=======
     largest: ClassVar[float] = 1e60  # m, as all places of a model
->>>>>>> 87c7c5c (Values of a wrong kind in any field of a description are refused by name)
     table: ClassVar[Table] = Table("OblateGravity", ROW, {"apply": apply})
 
     def __post_init__(self):
