@@ -161,6 +161,10 @@ def apply(raw, data, state, work):
             _add_tangent(work.pairs[row.pair], marker.R, wind, f, F, M, A)
 
 
+LARGEST = 1e30
+"""m, as the coordinates of meshes."""
+
+
 @dataclass(frozen=True, eq=False)
 class Airload(Force):
     """Lift a strip of a wing in a stream, with the lag of its wake, eq. (airload).
@@ -210,6 +214,13 @@ class Airload(Force):
     def __post_init__(self):
         super().__post_init__()
         self.require_positive("chord", "span", "density", "slope")
+        if max(self.chord, self.span) > LARGEST:
+            raise ModelError(
+                self.title,
+                found=f"chord = {self.chord!r} m, span = {self.span!r} m",
+                expected=f"at most {LARGEST:.0e} m",
+                remedy="Give lengths in m",
+            )
         if not is_number(self.place) or not 0.0 <= self.place <= 1.0:
             raise ModelError(
                 self.title,

@@ -46,7 +46,7 @@ def kill_before_writes(bench: Bench, torn: bool = False) -> Counts:
     for number in bench.chosen(ended(bench.start(before=at(-1))).calls):
         bench.clear()
         end = ended(bench.start(before=at(number)))
-        counts.crashes += end.code != -signal.SIGKILL
+        counts.crashes += end.code not in (-signal.SIGKILL, 0)  # by the clock, it may write more rarely this time
         bench.judge(counts, end.promised, f"write {number}")
     return counts
 
@@ -72,7 +72,7 @@ def kill_resume_before_writes(bench: Bench) -> Counts:
         bench.clear()
         shutil.copytree(kept, bench.run)
         end = ended(begin(resume, at(number)))
-        counts.crashes += end.code != -signal.SIGKILL
+        counts.crashes += end.code not in (-signal.SIGKILL, 0)  # by the clock, it may write more rarely this time
         bench.judge(counts, cut.promised + end.promised, f"write {number}")
     return counts
 
