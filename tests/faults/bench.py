@@ -106,10 +106,11 @@ SCENES: dict[str, tuple[Callable[[], fmb.Model], fmb.Simulation, float]] = {
         1e-3,
     ),
 }
-"""Models by name, how they are run, and how far a resumed run may be from one in a piece: an elastic body; rigid contacts
-in time steps, and compliant ones, both with a block whose value is held between sample times. Where events are looked
-for, as of the relay, steps end at looks whose distance follows from the length of the run, so that a resumed run with
-steps of 0.5 ms differs by its error at the impacts, 2e-4 m."""
+"""Models by name, how they are run, and how far a resumed run may be from one in a piece.
+
+An elastic body; rigid contacts in time steps, and compliant ones, both with a block whose value is held between sample
+times. Where events are looked for, as of the relay, steps end at looks whose distance follows from the length of the
+run, so that a resumed run with steps of 0.5 ms differs by its error at the impacts, 2e-4 m."""
 
 
 class Bench:
