@@ -184,9 +184,10 @@ def check_flags(part: Any) -> None:
 
     For kinds whose other checks look at their flags.
     """
-    for f in _plain_fields(type(part)):
+    kind: type = type(part)
+    for f in _plain_fields(kind):
         given = {"name": part.name, f.name: getattr(part, f.name)}
-        complaint = _wrong_value(type(part), given) if f.word == "bool" else None
+        complaint = _wrong_value(kind, given) if f.word == "bool" else None
         if complaint is not None:
             raise complaint
 
