@@ -13,9 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
+from flexmb.errors import IntegrationError, ModelError, did_you_mean, listed
+from flexmb.fmi.exchange_steps import SteppedExchange
 from flexmb.fmi.inside import output_names
 from flexmb.fmi.library import release
+from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, read_unit, require_platform
 from flexmb.integrate import Stepper, stepper
 from flexmb.model.described import Described, is_number
 from flexmb.model.model import Model
@@ -25,6 +27,7 @@ __all__ = ["Fmu", "cosimulate"]
 
 MOST_STEPS = 50_000_000
 """Steps of one run: the state of each is kept."""
+CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model exchange"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,21 +37,32 @@ class Fmu(metaclass=Described):
     Parameters
     ----------
     path : path
-        The .fmu file, for co-simulation.
+        The .fmu file.
     inputs : mapping of variable of the unit to sensor of the model
         ``{"measured": "angle"}``, ``{"load": "pin fx"}``: a sensor with several columns is named with one.
     outputs : mapping of input of the model to variable of the unit
         ``{"torque": "u"}``, for ``effort=flexmb.input("torque")``.
     parameters : mapping of variable of the unit to number
         Set before the start.
+    kind : "co-simulation" or "model exchange"
+        The unit brings its solver; or it says how fast its states change, and is integrated here with its inputs held,
+        to a relative tolerance of 1e-9, with its events found. `ModelExchange` makes states part of the system.
     """
 
     path: str | Path
     inputs: Mapping[str, str] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
+    kind: str = CO_SIMULATION
 
     def __post_init__(self):
+        if self.kind not in (CO_SIMULATION, MODEL_EXCHANGE):
+            raise ModelError(
+                f"Fmu '{self.path}'",
+                found=f"kind = {self.kind!r}",
+                expected=f"{CO_SIMULATION!r} or {MODEL_EXCHANGE!r}",
+                remedy=did_you_mean(str(self.kind), (CO_SIMULATION, MODEL_EXCHANGE)) or "Leave kind out",
+            )
         for name in ("inputs", "outputs", "parameters"):
             given = getattr(self, name)
             if not isinstance(given, Mapping):
@@ -68,9 +82,6 @@ class Fmu(metaclass=Described):
                 )
 
 
-FATAL = 4
-"""Status with which a unit says that none of its functions may be called again (FMI 3.0.1, section 2.2.2)."""
-
 _LOADED: dict[str, str] = {}
 """Units that PythonFMU has made and this process has loaded: path by identifier of the build."""
 
@@ -82,20 +93,8 @@ class _Unit:
         self.described, self.title = described, f"Fmu '{described.path}'"
         self.worst = 0
         """The gravest status that the unit has given (0: ok, 3: error, 4: fatal)."""
-        fmpy = _fmpy()
         path = Path(described.path)
-        if not path.is_file():
-            raise DataFileError(self.title, found="no such file", expected="an .fmu file", remedy="Correct the path")
-        try:
-            about = fmpy.read_model_description(str(path), validate=False)  # small faults do not matter
-            unpacked = fmpy.extract(str(path), folder)
-        except Exception as error:  # whatever the reader meets in a foreign file
-            raise DataFileError(
-                self.title,
-                found=f"it cannot be read: {error}",
-                expected="a unit of FMI 2 or 3",
-                remedy="Export it again",
-            ) from None
+        fmpy, about, unpacked = read_unit(path, self.title, folder)
         self._require_runnable(fmpy, about, path)
         self.variables = {v.name: v for v in about.modelVariables}
         kind = {"2.0": fmpy.fmi2.FMU2Slave}.get(about.fmiVersion, fmpy.fmi3.FMU3Slave)
@@ -116,17 +115,10 @@ class _Unit:
                 self.title,
                 found=f"FMI {about.fmiVersion}" + ("" if about.coSimulation else " without co-simulation"),
                 expected="a unit for co-simulation of FMI 2.0 or 3.0",
-                remedy="Export it for co-simulation, with its solver",
+                remedy='Export it for co-simulation, with its solver, or write kind="model exchange"',
             )
         self._require_fresh_process(about, path)
-        platforms = fmpy.supported_platforms(str(path))
-        if fmpy.platform not in platforms and fmpy.platform_tuple not in platforms:
-            raise ModelError(
-                self.title,
-                found=f"binaries for {', '.join(platforms) or 'no platform'}",
-                expected=f"one for {fmpy.platform_tuple}",
-                remedy="Export it for this platform",
-            )
+        require_platform(fmpy, path, self.title)
 
     def _require_fresh_process(self, about, path: Path) -> None:
         """Raise ModelError for a unit that would end the process: PythonFMU 0.7 starts its interpreter only once."""
@@ -155,18 +147,7 @@ class _Unit:
 
     def variable(self, name: str, *causalities: str) -> Any:
         """Return a real variable of one of these causalities; ModelError if there is none."""
-        known = [v.name for v in self.variables.values() if v.causality in causalities]
-        found = self.variables.get(name)
-        if found is None or found.causality not in causalities or found.type not in ("Real", "Float64"):
-            raise ModelError(
-                self.title,
-                found=f"no {causalities[0]} '{name}' that is a real number",
-                expected=f"one of: {listed(name, known)}"
-                if known
-                else f"a unit with a variable that is {causalities[0]}",
-                remedy=did_you_mean(name, known) or "Correct the connection",
-            )
-        return found
+        return find_variable(self.title, self.variables, name, *causalities)
 
     def set(self, name: str, value: float) -> None:
         """Set a variable."""
@@ -204,29 +185,8 @@ class _Unit:
                 self.slave.terminate()
             self.slave.freeInstance()
 
-    def _speaking(self, what: str) -> Any:
-        return _Speaking(self, what)
-
-
-class _Speaking:
-    """Turns what a unit fails with into an error with its name, and keeps its status."""
-
-    def __init__(self, unit: _Unit, what: str):
-        self.unit, self.what = unit, what
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind, error, trace) -> None:
-        if not isinstance(error, Exception) or isinstance(error, FlexmbError):
-            return
-        self.unit.worst = getattr(error, "status", FATAL)  # without a status nothing is known of its state
-        raise IntegrationError(
-            self.unit.title,
-            found=f"the unit {self.what}: {error}",
-            expected="a unit that takes the step",
-            remedy="Look at its inputs and at its log; try a shorter communication step",
-        ) from None
+    def _speaking(self, what: str) -> Speaking:
+        return Speaking(self, what)
 
 
 def cosimulate(
@@ -292,7 +252,8 @@ def cosimulate(
         for number, unit in enumerate(given):
             for sensor in unit.inputs.values():
                 _require_reading(unit, sensor, readings)
-            one = _Unit(unit, f"{folder}/{number}", t_start, t_end)
+            exchange = unit.kind == MODEL_EXCHANGE
+            one = (SteppedExchange if exchange else _Unit)(unit, f"{folder}/{number}", t_start, t_end)
             stack.callback(one.close)
             for name in unit.inputs:
                 one.variable(name, "input")
@@ -313,13 +274,13 @@ def cosimulate(
         return run.solution
 
 
-def _all_step(units: list[_Unit], t: float, h: float) -> bool:
+def _all_step(units: list[Any], t: float, h: float) -> bool:
     """Let all units take a step; return if all go on."""
     ended = [unit for unit in units if not unit.step(t, h)]
     return not ended
 
 
-def _exchange(run: Stepper, units: list[_Unit], readings: Mapping[str, tuple[str, int]]) -> None:
+def _exchange(run: Stepper, units: list[Any], readings: Mapping[str, tuple[str, int]]) -> None:
     """Let all read what they are connected to, at the present time."""
     values: dict[str, np.ndarray] = {}
     taken = {}
@@ -351,18 +312,3 @@ def _require_reading(unit: Fmu, reading: str, readings: Mapping[str, Any]) -> No
             expected=f"one of: {listed(str(reading), known)}" if known else "a model with sensors",
             remedy=did_you_mean(str(reading), known) or "Add the sensor to the model",
         )
-
-
-def _fmpy() -> Any:
-    try:
-        import fmpy
-        import fmpy.fmi2
-        import fmpy.fmi3
-    except ImportError:
-        raise DataFileError(
-            "Fmu",
-            found="the package fmpy is not installed",
-            expected="fmpy, which loads units",
-            remedy='pip install "flexmb[fmi]"',
-        ) from None
-    return fmpy

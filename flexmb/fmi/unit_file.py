@@ -1,0 +1,93 @@
+"""Units of other programs as files: read, unpacked, and refused where they cannot run here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
+
+__all__ = ["FATAL", "Speaking", "find_variable", "fmpy_package", "read_unit", "require_platform"]
+
+REAL = ("Real", "Float64")
+"""What the two versions call a real number."""
+FATAL = 4
+"""Status of a unit that may not be called any more."""
+
+
+def fmpy_package() -> Any:
+    """Return the package fmpy with both versions; DataFileError if it is not installed."""
+    try:
+        import fmpy
+        import fmpy.fmi2
+        import fmpy.fmi3
+    except ImportError:
+        raise DataFileError(
+            "Fmu",
+            found="the package fmpy is not installed",
+            expected="fmpy, which loads units",
+            remedy='pip install "flexmb[fmi]"',
+        ) from None
+    return fmpy
+
+
+def read_unit(path: Path, title: str, folder: str) -> tuple[Any, Any, str]:
+    """Return fmpy, the description of a unit, and where it was unpacked; DataFileError if it is none."""
+    fmpy = fmpy_package()
+    if not path.is_file():
+        raise DataFileError(title, found="no such file", expected="an .fmu file", remedy="Correct the path")
+    try:
+        about = fmpy.read_model_description(str(path), validate=False)  # small faults do not matter
+        unpacked = fmpy.extract(str(path), folder)
+    except Exception as error:  # whatever the reader meets in a foreign file
+        raise DataFileError(
+            title, found=f"it cannot be read: {error}", expected="a unit of FMI 2 or 3", remedy="Export it again"
+        ) from None
+    return fmpy, about, str(unpacked)
+
+
+def require_platform(fmpy: Any, path: Path, title: str) -> None:
+    """Raise ModelError if the unit has no binary for this platform."""
+    platforms = fmpy.supported_platforms(str(path))
+    if fmpy.platform not in platforms and fmpy.platform_tuple not in platforms:
+        raise ModelError(
+            title,
+            found=f"binaries for {', '.join(platforms) or 'no platform'}",
+            expected=f"one for {fmpy.platform_tuple}",
+            remedy="Export it for this platform",
+        )
+
+
+def find_variable(title: str, variables: dict[str, Any], name: str, *causalities: str) -> Any:
+    """Return a real variable of one of these causalities; ModelError if there is none."""
+    found = variables.get(name)
+    if found is None or found.causality not in causalities or found.type not in REAL or found.dimensions:
+        known = [v.name for v in variables.values() if v.causality in causalities]
+        raise ModelError(
+            title,
+            found=f"no {causalities[0]} '{name}' that is a real number",
+            expected=f"one of: {listed(name, known)}" if known else f"a unit with a variable that is {causalities[0]}",
+            remedy=did_you_mean(name, known) or "Correct the connection",
+        )
+    return found
+
+
+class Speaking:
+    """Turns what a unit fails with into an error with its name, and keeps its status in `worst` of its owner."""
+
+    def __init__(self, owner: Any, what: str):
+        self.owner, self.what = owner, what
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind, error, trace) -> None:
+        if not isinstance(error, Exception) or isinstance(error, FlexmbError):
+            return
+        self.owner.worst = getattr(error, "status", FATAL)  # without a status nothing is known of its state
+        raise IntegrationError(
+            self.owner.title,
+            found=f"the unit {self.what}: {error}",
+            expected="a unit that takes the step",
+            remedy="Look at its inputs and at its log; try a shorter communication step",
+        ) from None
