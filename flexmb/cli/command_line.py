@@ -27,6 +27,7 @@ from flexmb.cli import (
     export,
     fmu,
     linearize,
+    locus,
     modes,
     plot,
     reduce,
@@ -48,7 +49,7 @@ __all__ = ["VERBS", "main"]
 
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
-    *(statics, modes, linearize, bode),
+    *(statics, modes, linearize, bode, locus),
     *(export, fmu, plot, render, view, report, cache, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""

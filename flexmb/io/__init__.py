@@ -6,6 +6,7 @@ from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
 from flexmb.io.mode_series import write_modes
 from flexmb.io.model_file import load_model, load_simulation, read_model_text
 from flexmb.io.plant_file import write_plant
+from flexmb.io.pole_tables import write_poles
 from flexmb.io.quality_page import report_numbers, write_report
 from flexmb.io.response_tables import write_response
 from flexmb.io.save_model import model_text, save_model
@@ -31,6 +32,7 @@ __all__ = [
     "write_mbdyn_fem",
     "write_modes",
     "write_plant",
+    "write_poles",
     "write_report",
     "write_response",
     "write_sid",

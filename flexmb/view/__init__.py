@@ -4,6 +4,7 @@ from flexmb.view.bode import bode
 from flexmb.view.diagrams import Diagram, draw_diagrams
 from flexmb.view.graphics import require_graphics
 from flexmb.view.interactive import KEYS, window
+from flexmb.view.loci import root_loci
 from flexmb.view.mode_sheet import mode_sheet
 from flexmb.view.model_picture import model_picture
 from flexmb.view.paraview import paraview_script
@@ -24,5 +25,6 @@ __all__ = [
     "render",
     "report",
     "require_graphics",
+    "root_loci",
     "window",
 ]

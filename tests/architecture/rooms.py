@@ -62,7 +62,7 @@ MAY_KNOW = {
     ),
     "view": ("files", "math", "model", "surfaces", "bodies", "results", "io"),
     "study": ("files", "lock", "broken_pipes", "math", "model", "parts", "results", "io"),
-    "fmi": ("files", "model", "results", "io"),
+    "fmi": ("files", "model", "forces", "sensors", "results", "io"),
     "cli": (),
 }
 
@@ -108,6 +108,7 @@ DOORS = {
     "pythonfmu": ("fmi/",),
     "pythonfmu3": ("fmi/",),
     "fmpy": ("fmi/",),
+    "precice": ("fmi/",),
     "imageio": ("view/",),
     "imageio_ffmpeg": ("view/",),
     "dask": ("study/",),
@@ -132,6 +133,7 @@ HEAVY = (
     "pythonfmu",
     "pythonfmu3",
     "fmpy",
+    "precice",
     "dask",
     "distributed",
     "pyarrow",

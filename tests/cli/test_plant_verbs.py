@@ -117,9 +117,47 @@ def test_bode(oscillator, capsys):
     np.testing.assert_allclose(values[:, 6], np.degrees(np.angle(closed)), atol=1e-4)
 
 
+PUSHED = """
+[[sensor]]
+kind = "JointCoordinate"
+name = "rise"
+joint = "guide"
+
+[[force]]
+kind = "Actuator"
+name = "drive"
+joint = "guide"
+effort = { formula = { text = "g*rate(x)", over = { x = "rise" }, parameters = { g = "= gain" } } }
+"""
+
+
+def test_locus(oscillator, capsys):
+    """A drive that pushes with the speed takes the damping away: the limit of stability is where both agree.
+
+    The table has the roots of m s^2 + (c - g) s + k.
+    """
+    text = OSCILLATOR.replace("stiffness = 400.0", "stiffness = 400.0\ngain = 0.0") + PUSHED
+    (oscillator / "pushed.toml").write_text(text)
+    assert main(["locus", "pushed.toml", "--statics", "--over", "gain=0.5:9.5:7", "-o", "plots/g.png"]) == 0
+    printed = capsys.readouterr().out
+    limit, _, speed = printed.partition("Limit of stability: gain = ")[2].partition(" rad/s")[0].partition(", at ")
+    assert float(limit) == pytest.approx(DAMPING, rel=1e-6)
+    assert float(speed) == pytest.approx(np.sqrt(K / MASS), rel=1e-5)
+    assert (oscillator / "plots/g.png").read_bytes().startswith(b"\x89PNG")
+    titles, values = rows(oscillator / "plots/g.csv")
+    parts = [f"{part} part {k} [{unit}]" for k in (1, 2) for part, unit in (("real", "1/s"), ("imaginary", "rad/s"))]
+    assert titles == ["gain", *parts]
+    for g, *numbers in values:
+        found = np.sort_complex([complex(*numbers[:2]), complex(*numbers[2:])])
+        np.testing.assert_allclose(found, np.sort_complex(np.roots([MASS, DAMPING - g, K])), atol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
+        (["locus", "--over", "stiffness"], "NAME=START:STOP:COUNT"),
+        (["locus", "--over", "stifness=1:2:3"], "stiffness"),
+        (["locus", "--over", "stiffness=1:2:3", "-o", "a.xyz"], "the ending '.xyz'"),
         (["bode", "--input", "pusch.force.z"], "Did you mean 'push.force.z'?"),
         (["bode", "--output", "plase"], "Did you mean 'place'?"),
         (["bode", "--from", "0"], "600 frequencies from 0 to 100 Hz"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
@@ -30,7 +32,7 @@ class RootLocus:
 
     values: np.ndarray
     poles: np.ndarray
-    _growth: Callable[[float], float] = field(repr=False)
+    _poles: Callable[[float], np.ndarray] = field(repr=False)
 
     @property
     def stable(self) -> np.ndarray:
@@ -44,21 +46,36 @@ class RootLocus:
 
     def limits(self) -> list[float]:
         """Return the values at which the largest real part passes zero, each found between two values by new models."""
+        return [value for value, _ in self.crossings()]
+
+    def crossings(self) -> tuple[tuple[float, complex], ...]:
+        """Return these values, and the pole on the imaginary axis at each, 1/s, with a positive imaginary part."""
+        return self._crossings
+
+    @cached_property
+    def _crossings(self) -> tuple[tuple[float, complex], ...]:
         found, growth = [], self.growth
         for k in np.flatnonzero(growth[:-1] * growth[1:] < 0.0):
             a, b = float(self.values[k]), float(self.values[k + 1])
-            found.append(float(brentq(self._growth, a, b, xtol=1e-12 * max(abs(a), abs(b)), rtol=1e-12)))
-        return found
+            value = float(
+                brentq(lambda x: float(self._poles(x).real.max()), a, b, xtol=1e-12 * max(abs(a), abs(b)), rtol=1e-12)
+            )
+            poles = self._poles(value)
+            pole = complex(poles[np.argmax(poles.real)])
+            found.append((value, complex(pole.real, abs(pole.imag))))
+        return tuple(found)
 
 
-def root_locus(model: Callable[[float], Model], values) -> RootLocus:
-    """Return the poles of a model at the values of a parameter, about its assembled start at rest.
+def root_locus(model: Callable[[float], Model], values, about: Callable[[Model], Any] | None = None) -> RootLocus:
+    """Return the poles of a model at the values of a parameter.
 
     Parameters
     ----------
     model : callable (value) -> Model
-        ``lambda gain: arm(kp=gain)``. About another state, give what `statics` of that model finds as its start.
+        ``lambda gain: arm(kp=gain)``.
     values : (nv,)
+    about : callable (model) -> state, optional
+        Such as `statics`; by default the assembled start at rest.
 
     Raises
     ------
@@ -75,7 +92,8 @@ def root_locus(model: Callable[[float], Model], values) -> RootLocus:
         )
 
     def poles(value: float) -> np.ndarray:
-        found = linearize(model(value)).eigenvalues
+        one = model(value)
+        found = linearize(one, None if about is None else about(one)).eigenvalues
         return np.concatenate([found, found[found.imag > 0.0].conj()])
 
     rows = [poles(float(given[0]))]
@@ -90,4 +108,4 @@ def root_locus(model: Callable[[float], Model], values) -> RootLocus:
             )
         _, order = linear_sum_assignment(np.abs(rows[-1][:, None] - now[None, :]))
         rows.append(now[order])
-    return RootLocus(values=given, poles=np.array(rows), _growth=lambda value: float(poles(value).real.max()))
+    return RootLocus(values=given, poles=np.array(rows), _poles=poles)

@@ -1,0 +1,70 @@
+"""Draw how the poles of a model move with one of its parameters, say where it becomes unstable, and write the table.
+
+Example: flexmb locus arm.toml --over gain=0.01:0.2:39 -o arm_locus.png
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from flexmb.cli.model_arguments import add_model_arguments, settings
+from flexmb.errors import ModelError
+
+NAME = "locus"
+SUMMARY = "draw the poles over a parameter, and say where the model becomes unstable"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_model_arguments(parser)
+    parser.add_argument("--over", required=True, metavar="NAME=START:STOP:COUNT", help="a value of [parameters]")
+    parser.add_argument("--statics", action="store_true", help="about the equilibrium of each value; default: as drawn")
+    parser.add_argument(
+        "-o",
+        "--out",
+        metavar="FILE",
+        help=".png, .svg or .pdf, the table beside it as .csv; default: <model>_locus.png",
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    import flexmb as fmb
+    from flexmb import io, view
+
+    name, values = _over(arguments.over)
+    fixed = settings(arguments)
+    if name in fixed:
+        raise ModelError(
+            f"--over {name}", found=f"--set {name} beside it", expected="one of the two", remedy="Leave --set out"
+        )
+
+    def model(value: float) -> fmb.Model:
+        return fmb.load_model(arguments.model, {**fixed, name: value}, trust=arguments.trust)
+
+    locus = fmb.root_locus(model, values, about=fmb.statics if arguments.statics else None)
+    target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_locus.png")
+    drawn = view.root_loci(locus, target, name=name)
+    for value, pole in locus.crossings():
+        print(f"Limit of stability: {name} = {value:.9g}, at {abs(pole.imag):.6g} rad/s")
+    if not locus.crossings():
+        print("Stable at all values" if locus.stable.all() else "No limit of stability between these values")
+    print(f"Table: {io.write_poles(locus, target.with_suffix('.csv'), name)}")
+    print(f"Root loci: {drawn}")
+    return 0
+
+
+def _over(text: str) -> tuple[str, list[float]]:
+    """Return the name and the values of "gain=0:10:21"."""
+    from flexmb import io, study
+
+    name, _, given = text.partition("=")
+    pieces = given.split(":")
+    if not name.strip() or len(pieces) != 3:
+        raise ModelError(
+            f"--over {text}",
+            found="no name, or no range",
+            expected="NAME=START:STOP:COUNT",
+            remedy="Write --over gain=0.01:0.2:39",
+        )
+    numbers = [io.parse_setting(f"{name}={piece or '?'}")[1] for piece in pieces]
+    return name.strip(), [float(value) for value in study.range_values(name.strip(), *numbers)]
