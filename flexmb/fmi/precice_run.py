@@ -72,15 +72,14 @@ class CouplingMesh(metaclass=Described):
 
     def loads(self) -> list[PointLoad]:
         """Return the loads by which what is read acts: three inputs each."""
-        return [
-            PointLoad(
-                f"{self.name} {data} {marker}".replace(".", " "),
-                marker=marker,
-                **{kind: tuple(as_input(self.input(data, marker, axis)) for axis in "xyz")},
-            )
-            for data, kind in self.reads.items()
-            for marker in self.markers
-        ]
+        found = []
+        for data, kind in self.reads.items():
+            for marker in self.markers:
+                load = tuple(as_input(self.input(data, marker, axis)) for axis in "xyz")
+                name = f"{self.name} {data} {marker}".replace(".", " ")
+                force, moment = (load, (0.0, 0.0, 0.0)) if kind == "force" else ((0.0, 0.0, 0.0), load)
+                found.append(PointLoad(name, marker=marker, force=force, moment=moment))
+        return found
 
     def input(self, data: str, marker: str, axis: str) -> str:
         """Return the name of the input for a component of what is read at a marker."""

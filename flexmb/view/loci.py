@@ -95,8 +95,8 @@ def _frame(ax, poles: np.ndarray) -> None:
     ax.axvspan(0.0, right, color=PALE, alpha=0.5, lw=0)
     for ratio in RAYS:
         far = min(-left / ratio, 1.1 * tall / np.sqrt(1.0 - ratio * ratio))
-        for side in (1.0, -1.0):
-            ax.plot([0.0, -ratio * far], [0.0, side * far * np.sqrt(1.0 - ratio * ratio)], color=PALE, lw=0.8)
+        for half in (1.0, -1.0):
+            ax.plot([0.0, -ratio * far], [0.0, half * far * np.sqrt(1.0 - ratio * ratio)], color=PALE, lw=0.8)
         ax.annotate(f"{100 * ratio:g} %", (-ratio * far, far * np.sqrt(1.0 - ratio * ratio)), fontsize=7, color=INK)
     ax.axvline(0.0, color=INK, lw=0.8)
     ax.axhline(0.0, color=INK, lw=0.8)
