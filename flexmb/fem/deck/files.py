@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from flexmb.errors import MeshError
@@ -14,6 +15,8 @@ FILES = 10_000
 """Files of one deck, each as often as it is included: files that include the next one twice are soon a million."""
 HUGE = 1e60
 """No length, modulus or mass in any unit is that large; powers of it stay finite."""
+NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f]")
+"""Control characters of no text; tabs, ends of lines and pages, and DOS' end of a file are text."""
 
 
 def deck_bytes(path: Path, above: tuple[Path, ...], read: list[Path]) -> bytes:
@@ -32,7 +35,9 @@ def deck_bytes(path: Path, above: tuple[Path, ...], read: list[Path]) -> bytes:
     if path.resolve() in above or len(above) > DEEPEST:
         raise MeshError(
             f"Deck '{path}'",
-            found="files that include each other" if path.resolve() in above else f"more than {DEEPEST} files deep",
+            found=f"files that include each other: {' -> '.join(each.name for each in (*above, path))}"
+            if path.resolve() in above
+            else f"more than {DEEPEST} files deep",
             expected="INCLUDE files that end",
             remedy="Remove the INCLUDE that leads back",
         )
@@ -45,9 +50,10 @@ def deck_bytes(path: Path, above: tuple[Path, ...], read: list[Path]) -> bytes:
             expected="a readable file",
             remedy="Check the name and the permissions",
         ) from None
-    if b"\0" in data:
+    if junk := NO_TEXT.search(data):
+        line = data.count(b"\n", 0, junk.start()) + 1
         raise MeshError(
-            f"Deck '{path}'",
+            f"Deck '{path}', line {line}",
             found="bytes of a binary file",
             expected="the text of a deck",
             remedy="Give the input deck (.bdf, .dat, .inp), not a result file",

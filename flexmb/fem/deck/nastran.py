@@ -14,7 +14,9 @@ from flexmb.fem.deck.nastran_links import add_links, add_references, add_support
 from flexmb.fem.deck.nastran_lumped import add_masses, add_springs, scalar_values
 from flexmb.fem.deck.nastran_materials import Materials
 from flexmb.fem.deck.nastran_mpc import add_mpc
+from flexmb.fem.deck.nastran_names import NAMES
 from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
+from flexmb.fem.deck.nastran_repeats import without_repeats
 from flexmb.fem.deck.nastran_scalar import add_scalar_points
 from flexmb.fem.deck.nastran_shells import add_shells, add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
@@ -117,6 +119,7 @@ def read_nastran_deck(path: Path) -> Deck:
         deck.inventory.read["GRID"] = len(labels)
         materials = Materials(bulk, deck.inventory)
         _parameters(bulk, deck)
+        without_repeats(bulk, deck.inventory)
         add_solids(bulk, deck, materials, systems)
         add_shells(bulk, deck, materials, systems)
         add_beams(bulk, deck, materials, frames)
@@ -231,5 +234,8 @@ def _tell(bulk: Bulk, deck: Deck) -> None:
                 expected="cards: a name of letters and digits, then fields",
                 remedy="Check whether the file is a Nastran deck, and its line ends",
             )
+        elif name not in NAMES:
+            where = bulk.cards[name][0].where if bulk.cards.get(name) else ""
+            inventory.left_out[f"{name}: a card that is not known (the first at {where})"] += count
         else:
             inventory.unused[name] += count

@@ -95,13 +95,15 @@ def _add_group(
     what = f"{table.where(0)}, {table.name}"
     labels = table.integers(1)
     given = np.stack([table.integers(3 + k) for k in range(count)], axis=1)
+    if (given[:, :corners] < 1).any():
+        row, corner = np.argwhere(given[:, :corners] < 1)[0]
+        raise table.card(int(row)).wrong(3 + int(corner), "the number of a grid point")
     # theta or MCID, ZOFFS and T1.. stand in other places by card
     at = {"CTRIA3": (6, 7, 11), "CTRIAR": (6, 7, 11), "CQUAD4": (7, 8, 11), "CQUADR": (7, 8, 11)}.get(
         table.name, (9, 10, 11) if table.name == "CTRIA6" else (15, 16, 11)
     )
     thickness_at = {"CTRIA6": 11, "CQUAD8": 11}.get(table.name, at[2])
-    corner_thickness = np.stack([table.reals(thickness_at + k, 0.0) for k in range(corners)], axis=1)
-    stretch = _stretch(table, corner_thickness, layup, deck)
+    stretch = _stretch(table, [thickness_at + k for k in range(corners)], layup, deck)
     offset = table.reals(at[1], 0.0)
     nodes = np.where(given > 0, deck.numbers(np.where(given > 0, given, given[:, :1]), what), -1)
     material_x = _material_axes(table, at[0], nodes, deck, systems)
@@ -132,14 +134,22 @@ def _add_group(
             )
 
 
-def _stretch(table: FieldTable, corners: np.ndarray, layup: Layup, deck: Deck) -> np.ndarray:
-    """Return the thickness of each element over its property's, from thicknesses at the corners."""
-    own = corners.any(axis=1)
+def _stretch(table: FieldTable, at: list[int], layup: Layup, deck: Deck) -> np.ndarray:
+    """Return the thickness of each element over its property's, from thicknesses at the corners: zero is one, blank
+    is the property's.
+    """
+    given = np.stack([~table.blank(k) for k in at], axis=1)
+    own = given.any(axis=1)
     if not own.any():
-        return np.ones(len(corners))
+        return np.ones(len(table))
+    corners = np.stack([table.reals(k, 0.0) for k in at], axis=1)
+    if (wrong := (corners < 0.0).any(axis=1) | (given.all(axis=1) & ~corners.any(axis=1))).any():
+        row = int(wrong.argmax())
+        values = ", ".join(f"{x:g}" for x in corners[row])
+        raise table.card(row).refused(f"thicknesses {values} at the corners", "none below zero, one above")
     flag_at = {"CTRIA6": 14, "CQUAD8": 17}.get(table.name, 10)
     relative = table.integers(flag_at, 0) == 1  # TFLAG: fractions of the property's thickness
-    full = np.where(corners > 0.0, corners, np.where(relative[:, None], 1.0, layup.thickness))
+    full = np.where(given, corners, np.where(relative[:, None], 1.0, layup.thickness))
     if (np.ptp(full[own], axis=1) > 1e-6 * full[own].max()).any():
         deck.inventory.approximated[f"{table.name} with thicknesses that differ at the corners, their mean"] += int(
             own.sum()
