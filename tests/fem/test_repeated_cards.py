@@ -88,3 +88,67 @@ def test_files_that_include_each_other_are_listed(tmp_path):
     (tmp_path / "a.inc").write_text("INCLUDE 'part.bdf'\n")
     with pytest.raises(MeshError, match=r"include each other: part\.bdf -> a\.inc -> part\.bdf"):
         read(tmp_path, f"{PLATE}INCLUDE 'a.inc'\n")
+
+
+INPUT = """*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+9, 2., 0., 0.
+*ELEMENT, TYPE=S4, ELSET=P
+1, 1, 2, 3, 4
+*ELEMENT, TYPE=MASS, ELSET=M
+7, 9
+*MATERIAL, NAME=STEEL
+*ELASTIC
+2.1E11, 0.3
+*DENSITY
+7850.
+*SHELL SECTION, ELSET=P, MATERIAL=STEEL
+0.01
+*MASS, ELSET=M
+2.
+"""
+
+
+def read_input(tmp_path, text):
+    """Read an Abaqus deck."""
+    (tmp_path / "part.inp").write_text(text)
+    return fem.read_deck(tmp_path / "part.inp", show=False)
+
+
+def test_the_last_of_two_sections_holds(tmp_path):
+    """As in CalculiX 2.20, where a cube of E = 1e6, then of 4e6, is pulled by 1e-6 under 4 N; the first one held."""
+    fe = read_input(tmp_path, INPUT + "*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n0.02\n")
+    assert mass_and_center(fe)[0] == pytest.approx(2 * 78.5 + 2.0, rel=1e-12)
+    assert any("two sections, by the last" in text for text in fe.source["approximated"])
+
+
+def test_a_node_at_two_places_is_told(tmp_path):
+    with pytest.warns(match=r"first places of nodes that have a second one \(.*part\.inp:1\) \(1\)"):
+        fe = read_input(tmp_path, INPUT.replace("9, 2., 0., 0.", "9, 5., 0., 0.\n9, 2., 0., 0."))
+    assert mass_and_center(fe)[1][0] == pytest.approx((78.5 * 0.5 + 2.0 * 2.0) / 80.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (
+            "*MATERIAL, NAME=Steel\n*ELASTIC\n7.E10, .3\n",
+            r"inp:20, \*MATERIAL: the material 'steel' a second time .*:11\)",
+        ),
+        ("*MASS, ELSET=M\n3.\n", r"inp:20, \*MASS: element 7 a second time .*:18\)"),
+    ],
+)
+def test_values_that_are_given_twice(tmp_path, more, words):
+    """The last material won, masses were added."""
+    with pytest.raises(MeshError, match=words):
+        read_input(tmp_path, INPUT + more)
+
+
+def test_a_keyword_that_is_left_out_may_name_what_does_not_exist(tmp_path):
+    """`*MEMBRANE` is no keyword of CalculiX; its material and set made the deck unreadable."""
+    with pytest.warns(match=r"\*MEMBRANE"):
+        fe = read_input(tmp_path, INPUT + "*MEMBRANE, ELSET=P1, MATERIAL=STEEL\n0.\n")
+    assert mass_and_center(fe)[0] == pytest.approx(80.5, rel=1e-12)

@@ -80,6 +80,8 @@ def _of_instances_and_materials(flat: Flat, deck: Deck) -> None:
     made: dict[str, set[int]] = {}
     for block, scope_name in flat.blocks:
         parameters = block.parameters
+        if not block.name.endswith("SECTION"):  # *MEMBRANE, which is left out by name
+            continue
         if "MATERIAL" not in parameters or "ELSET" not in parameters or parameters["MATERIAL"] in deck.node_sets:
             continue
         for element in flat.elements_of(parameters["ELSET"], scope_name, block):

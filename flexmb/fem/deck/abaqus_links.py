@@ -315,7 +315,7 @@ def _mass(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> N
     value = block.reals(block.rows()[0][:1], 1)[0] if block.rows() else 0.0
     if value < 0.0:
         raise block.wrong(f"a mass of {value:g}", "a mass >= 0")
-    for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
+    for k in _once(block, scope, flat):
         matrix = np.diag([value] * 3 + [0.0] * 3)
         _lump(deck, "mass", (flat.elements[k].nodes[0],), matrix, "*MASS")
 
@@ -327,7 +327,7 @@ def _rotary_inertia(block: Block, scope: str, flat: Flat, deck: Deck, frames: Fr
     if not semidefinite(inertia):
         raise block.wrong(f"{inertia.tolist()}", "an inertia that is not negative")
     turn = flat.scopes[scope].rotation
-    for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
+    for k in _once(block, scope, flat):
         matrix = np.zeros((6, 6))
         matrix[3:, 3:] = turn @ inertia @ turn.T
         _lump(deck, "mass", (flat.elements[k].nodes[0],), matrix, "*ROTARY INERTIA")
@@ -336,7 +336,7 @@ def _rotary_inertia(block: Block, scope: str, flat: Flat, deck: Deck, frames: Fr
 def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
     kind = "stiffness" if block.name == "SPRING" else "damping"
     rows = block.rows()
-    for k in flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set"):
+    for k in _once(block, scope, flat):
         element = flat.elements[k]
         nodes = tuple(element.nodes[:2])
         if element.kind in ("SPRINGA", "DASHPOTA"):
@@ -356,6 +356,18 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
             row = np.concatenate([(-1.0) ** i * end for i, end in enumerate(ends)])
             nodes = nodes[: len(ends)]
         _lump(deck, kind, nodes, value * np.outer(row, row), f"*{block.name}")
+
+
+def _once(block: Block, scope: str, flat: Flat) -> list[int]:
+    """Return the elements of a keyword; MeshError where another of its kind gave one of them a value before."""
+    chosen = list(dict.fromkeys(flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set")))
+    for k in chosen:
+        other = flat.given.setdefault((block.name, k), block)
+        if other is not block:
+            raise block.wrong(
+                f"element {flat.elements[k].label} a second time (first at {other.where})", "each element once"
+            )
+    return chosen
 
 
 def _lump(deck: Deck, kind: str, nodes: tuple[int, ...], matrix: np.ndarray, name: str) -> None:

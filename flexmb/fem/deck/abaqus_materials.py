@@ -42,6 +42,8 @@ class Materials:
         for block, scope in flat.blocks:
             if block.name == "MATERIAL":
                 current = block.need("NAME").lower()
+                if (other := self.heads.get(current, block)).where != block.where:
+                    raise block.wrong(f"the material '{current}' a second time (first at {other.where})", "each once")
                 self.blocks.setdefault(current, [])
                 self.heads[current] = block
             elif block.name in ("ELASTIC", "DENSITY", "DAMPING", "PLASTIC", "HYPERELASTIC") and current is not None:

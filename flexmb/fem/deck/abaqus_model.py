@@ -63,6 +63,8 @@ class Flat:
     names: dict[str, str] = field(default_factory=dict)
     skipped: Counter[str] = field(default_factory=Counter)
     """Elements that are no structure, and numbers in sets that do not exist, by words."""
+    given: dict[tuple[str, int], Block] = field(default_factory=dict)
+    """Which *MASS, *SPRING .. an element has."""
     blocks: list[tuple[Block, str]] = field(default_factory=list)
     """Keywords beyond the mesh, each with its scope; keywords of a part once per instance."""
 
@@ -223,6 +225,8 @@ def _nodes(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
         point = scope.rotation @ np.array(block.reals(row[1:4], 3, 0.0)) + scope.origin
         known = scope.nodes.get(label[0])
         if known is not None:
+            if not np.array_equal(flat.points[known], point):
+                flat.skipped[f"*NODE: first places of nodes that have a second one ({block.where})"] += 1
             flat.points[known] = point  # the last definition holds, as in the programs
             made.append(known)
             continue

@@ -35,14 +35,18 @@ def add_sections(flat: Flat, deck: Deck, materials: Materials) -> None:
         "BEAM SECTION": beam_section,
         "BEAM GENERAL SECTION": beam_section,
     }
-    for block, scope in flat.blocks:
-        if block.name not in makers:
-            continue
+    given = [(block, scope) for block, scope in flat.blocks if block.name in makers]
+    owner = np.full(len(flat.elements), -1)
+    for number, (block, scope) in enumerate(given):  # the last section holds, as in CalculiX
         chosen = flat.named(flat.element_sets, block.need("ELSET"), scope, block, "element set")
-        fresh = [k for k in dict.fromkeys(chosen) if not done[k]]
-        done[fresh] = True
-        if fresh:
-            makers[block.name]([flat.elements[k] for k in fresh], block, scope, flat, deck, materials)
+        if again := sum(owner[k] not in (-1, number) for k in dict.fromkeys(chosen)):
+            deck.inventory.approximated[f"elements with two sections, by the last ({block.where})"] += again
+        owner[chosen] = number
+    for number, (block, scope) in enumerate(given):
+        own = np.flatnonzero(owner == number)
+        done[own] = True
+        if len(own):
+            makers[block.name]([flat.elements[k] for k in own], block, scope, flat, deck, materials)
         deck.inventory.read[f"*{block.name}"] += 1
     bare: dict[str, int] = defaultdict(int)
     for k in np.flatnonzero(~done):
