@@ -55,3 +55,41 @@ def test_constraints_that_turn_go_on(samples):
 def test_the_half_turn_is_seen_as_a_turn():
     solution = fmb.simulate(on_a_circle("0.5", speed=2.0), 3.0, samples=np.arange(0.0, 3.0, np.pi / 4 / 4))
     assert np.linalg.norm(solution["p"][:, :2], axis=1) == pytest.approx(0.5, abs=1e-6)
+
+
+def on_a_turning_line(pace: str) -> fmb.Model:
+    """Return a point on a line through the origin that turns with 20 rad/s; its equation is multiplied by the pace."""
+    place = fmb.Position("p", marker="bob.center")
+    line = f"({pace})*(p[0]*sin(20*t) - p[1]*cos(20*t)) = 0"
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("bob", mass=1.0, at=(1e-3, 0, 0), velocity=(0, 0.02, 0))],
+        joints=[
+            fmb.Constraint("line", over=[place], equation=line),
+            fmb.Constraint("flat", over=[place], equation="p[2]"),
+        ],
+        sensors=[place],
+    )
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(step=0.002), fmb.IDA()], ids=lambda i: type(i).__name__)
+@pytest.mark.parametrize("samples", [2, 5, 38])
+def test_what_turns_far_between_samples_is_judged_too(integrator, samples):
+    """Up to 40 rad between two samples; the equation is empty at t = 0.5."""
+    with pytest.raises(IntegrationError, match=r"Joint 'line'.*vanishes near t = 0\.[45]|at t = 0\.[45]"):
+        fmb.simulate(on_a_turning_line("0.5 - t"), 2.0 if samples > 2 else 0.8, samples=samples, integrator=integrator)
+
+
+def test_a_stepped_run_judges_within_its_steps():
+    with (
+        fmb.stepper(on_a_turning_line("0.5 - t"), integrator=fmb.GeneralizedAlpha(step=0.002)) as run,
+        pytest.raises(IntegrationError, match=r"Joint 'line'.*vanishes near t = 0\.5"),
+    ):
+        run.advance(to=0.8)
+
+
+@pytest.mark.parametrize("samples", [2, 5])
+def test_lines_that_turn_far_between_samples_go_on(samples):
+    """r'' = w^2 r from rest along the line: 1e-3 cosh(20 t)."""
+    run = fmb.simulate(on_a_turning_line("1.5 - t"), 0.4, samples=samples, integrator=fmb.GeneralizedAlpha(rtol=1e-7))
+    found = np.linalg.norm(run["p"][:, :2], axis=1)
+    np.testing.assert_allclose(found, 1e-3 * np.cosh(20.0 * run.t), rtol=1e-3)

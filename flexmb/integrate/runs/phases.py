@@ -193,6 +193,10 @@ class Phases:
         first, block, last_row, begun = 0, 1, None, -1
         try:
             while first < len(marks):
+                if first:
+                    ahead = self.gradients.resolved(marks[first - 1 : first + block])
+                    marks = np.concatenate([marks[: first - 1], ahead, marks[first + block :]])
+                    anew = np.append(np.searchsorted(marks, breaks), len(marks))
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
@@ -356,7 +360,7 @@ class Phases:
             kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
         if self.gradients is not None:
             try:
-                self.gradients.look(kept)
+                self.gradients.look(rows)
             except IntegrationError:
                 good = kept["t"] <= self.gradients.reached
                 self.recorder.add({name: x[good] for name, x in kept.items()})

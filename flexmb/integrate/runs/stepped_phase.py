@@ -123,7 +123,8 @@ class SteppedPhase:
         if self.watch.events and len(times) > 1:
             parts = [np.linspace(a, b, LOOKS + 1)[:-1] for a, b in pairwise(times)]
             times = np.concatenate([*parts, times[-1:]])
-        return times, anew
+        self._gradients.look(self.last)
+        return self._gradients.resolved(times), anew
 
     def _to(self, mark: float):
         """Integrate to a time; return (event, row just past it) if one happens before."""

@@ -18,11 +18,17 @@ __all__ = ["Gradients"]
 
 SMALL = 1e-2
 """Part of its size at both ends of an interval that a gradient is below, where it vanishes between."""
+NOTHING = 1e-9
+"""Part of its size at the other end that a gradient is below, where it vanishes at a row."""
 PLACES = np.linspace(0.0, 1.0, 101)[:, None]
 PROBE = 1e-6
-"""Of the time between two samples, over which rates are taken."""
+"""Of the time between two rows, over which rates are taken."""
 RESOLVED = 2.0
-"""rad, by which a gradient may turn between two samples if what it does between them is to be known."""
+"""rad, by which a gradient may turn between two rows if what it does between them is to be known."""
+LOOK = 1.0
+"""rad, after which the run is looked at between samples that are farther apart."""
+LOOKS = 2000
+"""Most looks between two of them."""
 
 
 class _Row(NamedTuple):
@@ -34,7 +40,7 @@ class _Row(NamedTuple):
 
 
 class Gradients:
-    """Looks at the gradients of the user's equations at the samples of one phase, one after another."""
+    """Looks at the gradients of the user's equations at the rows of one phase, one after another."""
 
     def __init__(self, system):
         self.system, self.work = system, None
@@ -60,6 +66,21 @@ class Gradients:
                 self._compare(self.last, now)
             self.last = now
 
+    def resolved(self, times: np.ndarray) -> np.ndarray:
+        """Return increasing times with others between them, at which gradients that turn as fast as at the last row
+        have turned so little that they can be judged.
+        """
+        if self.last is None:
+            return times
+        turning = max(map(_turning, self.last.values, self.last.rates))
+        gaps = np.diff(times)
+        counts = np.ceil(gaps * turning / LOOK) if np.isfinite(turning) else np.ones(len(gaps))
+        counts = np.where(counts <= LOOKS, np.maximum(counts, 1.0), 1.0).astype(int)
+        if not np.any(counts > 1):
+            return times
+        parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
+        return np.concatenate([*parts, times[-1:]])
+
     def _row(self, t: float, q: np.ndarray, u: np.ndarray, probe: float) -> _Row:
         later = np.array(q, float)
         advance(self.system.program, np.ascontiguousarray(q), np.ascontiguousarray(u), probe, later)
@@ -78,9 +99,12 @@ class Gradients:
         h = two.t - one.t
         for k, number in enumerate(self.numbers):
             (a, b), (da, db) = (one.values[k], two.values[k]), (one.rates[k], two.rates[k])
-            size = min(np.linalg.norm(a), np.linalg.norm(b))
+            sizes = np.linalg.norm(a), np.linalg.norm(b)
+            size = min(sizes)
+            if size <= NOTHING * max(sizes):
+                self._raise(number, one.t if sizes[0] < sizes[1] else two.t)
             turned = max(_turning(a, da), _turning(b, db)) * h
-            if not size > 0.0 or not turned < RESOLVED:
+            if not turned < RESOLVED:
                 continue
             s = PLACES
             between = (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * h * da
