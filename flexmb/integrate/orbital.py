@@ -17,6 +17,8 @@ __all__ = ["ORBITAL", "default_integrator", "far_from_origin", "unless_stiff"]
 
 ORBITAL = Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)
 """Default in orbit: its errors, of order eight, stay below 1e-6 of a spacecraft's length over ten orbits."""
+CLOSE, CLOSE_EXPLICIT = 1e-10, 1e-8
+"""Tolerances from which on errors over a revolution are small: 4e-7 m with `Implicit`, 6e-9 m with `Explicit`, of 1.8 m."""
 LONG = 1e5
 """Radians of the fastest vibration (or times of the fastest decay) in a run that explicit steps can follow: it takes
 them some 0.4 to 0.8 steps each."""
@@ -42,7 +44,7 @@ def unless_stiff(integrator, system, state, span: float):
     springs or dampers are so stiff that explicit steps would hardly end.
     """
     if integrator is not ORBITAL:
-        return integrator, []
+        return integrator, _adding_up(integrator, system, state, span)
     rate, owner = _fastest(system, state)
     if not rate * span > LONG:
         return integrator, []
@@ -51,6 +53,39 @@ def unless_stiff(integrator, system, state, span: float):
         f"the explicit steps that are the default in orbit, over {span:.4g} s; GeneralizedAlpha is used, whose errors "
         "add up over many revolutions. Make what hardly moves rigid (Fixed), or give an integrator and its tolerance"
     ]
+
+
+def _adding_up(integrator, system, state, span: float) -> list[str]:
+    """Tell of a run over revolutions of an orbit whose integrator keeps errors small in each step, and no more."""
+    model, name = system.model, type(integrator).__name__
+    period = _period(system, state)
+    rtol = None if getattr(integrator, "step", None) is not None else getattr(integrator, "rtol", None)
+    close = CLOSE_EXPLICIT if isinstance(integrator, Explicit) else CLOSE
+    if not span >= period or (rtol is not None and rtol <= close):
+        return []
+    how = "steps of a given size" if rtol is None else f"rtol = {rtol:g}"
+    rigid = default_integrator(model) is ORBITAL
+    better = "leave the integrator out" if rigid else f"give flexmb.Implicit(rtol={CLOSE:g}, atol=1e-12)"
+    return [
+        f"Model '{model.name}', {name}: the run covers {span / period:.3g} revolutions of {period:.5g} s, over which the "
+        f"errors of its steps add up, at {how}: bodies 1.8 m apart were off by 2e-3 m after one revolution of a low orbit at "
+        f"rtol = 1e-6, and by 0.3 m after ten; expected: rtol of at most {close:g}. For relative places with more digits "
+        f"{better}"
+    ]
+
+
+def _period(system, state) -> float:
+    """Return the time of a revolution, s; infinite if nothing attracts."""
+    model = system.model
+    if model.origin is not None:
+        return model.origin.period
+    found = [np.inf]
+    for force in (force for force in model.forces if force.attracts):
+        far = float(
+            np.linalg.norm(state.q[system.body_slices[force.body][0]][:3] - model.marker(force.source, "")[1].at)
+        )
+        found.append(2.0 * np.pi * far**1.5 / force.mu**0.5)
+    return min(found)
 
 
 def _fastest(system, state) -> tuple[float, str]:

@@ -147,11 +147,11 @@ def read_equation(
             remedy=f"Rename one '{name}'",
         )
     left, equals, right = text.partition("=")
-    if equals and not right.startswith("=") and not left.endswith(("<", ">", "!")):
-        for side in (left, right):
-            parse(side)
-        text = f"({left.strip()}) - ({right.strip()})"
     try:
+        if equals and not right.startswith("=") and not left.endswith(("<", ">", "!")):
+            for side in (left, right):
+                parse(side)
+            text = f"({left.strip()}) - ({right.strip()})"
         return SignalProgram.of(*_EquationReader(text, sizes, parameters, inputs).read())
     except ModelError as error:
         raise ModelError(

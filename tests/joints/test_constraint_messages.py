@@ -3,7 +3,7 @@
 import pytest
 
 import flexmb as fmb
-from flexmb.errors import CompileError, ModelError
+from flexmb.errors import CompileError, IntegrationError, ModelError
 
 
 def model(*equations: str, **fields) -> fmb.Model:
@@ -46,3 +46,28 @@ def test_forces_on_what_is_not_measured():
     with pytest.raises(ModelError, match=r"'v' is unknown. Measured: p") as caught:
         model("p[0] = 0.5", forces={"v[0]": "-3*p[1]"})
     assert "list" not in str(caught.value)
+
+
+@pytest.mark.parametrize("equation", ["p[0] = p[1] = 0", "p[0] = (1", "p[0] ="])
+def test_equations_that_cannot_be_read_name_their_constraint(equation):
+    point = fmb.PointMass("b", mass=1.0)
+    own = fmb.Constraint("own", over=[fmb.Position("p", marker="b.center")], equation=equation)
+    with pytest.raises(ModelError, match=r"Joint 'own': in .*not arithmetic"):
+        fmb.simulate(fmb.Model(bodies=[fmb.Ground(), point], joints=[own]), 0.1)
+
+
+@pytest.mark.parametrize("integrator", [fmb.Explicit(), fmb.IDA(), fmb.GeneralizedAlpha(step=0.01)], ids=repr)
+def test_speeds_that_part_from_positions_on_the_way_are_named(integrator):
+    """x = 0.1 t^2 has the speed 0.2 t, and the other equation asks for 0.3 t^3 more; the point falls freely beside."""
+    over = [fmb.Position("p", marker="b.center"), fmb.Velocity("v", marker="b.center")]
+    joints = [
+        fmb.Constraint("place", over=over, equation="p[0] = 0.1*t**2"),
+        fmb.Constraint("speed", over=over, equation="v[0] = 0.2*t + c*t**3", parameters={"c": 0.3}),
+    ]
+    model = fmb.Model(bodies=[fmb.Ground(), fmb.PointMass("b", mass=1.0)], joints=joints, gravity=(0, 0, -9.81))
+    with pytest.raises(IntegrationError, match=r"Joint '(place|speed)'.*dependent equations stay open|near Body 'b'"):
+        fmb.simulate(model, 1.0, samples=101, integrator=integrator)
+    agreed = fmb.Model(
+        bodies=model.bodies, joints=[joints[0], joints[1].replaced(parameters={"c": 0.0})], gravity=model.gravity
+    )
+    assert fmb.simulate(agreed, 1.0, samples=101, integrator=integrator).status.ok

@@ -20,6 +20,13 @@ REMEDY = (
 OPEN = 100.0
 """Of the gap that the digits of a mesh may leave: where equations stay open by more, they contradict each other."""
 
+SLIPS = 0.03
+"""Part of the speeds in an equation of velocities, by which it misses zero where it contradicts others; steps miss less."""
+ACROSS = 0.1
+"""How much speeds across the gradient of an equation count, of which steps leave errors along it."""
+SLOW = 1e-4
+"""Speeds below this, in lengths of the assembly in the time of the run, count as that."""
+
 
 class Contradiction(NamedTuple):
     """sample : number of the first sample with open equations; title : of the joint; found : how far, and which."""
@@ -29,8 +36,10 @@ class Contradiction(NamedTuple):
     found: str
 
 
-def first_contradiction(system, rows: dict[str, np.ndarray], work: Any = None) -> Contradiction | None:
-    """Return the first sample of a block whose equations stay open, or None; `work` is a workspace to use again.
+def first_contradiction(system, rows: dict[str, np.ndarray], span: float, work: Any = None) -> Contradiction | None:
+    """Return the first sample of a block whose equations stay open, or None; the run takes `span`, s.
+
+    `work` is a workspace to use again.
 
     Only equations that depend on others can: their residuals are shared out instead of brought to zero, so the
     integrator notices nothing. What contradicts itself does so more and more, so the last sample tells whether any
@@ -40,16 +49,35 @@ def first_contradiction(system, rows: dict[str, np.ndarray], work: Any = None) -
         return None
     work = system.workspace() if work is None else work
     last = len(rows["t"]) - 1
-    if not _is_open(system, work, rows, last):
+    if not np.any(_open(system, work, rows, last, span)):
         return None
-    first = next(k for k in range(last + 1) if _is_open(system, work, rows, k))
-    name = system.joints[system.equation_owners[int(np.argmax(np.abs(work.equations["g"])))][0]].name
+    first = next(k for k in range(last + 1) if np.any(_open(system, work, rows, k, span)))
+    opened = _open(system, work, rows, first, span)
+    worst = int(np.argmax(np.where(opened, np.abs(work.equations["g"]), 0.0)))
+    name = system.joints[system.equation_owners[worst][0]].name
     return Contradiction(first, f"Joint '{name}'", f"dependent equations stay open: {worst_equations(system, work)}")
 
 
-def _is_open(system, work: Any, rows: dict[str, np.ndarray], k: int) -> bool:
+def _open(system, work: Any, rows: dict[str, np.ndarray], k: int, span: float) -> np.ndarray:
+    """Return which equations stay open at a row, (ng,)."""
     state = system.state(*(rows[name][k] for name in ("t", "q", "u", "a", "lam")))
     no_matrix(work.weights)
     evaluate(system.program, state, work)
-    held = system.program.equation_level == 0
-    return bool(np.any(np.abs(work.equations["g"])[held] > OPEN * system.gaps[held]))
+    least = np.where(system.program.equation_level == 0, OPEN * system.gaps, SLIPS * _speeds(system, work, span))
+    return np.abs(work.equations["g"]) > least
+
+
+def _speeds(system, work: Any, span: float) -> np.ndarray:
+    """Return how large the residual of each equation would be if nothing held the velocities that it has, (ng,)."""
+    legs, markers = work.legs, work.markers
+    slow, size = SLOW / span if span > 0.0 else 0.0, np.zeros(len(legs))
+    for name, gradient, least in (
+        ("v", legs["gradient"][:, :3], slow * system.lengths.whole),
+        ("w", legs["gradient"][:, 3:], slow),
+    ):
+        speed = markers[name][legs["marker"]]
+        size += np.abs(np.sum(gradient * speed, axis=1))
+        size += np.linalg.norm(gradient, axis=1) * (ACROSS * np.linalg.norm(speed, axis=1) + least)
+    found = np.zeros(system.ng)
+    np.add.at(found, legs["equation"], size)
+    return found

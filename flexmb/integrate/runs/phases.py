@@ -187,16 +187,12 @@ class Phases:
         marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
         marks = with_fine(system, marks)
         self.validity.tell(missed_times(system, times))
-        if watch.events:
-            marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS)
-        anew = np.append(np.searchsorted(marks, breaks), len(marks))
+        marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
         first, block, last_row, begun = 0, 1, None, -1
         try:
             while first < len(marks):
-                if first:
-                    ahead = self.gradients.resolved(marks[first - 1 : first + block])
-                    marks = np.concatenate([marks[: first - 1], ahead, marks[first + block :]])
-                    anew = np.append(np.searchsorted(marks, breaks), len(marks))
+                marks = self.gradients.resolved(marks, first, block)
+                anew = np.append(np.searchsorted(marks, breaks), len(marks))
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
@@ -388,7 +384,7 @@ class Phases:
 
     def _require_agreement(self, kept) -> None:
         """Record what comes before equations contradict each other, and raise IntegrationError, if they do."""
-        apart = contradiction.first_contradiction(self.recorder.system, kept)
+        apart = contradiction.first_contradiction(self.recorder.system, kept, float(np.ptp(self.times)))
         if apart is not None:
             self.t = float(kept["t"][apart.sample])
             self.recorder.add({name: x[: apart.sample] for name, x in kept.items()})

@@ -124,7 +124,7 @@ class SteppedPhase:
             parts = [np.linspace(a, b, LOOKS + 1)[:-1] for a, b in pairwise(times)]
             times = np.concatenate([*parts, times[-1:]])
         self._gradients.look(self.last)
-        return self._gradients.resolved(times), anew
+        return self._gradients.resolved(times, 1, len(times)), anew
 
     def _to(self, mark: float):
         """Integrate to a time; return (event, row just past it) if one happens before."""
@@ -170,7 +170,7 @@ class SteppedPhase:
             raise IntegrationError(wrong.title, found=wrong.found, expected=inversion.EXPECTED, remedy=inversion.REMEDY)
         if self._looking is None and self.system.redundant:
             self._looking = self.system.workspace()
-        apart = first_contradiction(self.system, row, self._looking)
+        apart = first_contradiction(self.system, row, self.planned, self._looking)
         if apart is not None:
             raise IntegrationError(
                 apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY

@@ -66,20 +66,20 @@ class Gradients:
                 self._compare(self.last, now)
             self.last = now
 
-    def resolved(self, times: np.ndarray) -> np.ndarray:
-        """Return increasing times with others between them, at which gradients that turn as fast as at the last row
-        have turned so little that they can be judged.
+    def resolved(self, times: np.ndarray, first: int, count: int) -> np.ndarray:
+        """Return increasing times with others before the next `count` ones from `first` on, at which gradients that
+        turn as fast as at the last row have turned so little that they can be judged.
         """
-        if self.last is None:
+        if self.last is None or not first:
             return times
         turning = max(map(_turning, self.last.values, self.last.rates))
-        gaps = np.diff(times)
-        counts = np.ceil(gaps * turning / LOOK) if np.isfinite(turning) else np.ones(len(gaps))
-        counts = np.where(counts <= LOOKS, np.maximum(counts, 1.0), 1.0).astype(int)
-        if not np.any(counts > 1):
+        near = times[first - 1 : first + count]
+        counts = np.diff(near) * turning / LOOK
+        if not np.any((counts > 1.0) & (counts <= LOOKS)):
             return times
-        parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
-        return np.concatenate([*parts, times[-1:]])
+        counts = np.where(counts <= LOOKS, np.maximum(np.ceil(counts), 1.0), 1.0).astype(int)
+        parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(near[:-1], near[1:], counts, strict=True)]
+        return np.concatenate([times[: first - 1], *parts, times[first + min(count, len(near) - 1) - 1 :]])
 
     def _row(self, t: float, q: np.ndarray, u: np.ndarray, probe: float) -> _Row:
         later = np.array(q, float)
