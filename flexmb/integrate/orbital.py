@@ -18,7 +18,7 @@ __all__ = ["ORBITAL", "default_integrator", "far_from_origin", "unless_stiff"]
 ORBITAL = Explicit(rtol=1e-11, atol=1e-13, drift=1e-12)
 """Default in orbit: its errors, of order eight, stay below 1e-6 of a spacecraft's length over ten orbits."""
 CLOSE, CLOSE_EXPLICIT = 1e-10, 1e-8
-"""Tolerances from which on errors over a revolution are small: 4e-7 m with `Implicit`, 6e-9 m with `Explicit`, of 1.8 m."""
+"""Tolerances up to which a revolution has small errors: `Implicit` 4e-7 m, `Explicit` 6e-9 m, of a craft of 1.8 m."""
 LONG = 1e5
 """Radians of the fastest vibration (or times of the fastest decay) in a run that explicit steps can follow: it takes
 them some 0.4 to 0.8 steps each."""
@@ -67,10 +67,10 @@ def _adding_up(integrator, system, state, span: float) -> list[str]:
     rigid = default_integrator(model) is ORBITAL
     better = "leave the integrator out" if rigid else f"give flexmb.Implicit(rtol={CLOSE:g}, atol=1e-12)"
     return [
-        f"Model '{model.name}', {name}: the run covers {span / period:.3g} revolutions of {period:.5g} s, over which the "
-        f"errors of its steps add up, at {how}: bodies 1.8 m apart were off by 2e-3 m after one revolution of a low orbit at "
-        f"rtol = 1e-6, and by 0.3 m after ten; expected: rtol of at most {close:g}. For relative places with more digits "
-        f"{better}"
+        f"Model '{model.name}', {name}: the run covers {span / period:.3g} revolutions of {period:.5g} s, over which "
+        f"the errors of its steps add up, at {how}: at rtol = 1e-6 bodies 1.8 m apart were off by 2e-3 m after one "
+        f"revolution of a low orbit, and by 0.3 m after ten; expected: rtol of at most {close:g}. For relative places "
+        f"with more digits {better}"
     ]
 
 

@@ -21,7 +21,7 @@ OPEN = 100.0
 """Of the gap that the digits of a mesh may leave: where equations stay open by more, they contradict each other."""
 
 SLIPS = 0.03
-"""Part of the speeds in an equation of velocities, by which it misses zero where it contradicts others; steps miss less."""
+"""Part of the speeds in an equation of velocities by which it misses zero where it contradicts others."""
 ACROSS = 0.1
 """How much speeds across the gradient of an equation count, of which steps leave errors along it."""
 SLOW = 1e-4
