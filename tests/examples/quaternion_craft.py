@@ -1,4 +1,4 @@
-"""The rates of bodies in quaternions with singular mass matrices, compiled: the equations of `test_spacecraft`, by hand.
+"""Rates of bodies in quaternions with singular mass matrices, compiled: the equations of `test_spacecraft`, by hand.
 
 Gradients and second derivatives of the constraints in closed form: R(p) is quadratic in the Euler parameters, so that
 R'' = 2 T(p', p') at p'' = 0.
