@@ -9,7 +9,7 @@ from flexmb.constraints.distance import Distance
 from flexmb.constraints.formula import Formula
 from flexmb.constraints.freedoms import Ball, Bend, Helix, RollAbout, Slide, Turn, TurnOfSecond
 from flexmb.constraints.in_plane import InPlane
-from flexmb.constraints.measured import Measured
+from flexmb.constraints.measured import Combination, Measured
 from flexmb.constraints.meshing import Meshing
 from flexmb.constraints.no_twist import NoTwist
 from flexmb.constraints.on_curve import OnCurve, OnTrace
@@ -24,6 +24,7 @@ __all__ = [
     "Ball",
     "Bend",
     "Coincident",
+    "Combination",
     "Coordinate",
     "Coupled",
     "Distance",

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.measured import MEASURED, POSITION, VELOCITY, measure_scalar
+from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, VELOCITY, measure_scalar
 from flexmb.math import operations as op
 from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
@@ -45,6 +45,7 @@ ROW = np.dtype(
         ("acts", np.int64),  # program, marker, component or channel, first block, end of blocks
         ("blocks", np.int64),  # leg, pair, row, column
         ("n_legs", np.int64),
+        ("implicit", np.int64),  # 1: signals follow accelerations
         ("n_held", np.int64),
         ("held", np.int64),  # branches that hold values
         ("n_kinks", np.int64),
@@ -186,39 +187,77 @@ def _add(pair, x, y, wrench, component, by_place, by_twist):
                 pair.D[x + i, y + j] -= w * by_twist[j]
 
 
+@inner_kernel
+def _add_accelerations(pair, same, wrench, component, by, work):
+    """Add the derivatives of a wrench by the accelerations of bodies to the iteration matrix, as a mass."""
+    a, b = work.markers[pair.a], work.markers[pair.b]
+    if a.nu == 0 or b.nu == 0:
+        return
+    blocks = b.nu // b.width
+    start = pair.iS + (0 if same else a.nu * (a.nu // a.width))
+    column = np.zeros(b.nu)
+    for m in range(6):
+        if by[m] != 0.0:
+            for j in range(b.nu):
+                column[j] += work.weights[0].mass * by[m] * work.J[b.iJ + m * b.nu + j]
+    for i in range(a.nu):
+        x = 0.0
+        for k in range(6):
+            w = wrench[k] if component < 0 else (1.0 if k == component else 0.0)
+            x += w * work.J[a.iJ + k * a.nu + i]
+        if x != 0.0:
+            for n in range(blocks):
+                at = work.pair_rows[start + i * blocks + n]
+                for j in range(b.width):
+                    work.S[at + j] -= x * column[n * b.width + j]
+
+
 @row_kernel
 def tangent(raw, data, state, work):
     """Write how the rates of states, and the forces that follow signals, change with what is measured."""
     weights = work.weights[0]
-    if weights.wanted == 0 or (weights.damping == 0.0 and weights.stiffness == 0.0):
+    moving = weights.damping != 0.0 or weights.stiffness != 0.0
+    if weights.wanted == 0:
         return
     rows = raw.view(ROW)
     for m in range(rows.shape[0]):
         row = rows[m]
+        if not moving and (row.implicit == 0 or weights.mass == 0.0):
+            continue
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
         push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
         _values(row, data, state, work, row.n_used, z, sorts, push, slope)
         atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
         by_atoms = _gradients(row, data, state, row.n_used, z)
         by_place, by_twist = np.empty((row.n_legs, 6)), np.empty((row.n_legs, 6))
+        by_change = np.empty((row.n_legs, 6))
         acts = _integers(data, row.acts, 5 * row.n_acts)
         none = np.zeros(6)
         for k in range(row.n_acts):
             act = acts[5 * k : 5 * k + 5]
             by_place[:] = 0.0
             by_twist[:] = 0.0
+            by_change[:] = 0.0
             for a in range(row.n_atoms):
-                x = by_atoms[act[0], a]
+                x = by_atoms[act[0], a if atoms[a].source < 0 else atoms[a].source]
                 if x == 0.0:
                     continue
+                if sorts[a] == ACCELERATION and atoms[a].leg_b >= 0:
+                    by_change[atoms[a].leg_b, atoms[a].axis] += x
                 if sorts[a] == POSITION:
                     _spread(atoms[a], x, push[a], by_place)
-                elif sorts[a] == VELOCITY:
+                elif sorts[a] == VELOCITY or sorts[a] == ACCELERATION:
                     _spread(atoms[a], x, slope[a], by_place)
                     _spread(atoms[a], x, push[a], by_twist)
             for b in range(act[3], act[4]):
                 block = _integers(data, row.blocks + 4 * b, 4)
                 pair, leg = work.pairs[block[1]], block[0]
+                component = act[2] if k < row.n_rates else -1
+                if row.implicit == 1:
+                    follower = none if k < row.n_rates else work.channels[act[2]]
+                    _add_accelerations(pair, block[3] == 0, follower, component, by_change[leg], work)
+                if not moving:
+                    continue
                 if k < row.n_rates:
                     _add(pair, block[2], block[3], none, act[2], by_place[leg], by_twist[leg])
                 else:

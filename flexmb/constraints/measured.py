@@ -8,6 +8,9 @@ b) where it is a velocity. A force F on it is the wrench F p. A velocity also ha
 displacements at twists that are constant in body axes, as velocity-level equations need it. For a rate z = x' of a
 position x with gradient g and curvature H = dg/d(...): p = g, and s = H^T twist + what turned twists do, g . (theta x
 twist). Theory: eq. (measured-rate).
+
+An acceleration has both, at accelerations of the bodies that stay, and the gradient of a position by the accelerations
+of the markers. The wrench of a force has the derivatives that its own kernel writes (`constraints.wrench`).
 """
 
 from __future__ import annotations
@@ -23,7 +26,21 @@ from flexmb.constraints.rows import add_block, rotating_product
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import add_skew, cross, dot
 
-__all__ = ["MEASURED", "POSITION", "SIGNAL", "VELOCITY", "Measured", "add_measured_curvature", "measure_scalar"]
+__all__ = [
+    "ACCELERATION",
+    "IN_LOOPS",
+    "MEASURED",
+    "POSITION",
+    "REACTION",
+    "SIGNAL",
+    "VELOCITY",
+    "Combination",
+    "Measured",
+    "Projected",
+    "add_measured_curvature",
+    "in_axes",
+    "measure_scalar",
+]
 
 MEASURED = np.dtype(
     [
@@ -31,7 +48,10 @@ MEASURED = np.dtype(
         ("rate", np.int64),  # 1: the rate of the position
         ("axis", np.int64),  # of a, or of W
         ("other", np.int64),  # cosine: axis of b
-        ("signal", np.int64),  # number of the signal, or of the branch that is held
+        ("signal", np.int64),  # number of the signal, of the branch that is held, of a channel or of an equation
+        ("last", np.int64),  # reaction: the equation after those of the joint; wrench: channel of the derivatives
+        ("source", np.int64),  # the scalar of which this one has more derivatives, or -1
+        ("frame", np.int64),  # acceleration: 1 if velocities of the body are in its own axes
         ("a", np.int64),  # -1: axes of W
         ("b", np.int64),
         ("leg_a", np.int64),  # which leg of an equation belongs to a, or -1
@@ -42,9 +62,25 @@ MEASURED = np.dtype(
 )
 """How a kernel measures a scalar; every field has eight bytes, so rows of any number may stand in bulk data."""
 
-WHATS = ("coordinate", "cosine", "place", "velocity", "spin", "signal", "state", "held")
+WHATS = (
+    "coordinate",
+    "cosine",
+    "place",
+    "velocity",
+    "spin",
+    "signal",
+    "state",
+    "held",
+    "acceleration",
+    "wrench",
+    "reaction",
+    "multiplier",
+)
 _COORDINATE, _COSINE, _PLACE, _VELOCITY, _SPIN, _SIGNAL, _STATE, _HELD = range(8)
-POSITION, VELOCITY, SIGNAL = 0, 1, 2
+_ACCELERATION, _WRENCH, _REACTION, _MULTIPLIER = range(8, 12)
+POSITION, VELOCITY, SIGNAL, ACCELERATION, REACTION = range(5)
+IN_LOOPS = ("state", "acceleration", "wrench", "reaction", "multiplier")
+"""What loops alone can read."""
 
 
 @inner_kernel
@@ -72,16 +108,17 @@ def _position(z, state, work, jet, g):
         jet[0], jet[1], jet[2] = b.r[z.axis], b.v[z.axis], 0.0
         g[6 + z.axis] = 1.0
         return
-    a = work.markers[z.a]
-    m, e = a.R[:, z.axis], b.R[:, z.other]
-    t = np.empty(3)
+    m, spin, t = np.empty(3), np.zeros(3), np.empty(3)
+    if _along(z, work, m):
+        spin[:] = work.markers[z.a].w
+    e = b.R[:, z.other]
     scratch = np.empty((2, 3))
     cross(m, e, t)
     for i in range(3):  # d(m . e) = theta_a . (m x e) + theta_b . (e x m)
         g[3 + i] = t[i]
         g[9 + i] = -t[i]
     jet[0] = dot(m, e)
-    jet[1], jet[2] = rotating_product(m, a.w, e, b.w, scratch)
+    jet[1], jet[2] = rotating_product(m, spin, e, b.w, scratch)
 
 
 @inner_kernel
@@ -90,7 +127,8 @@ def _position_curvature(z, scale, work, K):
     if z.what == _COORDINATE:
         add_curvature(z.c, work, scale, K)
     elif z.what == _COSINE:
-        m, e = work.markers[z.a].R[:, z.axis], work.markers[z.b].R[:, z.other]
+        m, e = np.empty(3), work.markers[z.b].R[:, z.other]
+        _along(z, work, m)
         zero = np.zeros(3)
         # d(m x e) = (theta_a x m) x e + m x (theta_b x e)
         me = dot(m, e)
@@ -118,12 +156,53 @@ def _twists(z, work, out):
         out[6 + i], out[9 + i] = b.v[i], b.w[i]
 
 
+@inner_kernel
+def _beyond_velocity(z, state, work, jet, push, slope):
+    """`measure_scalar` of an acceleration, a wrench, a reaction or a multiplier."""
+    jet[:] = 0.0
+    if z.what == _MULTIPLIER:
+        jet[0] = state.lam[z.signal]
+        return REACTION
+    if z.what == _REACTION:
+        for n in range(len(work.legs)):
+            leg = work.legs[n]
+            if leg.marker == z.b and z.signal <= leg.equation < z.last:
+                jet[0] += leg.gradient[z.axis] * state.lam[leg.equation]
+        return REACTION
+    if z.what == _WRENCH:
+        jet[0] = work.channels[z.signal, z.axis]
+        if z.last >= 0:
+            at = z.last + 4 * z.axis
+            for i in range(6):
+                slope[i], slope[6 + i] = work.channels[at, i], work.channels[at + 1, i]
+                push[i], push[6 + i] = work.channels[at + 2, i], work.channels[at + 3, i]
+        return VELOCITY
+    b, total, t, n = work.markers[z.b], np.empty(3), np.empty(3), np.zeros(3)
+    for i in range(3):
+        total[i] = b.bias[i]
+        for j in range(b.nu):
+            total[i] += work.J[b.iJ + i * b.nu + j] * state.a[b.iu + j]
+    jet[0] = total[z.axis]
+    if z.frame == 1:
+        n[z.axis] = 1.0
+        cross(total, n, t)  # n . (theta x a) with what stays constant in body axes
+        for i in range(3):
+            slope[9 + i] = t[i]
+        cross(b.v, n, t)  # the bias is w x v, and more by the small Coriolis terms of deformation
+        for i in range(3):
+            push[9 + i] = t[i]
+        cross(n, b.w, t)
+        for i in range(3):
+            push[6 + i] = t[i]
+    return ACCELERATION
+
+
 @kernel
 def measure_scalar(z, state, work, jet, push, slope):
     """Write value and time derivatives to `jet` (3,), push and slope (12,) of a scalar; return its sort.
 
     The derivatives are those at accelerations of the markers that are zero: of positions the first and the second, of
-    velocities the first. Sorts: POSITION, VELOCITY, SIGNAL.
+    velocities the first. Sorts: POSITION, VELOCITY, SIGNAL, ACCELERATION, REACTION.
     """
     push[:] = 0.0
     slope[:] = 0.0
@@ -159,6 +238,8 @@ def measure_scalar(z, state, work, jet, push, slope):
             for i in range(3):
                 slope[turned + i] += t[i]
         return VELOCITY
+    if z.what >= _ACCELERATION:
+        return _beyond_velocity(z, state, work, jet, push, slope)
     n, t = np.empty(3), np.empty(3)
     turns = _along(z, work, n)
     b = work.markers[z.b]
@@ -188,6 +269,22 @@ def add_measured_curvature(z, scale, work, K):
 
 
 @dataclass(frozen=True)
+class Combination:
+    """weights . eta + constant, with the flexible coordinates eta of a reduced body.
+
+    Parameters
+    ----------
+    body : str
+    weights : (m,)
+    constant : float
+    """
+
+    body: str
+    weights: tuple[float, ...]
+    constant: float = 0.0
+
+
+@dataclass(frozen=True)
 class Measured:
     """A scalar that is measured while the motion is computed.
 
@@ -208,6 +305,12 @@ class Measured:
         The rate of a position or of a signal.
     held : int
         Number of the branch that holds a value.
+    combination : Combination, optional
+        Of flexible coordinates: a "place".
+    part : str
+        Name of the force, or of the joint.
+    pair : int
+        Of a wrench: the pair of the force by whose markers it changes.
     """
 
     what: str
@@ -219,13 +322,25 @@ class Measured:
     rate: bool = False
     state: tuple[str, str | None] | None = None
     held: int = -1
+    combination: Combination | None = None
+    part: str = ""
+    pair: int = 0
 
     @property
     def sort(self) -> int:
-        """POSITION, VELOCITY or SIGNAL."""
+        """POSITION, VELOCITY, SIGNAL, ACCELERATION or REACTION."""
         if self.what in ("signal", "held"):
             return SIGNAL
-        return VELOCITY if self.rate or self.what in ("velocity", "spin", "state") else POSITION
+        if self.what in ("reaction", "multiplier"):
+            return REACTION
+        if self.what == "acceleration":
+            return ACCELERATION
+        return VELOCITY if self.rate or self.what in ("velocity", "spin", "state", "wrench") else POSITION
+
+    @property
+    def alone(self) -> bool:
+        """Can loops alone read it, not constraints?"""
+        return self.what in IN_LOOPS or self.combination is not None
 
     def of_rate(self) -> Measured:
         """Return the rate of a position or of a signal."""
@@ -240,19 +355,67 @@ class Measured:
         if self.coordinate is not None:
             c = self.coordinate.record(compiler, a, b, writes=0)
             a, b = c["a"], c["b"]  # exchanged where the coordinate is measured backwards
-        axis = self.axis
+        axis, last, frame = self.axis, -1, 0
         if self.state is not None:
             b, axis = compiler.state_place(*self.state)
-        at = [legs.index(m) if m >= 0 else -1 for m in (a, b)]
+        if self.combination is not None:
+            b, axis = compiler.combined(self.combination), 0
+        if self.what == "acceleration":
+            frame = int(compiler.model.body(self.markers[0].partition(".")[0]).has_frame)
+        if self.sort == REACTION:
+            equations = compiler.equations[self.part]
+            signal, last = equations.start + (axis if self.what == "multiplier" else 0), equations.stop
+        if self.what == "wrench":
+            signal, last, a, b = compiler.loops.wrenches.place(self.part, self.pair)
+        at = [legs.index(m) if m in legs else -1 for m in (a, b)]
         return {
             "what": WHATS.index(self.what),
             "rate": int(self.rate),
             "axis": axis,
             "other": self.other,
             "signal": signal,
+            "last": last,
+            "source": -1,
+            "frame": frame,
             "a": a,
             "b": b,
             "leg_a": at[0],
             "leg_b": at[1],
             "c": c,
         }
+
+
+@dataclass(frozen=True)
+class Projected:
+    """The component of a vector of W along an axis of a marker: a sum of products of scalars.
+
+    Parameters
+    ----------
+    vector : three Measured
+    axes : str
+        "body.marker".
+    axis : int
+    """
+
+    vector: tuple[Measured, Measured, Measured]
+    axes: str
+    axis: int
+    alone: bool = True
+
+    @property
+    def sort(self) -> int:
+        """That of the components."""
+        return self.vector[0].sort
+
+    @property
+    def products(self) -> tuple[tuple[Measured, Measured], ...]:
+        """The factors of each term."""
+        return tuple((z, Measured("cosine", (self.axes,), k, self.axis)) for k, z in enumerate(self.vector))
+
+
+def in_axes(vectors: tuple[Measured, ...], axes: str | None) -> tuple[Measured | Projected, ...]:
+    """Return the components of vectors (three each) in the axes of a marker, or in W."""
+    if axes is None:
+        return vectors
+    threes = [vectors[k : k + 3] for k in range(0, len(vectors), 3)]
+    return tuple(Projected(three, axes, axis) for three in threes for axis in range(3))  # type: ignore[arg-type]

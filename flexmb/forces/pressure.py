@@ -24,6 +24,7 @@ ROW = np.dtype(
     [
         ("load", np.int64),
         ("signal", np.int64),
+        ("channel", np.int64),  # by which the amount changes with the signal, or -1: a function of time
         ("table", np.int64),  # where the table over the coordinate begins in the bulk data, or -1
         ("shape", np.int64),  # where the load shape begins there
         ("modes", np.int64),  # flexible coordinates of the body by which the shape turns, or 0
@@ -45,22 +46,29 @@ def apply(raw, data, state, work):
     for n in range(rows.shape[0]):
         row = rows[n]
         amount = state.signals[row.signal, 0]
+        tangent = work.weights[0].wanted == 1
+        if tangent and row.own >= 0:
+            own = work.markers[row.own]
+            for j in range(own.nu):
+                force = data[row.shape + j]
+                for k in range(row.modes):
+                    force += data[row.turning + j * row.modes + k] * state.q[row.eta + k]
+                work.J[own.iJ + j] = force
+        share = 1.0
         if row.table >= 0:
             x, _ = measure(row.x, state, work, gradient)
             f, f1, _ = interpolate(x, data[row.table :])
-            if work.weights[0].wanted == 1:
-                own = work.markers[row.own]
-                for j in range(own.nu):
-                    force = data[row.shape + j]
-                    for k in range(row.modes):
-                        force += data[row.turning + j * row.modes + k] * state.q[row.eta + k]
-                    work.J[own.iJ + j] = force
+            share = f
+            if tangent:
                 for side in range(2):
                     K = work.pairs[row.pairs[side]].K
                     for j in range(6):
                         K[0, 6 + j] -= amount * f1 * gradient[6 * side + j]
             amount *= f
         work.loads[row.load] += amount
+        if tangent and row.channel >= 0:
+            work.channels[row.channel, :] = 0.0
+            work.channels[row.channel, 0] = share
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +91,7 @@ class Pressure(Force):
         "body.load".
     amount : signal, Pa (or -)
         Pressure for a load made of a surface, factor for one made of forces: a number, a signal, a table over a
-        joint, or a product of them.
+        joint, or a product of them. On a reduced body it may follow what is measured.
     freedom : str, optional
         Coordinate of the joint, where it has several: "turn", "turn_b", "slide", "slide_x" or "slide_y".
     """
@@ -118,10 +126,11 @@ class Pressure(Force):
                 remedy=did_you_mean(load, known) or "Name loads in reduction.reduce(..., loads={...})",
             )
         joint = self._joint  # type: ignore[attr-defined]
-        if joint is not None and not hasattr(body, "data"):
+        if (joint is not None or self.amount.follows) and not hasattr(body, "data"):
+            what = "that follows measurements" if joint is None else f"over joint '{joint}'"
             raise ModelError(
                 self.title,
-                found=f"an amount over joint '{joint}' on body '{name}' ({type(body).__name__})",
+                found=f"an amount {what} on body '{name}' ({type(body).__name__})",
                 expected="a signal of time: its load moves with the surface",
                 remedy="Give a number, fmb.ramp(...) or fmb.table(..., of=fmb.ramp(...))",
             )
@@ -132,24 +141,25 @@ class Pressure(Force):
         """Return the row."""
         body, _, load = self.load.partition(".")
         signal, table = signal_and_table(self.amount)
-        row = {"load": compiler.load(body, load), "signal": compiler.signal(signal)}
-        if table is None:
-            none = dict.fromkeys(("table", "shape", "eta", "turning", "own"), -1)
-            return {**row, **none, "modes": 0, "x": NO_COORDINATE, "pairs": (-1, -1)}
-        joint = compiler.joint(self._joint)
-        x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
+        row = {"load": compiler.load(body, load), "x": NO_COORDINATE, "table": -1, "pairs": (-1, -1), "channel": -1}
+        if table is None and not signal.follows:
+            none = dict.fromkeys(("shape", "eta", "turning", "own"), -1)
+            return {**row, **none, "signal": compiler.signal(signal), "modes": 0}
         data = compiler.model.body(body).reduced
         number = data.load_names.index(load)
         turning = np.zeros((0, 0)) if data.load_turning is None else data.load_turning[number]
         own = compiler.load_marker(body, load)
+        if table is not None:
+            joint = compiler.joint(self._joint)
+            x = joint_coordinate(joint, self.title, self.freedom).record(compiler, *map(compiler.marker, joint.markers))
+            row["x"], row["table"] = x, compiler.bulk(table.numbers())
+            row["pairs"] = compiler.pair(own, x["a"], STIFF), compiler.pair(own, x["b"], STIFF)
+        row["signal"], (row["channel"],) = compiler.follow(signal, own)
         return {
             **row,
-            "table": compiler.bulk(table.numbers()),
             "shape": compiler.bulk(data.load_shapes[number]),
             "modes": turning.shape[1],
             "eta": compiler.coordinate(body) + 7,
             "turning": compiler.bulk(turning),
             "own": own,
-            "x": x,
-            "pairs": (compiler.pair(own, x["a"], STIFF), compiler.pair(own, x["b"], STIFF)),
         }

@@ -65,7 +65,7 @@ class Motion:
         self.formulation, self.drift = settings.formulation, settings.drift
         self.system, self.work = system, work
         self.bounds = system.bounds(self.drift)
-        self.friction = any(force.reads_reactions for force in system.model.forces)
+        self.friction = system.implicit or any(force.reads_reactions for force in system.model.forces)
         self.right = np.zeros(system.nu + system.ng)
         offered = self.formulation.unknowns or AbsoluteUnknowns
         self.unknowns = offered(system, state, work)

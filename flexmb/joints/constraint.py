@@ -221,7 +221,7 @@ class Constraint(Joint):
         """Return the equation of the function: positions, then their rates and velocities, then what forces read."""
         every = [z for scalars in measured.values() for z in scalars]
         for name, scalars in measured.items():
-            if any(z.what == "state" for z in scalars):
+            if any(z.alone for z in scalars):
                 raise self._of_states(name)
         positions = [z for z in every if z.sort == POSITION]
         level = int(self.level == "velocity")
@@ -269,7 +269,7 @@ class Constraint(Joint):
         if one.signal is not None:
             return Measured("signal", signal=one.signal, rate=one.rate)
         scalar = measured[one.name][one.column]
-        if scalar.what == "state":
+        if scalar.alone:
             raise self._of_states(one.name)
         if one.rate and scalar.sort != POSITION:
             raise ModelError(
@@ -283,9 +283,9 @@ class Constraint(Joint):
     def _of_states(self, name: str) -> ModelError:
         return ModelError(
             self.title,
-            found=f"the state '{name}', whose rate depends on forces",
+            found=f"'{name}', whose rates depend on forces",
             expected="positions and velocities of bodies",
-            remedy="Let a force or an actuator follow the state, or restrict what the state follows",
+            remedy="Let a force or an actuator follow it, or restrict places, joint coordinates and velocities",
         )
 
     def _require_two_derivatives(self, read: list[Input]) -> None:

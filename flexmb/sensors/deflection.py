@@ -7,9 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.constraints import Measured
 from flexmb.errors import ModelError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.kinds import Sensor
+from flexmb.sensors.flexible_coordinate import combined, reduced_data
 
 __all__ = ["Deflection"]
 
@@ -61,6 +63,19 @@ class Deflection(Sensor):
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the marker, and the one it is compared with."""
         return (self.marker,) if self.relative_to is None else (self.marker, self.relative_to)
+
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the three components, of a reduced body against its frame."""
+        if self.relative_to is not None:
+            raise ModelError(
+                self.title,
+                found="a Deflection relative to another marker, which cannot be measured while the motion is computed",
+                expected="the deflection against the body's frame, or a StrainGauge",
+                remedy="Leave relative_to out; with a frame clamped at that marker both are the same",
+            )
+        body, _, marker = self.marker.partition(".")
+        data = reduced_data(model, body, self.title)
+        return tuple(combined(body, row) for row in data.marker_translations[data.marker_names.index(marker)])
 
     def values(self, series) -> np.ndarray:
         """Return the displacement (nt, 3), m, in body axes."""

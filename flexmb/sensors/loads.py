@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from flexmb.constraints.measured import Measured, in_axes
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Sensor
 
@@ -17,8 +18,6 @@ WRENCH = ("fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]")
 
 class _Wrench(Sensor):
     """What both sensors share: components in W, or in the axes of a marker."""
-
-    known_later: ClassVar[str] = "it follows from all forces at that time, also from the one that would follow it"
 
     axes: str | None
 
@@ -62,6 +61,11 @@ class Reaction(_Wrench):
         if self.axes is not None:
             model.marker(self.axes, self.title)
 
+    def measured(self, model) -> tuple[Any, ...]:
+        """Return the six components, for what samples them."""
+        marker = model.joint(self.joint, self.title).resolved_markers(model)[1]
+        return in_axes(tuple(Measured("reaction", (marker,), k, part=self.joint) for k in range(6)), self.axes)
+
     def values(self, series) -> np.ndarray:
         """Return the wrench (nt, 6), N and N m, in W or in the axes asked for."""
         return self._turned(series, series.reaction(self.joint))
@@ -101,6 +105,17 @@ class ForceOf(_Wrench):
             )
         if self.axes is not None:
             model.marker(self.axes, self.title)
+
+    def measured(self, model) -> tuple[Any, ...]:
+        """Return the six components."""
+        if model.force(self.force, self.title).measure(model) is None:
+            raise ModelError(
+                self.title,
+                found=f"force '{self.force}', which acts on no marker of its own",
+                expected="a force between markers, or on one",
+                remedy="Measure the motion that it makes",
+            )
+        return in_axes(tuple(Measured("wrench", axis=k, part=self.force) for k in range(6)), self.axes)
 
     def values(self, series) -> np.ndarray:
         """Return the wrench (nt, 6), N and N m, in W or in the axes asked for."""

@@ -137,11 +137,11 @@ class Acceleration(MarkerSensor):
         "body.marker".
     """
 
-    known_later: ClassVar[str] = (
-        "it follows from all forces at that time, also from the one that would follow it; a lag of the speed, "
-        "(v - x) / T, is nearly one"
-    )
     titles: ClassVar[tuple[str, ...]] = ("ax [m/s2]", "ay [m/s2]", "az [m/s2]")
+
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the three components: a force that follows them has its share in the masses."""
+        return tuple(Measured("acceleration", (self.marker,), axis) for axis in range(3))
 
     def values(self, series) -> np.ndarray:
         """Return a (nt, 3), m/s2, in W."""

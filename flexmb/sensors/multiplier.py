@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from flexmb.constraints import Measured
 from flexmb.model.kinds import Sensor
 
 __all__ = ["Multiplier"]
@@ -30,7 +31,6 @@ class Multiplier(Sensor):
     joint: str
 
     absent: ClassVar[float] = 0.0
-    known_later: ClassVar[str] = "it follows from all forces at that time, also from the one that would follow it"
 
     def check(self, model) -> None:
         """Raise ModelError if the joint does not exist."""
@@ -41,6 +41,10 @@ class Multiplier(Sensor):
         joint = model.joint(self.joint, self.title)
         counts = sum(equation.count for equation in joint.equations_in(model))
         return ("multiplier",) if counts == 1 else tuple(f"multiplier {k + 1}" for k in range(counts))
+
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return the multipliers, for what samples them."""
+        return tuple(Measured("multiplier", axis=k, part=self.joint) for k in range(len(self.columns(model))))
 
     def values(self, series) -> np.ndarray:
         """Return the multipliers."""

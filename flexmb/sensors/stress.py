@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.constraints import Measured
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.kinds import Sensor
 from flexmb.model.numbering import named_numbers
+from flexmb.sensors.flexible_coordinate import combined, reduced_data
 
 __all__ = ["Stress"]
 
@@ -111,6 +113,23 @@ class Stress(Sensor):
     def columns(self, model) -> tuple[str, ...]:
         """Return the titles with the unit."""
         return tuple(f"{c} [Pa]" for c in COMPONENTS) if self.component == "tensor" else (f"{self.component} [Pa]",)
+
+    def measured(self, model) -> tuple[Measured, ...]:
+        """Return components at one node, which are linear in the flexible coordinates."""
+        self.check(model)
+        data = reduced_data(model, self.body, self.title)
+        nodes = np.empty(0) if self.node is None else _stressed(data, data.nodes_named(self.node, self.title))
+        if self.component == "von_mises" or len(nodes) != 1:
+            raise ModelError(
+                self.title,
+                found=f"{self.component} at {len(nodes) or 'all'} nodes, which cannot be measured while the motion is "
+                "computed",
+                expected="one component, or the tensor, at one node",
+                remedy='Write node=12, component="xx"',
+            )
+        rows = data.stress_modes[nodes[0]]
+        wanted = range(6) if self.component == "tensor" else [COMPONENTS.index(self.component)]
+        return tuple(combined(self.body, rows[k]) for k in wanted)
 
     def values(self, series) -> np.ndarray:
         """Return the stress (nt,) or (nt, 6), Pa."""

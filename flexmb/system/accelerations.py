@@ -31,7 +31,7 @@ def accelerations(program, state, work, right, sweeps):
     Returns -1 or the place of a vanishing pivot.
     """
     nu, ng = len(state.u), len(state.lam)
-    nonlinear, least = False, 0.0
+    nonlinear, curved, least = False, False, 0.0
     looked = (
         2 if len(program.pattern.softness) > 0 else 1
     )  # dependent equations still change a little in the second sweep
@@ -57,14 +57,19 @@ def accelerations(program, state, work, right, sweeps):
         for i in range(nu):
             state.a[i] += right[i]
             largest = max(largest, abs(state.a[i]))
+        moved = 0.0
         for i in range(nu):
-            settled = settled and abs(right[i]) <= EXACT * largest
+            moved = max(moved, abs(right[i]))
+        settled = settled and moved <= EXACT * largest
         size, change = least, 0.0
         for i in range(ng):
             state.lam[i] += right[nu + i]
             size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
-        nonlinear = nonlinear or (sweep == looked and change > 1e-6 * size)
-        if (change <= EXACT * size and settled) or (sweep + 1 >= sweeps and (not nonlinear or change <= EXACT * size)):
+        # signals that follow accelerations, and are limited
+        curved = curved or (sweep == looked and len(work.channels) > 1 and moved > 1e-6 * largest)
+        nonlinear = nonlinear or curved or (sweep == looked and change > 1e-6 * size)
+        done = not nonlinear or (change <= EXACT * size and (settled or not curved))
+        if (change <= EXACT * size and settled) or (sweep + 1 >= sweeps and done):
             break
     if len(program.pattern.softness) > 0 and not nonlinear:
         _without_stress(program, state, work, right)

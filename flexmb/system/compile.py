@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints import EQUATIONS
-from flexmb.constraints.loop import LOOP
+from flexmb.constraints import EQUATIONS, Combination
 from flexmb.errors import CompileError
 from flexmb.math.jets import SignalCode
 from flexmb.math.tables import DAMPED, MARKER, STIFF
@@ -17,6 +16,8 @@ from flexmb.model.model import Model
 from flexmb.model.primitives import Equation
 from flexmb.model.signal import as_signal, pack
 from flexmb.model.table import Table
+from flexmb.system.combinations import combination_rows
+from flexmb.system.force_tables import rows_of_forces, switches_of
 from flexmb.system.inputs import places_of_inputs
 from flexmb.system.layout import Layout, check_size
 from flexmb.system.lengths import unit_lengths
@@ -57,6 +58,10 @@ class _Compiler:
         self.equations: dict[str, slice] = {}  # of the joints, when forces are recorded
         self.states: dict[str, StateGroup] = {}
         self.loops = Loops(self)
+        self.asked: list[int] = []  # pairs of the part that is being written
+        self.followers: set[str] = set()
+        self.written: dict[str, tuple[Table, tuple, tuple[int, ...], bool]] = {}
+        self.combinations: dict[Combination, int] = {}
         self.values: dict[str, int] = {}
         self._bulk: list[np.ndarray] = []
         self._bulk_size = 0
@@ -108,7 +113,10 @@ class _Compiler:
 
     def follow(self, value, *markers: int) -> tuple[int, tuple[int, ...]]:
         """Return the number of a signal that may follow measurements, and a channel for every marker."""
-        return self.loops.follow(as_signal(value, self.writing, "signal"), markers)
+        signal = as_signal(value, self.writing, "signal")
+        if signal.follows:
+            self.followers.add(self.writing)
+        return self.loops.follow(signal, markers)
 
     def value(self, name: str, value) -> None:
         """Let the value of a signal be known by a name."""
@@ -122,6 +130,7 @@ class _Compiler:
         index = self.pairs.setdefault((a, b, len(self.pairs) if alone else -1), len(self.pairs))
         if writes:
             self.active_pairs[index] = max(writes, self.active_pairs.get(index, 0))
+        self.asked.append(index)
         return index
 
     def load(self, body: str, name: str) -> int:
@@ -135,9 +144,22 @@ class _Compiler:
             number = next(k for k, other in enumerate(bodies) if other.name == body)
             self.start_poses.append(self.start_poses[self.marker_body.index(number)])
             self.marker_index[marker] = len(self.marker_index)
+            self.marker_names.append(marker)
             self.marker_body.append(number)
             self.marker_span.append((0, bodies[number].n_velocities))
         return self.marker_index[marker]
+
+    def combined(self, combination: Combination) -> int:
+        """Return the number of a marker with one freedom, whose place is a combination of flexible coordinates."""
+        if combination not in self.combinations:
+            number = next(k for k, body in enumerate(self.model.bodies) if body.name == combination.body)
+            name = f"{combination.body}.combination {len(self.combinations) + 1}"
+            self.combinations[combination] = self.marker_index[name] = len(self.marker_index)
+            self.marker_names.append(name)
+            self.marker_body.append(number)
+            self.marker_span.append((0, self.model.bodies[number].n_velocities))
+            self.start_poses.append((np.zeros(3), np.eye(3)))
+        return self.combinations[combination]
 
     def state_marker(self, owner: str, states: Mapping[str, float], sizes: Mapping[str, float] | None = None) -> int:
         """Return the number of the first marker whose twists are the states of `owner`, each with its start."""
@@ -203,41 +225,6 @@ def _grouped(items: list[tuple[Table, tuple]]) -> tuple[list[Table], list[np.nda
     return [t for t, _ in tables.values()], [np.array(rows, t.row) for t, rows in tables.values()]
 
 
-def _force_rows(model: Model, tables: list[Table], starts: np.ndarray) -> np.ndarray:
-    """Return (kind, first byte, last byte) of the row of every force, (nf, 3)."""
-    kinds = {table.name: k for k, table in enumerate(tables)}
-    used = [0] * len(tables)
-    rows = np.zeros((len(model.forces), 3), np.int64)
-    for n, force in enumerate(model.forces):
-        k = kinds[force.table.name]
-        size = force.table.row.itemsize
-        first = starts[k] + used[k] * size
-        rows[n] = k, first, first + size
-        used[k] += 1
-    return rows
-
-
-def _switching(model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray, loops: Loops):
-    """Return (address, first byte, last byte, number of switches, address of the sweep or 0) of the kinds with a kink,
-    and the force or block of every switch.
-    """
-    kinds, owners = [], []
-    for table, array, first, last in zip(tables, rows, starts[:-1], starts[1:], strict=True):
-        if not table.switches:
-            continue
-        counts = array[table.switches] if isinstance(table.switches, str) else np.full(len(array), table.switches)
-        if not np.sum(counts):
-            continue
-        sweep = table.kernels["sweep"].compiled.address if "sweep" in table.kernels else 0
-        kinds.append((table.kernels["switch"].compiled.address, first, last, int(np.sum(counts)), sweep))
-        if table is LOOP:
-            owners += [title for _, _, title in loops.kinks]
-            continue
-        forces = [force.title for force in model.forces if force.table.name == table.name]
-        owners += [title for title, count in zip(forces, counts, strict=True) for _ in range(count)]
-    return np.array(kinds, np.int64).reshape(-1, 5), tuple(owners)
-
-
 def _body_rows(model: Model, compiler: _Compiler, layout: Layout):
     items = []
     for k, body in enumerate(model.bodies):
@@ -256,7 +243,11 @@ def _force_items(model: Model, compiler: _Compiler) -> list[tuple[Table, tuple]]
     items = []
     for force in model.forces:
         compiler.writing = force.title
-        items.append((force.table, force.table.filled(force, force.record(compiler))))
+        compiler.asked = []
+        row = force.table.filled(force, force.record(compiler))
+        items.append((force.table, row))
+        pairs = tuple(dict.fromkeys(compiler.asked))
+        compiler.written[force.name] = force.table, row, pairs, force.title in compiler.followers
     # last, so that the coordinates of a model begin alike whatever is watched
     for sensor in model.sensors:
         compiler.writing = sensor.title
@@ -361,8 +352,9 @@ def compile(model: Model) -> System:
     compiler.equations = constraints.slices
     force_tables, force_rows = _grouped(_force_items(model, compiler))
     layout.append(compiler.states.values())
-    for own, of_states in zip((body_tables, body_rows), _state_rows(compiler, layout), strict=True):
-        own += of_states
+    for more in (_state_rows(compiler, layout), _grouped(combination_rows(compiler, layout))):
+        for own, others_of_it in zip((body_tables, body_rows), more, strict=True):
+            own += others_of_it
     markers, size_J = _markers(compiler, layout)
     for body in model.bodies:
         body.stiffen(compiler, markers)
@@ -371,7 +363,7 @@ def compile(model: Model) -> System:
     inputs = places_of_inputs(signals, compiler.signal_titles, prescribing)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     first_force = len(body_tables) + len(constraints.tables)
-    switch_kinds, switch_owners = _switching(model, force_tables, force_rows, starts[first_force:], compiler.loops)
+    switch_kinds, switch_owners = switches_of(model, force_tables, force_rows, starts[first_force:], compiler.loops)
     program = Program(
         place=kernel_table([t.kernels["place"] for t in body_tables]),
         inertia=kernel_table([t.kernels["inertia"] for t in body_tables]),
@@ -399,7 +391,9 @@ def compile(model: Model) -> System:
         u0=layout.u,
         n_signals=len(compiler.signals),
         n_loads=len(compiler.load_index),
-        n_channels=len(compiler.loops.channels),
+        n_channels=compiler.loops.n_channels,
+        implicit=compiler.loops.follows_accelerations,
+        samples_reactions=compiler.loops.follows_reactions,
         values=compiler.values,
         size_J=size_J,
         size_H=compiler.size_H,
@@ -411,7 +405,7 @@ def compile(model: Model) -> System:
         force_index={f.name: k for k, f in enumerate(model.forces)},
         equation_names=tuple(constraints.names),
         equation_owners=tuple(constraints.owners),
-        force_rows=_force_rows(model, force_tables, starts[first_force:]),
+        force_rows=rows_of_forces(model, force_tables, starts[first_force:]),
         joint_equations=constraints.slices,
         joints=tuple(constraints.joints),
         gaps=np.zeros(len(constraints.names)),

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.math.weights import no_matrix
 from flexmb.model.held_block import HeldBlock
+from flexmb.system.accelerations import accelerations
 from flexmb.system.program import evaluate
 
 __all__ = ["HELD", "Hold", "held_from", "refuse_holds", "upstream_first"]
@@ -120,6 +121,9 @@ def _due(hold: Hold, t: float, latest: float) -> bool:
 def _signals(system, work, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Return the values of all signals, (ns,)."""
     state = system.state(t, q, u)
+    if system.implicit or system.samples_reactions:
+        right = np.zeros(system.nu + system.ng)
+        accelerations(system.program, state, work, right, 12 if system.redundant else 2)
     no_matrix(work.weights)
     evaluate(system.program, state, work)
     return state.signals[:, 0]

@@ -6,13 +6,14 @@ sensor is an atom, a block brings its states, and everything else is a program t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from flexmb.constraints import Measured
 from flexmb.constraints.loop import LOOP, LOOP_TANGENT, words
-from flexmb.constraints.measured import MEASURED, POSITION
+from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, REACTION, Projected
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.model.block import Block, OwnState
@@ -23,6 +24,7 @@ from flexmb.model.measurement import Formula, Measurement, input_program
 from flexmb.model.signal import Constant, Signal
 from flexmb.model.table import in_order
 from flexmb.system.holds import HELD, NEVER, Hold, upstream_first
+from flexmb.system.wrenches import Wrenches
 
 __all__ = ["Loops"]
 
@@ -52,6 +54,8 @@ class Loops:
         self._kinked: dict[int, tuple[Block, str]] = {}
         self.holds: list[Hold] = []
         self.kinks: list[tuple[int, float, str]] = []
+        self.wrenches = Wrenches(compiler)
+        self.n_channels = 0
 
     def follow(self, signal: Signal, markers: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         """Return the number of a signal, and the channels by which forces on markers change with it (-1: by none)."""
@@ -77,8 +81,12 @@ class Loops:
         self.addresses.append(address)
         return len(self.programs) - 1
 
-    def _atom(self, scalar: Measured) -> SignalProgram:
+    def _atom(self, scalar: Measured | Projected) -> SignalProgram:
         """Return the program that reads a measured scalar."""
+        if isinstance(scalar, Projected):
+            times, plus = SignalProgram.of((op.MULTIPLY, 0.0)), SignalProgram.of((op.ADD, 0.0))
+            terms = [self._atom(a).then(self._atom(b), times) for a, b in scalar.products]
+            return terms[0].then(terms[1], plus, terms[2], plus)
         if scalar not in self.atoms:
             self.atoms.append(scalar)
         return input_program(self.atoms.index(scalar))
@@ -228,7 +236,7 @@ class Loops:
                 remedy="Count from 0",
             )
         scalar = scalars[column]
-        if rate and scalar.sort != POSITION:
+        if rate and (scalar.sort != POSITION or isinstance(scalar, Projected)):
             raise ModelError(
                 self.compiler.writing,
                 found=f"the rate of {sensor.title}, which depends on forces",
@@ -282,26 +290,54 @@ class Loops:
                 block, self.compiler.writing = self._kinked.pop(next(iter(self._kinked)))
                 for signal, size in block.kinks():
                     self.kinks.append((self._slot(self._program(signal)), size, block.title))
+        self.n_channels = len(self.channels)
         if not self.programs:
             return [], []
+        forces = dict.fromkeys(atom.part for atom in self.atoms if atom.what == "wrench")
+        wrenches, self.n_channels = self.wrenches.rows(forces, self.n_channels)
         row = self._row(used)
-        return [(LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
+        return [*wrenches, (LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
+
+    @property
+    def follows_accelerations(self) -> bool:
+        """Do signals follow accelerations?"""
+        return any(atom.sort == ACCELERATION for atom in self.atoms)
+
+    @property
+    def follows_reactions(self) -> bool:
+        """Do signals, at sample times, follow reactions?"""
+        return any(atom.sort == REACTION for atom in self.atoms)
+
+    def _with_more_derivatives(self) -> list[int]:
+        """Add scalars for the derivatives of wrenches by further pairs; return of which each scalar has more, or -1."""
+        sources = [-1] * len(self.atoms)
+        for k, atom in enumerate(tuple(self.atoms)):
+            if atom.what == "wrench":
+                more = self.wrenches.more_pairs(atom.part)
+                self.atoms += [replace(atom, pair=pair) for pair in more]
+                sources += [k] * len(more)
+        return sources
 
     def _row(self, used: int) -> dict[str, Any]:
-        compiler, n_atoms = self.compiler, len(self.atoms)
+        compiler, sources = self.compiler, self._with_more_derivatives()
+        n_atoms = len(self.atoms)
         compiler.writing = compiler.writing or "Signals"
         numbers = [tuple(self._markers(scalar)) for scalar in self.atoms]
         legs = tuple(dict.fromkeys(m for of_one in numbers for m in of_one if m >= 0))
         rows = np.array([in_order(MEASURED, z.record(compiler, legs)) for z in self.atoms], MEASURED)
+        rows["source"] = sources
         programs = [_renumbered(program, n_atoms) for program in self.programs]
         ops, args, tables = joined_arrays(programs)
         uses = [list(dict.fromkeys(int(a) for o, a in zip(p.ops, p.args) if o == op.INPUT)) for p in programs]
         read = self._atoms_read(uses, n_atoms)
+        for of_one in read:
+            of_one |= {k for k, source in enumerate(sources) if source in of_one}
         self.holds = upstream_first(self.holds, [self._needs(hold, read) for hold in self.holds])
         held = [number for hold in self.holds for number in (*hold.branches, hold.clock) if number >= 0]
         acts, blocks = [], []
         acting = [*self.rates, *((slot, marker, k) for k, (slot, marker) in enumerate(self.channels))]
         for slot, marker, component in acting:
+            self._require_explicit(read[slot])
             own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
             acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
             blocks += [(legs.index(m), *_block(compiler, marker, m)) for m in own]
@@ -326,12 +362,26 @@ class Loops:
             "acts": compiler.bulk(words(acts)),
             "blocks": compiler.bulk(words(blocks)),
             "n_legs": len(legs),
+            "implicit": int(self.follows_accelerations),
             "n_held": len(held),
             "held": compiler.bulk(words(held)),
             "n_kinks": len(self.kinks),
             "kinks": compiler.bulk(words([slot for slot, _, _ in self.kinks])),
             "kink_scales": compiler.bulk(np.array([size for _, size, _ in self.kinks])),
         }
+
+    def _require_explicit(self, read: set[int]) -> None:
+        """Raise ModelError if a force, or the rate of a state, follows a reaction of the same instant."""
+        at_once = next((self.atoms[k] for k in sorted(read) if self.atoms[k].sort == REACTION), None)
+        if at_once is not None:
+            raise ModelError(
+                "Signals",
+                found=f"an algebraic loop: a force or a state follows a reaction of joint '{at_once.part}', which "
+                "follows from all forces at the same instant",
+                expected="a reaction that is sampled",
+                remedy='Write fmb.Sampled(fmb.measured("reaction"), period=1e-3), or make the joint a Bushing and '
+                "measure its force",
+            )
 
     def _needs(self, hold: Hold, read: list[set[int]]) -> set[int]:
         """Return the branches whose values a change of a block reads."""
@@ -342,6 +392,12 @@ class Loops:
         """Return the markers that move a scalar."""
         if scalar.state is not None:
             return [self.compiler.state_place(*scalar.state)[0]]
+        if scalar.combination is not None:
+            return [self.compiler.combined(scalar.combination)]
+        if scalar.what == "wrench":
+            return list(self.wrenches.place(scalar.part, scalar.pair)[2:])
+        if scalar.sort == REACTION:
+            return []
         return [self.compiler.marker(name) for name in scalar.markers]
 
     @staticmethod

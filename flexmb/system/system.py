@@ -76,6 +76,10 @@ class System:
         Title of the force or block of every switch.
     lengths : Lengths
         What distances and residuals are compared with; all 1 m before assembly.
+    implicit : bool
+        Forces may follow accelerations: these have their share in the mass matrix.
+    samples_reactions : bool
+        Samplers read reactions.
     units : (nu,), 1/m or 1
         Makes increments of velocities comparable: displacements relative to the length of the assembly, and radians.
     """
@@ -87,6 +91,8 @@ class System:
     n_signals: int
     n_loads: int
     n_channels: int
+    implicit: bool = False
+    samples_reactions: bool = False
     size_J: int
     size_H: int
     tables: dict[str, np.ndarray]

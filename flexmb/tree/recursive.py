@@ -13,6 +13,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.weights import weigh
 from flexmb.model.described import Described
+from flexmb.system.implicit_loops import refuse_accelerations
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.any_body.articulated import factor
 from flexmb.tree.any_body.light_points import LightPoints
@@ -75,6 +76,7 @@ class Recursive(metaclass=Described):
 
     def unknowns(self, system, state, work) -> RelativeUnknowns:
         """Return the joint coordinates, as what an integrator solves for from a consistent state on."""
+        refuse_accelerations(system, "Recursive")
         return RelativeUnknowns(system, state, work, self.cut)
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
@@ -85,6 +87,7 @@ class Recursive(metaclass=Described):
         CompileError
             If a free motion has no inertia, or equations of one joint depend on each other.
         """
+        refuse_accelerations(system, "Recursive")
         tree = self.tree(system)
         store = _storage(tree, threading.get_ident())
         own = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))

@@ -135,6 +135,7 @@ MORE = {
     "SectionForces": {"body": "rope"},
     "StressResultants": {"body": "sheet", "at": (0.2, 0.7)},
     "SectionStrains": {"body": "rope"},
+    "StrainGauge": {"markers": ("flexible.a", "flexible.b"), "offset": (0, 1 / 3, 0)},
     "ContactState": {"force": "touch"},
     "LineContact": {
         "stretch": "rope.wind",

@@ -85,3 +85,22 @@ def test_messages(rod, amount, message):
     with pytest.raises(ModelError) as caught:
         model(rod, fmb.Pressure("air", load="rod.air", amount=amount))
     assert message in str(caught.value)
+
+
+def test_an_amount_that_follows_a_measurement(rod):
+    """60 N/rad of the measured angle softens the hinge as the same table over the joint does; its rate damps it."""
+    angle = fmb.measured("angle")
+    straight = fmb.table([-1.0, 1.0], [-60.0, 60.0], of="hinge", kind="linear")
+    found = [
+        fmb.linearize(model(rod, fmb.Pressure("air", load="rod.air", amount=amount))).eigenvalues
+        for amount in (60.0 * angle, straight)
+    ]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    damped = model(rod, fmb.Pressure("air", load="rod.air", amount=-0.5 * fmb.measured("angle", rate=True)))
+    torsion = fmb.Actuator("d", joint="hinge", effort=-0.5 * LENGTH * fmb.measured("angle", rate=True))
+    lowest = [fmb.linearize(m).eigenvalues[0] for m in (damped, model(rod, torsion))]
+    assert lowest[0].real == pytest.approx(lowest[1].real, rel=2e-3)  # the rod bends a little
+    system, state = assemble(model(rod, fmb.Pressure("air", load="rod.air", amount=60.0 * angle * angle)))
+    q = state.q.copy()
+    q[7 : 7 + rod.n_modes] = 1e-4 * np.cos(np.arange(rod.n_modes))
+    assert_tangent(system, system.state(0.0, q), blocks=("K", "D"))

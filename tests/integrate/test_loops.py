@@ -308,7 +308,7 @@ def test_a_loop_by_way_of_a_state_is_none():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: rail(fmb.measured(fmb.Acceleration("a", marker="cart.x"))), "Acceleration cannot be measured"),
+        (lambda: rail(fmb.measured(fmb.Momentum("m"))), "Momentum cannot be measured"),
         (lambda: rail(fmb.measured("y")), "sensor 'y' does not exist"),
         (lambda: rail(fmb.measured("x", 3)), "column 3"),
         (lambda: rail(fmb.measured(fmb.Velocity("v", marker="cart.x"), rate=True)), "rate of Sensor 'v'"),
@@ -510,18 +510,3 @@ def test_samples_of_a_stepped_run_have_the_inputs_of_their_time():
     assert solution.last()["r"] == pytest.approx(exact[-1:, 2], abs=1e-15)
     with pytest.raises(ModelError, match="inputs that were set from outside"):  # other runs would not set them
         fmb.verify(solution)
-
-
-@pytest.mark.parametrize(
-    "sensor",
-    [
-        fmb.Acceleration("s", marker="cart.x"),
-        fmb.Reaction("s", joint="rail"),
-        fmb.ForceOf("s", force="motor"),
-        fmb.Multiplier("s", joint="rail"),
-    ],
-    ids=lambda sensor: type(sensor).__name__,
-)
-def test_what_follows_from_forces_is_refused_with_the_reason(sensor):
-    with pytest.raises(ModelError, match="follows from all forces at that time"):
-        fmb.simulate(rail(fmb.measured(sensor)), t_end=0.1)

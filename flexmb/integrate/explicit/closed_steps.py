@@ -47,7 +47,8 @@ def dense_of(system, work) -> Dense:
 def applies(system) -> bool:
     """Are forces of constraints A^T lam: no friction by reactions, no stiffening by interface loads?"""
     stiffened = np.any(system.tables["markers"]["iH"] >= 0)
-    return not stiffened and not any(force.reads_reactions for force in system.model.forces)
+    reads = any(force.reads_reactions for force in system.model.forces)
+    return not stiffened and not reads and not system.implicit
 
 
 @inner_kernel
