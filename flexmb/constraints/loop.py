@@ -37,6 +37,9 @@ ROW = np.dtype(
         ("table_starts", np.int64),  # first number of each table, and the end
         ("uses", np.int64),  # inputs that programs read
         ("use_starts", np.int64),  # first of each program, and the end
+        ("affine", np.int64),  # 1: a program is a constant and its inputs times numbers
+        ("constants", np.int64),  # its constant
+        ("factors", np.int64),  # the number of every input that programs read
         ("addresses", np.int64),  # C functions in the place of programs, or 0
         ("n_outputs", np.int64),
         ("outputs", np.int64),  # program, signal
@@ -83,13 +86,16 @@ def _code(row, data):
         _integers(data, row.uses, starts[row.n]),
         data[row.tables : row.tables + table_starts[row.n_tables]],
         table_starts,
+        _integers(data, row.affine, row.n),
+        data[row.constants : row.constants + row.n],
+        data[row.factors : row.factors + starts[row.n]],
     )
 
 
 @inner_kernel
 def _run(code, p, time, z, stack, answer):
     """Leave value and derivative along the seeds of program p in stack[0]."""
-    addresses, bounds, ops, args, starts, uses, tables, table_starts = code
+    addresses, bounds, ops, args, starts, uses, tables, table_starts = code[:8]
     if addresses[p] != 0:
         count = starts[p + 1] - starts[p]
         given = np.empty(1 + count)
@@ -115,7 +121,14 @@ def _values(row, data, state, work, count, z, sorts, push, slope):
     for k in range(row.n_atoms):
         sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
         z[k, 0] = jet[0]
+    starts, uses, affine, constants, factors = code[4], code[5], code[8], code[9], code[10]
     for p in range(count):
+        if affine[p] == 1:
+            total = constants[p]
+            for u in range(starts[p], starts[p + 1]):
+                total += factors[u] * z[uses[u], 0]
+            z[row.n_atoms + p, 0] = total
+            continue
         _run(code, p, time, z, stack, answer)
         z[row.n_atoms + p, 0] = stack[0, 0]
 
@@ -148,21 +161,25 @@ def _gradients(row, data, state, count, z):
     stack, answer = np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
     code = _code(row, data)
-    starts, uses = code[4], code[5]
+    starts, uses, affine, factors = code[4], code[5], code[8], code[10]
     for p in range(count):
         for u in range(starts[p], starts[p + 1]):
             i = uses[u]
-            z[i, 1] = 1.0
-            _run(code, p, time, z, stack, answer)
-            z[i, 1] = 0.0
-            by = stack[0, 1]
+            if affine[p] == 1:
+                by = factors[u]
+            else:
+                z[i, 1] = 1.0
+                _run(code, p, time, z, stack, answer)
+                z[i, 1] = 0.0
+                by = stack[0, 1]
             if by == 0.0:
                 continue
             if i < row.n_atoms:
                 found[p, i] += by
             else:
+                before, own = found[i - row.n_atoms], found[p]
                 for k in range(row.n_atoms):
-                    found[p, k] += by * found[i - row.n_atoms, k]
+                    own[k] += by * before[k]
     return found
 
 

@@ -16,6 +16,7 @@ from flexmb.constraints.loop import LOOP, LOOP_TANGENT, words
 from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, REACTION, Projected
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
+from flexmb.model.affine import affine_parts
 from flexmb.model.block import Block, OwnState
 from flexmb.model.expression import SignalProgram, joined_arrays
 from flexmb.model.function_block import Function
@@ -354,6 +355,7 @@ class Loops:
             "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
             "uses": compiler.bulk(words([i for of_one in uses for i in of_one])),
             "use_starts": compiler.bulk(words(np.cumsum([0] + [len(of_one) for of_one in uses]))),
+            **self._affine(programs, uses),
             "addresses": compiler.bulk(words(self.addresses)),
             "n_outputs": len(self.outputs),
             "outputs": compiler.bulk(words(self.outputs)),
@@ -368,6 +370,21 @@ class Loops:
             "n_kinks": len(self.kinks),
             "kinks": compiler.bulk(words([slot for slot, _, _ in self.kinks])),
             "kink_scales": compiler.bulk(np.array([size for _, size, _ in self.kinks])),
+        }
+
+    def _affine(self, programs: list[SignalProgram], uses: list[list[int]]) -> dict[str, int]:
+        """Return where the programs stand in the bulk data that only multiply their inputs and add."""
+        found = [None if at else affine_parts(program) for program, at in zip(programs, self.addresses, strict=True)]
+        factors = [
+            0.0 if parts is None else parts[1].get(i, 0.0)
+            for parts, read in zip(found, uses, strict=True)
+            for i in read
+        ]
+        constants = [0.0 if parts is None else parts[0] for parts in found]
+        return {
+            "affine": self.compiler.bulk(words([parts is not None for parts in found])),
+            "constants": self.compiler.bulk(np.array(constants)),
+            "factors": self.compiler.bulk(np.array(factors)),
         }
 
     def _require_explicit(self, read: set[int]) -> None:

@@ -77,6 +77,13 @@ class SignalTimes:
         self._known[:] = [times]
         return times
 
+    def sampled_at(self, t: float) -> bool:
+        """Do blocks sample at a time, s, or just before it?"""
+        return any(
+            abs(t - offset - period * np.round((t - offset) / period)) <= 1e-9 * period + 1e-11 * abs(t)
+            for period, offset in self.clocks
+        )
+
 
 def _ticks(period: float, offset: float, begin: float, end: float) -> np.ndarray:
     """Return the times offset + k period around [begin, end], s."""

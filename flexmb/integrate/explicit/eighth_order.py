@@ -277,6 +277,16 @@ class CompiledRun:
         self.trusted = self._found(float(self.steps.run[0].t), 0)
         return self.trusted
 
+    def held(self, t: float, values: np.ndarray) -> bool:
+        """Go on from the time t with other branches; return if rates are found."""
+        if self.other is not None or len(self.tree.links):
+            return False
+        s, first = self.steps, self.system.program.branches
+        for array in (s.y, s.q):
+            array[first : first + len(values)] = values
+        s.run[0].t = t
+        return self.jumped()
+
     @property
     def reached(self) -> float:
         """Time of the present state."""

@@ -245,6 +245,10 @@ class Explicit(metaclass=Described):
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         return isinstance(variables, CompiledRun) and variables.jumped()
 
+    def held(self, system, work, variables, t: float, q: np.ndarray) -> bool:
+        """Go on from the time t with values that blocks hold from then on, the last of q (nq,); return if it can."""
+        return isinstance(variables, CompiledRun) and variables.held(t, q[system.program.branches :])
+
     @staticmethod
     def statistics(variables) -> dict[str, Any]:
         """Return the numbers of the run."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.math.jets import sample_signals
 
-__all__ = ["jumps_at_once", "just_after", "just_before", "with_breaks", "with_fine"]
+__all__ = ["jumps_at", "jumps_at_once", "just_after", "just_before", "with_breaks", "with_fine"]
 
 APART = 1e-11
 """Times that are nearer to each other than this part of the run are one."""
@@ -97,6 +97,11 @@ def jumps_at_once(system, t: float) -> bool:
     size = np.fmax(np.abs(now), np.abs(then))
     jumps = np.abs(then - now)[:, :2] > JUMP * size[:, :2] + 4.0 * (just_after(t) - t) * size[:, 1:]
     return bool(np.any(jumps[:, 0]) or np.any(jumps[system.rates_read]))
+
+
+def jumps_at(system, t: float) -> bool:
+    """Do values or rates of signals of time jump at a time?"""
+    return _jumps(system, t, 1e3 * beside(t), True)
 
 
 def _jumps(system, t: float, nearby: float, rates: bool) -> bool:

@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexmb.math.jets import sample_signals
+from flexmb.math.kernel import kernel
 from flexmb.math.weights import no_matrix
 from flexmb.system.complaints import worst_equations
-from flexmb.system.program import evaluate
+from flexmb.system.program import run_kernels
 
 __all__ = ["EXPECTED", "REMEDY", "Contradiction", "first_contradiction"]
 
@@ -62,9 +64,17 @@ def _open(system, work: Any, rows: dict[str, np.ndarray], k: int, span: float) -
     """Return which equations stay open at a row, (ng,)."""
     state = system.state(*(rows[name][k] for name in ("t", "q", "u", "a", "lam")))
     no_matrix(work.weights)
-    evaluate(system.program, state, work)
+    _equations_alone(system.program, state, work)
     least = np.where(system.program.equation_level == 0, OPEN * system.gaps, SLIPS * _speeds(system, work, span))
     return np.abs(work.equations["g"]) > least
+
+
+@kernel
+def _equations_alone(program, state, work):
+    """Evaluate signals, markers and equations, and no forces."""
+    sample_signals(state.t, program.signals, state.signals)
+    run_kernels(program.place, 0, program, state, work)
+    run_kernels(program.equations, len(program.inertia), program, state, work)
 
 
 def _speeds(system, work: Any, span: float) -> np.ndarray:

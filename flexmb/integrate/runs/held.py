@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError
+from flexmb.integrate.runs.breaks import jumps_at
+from flexmb.integrate.runs.switches import read_switches
+from flexmb.math.weights import no_matrix
 from flexmb.system.holds import held_from
+from flexmb.system.program import evaluate
 
-__all__ = ["Switching", "require_seen", "with_held"]
+__all__ = ["Switching", "require_seen", "sampled_on", "with_held"]
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,26 @@ def with_held(system, work, t: float, row: dict[str, Any], passed: str = "") -> 
         return row
     q = held_from(system, work, t, row["q"][-1], row["u"][-1], passed)
     return {**row, "q": q[None]}
+
+
+def sampled_on(integrator, system, work, variables, t: float, before: dict[str, Any]) -> dict[str, Any] | None:
+    """Let blocks sample at a time, and the integrator go on with its step size and memory; return the row with what is
+    held from then on. None if it has to begin anew: it cannot do that, or signals of time jump there too.
+    """
+    again = getattr(integrator, "held", None)
+    if again is None or not system.holds or not system.signal_times.sampled_at(t) or jumps_at(system, t):
+        return None
+    row = with_held(system, work, t, before)
+    q, u = row["q"][-1], row["u"][-1]
+    if not again(system, work, variables, t, q):
+        return None
+    if len(variables.switching.now):  # signals of relays and limits may jump with what is held
+        state = system.state(t, q, u)
+        no_matrix(work.weights)
+        evaluate(system.program, state, work)
+        read_switches(system.program, variables.switching, state, work)
+        variables.switching.now[:] = variables.switching.then
+    return row
 
 
 def require_seen(system, variables) -> None:

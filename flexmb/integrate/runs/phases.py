@@ -17,7 +17,7 @@ from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.energy_watch import EnergyWatch
-from flexmb.integrate.runs.held import Switching, require_seen, with_held
+from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
@@ -196,7 +196,11 @@ class Phases:
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
-                    works, last_row = self._begin_anew(system, work, just_after(marks[first]), last_row)
+                    now = float(just_after(marks[first]))
+                    if (held := sampled_on(self.integrator, system, work, self.variables, now, last_row)) is not None:
+                        last_row = held
+                    else:
+                        works, last_row = self._begin_anew(system, work, now, last_row)
                     begun = first
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
                 self._require_half_turns(outcome.rows)

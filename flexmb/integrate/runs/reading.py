@@ -65,10 +65,12 @@ class Readings:
         """
         try:
             scalars = () if sensor.signal() is not None else sensor.measured(self.system.model)
+            if any(one.alone or one.what not in KNOWN for one in scalars):
+                return None
             rows = [in_order(MEASURED, one.record(self.numbers, range(1_000_000))) for one in scalars]
         except (ModelError, ValueError):
             return None
-        if not rows or any(one.what not in KNOWN for one in scalars):
+        if not rows:
             return None
         table, out, system = np.array(rows, MEASURED), np.empty(len(rows)), self.system
         none = np.zeros(system.nu), np.zeros(system.ng)

@@ -15,7 +15,7 @@ from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import first_contradiction
 from flexmb.integrate.runs.energy_watch import EnergyWatch
-from flexmb.integrate.runs.held import Switching, require_seen, with_held
+from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.inversion import first_inversion
 from flexmb.integrate.runs.phases import carried
@@ -209,6 +209,10 @@ class SteppedPhase:
         self.jumped = False
 
     def _begin_anew(self, t: float, passed: str = "") -> None:
+        sampled = None if passed else sampled_on(self.integrator, self.system, self.work, self.variables, t, self.last)
+        if sampled is not None:
+            self.last = sampled
+            return
         self.last = with_held(self.system, self.work, t, self.last, passed)
         self.works = self.last["works"][-1]
         q, left = self.last["q"][-1], float(self.last["t"][-1])
