@@ -194,10 +194,10 @@ def _spread(z, x, p, out):
 
 
 @inner_kernel
-def _add(pair, x, y, wrench, component, by_place, by_twist):
-    """Subtract the derivatives of a wrench (or of one component of it) from K and D of a pair."""
+def _add(pair, x, y, wrench, by_place, by_twist):
+    """Subtract the derivatives of a wrench from K and D of a pair."""
     for i in range(6):
-        w = wrench[i] if component < 0 else (1.0 if i == component else 0.0)
+        w = wrench[i]
         if w != 0.0:
             for j in range(6):
                 pair.K[x + i, y + j] -= w * by_place[j]
@@ -205,8 +205,8 @@ def _add(pair, x, y, wrench, component, by_place, by_twist):
 
 
 @inner_kernel
-def _add_accelerations(pair, same, wrench, component, by, work):
-    """Add the derivatives of a wrench by the accelerations of bodies to the iteration matrix, as a mass."""
+def _add_to_matrix(pair, same, wrench, component, by, work):
+    """Subtract a wrench (or one component of it) times derivatives by a leg, `by` (6,), from the iteration matrix."""
     a, b = work.markers[pair.a], work.markers[pair.b]
     if a.nu == 0 or b.nu == 0:
         return
@@ -216,12 +216,14 @@ def _add_accelerations(pair, same, wrench, component, by, work):
     for m in range(6):
         if by[m] != 0.0:
             for j in range(b.nu):
-                column[j] += work.weights[0].mass * by[m] * work.J[b.iJ + m * b.nu + j]
+                column[j] += by[m] * work.J[b.iJ + m * b.nu + j]
     for i in range(a.nu):
         x = 0.0
-        for k in range(6):
-            w = wrench[k] if component < 0 else (1.0 if k == component else 0.0)
-            x += w * work.J[a.iJ + k * a.nu + i]
+        if component >= 0:
+            x = work.J[a.iJ + component * a.nu + i]
+        else:
+            for k in range(6):
+                x += wrench[k] * work.J[a.iJ + k * a.nu + i]
         if x != 0.0:
             for n in range(blocks):
                 at = work.pair_rows[start + i * blocks + n]
@@ -249,7 +251,8 @@ def tangent(raw, data, state, work):
         by_place, by_twist = np.empty((row.n_legs, 6)), np.empty((row.n_legs, 6))
         by_change = np.empty((row.n_legs, 6))
         acts = _integers(data, row.acts, 5 * row.n_acts)
-        none = np.zeros(6)
+        blocks = _integers(data, row.blocks, 4 * acts[5 * row.n_acts - 1] if row.n_acts > 0 else 0)
+        none, by = np.zeros(6), np.empty(6)
         for k in range(row.n_acts):
             act = acts[5 * k : 5 * k + 5]
             by_place[:] = 0.0
@@ -267,18 +270,20 @@ def tangent(raw, data, state, work):
                     _spread(atoms[a], x, slope[a], by_place)
                     _spread(atoms[a], x, push[a], by_twist)
             for b in range(act[3], act[4]):
-                block = _integers(data, row.blocks + 4 * b, 4)
-                pair, leg = work.pairs[block[1]], block[0]
-                component = act[2] if k < row.n_rates else -1
-                if row.implicit == 1:
-                    follower = none if k < row.n_rates else work.channels[act[2]]
-                    _add_accelerations(pair, block[3] == 0, follower, component, by_change[leg], work)
-                if not moving:
+                block = blocks[4 * b : 4 * b + 4]
+                pair, leg, same = work.pairs[block[1]], block[0], block[3] == 0
+                if k < row.n_rates:  # nobody else asks for the derivatives of rates
+                    for i in range(6):
+                        by[i] = weights.stiffness * by_place[leg, i] + weights.damping * by_twist[leg, i]
+                        by[i] += weights.mass * by_change[leg, i]
+                    _add_to_matrix(pair, same, none, act[2], by, work)
                     continue
-                if k < row.n_rates:
-                    _add(pair, block[2], block[3], none, act[2], by_place[leg], by_twist[leg])
-                else:
-                    _add(pair, block[2], block[3], work.channels[act[2]], -1, by_place[leg], by_twist[leg])
+                if row.implicit == 1:
+                    for i in range(6):
+                        by[i] = weights.mass * by_change[leg, i]
+                    _add_to_matrix(pair, same, work.channels[act[2]], -1, by, work)
+                if moving:
+                    _add(pair, block[2], block[3], work.channels[act[2]], by_place[leg], by_twist[leg])
 
 
 @switch_kernel

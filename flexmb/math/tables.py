@@ -30,6 +30,7 @@ __all__ = [
     "BYTES",
     "COUNT",
     "DAMPED",
+    "DIRECT",
     "EQUATION",
     "FLOATS",
     "INTEGERS",
@@ -106,14 +107,15 @@ PAIR = np.dtype(
         ("a", np.int64),
         ("b", np.int64),
         ("iS", np.int64),  # first entry in work.pair_rows of the positions of aa, ab, ba, bb: by row, by block
-        ("active", np.int64),  # STIFF if kernels write K, DAMPED if also D, 0 if neither
+        ("active", np.int64),  # STIFF if kernels write K, DAMPED if also D, 0 if neither, DIRECT if they write to S
     ],
     align=True,
 )
 """Two markers between which wrenches depend on relative position or velocity."""
 
-STIFF, DAMPED = 1, 2
-"""What kernels write of a pair: stiffness only (constraints), or stiffness and damping (forces)."""
+STIFF, DAMPED, DIRECT = 1, 2, -1
+"""What kernels write of a pair: stiffness only (constraints), stiffness and damping (forces), or nothing, because they
+write to the iteration matrix at its places themselves (rates of states)."""
 
 
 INTEGRALS = 2

@@ -123,13 +123,13 @@ class _Compiler:
         self.values[name] = self.follow(value)[0]
 
     def pair(self, a: int, b: int, writes: int = DAMPED, *, alone: bool = False) -> int:
-        """Return the number of a pair of markers; `writes`: DAMPED, STIFF, or 0 for neither stiffness nor damping.
+        """Return the number of a pair of markers; `writes`: DAMPED, STIFF, DIRECT, or 0 for no derivatives.
 
         A force that has the pair `alone` may set it to 0 in evaluations in which it writes nothing.
         """
         index = self.pairs.setdefault((a, b, len(self.pairs) if alone else -1), len(self.pairs))
         if writes:
-            self.active_pairs[index] = max(writes, self.active_pairs.get(index, 0))
+            self.active_pairs[index] = max(writes, self.active_pairs.get(index, writes))
         self.asked.append(index)
         return index
 

@@ -16,7 +16,7 @@ from flexmb.constraints.loop import LOOP, LOOP_TANGENT, words
 from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, REACTION, Projected
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
-from flexmb.model.affine import affine_parts
+from flexmb.math.tables import DAMPED, DIRECT
 from flexmb.model.block import Block, OwnState
 from flexmb.model.expression import SignalProgram, joined_arrays
 from flexmb.model.function_block import Function
@@ -25,12 +25,10 @@ from flexmb.model.measurement import Formula, Measurement, input_program
 from flexmb.model.signal import Constant, Signal
 from flexmb.model.table import in_order
 from flexmb.system.holds import HELD, NEVER, Hold, upstream_first
+from flexmb.system.loop_programs import LATER, affine_rows, renumbered, with_inputs
 from flexmb.system.wrenches import Wrenches
 
 __all__ = ["Loops"]
-
-LATER = 1_000_000
-"""Inputs from here on are results of programs."""
 
 
 class Loops:
@@ -270,7 +268,7 @@ class Loops:
                     expected="rates of measured positions and of functions of time",
                     remedy="Use a lag, whose rate is known, or measure the rate",
                 )
-        return _with_inputs(program, read)
+        return with_inputs(program, read)
 
     def rows(self) -> tuple[list[tuple[Any, tuple]], list[tuple[Any, tuple]]]:
         """Return the rows that run before all forces, and after them; none if nothing follows measurements."""
@@ -327,7 +325,7 @@ class Loops:
         legs = tuple(dict.fromkeys(m for of_one in numbers for m in of_one if m >= 0))
         rows = np.array([in_order(MEASURED, z.record(compiler, legs)) for z in self.atoms], MEASURED)
         rows["source"] = sources
-        programs = [_renumbered(program, n_atoms) for program in self.programs]
+        programs = [renumbered(program, n_atoms) for program in self.programs]
         ops, args, tables = joined_arrays(programs)
         uses = [list(dict.fromkeys(int(a) for o, a in zip(p.ops, p.args) if o == op.INPUT)) for p in programs]
         read = self._atoms_read(uses, n_atoms)
@@ -341,7 +339,8 @@ class Loops:
             self._require_explicit(read[slot])
             own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
             acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
-            blocks += [(legs.index(m), *_block(compiler, marker, m)) for m in own]
+            writes = DIRECT if len(acts) <= 5 * len(self.rates) else DAMPED
+            blocks += [(legs.index(m), *_block(compiler, marker, m, writes)) for m in own]
         return {
             "n_atoms": n_atoms,
             "atoms": compiler.bulk(rows.view(float)),
@@ -355,7 +354,7 @@ class Loops:
             "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
             "uses": compiler.bulk(words([i for of_one in uses for i in of_one])),
             "use_starts": compiler.bulk(words(np.cumsum([0] + [len(of_one) for of_one in uses]))),
-            **self._affine(programs, uses),
+            **affine_rows(compiler, programs, self.addresses, uses),
             "addresses": compiler.bulk(words(self.addresses)),
             "n_outputs": len(self.outputs),
             "outputs": compiler.bulk(words(self.outputs)),
@@ -370,21 +369,6 @@ class Loops:
             "n_kinks": len(self.kinks),
             "kinks": compiler.bulk(words([slot for slot, _, _ in self.kinks])),
             "kink_scales": compiler.bulk(np.array([size for _, size, _ in self.kinks])),
-        }
-
-    def _affine(self, programs: list[SignalProgram], uses: list[list[int]]) -> dict[str, int]:
-        """Return where the programs stand in the bulk data that only multiply their inputs and add."""
-        found = [None if at else affine_parts(program) for program, at in zip(programs, self.addresses, strict=True)]
-        factors = [
-            0.0 if parts is None else parts[1].get(i, 0.0)
-            for parts, read in zip(found, uses, strict=True)
-            for i in read
-        ]
-        constants = [0.0 if parts is None else parts[0] for parts in found]
-        return {
-            "affine": self.compiler.bulk(words([parts is not None for parts in found])),
-            "constants": self.compiler.bulk(np.array(constants)),
-            "factors": self.compiler.bulk(np.array(factors)),
         }
 
     def _require_explicit(self, read: set[int]) -> None:
@@ -426,26 +410,6 @@ class Loops:
         return found
 
 
-def _with_inputs(program: SignalProgram, inputs: list[SignalProgram]) -> SignalProgram:
-    """Return a program with programs in the place of its inputs."""
-    pieces, first = [], 0
-    for k in np.flatnonzero(program.ops == op.INPUT).tolist():
-        pieces += [_part(program, first, k), inputs[int(program.args[k])]]
-        first = k + 1
-    whole = [piece for piece in [*pieces, _part(program, first, len(program.ops))] if len(piece.ops)]
-    return whole[0].then(*whole[1:])
-
-
-def _part(program: SignalProgram, first: int, last: int) -> SignalProgram:
-    return SignalProgram(program.ops[first:last], program.args[first:last], program.tables)
-
-
-def _renumbered(program: SignalProgram, n_atoms: int) -> SignalProgram:
-    """Return a program that reads results of programs behind all atoms."""
-    later = (program.ops == op.INPUT) & (program.args >= LATER)
-    return SignalProgram(program.ops, np.where(later, program.args - LATER + n_atoms, program.args), program.tables)
-
-
-def _block(compiler, marker: int, leg: int) -> tuple[int, int, int]:
+def _block(compiler, marker: int, leg: int, writes: int) -> tuple[int, int, int]:
     """Return the pair of markers, and row and column in it, where derivatives of a wrench by a leg stand."""
-    return (compiler.pair(marker, leg), 0, 0 if marker == leg else 6)
+    return (compiler.pair(marker, leg, writes), 0, 0 if marker == leg else 6)

@@ -118,7 +118,7 @@ def assemble_pairs(work):
         return
     for n in range(len(work.pairs)):
         pair = work.pairs[n]
-        if pair.active == 0:
+        if pair.active <= 0:
             continue
         start = pair.iS
         for block in range(4):

@@ -196,11 +196,7 @@ class Phases:
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
-                    now = float(just_after(marks[first]))
-                    if (held := sampled_on(self.integrator, system, work, self.variables, now, last_row)) is not None:
-                        last_row = held
-                    else:
-                        works, last_row = self._begin_anew(system, work, now, last_row)
+                    works, last_row = self._go_on(system, work, just_after(marks[first]), last_row, works)
                     begun = first
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
                 self._require_half_turns(outcome.rows)
@@ -309,6 +305,11 @@ class Phases:
         if now is not None and len(now["t"]):
             self.recorder.hold(now)
             self.t = float(now["t"][-1])
+
+    def _go_on(self, system, work, t: float, before, works) -> tuple[np.ndarray, Any]:
+        """Go on behind a sample of blocks, or begin anew; return as `_begin_anew`."""
+        held = sampled_on(self.integrator, system, work, self.variables, float(t), before)
+        return self._begin_anew(system, work, t, before) if held is None else (works, held)
 
     def _begin_anew(self, system, work, t: float, before, passed: str = "") -> tuple[np.ndarray, Any]:
         """Start the integrator again, where a signal jumps or kinks, from the row before;

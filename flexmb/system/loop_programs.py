@@ -1,0 +1,46 @@
+"""Programs of loops: one in the place of another's inputs, numbers of inputs, and which are affine."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.constraints.loop import words
+from flexmb.math import operations as op
+from flexmb.model.affine import affine_parts
+from flexmb.model.expression import SignalProgram
+
+__all__ = ["LATER", "affine_rows", "renumbered", "with_inputs"]
+
+LATER = 1_000_000
+"""Inputs from here on are results of programs."""
+
+
+def with_inputs(program: SignalProgram, inputs: list[SignalProgram]) -> SignalProgram:
+    """Return a program with programs in the place of its inputs."""
+    pieces, first = [], 0
+    for k in np.flatnonzero(program.ops == op.INPUT).tolist():
+        pieces += [_part(program, first, k), inputs[int(program.args[k])]]
+        first = k + 1
+    whole = [piece for piece in [*pieces, _part(program, first, len(program.ops))] if len(piece.ops)]
+    return whole[0].then(*whole[1:])
+
+
+def _part(program: SignalProgram, first: int, last: int) -> SignalProgram:
+    return SignalProgram(program.ops[first:last], program.args[first:last], program.tables)
+
+
+def renumbered(program: SignalProgram, n_atoms: int) -> SignalProgram:
+    """Return a program that reads results of programs behind all atoms."""
+    later = (program.ops == op.INPUT) & (program.args >= LATER)
+    return SignalProgram(program.ops, np.where(later, program.args - LATER + n_atoms, program.args), program.tables)
+
+
+def affine_rows(compiler, programs: list[SignalProgram], addresses: list[int], uses: list[list[int]]) -> dict[str, int]:
+    """Return where it stands in the bulk data which programs only multiply their inputs and add, and their numbers."""
+    found = [None if at else affine_parts(program) for program, at in zip(programs, addresses, strict=True)]
+    of_inputs = [0.0 if parts is None else parts[1].get(i, 0.0) for parts, read in zip(found, uses) for i in read]
+    return {
+        "affine": compiler.bulk(words([parts is not None for parts in found])),
+        "constants": compiler.bulk(np.array([0.0 if parts is None else parts[0] for parts in found])),
+        "factors": compiler.bulk(np.array(of_inputs)),
+    }
