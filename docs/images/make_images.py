@@ -376,9 +376,72 @@ def plates(path: Path) -> None:
     )
 
 
+def lu_gre(path: Path) -> None:
+    """LuGre friction with the data of the paper: below break-away, its lag, break-away over the rate, stick-slip."""
+    from forces.test_lu_gre import PULL, SPRING, STRIBECK, paper, sled
+
+    import flexmb as fmb
+
+    fine = fmb.GeneralizedAlpha(rtol=1e-7)
+    figure, ((before, lag), (away, slip)) = plt.subplots(2, 2, figsize=(9, 6.4), layout="constrained")
+
+    wave = fmb.expression("1.425*sin(2*t)")
+    run = fmb.simulate(
+        sled(fmb.Actuator("push", joint="rail", effort=wave)), t_end=2 * np.pi, integrator=fine, samples=601
+    )
+    before.plot(1e6 * run["x"], 1.425 * np.sin(2 * run.t))
+    exact = paper(lambda t, x: 1.425 * np.sin(2.0 * t), 2 * np.pi, at=run.t[::20])
+    before.plot(1e6 * exact[0], 1.425 * np.sin(2 * run.t[::20]), "k.", ms=4)
+    before.set(xlabel="displacement [µm]", ylabel="force [N]", title="below break-away")
+
+    for speed in (1.0, 10.0, 25.0):
+        place = fmb.expression("v*(t - cos(w*t)/w)", v=STRIBECK, w=speed)
+        model = sled().with_parts(
+            joints=[fmb.Drive("drive", joint="rail", displacement=place)],
+            sensors=[fmb.ForceOf("friction", force="rub")],
+        )
+        period = 2 * np.pi / speed
+        run = fmb.simulate(model, t_end=3 * period, integrator=fine, samples=np.linspace(0, 3 * period, 901))
+        last = run.t > 2 * period
+        v = STRIBECK * (1.0 + np.sin(speed * run.t[last]))
+        lag.plot(1e3 * v, -run["friction"][last, 2], lw=1.2, label=f"{speed:g} rad/s")
+    lag.set(xlabel="speed [mm/s]", ylabel="friction [N]", title="speed that swings")
+    lag.legend()
+
+    rates, found = np.geomspace(1.0, 50.0, 9), []
+    for rate in rates:
+        run = fmb.simulate(
+            sled(fmb.Actuator("push", joint="rail", effort=fmb.ramp(rate=rate))),
+            t_end=1.7 / rate,
+            integrator=fine,
+            samples=801,
+        )
+        exact = paper(lambda t, x, rate=rate: rate * t, 1.7 / rate, at=run.t)
+        found.append((1e5 * run["z"].max(), 1e5 * exact[2].max()))
+    away.plot(rates, np.array(found)[:, 0])
+    away.plot(rates, np.array(found)[:, 1], "k.", ms=4)
+    away.set(xlabel="rate of the force [N/s]", ylabel="largest force of the bristles [N]", title="break-away")
+
+    model = sled(
+        fmb.Actuator("spring", joint="rail", effort=fmb.table([-50, 50], [50 * SPRING, -50 * SPRING], of="rail")),
+        fmb.Actuator("end", joint="rail", effort=fmb.ramp(rate=SPRING * PULL)),
+    )
+    run = fmb.simulate(model, t_end=20.0, integrator=fine, samples=1001)
+    exact = paper(lambda t, x: SPRING * (PULL * t - x), 20.0, at=run.t[::25])
+    slip.plot(run.t, run["x"])
+    slip.plot(run.t[::25], exact[0], "k.", ms=4, label="equations of the paper, SciPy")
+    slip.plot(run.t, PULL * run.t, lw=0.8, color="gray")
+    slip.set(xlabel="time [s]", ylabel="place of mass and of the spring's end [m]", title="stick-slip")
+    slip.legend()
+    for axis in (before, lag, away, slip):
+        axis.grid(True, alpha=0.3)
+    figure.savefig(path, dpi=120)
+
+
 DIAGRAMS = {
     "bases": bases,
     "belt_drive": belt_drive,
+    "lu_gre": lu_gre,
     "plates": plates,
     "rod_modes": rod_modes,
     "snapping_strip": snapping_strip,
