@@ -7,11 +7,11 @@
 
 `transmission.toml` turns the PCU by a `Motor`. Here a formula of the wanted and of the measured angle, a `Limit` at the
 stall torque of 250 N m and an `Actuator` do so, and a brake: a `Relay` releases it when the wanted or the real speed
-passes 2 rad/s and engages it below 1 rad/s. Engaged, it holds the shaft by bristles, whose deflection is the state of an
-`Integral` (Dahl's friction), and the motor is without current.
+passes 2 rad/s and engages it below 1 rad/s. Engaged, it holds the shaft by bristles, whose deflection is the state of
+an `Integral` (Dahl's friction), and the motor is without current.
 
-Two claims are computed: while the brake is released, the loop moves the PCU as the `Motor` does; engaged, the brake carries
-what the loads of the stations ask for, torque over gear ratio, and the shaft creeps no further.
+Two claims are computed: while the brake is released, the loop moves the PCU as the `Motor` does; engaged, the brake
+carries what the loads of the stations ask for, torque over gear ratio, and the shaft creeps no further.
 """
 
 from pathlib import Path
@@ -78,11 +78,11 @@ def extension(model: fmb.Model, turn_time: float, rest: float = 1.0) -> fmb.Solu
     """Return a run over the travel, and a rest behind it."""
     end = turn_time + rest
     return fmb.simulate(
-        model, t_end=end, samples=int(round(100 * end)) + 1, integrator=fmb.GeneralizedAlpha(rtol=1e-6, largest=0.01)
+        model, t_end=end, samples=round(100 * end) + 1, integrator=fmb.GeneralizedAlpha(rtol=1e-6, largest=0.01)
     )
 
 
-def main(turn_time: float = 32.54) -> dict[str, float]:
+def main(turn_time: float = 6.0) -> dict[str, float]:
     """Return what the loop and the `Motor` differ by, and what the brake holds."""
     plain = loaded(turn_time)
     motor, loop = extension(plain, turn_time), extension(with_loop(plain), turn_time)
