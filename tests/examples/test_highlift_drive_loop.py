@@ -1,4 +1,4 @@
-"""The flap drive as a control loop of blocks: as the `Motor` while it turns; the brake carries the loads by the gears."""
+"""The flap drive as a control loop of blocks: as the `Motor` while it turns; the brake carries the loads."""
 
 from importlib import util
 
