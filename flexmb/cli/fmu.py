@@ -5,6 +5,7 @@ Inputs are those of the model (input = { name = "torque" } in place of a signal)
 Examples:
   flexmb fmu crane.toml
   flexmb fmu crane.toml --fmi 2 -o units/crane.fmu
+  flexmb fmu crane.toml --parameter rope=rope.stiffness
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
+from flexmb.errors import ModelError
 
 NAME = "fmu"
 SUMMARY = "write a model as a unit for co-simulation (.fmu)"
@@ -22,6 +24,13 @@ SUMMARY = "write a model as a unit for co-simulation (.fmu)"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model_arguments(parser)
     parser.add_argument("--fmi", type=int, choices=(3, 2), default=3, help="version of FMI; default: 3")
+    parser.add_argument(
+        "--parameter",
+        action="append",
+        default=[],
+        metavar="NAME=PART.FIELD",
+        help="a number that hosts may set before the start; may be given several times",
+    )
     parser.add_argument("--t-end", type=float, metavar="SECONDS", help="about the end; default: as in [simulation]")
     parser.add_argument("-o", "--out", metavar="FILE", help="default: <model>.fmu")
 
@@ -34,6 +43,23 @@ def execute(arguments: argparse.Namespace) -> int:
     inputs, outputs = fmb.fmi.ports(model)
     print(f"Inputs: {', '.join(inputs) or 'none'}")
     print(f"Outputs: {', '.join(outputs) or 'none'}")
-    print(f"FMI {arguments.fmi} unit: {fmb.fmi.write_fmu(model, out, settings=simulation, version=arguments.fmi)}")
+    places = dict(_named(text) for text in arguments.parameter)
+    made = fmb.fmi.write_fmu(model, out, settings=simulation, version=arguments.fmi, parameters=places)
+    if places:
+        print(f"Parameters: {', '.join(places)}")
+    print(f"FMI {arguments.fmi} unit: {made}")
     print("  runs in hosts that load Python with flexmb in it, as FMPy does")
     return 0
+
+
+def _named(text: str) -> tuple[str, str]:
+    """Return name and place of "stiffness=spring.stiffness"."""
+    name, equals, place = text.partition("=")
+    if not equals or not name.strip() or not place.strip():
+        raise ModelError(
+            f"--parameter {text}",
+            found="no name and place",
+            expected="NAME=PART.FIELD",
+            remedy="Write --parameter stiffness=spring.stiffness",
+        )
+    return name.strip(), place.strip()

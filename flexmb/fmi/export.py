@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError, ModelError
 from flexmb.files import complaints
 from flexmb.fmi.inside import MODEL_FILE, model_inputs, output_names, variable_name
+from flexmb.fmi.unit_parameters import start_values, write_places
 from flexmb.io import Simulation, save_model
 from flexmb.model.model import Model
 
@@ -32,7 +34,14 @@ def ports(model: Model) -> tuple[list[str], list[str]]:
     return [variable_name(name) for name in model_inputs(model)], list(output_names(model))
 
 
-def write_fmu(model: Model, path: str | Path, *, settings: Simulation | None = None, version: int = 3) -> Path:
+def write_fmu(
+    model: Model,
+    path: str | Path,
+    *,
+    settings: Simulation | None = None,
+    version: int = 3,
+    parameters: Mapping[str, str] | None = None,
+) -> Path:
     """Write a model as a unit for co-simulation, and return its path.
 
     Its inputs are those of the model (`flexmb.input`), its outputs all columns of its sensors. States can be got and
@@ -49,6 +58,9 @@ def write_fmu(model: Model, path: str | Path, *, settings: Simulation | None = N
     version : 3 or 2
         Of FMI; made with pythonfmu3 or pythonfmu (``pip install "flexmb[fmi]"``). A host must load a unit of version 2
         only once in a process: with pythonfmu 0.7 the second load ends it.
+
+    parameters : mapping of variable to "part.field", optional
+        Numbers of parts that a host may set before the start: ``{"stiffness": "spring.stiffness"}``.
 
     Raises
     ------
@@ -70,7 +82,8 @@ def write_fmu(model: Model, path: str | Path, *, settings: Simulation | None = N
             remedy="Use letters, digits and underscores",
         )
     inputs, outputs = ports(model)
-    names = [*inputs, *outputs]
+    places = {} if parameters is None else parameters
+    names = [*inputs, *outputs, *(variable_name(name) for name in start_values(model, places))]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ModelError(
@@ -84,6 +97,8 @@ def write_fmu(model: Model, path: str | Path, *, settings: Simulation | None = N
     with tempfile.TemporaryDirectory(prefix="flexmb_fmu_") as folder:
         parts, made = Path(folder) / "parts", Path(folder) / "made"
         save_model(model, parts / MODEL_FILE, settings)  # says what a file cannot hold
+        if places:
+            write_places(parts, places)
         script = Path(folder) / f"{path.stem}_fmi{version}.py"
         words = {"package": package, "slave": f"Fmi{version}Slave", "motion": f"Fmi{version}Motion", "name": path.stem}
         script.write_text(SCRIPT.format(**words), encoding="utf-8")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
+from flexmb.fmi.unit_parameters import read_places, start_values, with_values
 from flexmb.integrate import Stepper, stepper
 from flexmb.io import load_model, load_simulation
 from flexmb.model.model import Model
@@ -52,6 +53,8 @@ class Inside:
     ----------
     values : dict of name to float
         The inputs as they are set.
+    parameters : dict of name to float
+        Numbers of parts, with which the run begins.
     """
 
     def __init__(self, resources: str | Path):
@@ -60,6 +63,8 @@ class Inside:
         self.settings = load_simulation(path)
         self.start = 0.0
         self.values = model_inputs(self.model)
+        self.places = read_places(path.parent)
+        self.parameters = start_values(self.model, self.places)
         self.outputs = output_names(self.model)
         self._run: Stepper | None = None
         self._read: dict[str, np.ndarray] = {}
@@ -69,9 +74,8 @@ class Inside:
         """The run, which begins now if it has not before."""
         if self._run is None:
             end = max(self.settings.t_end, self.start + 1e-3)
-            self._run = stepper(
-                self.model, integrator=self.settings.integrator, t_start=self.start, t_end=end, keep=False
-            )
+            model = with_values(self.model, self.places, self.parameters)
+            self._run = stepper(model, integrator=self.settings.integrator, t_start=self.start, t_end=end, keep=False)
             self._run.set(self.values)
         return self._run
 

@@ -45,6 +45,12 @@ class _Motion:
         for name, (_, _, unit) in inside.outputs.items():
             yield name, unit, partial(inside.output, name), None
 
+    def fixed(self) -> Iterator[tuple[str, Callable[[], float], Callable[[float], None]]]:
+        """Return name, getter and setter of the parameters, which are set before the start."""
+        values = self.inside.parameters
+        for name in values:
+            yield variable_name(name), partial(values.__getitem__, name), partial(values.__setitem__, name)
+
     def step(self, t: float, h: float, error: Any) -> bool | None:
         """Return if the model goes on after a step, or None if it failed; the message goes to the host's log."""
         try:
@@ -81,6 +87,14 @@ class Fmi3Motion(_Motion):
                 known = {"unit": unit}
             causality = Fmi3Causality.input if setter else Fmi3Causality.output
             yield Float64(name, causality=causality, variability=kind, getter=getter, setter=setter, **known)
+        for name, getter, setter in self.fixed():
+            yield Float64(
+                name,
+                causality=Fmi3Causality.parameter,
+                variability=Fmi3Variability.fixed,
+                getter=getter,
+                setter=setter,
+            )
 
     def setup_experiment(self, start_time: float) -> None:
         """Take the start time."""
@@ -110,6 +124,14 @@ class Fmi2Motion(_Motion):
                 causality=causality,
                 variability=Fmi2Variability.continuous,
                 description=unit or None,
+                getter=getter,
+                setter=setter,
+            )
+        for name, getter, setter in self.fixed():
+            yield Real(
+                name,
+                causality=Fmi2Causality.parameter,
+                variability=Fmi2Variability.fixed,
                 getter=getter,
                 setter=setter,
             )
