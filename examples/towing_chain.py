@@ -74,6 +74,21 @@ def shapes(motion):
     return np.stack([motion[f"p{k}"][:, :2] for k in range(LINKS + 1)], axis=1)
 
 
+def without_multipliers(arrays):
+    """Return u' by the orthogonal complement: M (u0 + N z') and Q multiplied by N^T, where A u0 = b."""
+    N, first = arrays.complement, arrays.A_pinv @ arrays.b
+    return first + N @ np.linalg.solve(N.T @ arrays.M @ N, N.T @ (arrays.Q - arrays.M @ first))
+
+
+def bookkeeping(arrays, name="link 0"):
+    """Return what Euler parameters add for one body: p, p', its 4 x 4 block of mass, and row and right-hand side of
+    p . p'' = -p' . p'.
+    """
+    k = [arrays.names.index(f"{name}.p{i}'") for i in range(4)]
+    row = arrays.equation_names.index(f"{name}: |p| = 1")
+    return arrays.A[row, k], arrays.u[k], arrays.M[np.ix_(k, k)], arrays.A[row], float(arrays.b[row])
+
+
 def main():
     """Print what is singular, the arrays at the start, and shapes and forces; return the greatest pull, N."""
     print(f"folded: {fmb.check(chain(0.0)).singular}")
@@ -81,9 +96,13 @@ def main():
     N = arrays.complement
     with np.printoptions(precision=4, suppress=True, linewidth=110):
         print(f"rates {arrays.names}\nM =\n{arrays.M}\nQ = {arrays.Q}\nA =\n{arrays.A}\nb = {arrays.b}\nN =\n{N}")
-        first = arrays.A_pinv @ arrays.b
-        z = np.linalg.solve(N.T @ arrays.M @ N, N.T @ (arrays.Q - arrays.M @ first))
-        print(f"u' = {first + N @ z} rad/s2, A u' - b = {arrays.A @ (first + N @ z) - arrays.b}")
+        u = without_multipliers(arrays)
+        print(f"u' = {u} rad/s2, A u' - b = {arrays.A @ u - arrays.b}")
+        turned = fmb.equations(chain()).in_euler_parameters()
+        p, _, block, _, _ = bookkeeping(turned)
+        same = np.abs(turned.B @ without_multipliers(turned) - arrays.B @ u + turned.Bdot_u - arrays.Bdot_u).max()
+        print(f"in Euler parameters: M {turned.M.shape} of rank {np.linalg.matrix_rank(turned.M)}, A {turned.A.shape}")
+        print(f"first link: p = {p}, its mass\n{block}\naccelerations of all links differ by {same:.1e}")
         motion = run()
         for t, shape, pull, lift in zip(motion.t, shapes(motion), motion["pull"], motion["lift"], strict=True):
             print(f"{t:.1f} s  x {shape[1:, 0]}  y {shape[1:, 1]}  pull {pull:8.1f} N  lift {lift:8.1f} N")

@@ -87,3 +87,32 @@ def test_arrays_without_multipliers():
     z = np.linalg.solve(N.T @ arrays.M @ N, N.T @ (arrays.Q - arrays.M @ first))
     np.testing.assert_allclose(first + N @ z, np.diff(a, prepend=0.0), atol=1e-8)
     np.testing.assert_allclose(arrays.A @ N, 0.0, atol=1e-12)
+
+
+def test_bookkeeping_of_euler_parameters():
+    """p = (cos, 0, 0, sin) of half the angle; the block 4 L J L^T with p' = L w, J about the start of the link, rank 3.
+
+    The accelerations without multipliers are those of the pins' rates; of the links in motion too.
+    """
+    for state in (None, CHAIN["run"]().state(1.0)):
+        found = fmb.equations(CHAIN["chain"](), state)
+        turned, pins = found.in_euler_parameters(), found.in_joint_coordinates()
+        assert turned.M.shape == (42, 42)
+        assert np.linalg.matrix_rank(turned.M) == 36
+        p, dp, block, row, right = CHAIN["bookkeeping"](turned, "link 2")
+        if state is None:
+            half = np.radians(-90.0 + CHAIN["OPENED"]) / 2.0
+            np.testing.assert_allclose(np.abs(p), np.abs((np.cos(half), 0.0, 0.0, np.sin(half))), atol=1e-12)
+        a, b, c, d = p
+        E = np.array([[-b, a, d, -c], [-c, -d, a, b], [-d, c, -b, a]])  # w = 2 E p'
+        across = M * (L**2 / 3.0 + CHAIN["RADIUS"] ** 2 / 4.0)
+        J = np.diag((0.5 * M * CHAIN["RADIUS"] ** 2, across, across))
+        np.testing.assert_allclose(block, 4.0 * E.T @ J @ E, atol=1e-12)
+        assert np.linalg.matrix_rank(block) == 3
+        assert right == pytest.approx(-dp @ dp, abs=1e-12)
+        np.testing.assert_allclose(row[row != 0.0], p[p != 0.0])
+        u = [CHAIN["without_multipliers"](x) for x in (turned, pins)]
+        accelerations = [x.B @ y + x.Bdot_u for x, y in zip((turned, pins), u, strict=True)]
+        scale = np.abs(accelerations[1]).max()
+        np.testing.assert_allclose(accelerations[0], accelerations[1], atol=1e-9 * scale)
+        np.testing.assert_allclose(turned.A @ turned.complement, 0.0, atol=1e-12)

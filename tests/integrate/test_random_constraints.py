@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 
 import flexmb as fmb
 
-FORMULATIONS = (fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive())
+FORMULATIONS = (fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive(), fmb.Baumgarte())
 
 
 def random_model(rng, count: int, elastic: bool = False) -> fmb.Model:
@@ -75,7 +75,7 @@ def test_formulations_agree(count, elastic):
         found = fmb.accelerations(model, formulation=formulation)
         np.testing.assert_allclose(found.a, expected.a, rtol=1e-9, atol=1e-9 * scale)
         size = max(1.0, float(np.max(np.abs(expected.lam))))
-        np.testing.assert_allclose(found.lam, expected.lam, rtol=1e-8, atol=1e-8 * size)
+        np.testing.assert_allclose(found.lam, expected.lam, rtol=1e-9, atol=1e-9 * size)
     turned = fmb.equations(model).in_euler_parameters()
     lengths = null_space(turned.B)  # of three Euler parameters: no velocity, and no inertia
     assert lengths.shape[1] == 3
