@@ -1,14 +1,16 @@
-"""`Rigid`: the law of bodies that do not give way, Signorini and Coulomb with Newton's restitution."""
+"""`Rigid`: the law of bodies that do not give way, Signorini and Coulomb with Newton's or Poisson's restitution."""
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 from typing import ClassVar
 
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.contact_laws import ContactLaw
 
 __all__ = ["Rigid"]
+
+RULES = ("Newton", "Poisson")
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +22,11 @@ class Rigid(ContactLaw):
     Parameters
     ----------
     restitution : float, -
-        e of Newton's law: normal velocity after an impact over that before, 0 to 1.
+        e, 0 to 1: of the velocities or of the impulses.
+    rule : "Newton" or "Poisson"
+        e is the normal velocity after an impact over that before, eq. (impact-law), or the impulse of expansion over
+        that of compression, eq. (poisson-law). They are the same for one impact without friction. Newton's law has no
+        solution where a body is held from behind; a step where that is found follows Poisson's.
     friction : float, -
         mu of Coulomb: a round cone. What sticks does not creep.
     drilling : float, m
@@ -28,7 +34,7 @@ class Rigid(ContactLaw):
     rolling : float, m
         Largest moment against rolling, over the normal force.
 
-    Source: Moreau 1988 (law); Acary & Brogliato 2008, chapters 3 and 10.
+    Source: Moreau 1988 (law); Acary & Brogliato 2008, chapters 3 and 10; Glocker & Pfeiffer 1995 (Poisson).
     """
 
     _: KW_ONLY
@@ -36,6 +42,7 @@ class Rigid(ContactLaw):
     friction: float = 0.0
     drilling: float = 0.0
     rolling: float = 0.0
+    rule: str = "Newton"
 
     code: ClassVar[int] = 2
     impulsive: ClassVar[bool] = True
@@ -48,6 +55,14 @@ class Rigid(ContactLaw):
                 found=f"restitution = {self.restitution!r}",
                 expected="0 <= restitution <= 1: an impact makes no energy",
                 remedy="Give the ratio of the speeds after and before, as 0.8 for steel on steel",
+            )
+
+        if self.rule not in RULES:
+            raise ModelError(
+                "Rigid",
+                found=f"rule = {self.rule!r}",
+                expected=f"One of: {', '.join(RULES)}",
+                remedy=did_you_mean(str(self.rule), RULES) or "Leave it out for Newton's law",
             )
 
     def numbers(self) -> dict[str, float]:

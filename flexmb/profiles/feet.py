@@ -22,6 +22,7 @@ distance, curvature of the profile there (infinite: a corner)."""
 MOST_FEET = 8
 ROUNDING = 1e-12
 """Cosines below this are right angles: at smooth joints neither side may lose the foot."""
+EPS = 2.0**-52
 DEPTH = 52
 """Of bisections: a root is located to the last digit."""
 
@@ -200,8 +201,10 @@ def _corner_foot(before, after, x, y, feet, count):
     distance = (ex * ex + ey * ey) ** 0.5
     here = before[1, 0] * ex + before[1, 1] * ey
     there = after[1, 0] * ex + after[1, 1] * ey
-    one = (before[1, 0] ** 2 + before[1, 1] ** 2) ** 0.5 * distance * ROUNDING
-    two = (after[1, 0] ** 2 + after[1, 1] ** 2) ** 0.5 * distance * ROUNDING
+    # on the joint itself the place is known to the rounding of its coordinates only
+    slack = distance * ROUNDING + 4.0 * EPS * (abs(x) + abs(y))
+    one = (before[1, 0] ** 2 + before[1, 1] ** 2) ** 0.5 * slack
+    two = (after[1, 0] ** 2 + after[1, 1] ** 2) ** 0.5 * slack
     if here < -one or there > two:
         return count
     if here <= one and there >= -two:  # across both: the joint is smooth, or the point is on it

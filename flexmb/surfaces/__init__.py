@@ -6,7 +6,9 @@ from flexmb.surfaces.capsule import Capsule
 from flexmb.surfaces.cuboid import Cuboid
 from flexmb.surfaces.cylinder import Cylinder
 from flexmb.surfaces.extruded_profile import ExtrudedProfile
+from flexmb.surfaces.height_field import HeightField
 from flexmb.surfaces.plane import Plane
+from flexmb.surfaces.revolved_profile import Cone, RevolvedProfile, Torus
 from flexmb.surfaces.shape import Shape
 from flexmb.surfaces.skin_surface import SkinSurface
 from flexmb.surfaces.sphere import Sphere

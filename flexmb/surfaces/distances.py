@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.surfaces.mesh_distance import mesh_distance
-from flexmb.surfaces.profile_distance import profile_distance
+from flexmb.surfaces.profile_distance import profile_distance, revolved_distance
 from flexmb.surfaces.records import CODE, FAR, HEADER, PATCH
 
 __all__ = ["signed_distance"]
@@ -134,4 +134,6 @@ def signed_distance(data, at, z, within, n, H):
         return FAR
     if code == 20:
         return profile_distance(data, own, z, n, H)
+    if code == 21:
+        return revolved_distance(data, own, z, n, H)
     return mesh_distance(data, own, z, within, n, H)

@@ -17,10 +17,10 @@ from flexmb.surfaces.mesh_distance import TRIANGLE
 from flexmb.surfaces.shape import Points, Shape
 from flexmb.surfaces.trees import built
 
-__all__ = ["Hull", "TriangleMesh"]
+__all__ = ["Hull", "Meshed", "TriangleMesh"]
 
 
-class _Meshed(Shape):
+class Meshed(Shape):
     """What shapes of triangles share."""
 
     code: ClassVar[int] = 5
@@ -90,7 +90,7 @@ class _Meshed(Shape):
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleMesh(_Meshed):
+class TriangleMesh(Meshed):
     """A closed surface of triangles, from a file or as arrays, in the axes of the marker.
 
     Parameters
@@ -137,7 +137,7 @@ class TriangleMesh(_Meshed):
 
 
 @dataclass(frozen=True, eq=False)
-class Hull(_Meshed):
+class Hull(Meshed):
     """The convex hull of `points` (n, 3), m, in the axes of the marker."""
 
     points: Any

@@ -89,6 +89,8 @@ SHAPES = {
     "Cylinder": fmb.Cylinder(radius=1.2, length=2.6),
     "Capsule": fmb.Capsule(radius=1.1, length=1.0),
     "Cuboid": fmb.Cuboid(size=(2.3, 1.9, 2.1)),
+    "Cone": fmb.Cone(radius=1.4, length=2.2, top=0.5),
+    "Torus": fmb.Torus(radius=1.2, tube=0.5),
 }
 
 

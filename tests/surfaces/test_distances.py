@@ -12,6 +12,14 @@ SHAPES = {
     "Cylinder": fmb.Cylinder(radius=0.5, length=1.6),
     "Capsule": fmb.Capsule(radius=0.4, length=1.1),
     "Cuboid": fmb.Cuboid(size=(0.9, 1.3, 0.6)),
+    "Cone": fmb.Cone(radius=0.7, length=1.2, top=0.2),
+    "Torus": fmb.Torus(radius=0.8, tube=0.3),
+    "RevolvedProfile": fmb.RevolvedProfile(
+        profile=fmb.Outline(
+            start=(0.3, -0.4),
+            pieces=[fmb.Line(to=(0.9, -0.4)), fmb.Arc(center=(0.9, 0.0), sweep=np.pi), fmb.Line(to=(0.3, 0.4))],
+        )
+    ),
 }
 
 
@@ -35,6 +43,13 @@ def distance(shape, z):
         ("Capsule", (0.6, 0.8, 0.2), 0.6),
         ("Cuboid", (0.45 + 2.0, 0.65 + 3.0, -0.3 - 6.0), 7.0),
         ("Cuboid", (0.0, 0.6, 0.0), -0.05),
+        ("Cone", (0.0, 0.0, 1.0), 0.4),
+        ("Cone", (0.45 + 1.2, 0.0, 0.5), 1.3),
+        ("Cone", (0.0, -0.7 - 0.3, -0.6 - 0.4), 0.5),
+        ("Torus", (0.48, 0.64, 0.5), 0.2),
+        ("Torus", (0.0, 0.0, 0.6), 0.7),
+        ("RevolvedProfile", (0.0, 1.6, 0.0), 0.3),
+        ("RevolvedProfile", (0.0, 0.0, 0.0), 0.3),
     ],
 )
 def test_closed_forms(name, z, gap):
@@ -76,8 +91,11 @@ def test_samples_lie_on_the_surface(name):
         "Cylinder": 2 * np.pi * r * (r + h),
         "Capsule": 4 * np.pi * 0.16 + 2 * np.pi * 0.4 * 1.1,
         "Cuboid": 2 * (0.9 * 1.3 + 0.9 * 0.6 + 1.3 * 0.6),
+        "Cone": np.pi * (0.49 + 0.04 + 0.9 * 1.3),
+        "Torus": 4 * np.pi**2 * 0.8 * 0.3,
+        "RevolvedProfile": 2 * np.pi * (0.81 - 0.09 + 0.3 * 0.8 + np.pi * 0.4 * (0.9 + 0.8 / np.pi)),
     }[name]
-    assert areas.sum() == pytest.approx(area, rel=1e-12)
+    assert areas.sum() == pytest.approx(area, rel=1e-4 if name in ("Torus", "RevolvedProfile") else 1e-12)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -106,4 +124,57 @@ def test_drawn_triangles_lie_on_the_surface_and_face_outward(name):
 )
 def test_messages(make, said):
     with pytest.raises(fmb.ModelError, match=said):
+        make()
+
+
+def test_revolved_disc_is_a_sphere(rng):
+    """A profile that crosses the axis is revolved as a solid; on the axis too."""
+    mine, other = fmb.RevolvedProfile(profile=fmb.Disc(radius=0.7)), fmb.Sphere(0.7)
+    for z in [*rng.normal(size=(30, 3)), (0, 0, 1.2), (0, 0, -0.3), (0, 0, 0.7)]:
+        for a, b in zip(distance(mine, z), distance(other, z)):
+            np.testing.assert_allclose(a, b, atol=1e-9)
+    assert mine.samples(0.05)[2].sum() == pytest.approx(4 * np.pi * 0.49, rel=1e-4)
+    tip = fmb.Cone(radius=0.5, length=1.2)
+    assert tip.samples(0.05)[2].sum() == pytest.approx(np.pi * (0.25 + 0.5 * 1.3), rel=1e-12)
+    assert distance(tip, (0, 0, 0.9))[0] == pytest.approx(0.3, abs=1e-14)
+
+
+def test_foot_on_the_joint_of_two_arcs():
+    """A circle is two arcs; a point on their joint, whose coordinates are rounded, has a foot there."""
+    disc = fmb.Disc(radius=0.7)
+    for point in ((-0.7, 0.0), (-0.7, -1e-300), (0.7, 0.0)):
+        gap, normal, _ = disc.distance(point)
+        assert gap == pytest.approx(0.0, abs=1e-15)
+        np.testing.assert_allclose(normal, (np.sign(point[0]), 0.0), atol=1e-12)
+
+
+def test_height_field():
+    """A plane slope of heights: the distance of a plane; volume and normals of a closed mesh."""
+    x = np.linspace(-1.0, 1.0, 5)
+    heights = np.repeat(0.5 * x[:, None], 4, axis=1)
+    ground = fmb.HeightField(heights=heights, size=(2.0, 1.0), depth=0.5)
+    c = 1.0 / np.hypot(1.0, 0.5)
+    gap, n, _ = distance(ground, (0.1, 0.2, 0.4))
+    assert gap == pytest.approx((0.4 - 0.05) * c, abs=1e-14)
+    np.testing.assert_allclose(n, (-0.5 * c, 0, c), atol=1e-14)
+    vertices, triangles = ground.drawing()
+    a, b, d = (vertices[triangles[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->", a, np.cross(b, d)) / 6.0 == pytest.approx(2.0 * (0.5 + 0.5), rel=1e-12)
+    bumps = fmb.HeightField(heights=[[0, 0, 0], [0, 0.3, 0], [0, 0, 0]], size=(2.0, 2.0), depth=0.5)
+    assert distance(bumps, (0.0, 0.0, 0.8))[0] == pytest.approx(0.5, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: fmb.Torus(radius=0.1, tube=0.2), "less than the radius"),
+        (lambda: fmb.Cone(radius=0.1, length=0.2, top=-1.0), "a radius >= 0"),
+        (lambda: fmb.RevolvedProfile(profile=fmb.Disc(radius=0.2, center=(0.1, 0))), "halves differ by 0.2 m"),
+        (lambda: fmb.RevolvedProfile(profile=fmb.Disc(radius=0.2, center=(1, 0), hollow=True)), "around a hole"),
+        (lambda: fmb.HeightField(heights=[[1, 2]], size=(1, 1), depth=1.0), "2 or more each"),
+        (lambda: fmb.HeightField(heights=[[1, 2], [np.nan, 0]], size=(1, 1), depth=1.0), "2 or more each"),
+    ],
+)
+def test_refused_shapes(make, message):
+    with pytest.raises(fmb.ModelError, match=message):
         make()

@@ -180,7 +180,8 @@ class Touching:
         groups = (pieces_of(model, group, force.title) for group in force.groups)
         first, second = (np.array([number[s.name] for s in group], np.int64) for group in groups)
         law = force.law
-        given = (law.restitution, 0.0, law.friction, law.drilling, law.rolling)
+        newton, poisson = (law.restitution, 0.0) if law.rule == "Newton" else (0.0, law.restitution)
+        given = (newton, poisson, law.friction, law.drilling, law.rolling)
         numbers = np.array(given, float)
         if len(first) * len(second) <= FEW:
             return numbers, candidates(first, second, self.body), None

@@ -8,10 +8,9 @@ from flexmb.errors import ModelError
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, sweep, write_problem
-from flexmb.integrate.nonsmooth.solve import solve_contacts
+from flexmb.integrate.nonsmooth.restitution import solve_impulses
 from flexmb.integrate.nonsmooth.stepping import (
     UNTOLD,
-    add_all,
     carry_impulses,
     end_positions,
     evaluate_middle,
@@ -62,6 +61,7 @@ class Stepper:
         self.works, self.rest = np.zeros(3), np.zeros(system.nu)
         self.points, self.P, self.h = np.zeros(0, POINT), np.zeros((0, 6)), settings.step
         self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
+        self.counts["impacts without a rebound by Newton's law"] = 0
         reaches = self.touching.reach[self.touching.reach < 1e99]
         self.small = float(np.min(reaches, initial=np.inf)) if len(reaches) else system.lengths.whole
         self.lever = max(1.0, float(np.max(reaches, initial=0.0)))  # m, of what accelerations may close
@@ -182,9 +182,9 @@ class Stepper:
                     self.settings.tolerance,
                 )
             if problem is not None:
-                add_all(problem, self.parts, v)
                 goal = self.settings.tolerance * speed + 1e-15 * float(np.max(np.abs(self.u), initial=0.0))
-                solved = solve_contacts(problem, self.parts, v, goal, self.settings.sweeps)
+                solved, turned = solve_impulses(problem, self.parts, v, goal, self.settings.sweeps)
+                self.counts["impacts without a rebound by Newton's law"] += turned
                 self.counts["sweeps"] += solved.sweeps
                 self.counts["steps of Newton over contacts"] += solved.newton
                 if not solved.residual <= goal:

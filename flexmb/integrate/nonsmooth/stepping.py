@@ -87,10 +87,10 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
         p.active[i] = 1
         # what rests shares its load whatever is rounded, or left open by the tolerance of steps before
         p.shift[i] = max(gap - tiny - UNTOLD * tolerance * gained * h, 0.0) / h
-        e = point.restitution
+        e = max(point.restitution, point.poisson)
         if e > 0.0:
             if was[0] < -max(SLOW * gained, tiny / h):  # an impact, at once or in a later step
-                p.shift[i] = e * was[0]
+                p.shift[i] = point.restitution * was[0]
                 p.active[i] = 2 if point.gap <= tiny else 0
             elif gap > 2.0 * SLOW * gained * h + tiny:
                 p.active[i] = 0
