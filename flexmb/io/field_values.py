@@ -223,8 +223,8 @@ def _collected(kind: type) -> str | None:
 def toml_value(value: Any, where: str, data_name: Callable[[Any], str]) -> Any:
     """Return a field's value as TOML can hold it; ModelError for what a file cannot hold.
 
-    `data_name` stores reduced bodies and returns the file name to write; of a signal it returns what to write in its
-    place, or "" where it is written out.
+    `data_name` stores reduced bodies and returns the file name to write, of another file how to name it; of a signal it
+    returns what to write in its place, or "" where it is written out.
     """
     if isinstance(value, bool | int | float | str):
         return value
@@ -240,7 +240,7 @@ def toml_value(value: Any, where: str, data_name: Callable[[Any], str]) -> Any:
     if isinstance(value, ModalNeutralData):
         return data_name(value)
     if isinstance(value, Path):
-        return value.as_posix()
+        return data_name(value)
     if isinstance(value, Mapping):
         return {str(k): toml_value(v, f"{where}.{k}", data_name) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple):

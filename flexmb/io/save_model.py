@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -34,7 +35,7 @@ def save_model(
         path.parent.mkdir(parents=True, exist_ok=True)
     if bodies_in is not None:
         names = _first_bodies(model)
-        return write_text(path, _text(model, simulation, lambda data: f"{bodies_in}#{names[id(data)]}"))
+        return write_text(path, _text(model, simulation, lambda data: f"{bodies_in}#{names[id(data)]}", path.parent))
     stored: dict[int, str] = {}
 
     def store(data: ModalNeutralData) -> str:
@@ -45,7 +46,7 @@ def save_model(
             data.save(path.parent / stored[id(data)])
         return stored[id(data)]
 
-    return write_text(path, _text(model, simulation, store))
+    return write_text(path, _text(model, simulation, store, path.parent))
 
 
 def model_text(model: Model) -> str:
@@ -59,10 +60,18 @@ def _first_bodies(model: Model) -> dict[int, str]:
     return {id(body.data): body.name for body in reversed(model.bodies) if body.reduced is not None}
 
 
-def _text(model: Model, simulation: Simulation | None, data_name: Callable[[ModalNeutralData], str]) -> str:
+def _text(
+    model: Model,
+    simulation: Simulation | None,
+    data_name: Callable[[ModalNeutralData], str],
+    folder: Path | None = None,
+) -> str:
+    """Return the text; files are named relative to the folder that it will be in, absolute if it has none."""
     blocks = _shared_blocks(model)
 
     def written(value: Any) -> str:
+        if isinstance(value, Path):
+            return _relative(value.resolve(), folder)
         return blocks.get(id(value), ("", value))[0] if isinstance(value, Signal) else data_name(value)
 
     top: dict[str, Any] = {"name": model.name}
@@ -96,6 +105,13 @@ def _text(model: Model, simulation: Simulation | None, data_name: Callable[[Moda
     if simulation is not None:
         lines += table_lines("[simulation]", toml_fields(simulation, "Simulation", written))
     return "\n".join(lines)
+
+
+def _relative(file: Path, folder: Path | None) -> str:
+    """Return how a file is named in a folder; on another drive it has no relative name."""
+    if folder is None or file.drive != folder.resolve().drive:
+        return file.as_posix()
+    return Path(os.path.relpath(file, folder.resolve())).as_posix()
 
 
 def _shared_blocks(model: Model) -> dict[int, tuple[str, Block]]:

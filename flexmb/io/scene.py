@@ -18,6 +18,7 @@ from flexmb.io.cell_types import skin_cells
 from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
 from flexmb.io.plate_surfaces import PlateSurface
 from flexmb.io.shape_surfaces import shape_surface
+from flexmb.io.sharp_edges import with_sharp_edges
 from flexmb.io.swept_lines import SweptLine
 from flexmb.io.wrapped_ways import place_on_way, way_pieces
 from flexmb.results import recover
@@ -263,6 +264,8 @@ def _parts(model, e, skin_only=False):
         elif getattr(body, "shape", ()):
             yield _fixed(body.name, "rigid", _shapes(body, ""))
         else:
+            if _has_surface(model, body):  # it is drawn
+                continue
             surface = _rigid_shape(body, poses, e)
             if body.has_frame:
                 yield _fixed(body.name, "rigid", [(("body", body.name, None), surface)])
@@ -298,10 +301,19 @@ def _surfaces(model, e):
             continue
         points, triangles = own.shape.drawing()
         points = points if np.isfinite(own.shape.reach) else 50.0 * e * points
-        drawn = solids.Surface(points, np.asarray(triangles), np.zeros((0, 4), int))
+        drawn = solids.Surface(*with_sharp_edges(points, np.asarray(triangles)), np.zeros((0, 4), int))
         name = f"{own.name}_surface" if own.name in taken else own.name
         look = "rigid" if model.marker(own.marker)[0].n_velocities else "supports"
         yield _fixed(name, look, [(("marker", own.marker, None), drawn)])
+
+
+def _has_surface(model, body) -> bool:
+    """Has the body a surface of finite size, which shows what it looks like, and no joint or force elsewhere on it?"""
+    own = [s for s in model.surfaces if hasattr(s, "shape") and s.marker.partition(".")[0] == body.name]
+    near = {s.marker.partition(".")[2] for s in own if np.isfinite(s.shape.reach)}
+    used = {m for part in (*model.joints, *model.forces) if _joins(part) for m in _markers(part, model) if m}
+    there = {m.partition(".")[2] for m in used if m.partition(".")[0] == body.name}
+    return bool(near) and there <= near | {"center"}
 
 
 def _joins(part) -> bool:

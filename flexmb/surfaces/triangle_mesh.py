@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -129,6 +130,7 @@ class TriangleMesh(Meshed):
         if self.file is not None:
             from flexmb.fem.surface_file import read_triangles
 
+            object.__setattr__(self, "file", Path(self.file))
             vertices, triangles = read_triangles(self.file, self.scale)
             title = f"Surface file '{self.file}'"
         elif self.scale != 1.0:

@@ -159,6 +159,13 @@ def test_files(tmp_path):
     assert distance(model.surface("s"), (2.0, 0.1, 0.1))[0] == pytest.approx(1.55, abs=1e-6)
     fmb.save_model(model, tmp_path / "again.toml")
     assert fmb.load_model(tmp_path / "again.toml").surface("s").shape.scale == 1e-3
+    assert 'file = "a.stl"' in (tmp_path / "again.toml").read_text()
+    (tmp_path / "models").mkdir()
+    fmb.save_model(model, tmp_path / "models" / "m.toml")
+    assert 'file = "../a.stl"' in (tmp_path / "models" / "m.toml").read_text()
+    moved = tmp_path.rename(tmp_path.with_name("elsewhere"))
+    assert fmb.load_model(moved / "models" / "m.toml").surface("s").shape.scale == 1e-3
+    moved.rename(tmp_path)
 
 
 def without(k):
