@@ -47,7 +47,8 @@ class _Revolved(Shape):
         inside = p[:, 0] >= -SAME * self.reach
         if np.all(inside):
             return [np.column_stack([np.maximum(p[:, 0], 0.0), p[:, 1]])]
-        lines, line = [], []
+        lines: list[list[tuple[float, float]]] = []
+        line: list[tuple[float, float]] = []
         for a, b, here, there in zip(p[:-1], p[1:], inside[:-1], inside[1:]):
             if here:
                 line.append((max(a[0], 0.0), a[1]))
@@ -60,8 +61,8 @@ class _Revolved(Shape):
         lines.append([*line, *([tuple(p[-1])] if inside[-1] else [])])
         if len(lines) > 1 and inside[0]:  # it began in the middle of a line
             lines[0] = lines.pop()[:-1] + lines[0]
-        lines = [_without_copies(line) for line in lines if len(line) > 1]
-        return [line for line in lines if len(line) > 1]
+        found = [_without_copies(line) for line in lines if len(line) > 1]
+        return [points for points in found if len(points) > 1]
 
     def samples(self, spacing: float) -> Points:
         """Return points on rings."""
