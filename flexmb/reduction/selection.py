@@ -62,9 +62,9 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
     Parameters
     ----------
     fe : FEModel
-    where : str, int, list of int, 3-tuple of float, or (k, 3) float
-        Name of a node or facet set or of supports, "node 63241" or "element 812" of a deck, node numbers, or
-        coordinates of nodes, m.
+    where : str, list of str, int, list of int, 3-tuple of float, or (k, 3) float
+        Name of a node or facet set or of supports, "node 63241" or "element 812" of a deck, several such names
+        together, node numbers, or coordinates of nodes, m.
     part : str
         The thing that asks, for messages: ``"Interface 'a'"``.
     moving : bool
@@ -72,6 +72,8 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
     """
     if isinstance(where, str):
         nodes = _named(fe, where, part)
+    elif isinstance(where, list | tuple) and where and all(isinstance(name, str) for name in where):
+        nodes = np.concatenate([_named(fe, name, part) for name in where])
     elif is_point(where):
         _require_place(fe, where, part)
         nodes = _located(fe, points_of(where), part)
