@@ -53,7 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="FOLDER", help="default: runs/<name of the model file>_sweep")
     parser.add_argument("--keep", action="store_true", help="keep a run folder for every variant")
     parser.add_argument("--retry", action="store_true", help="compute rows that failed once more")
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one per core")
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes or threads; default: one per core")
+    parser.add_argument(
+        "--engine",
+        default="processes",
+        help="compiled: many short runs of one small mechanism, in this process; default: processes",
+    )
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="end variants that take longer")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine")
     parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in [simulation]")
@@ -86,6 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 jobs=arguments.jobs,
                 timeout=arguments.timeout,
                 executor=executor,
+                engine=arguments.engine,
                 progress=lambda now: bar(_progress_text(now), now.done / now.total),
             )
         except KeyboardInterrupt:

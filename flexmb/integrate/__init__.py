@@ -20,6 +20,7 @@ from flexmb.integrate.linear.plant import Plant
 from flexmb.integrate.linear.random_loads import spectral_response, variances
 from flexmb.integrate.linear.root_locus import RootLocus, root_locus
 from flexmb.integrate.nonsmooth.moreau_jean import MoreauJean
+from flexmb.integrate.runs.family import Family
 from flexmb.integrate.runs.impact import Impulse, impulses
 from flexmb.integrate.runs.resume import resume
 from flexmb.integrate.runs.simulate import simulate
@@ -39,6 +40,7 @@ __all__ = [
     "Baumgarte",
     "Campbell",
     "EquationsOfMotion",
+    "Family",
     "FirstFrequencies",
     "Impulse",
     "LimitPoint",

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 
 from flexmb.errors import ValidityWarning
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.system.lengths import ROUNDED, displacements
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import evaluate
@@ -39,7 +39,7 @@ def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndar
         mean square displacement of the body's material per unit. The reach is the length of the assembly (see
         `flexmb.system.lengths`). First-order states have the extent 1, and their size as reach.
     """
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     diagonal = np.abs(constraint_matrix(system, work)[0].diagonal())
     extent, reach = np.ones(system.nu), np.full(system.nu, system.lengths.whole)

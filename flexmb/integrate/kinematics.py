@@ -177,7 +177,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         else Status.failed(unknown or found, REMEDY if unknown else "Look for a dead centre at that time")
     )
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
-    shared = shared_reactions(system, start)
+    shared = shared_reactions(system)
     known = {SHARED: shared} if shared else {}
     if told := sentences_about(jumps):
         known |= {WARNINGS: told}

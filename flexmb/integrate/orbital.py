@@ -8,7 +8,7 @@ from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.oversights import places_of
 from flexmb.math.block_lu import lu_factor, lu_solve
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh, weigh_mass
 from flexmb.model.model import Model
 from flexmb.system.mobility import constraint_matrix, mass_metric
 from flexmb.system.program import evaluate
@@ -98,7 +98,7 @@ def _fastest(system, state) -> tuple[float, str]:
         weigh(work.weights, 0.0, damping, stiffness)
         evaluate(system.program, state, work)
         parts.append(constraint_matrix(system, work)[0].copy())
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     size = np.sqrt(mass_metric(constraint_matrix(system, work)[0]))
     if lu_factor(work.S, system.program.pattern) >= 0:

@@ -4,7 +4,7 @@ from flexmb.io.deck_page import deck_numbers, write_deck_report
 from flexmb.io.file_parameters import parse_setting
 from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
 from flexmb.io.mode_series import write_modes
-from flexmb.io.model_file import load_model, load_simulation, read_model_text
+from flexmb.io.model_file import OpenModelFile, load_model, load_simulation, read_model_text
 from flexmb.io.plant_file import write_plant
 from flexmb.io.pole_tables import write_poles
 from flexmb.io.quality_page import report_numbers, write_report
@@ -16,6 +16,7 @@ from flexmb.io.simulation_settings import Simulation
 from flexmb.io.vtk_output import write_vtk
 
 __all__ = [
+    "OpenModelFile",
     "Simulation",
     "deck_numbers",
     "labels",

@@ -29,7 +29,7 @@ from flexmb.model.orbit import Orbit
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import as_signal
 
-__all__ = ["load_model", "load_simulation", "read_model_text"]
+__all__ = ["OpenModelFile", "load_model", "load_simulation", "read_model_text"]
 
 _ASSEMBLY_FIELDS = ("file", "prefix", "at", "rotation", "x", "y", "z", "parameters", "inherit")
 
@@ -54,8 +54,33 @@ def load_model(path: str | Path, parameters: Mapping[str, Any] | None = None, *,
     DataFileError
         A reduced body cannot be read.
     """
-    path = Path(path)
-    return _load(read_tables(path), Context(path, dict(parameters or {}), kind_lists.values(), trust=trust), ())
+    return OpenModelFile(path, trust=trust).model(parameters)
+
+
+class OpenModelFile:
+    """A model file that is read once, for many values of its parameters.
+
+    Parameters
+    ----------
+    path, trust
+        As of `load_model`.
+    """
+
+    def __init__(self, path: str | Path, *, trust: bool = False):
+        self.path, self.trust = Path(path), trust
+        self.tables = read_tables(self.path)
+        self._kept: dict[tuple[Path, str], Any] = {}
+
+    def model(self, parameters: Mapping[str, Any] | None = None) -> Model:
+        """Return the model; parts without expressions are the same objects every time."""
+        context = Context(self.path, dict(parameters or {}), kind_lists.values(), trust=self.trust, kept=self._kept)
+        return _load(dict(self.tables), context, ())
+
+    def simulation(
+        self, parameters: Mapping[str, Any] | None = None, *, t_end: float | None = None, samples: int | None = None
+    ) -> Simulation:
+        """Return the settings of the table ``[simulation]``; see `load_simulation`."""
+        return _simulation(self.tables, self.path, parameters or {}, t_end, samples)
 
 
 def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None, *, trust: bool = False) -> Model:
@@ -78,8 +103,10 @@ def load_simulation(
 
     A given `t_end` (s) or number of `samples` replaces the file's; with `t_end` the table may be missing.
     """
-    path = Path(path)
-    tables = read_tables(path)
+    return _simulation(read_tables(Path(path)), Path(path), parameters or {}, t_end, samples)
+
+
+def _simulation(tables: dict[str, Any], path: Path, parameters, t_end, samples) -> Simulation:
     where = f"{path.name}, [simulation]"
     own = {name: value for name, value in (("t_end", t_end), ("samples", samples)) if value is not None}
     raw = tables.get("simulation", {})
@@ -91,7 +118,7 @@ def load_simulation(
             remedy="Add [simulation] and t_end = 1.0, or give the end time otherwise",
         )
     integrators = kind_lists.integrators()
-    context = Context(path, resolve(tables, parameters or {}, path.name), {**kind_lists.values(), **integrators})
+    context = Context(path, resolve(tables, parameters, path.name), {**kind_lists.values(), **integrators})
     values = {
         name: entry if name == "integrator" else context.value(entry, f"{where}, {name}") for name, entry in raw.items()
     }
@@ -238,6 +265,23 @@ def _holds(raw: dict[str, Any], field: str, default: bool, where: str, context: 
 
 def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
     """Return the part that one table describes."""
+    place = context.path, where
+    if context.kept is None or _computed(raw):
+        return _made(where, raw, context)
+    if place not in context.kept:
+        context.kept[place] = _made(where, raw, context)
+    return context.kept[place]
+
+
+def _computed(raw: Any) -> bool:
+    """Is there an expression among values?"""
+    if isinstance(raw, dict | list):
+        return any(map(_computed, raw.values() if isinstance(raw, dict) else raw))
+    return isinstance(raw, str) and raw.lstrip().startswith("=")
+
+
+def _made(where: str, raw: dict[str, Any], context: Context) -> Any:
+    """Make the part that one table describes."""
     table = where.partition("[[")[2].partition("]]")[0]
     if "kind" not in raw:
         raise ModelError(

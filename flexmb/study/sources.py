@@ -14,6 +14,7 @@ from typing import Any
 
 import flexmb as fmb
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.io import OpenModelFile
 from flexmb.model import Model
 from flexmb.results import Solution
 from flexmb.study.outputs import columns
@@ -88,6 +89,16 @@ class ModelFile:
         finally:
             if not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
                 fmb.save_model(model, folder / MODEL, simulation)
+
+    def opened(self) -> Callable[[Mapping[str, Any]], tuple[Model, dict[str, Any]]]:
+        """Return a function of a variant's parameters: its model, and how it is simulated."""
+        file = OpenModelFile(self.path, trust=self.trust)
+
+        def described(parameters: Mapping[str, Any]) -> tuple[Model, dict[str, Any]]:
+            given = {**self.parameters, **parameters}
+            return file.model(given), file.simulation(given, t_end=self.t_end, samples=self.samples).keywords()
+
+        return described
 
     def _example(self, first: Mapping[str, Any]) -> Model:
         """Return the model of a variant, or the file's own if the variant cannot be made."""
@@ -164,19 +175,37 @@ class FunctionSource:
         digest = hashlib.sha256(text.encode()).hexdigest()[:20]
         return {"function": digest, "t_end": repr(self.t_end), "samples": repr(self.samples)}
 
+    def opened(self) -> Callable[[Mapping[str, Any]], tuple[Model, dict[str, Any]]]:
+        """Return a function of a variant's parameters: its model, and how it is simulated."""
+        return self._described
+
+    def _described(self, parameters: Mapping[str, Any]) -> tuple[Model, dict[str, Any]]:
+        result = self.function(**{**self.parameters, **parameters})
+        if not isinstance(result, Model):
+            raise ModelError(
+                self.title,
+                found=f"it returns {type(result).__name__}",
+                expected="a Model, for the engine 'compiled', which simulates it",
+                remedy="Return the model, or leave out the engine",
+            )
+        return result, self._settings()
+
+    def _settings(self) -> dict[str, Any]:
+        """Return how the models of the function are simulated."""
+        if self.t_end is None:
+            raise ModelError(
+                self.title,
+                found="it returns a model, and no end time is given",
+                expected="t_end in seconds",
+                remedy="Give t_end, or let the function simulate and return the solution",
+            )
+        return {"t_end": self.t_end} | ({} if self.samples is None else {"samples": self.samples})
+
     def values(self, parameters: Mapping[str, Any], outputs, folder: Path | None) -> dict[str, float]:
         """Return the numbers of one variant."""
         result = self.function(**{**self.parameters, **parameters})
         if isinstance(result, Model):
-            if self.t_end is None:
-                raise ModelError(
-                    self.title,
-                    found="it returns a model, and no end time is given",
-                    expected="t_end in seconds",
-                    remedy="Give t_end, or let the function simulate and return the solution",
-                )
-            given = {"t_end": self.t_end} | ({} if self.samples is None else {"samples": self.samples})
-            return _simulated(result, given, outputs, folder)
+            return _simulated(result, self._settings(), outputs, folder)
         if isinstance(result, Solution):
             return _reduced(result, outputs, folder)
         if isinstance(result, Mapping):

@@ -14,6 +14,7 @@ from flexmb.errors import FlexmbError, ModelError
 from flexmb.math import cores
 from flexmb.parts.watchers import Count, watching
 from flexmb.study.cluster import rows_by_executor
+from flexmb.study.ensemble import Ensemble, require_plain, rows_by_threads
 from flexmb.study.folder import StudyFolder
 from flexmb.study.plan import Plan, grid
 from flexmb.study.processes import rows_by_processes
@@ -22,6 +23,9 @@ from flexmb.study.table import DIED, DONE, Results, Row
 from flexmb.study.variants import Task
 
 __all__ = ["Progress", "sweep"]
+
+COMPILED = "compiled"
+ENGINES = ("processes", COMPILED)
 
 
 class Progress(NamedTuple):
@@ -48,6 +52,7 @@ def sweep(
     jobs: int | None = None,
     timeout: float | None = None,
     executor: Executor | None = None,
+    engine: str = "processes",
     progress: Callable[[Progress], None] | None = None,
 ) -> Results:
     """Compute every variant of a plan and return the table; a variant that fails is a row with its error.
@@ -81,6 +86,10 @@ def sweep(
         Time that a variant may take on a process.
     executor : Executor, optional
         Of `concurrent.futures`, instead of processes of this machine: `dask_executor`, mpi4py's, threads.
+    engine : "processes" or "compiled"
+        "compiled": variants of one mechanism in this process. What does not change from variant to variant is found
+        once, threads (`jobs`) run the compiled loops of the integrator side by side, and no process has to start. The
+        numbers are the same. For many short runs of small mechanisms by `GeneralizedAlpha` or `Explicit`.
     progress : callable (Progress), optional
         Called after every row.
 
@@ -92,7 +101,13 @@ def sweep(
         The folder holds something else, or a study with other settings.
     """
     plan = over if isinstance(over, Plan) else grid(over)
-    _check(jobs, timeout, keep_runs, folder)
+    _check(jobs, timeout, keep_runs, folder, engine)
+    if engine == COMPILED:
+        require_plain(
+            timeout=(timeout, "threads cannot be ended"),
+            keep_runs=(keep_runs, "files are written under one lock"),
+            executor=(executor, "its workers would be given variants one by one"),
+        )
     common = (dict(parameters or {}), t_end, samples)
     origin = FunctionSource(source, *common) if callable(source) else ModelFile(str(source), *common, trust)
     count = Count()
@@ -102,6 +117,9 @@ def sweep(
     known = {} if kept is None else {k: row for k, row in kept.rows.items() if not _again(row, retry)}
     pending = [(k, plan.variant(k - 1)) for k in range(1, len(plan) + 1) if k not in known]
     keep_broken_pipes_errors()  # a worker that dies must not take this process with it
+    if engine == COMPILED:
+        rows = rows_by_threads(Task(Ensemble(origin), outputs), pending, jobs or cores()) if pending else iter(())
+        return _collected(rows, plan, known, kept, progress, count.reduced)
     task = Task(origin, outputs, str(kept.runs.resolve()) if kept is not None and keep_runs else "")
     rows: Iterator[Row] = iter(())
     if executor is not None:
@@ -153,7 +171,14 @@ def _again(row: Row, retry: bool) -> bool:
     return row.status == DIED or (retry and row.status != DONE)
 
 
-def _check(jobs, timeout, keep_runs, folder) -> None:
+def _check(jobs, timeout, keep_runs, folder, engine) -> None:
+    if engine not in ENGINES:
+        raise ModelError(
+            "Study",
+            found=f"engine = {engine!r}",
+            expected=f"one of {', '.join(map(repr, ENGINES))}",
+            remedy="Leave it out to compute the variants on processes",
+        )
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise FlexmbError(
             "Study",

@@ -16,7 +16,7 @@ from flexmb.files import remove_parts
 from flexmb.parts.watchers import Count, watching
 from flexmb.study.table import DONE, FAILED, Row
 
-__all__ = ["Task"]
+__all__ = ["Task", "warnings_by_thread"]
 
 
 @dataclass(frozen=True)
@@ -62,13 +62,39 @@ class Task:
         return folder
 
 
+_OWN = threading.local()
+"""The texts of the warnings of a thread's variant, while `warnings_by_thread` holds."""
+
+
+@contextmanager
+def warnings_by_thread():
+    """Give the warnings of threads to the variants that they compute: filters and display belong to all threads."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        shown = warnings.showwarning
+
+        def note(message, *place, **more):
+            texts = getattr(_OWN, "texts", None)
+            if texts is None:
+                shown(message, *place, **more)
+            else:
+                texts.append(str(message))
+
+        warnings.showwarning = note
+        yield
+
+
 @contextmanager
 def _noted_warnings():
     """Give a function that returns the texts of the warnings so far;
-    in threads, which share filters, there are none.
+    in threads only those that `warnings_by_thread` gives them.
     """
     if threading.current_thread() is not threading.main_thread():
-        yield list
+        _OWN.texts = texts = []
+        try:
+            yield lambda: texts
+        finally:
+            _OWN.texts = None
         return
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")

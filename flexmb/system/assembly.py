@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.math.block_lu import blocks, lu_factor
 from flexmb.math.tables import State
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.system.accelerations import accelerations
@@ -36,7 +36,7 @@ from flexmb.system.program import constraint_acceleration, constraint_velocity, 
 from flexmb.system.projection import project
 from flexmb.system.system import System
 
-__all__ = ["all_softened", "assemble", "consistent_start"]
+__all__ = ["all_softened", "assemble", "consistent_start", "softened"]
 
 REGULARISATION = 1e-9
 """Added to the diagonal of the multipliers, relative to G M^-1 G^T, where equations depend on each other."""
@@ -107,7 +107,7 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
         drawn = state.q.copy()
         done = project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60)
         if done == -2:
-            weigh(work.weights, 1.0)
+            weigh_mass(work.weights)
             evaluate(system.program, state, work)
             if not np.all(np.isfinite(work.equations["g"])):
                 raise _runaway(system, state, work)
@@ -153,7 +153,7 @@ def consistent_start(system: System, state: State, work) -> State:
     residual, drift = np.zeros((2, system.ng))
     constraint_acceleration(work, state.a, residual)
     constraint_acceleration(work, np.zeros(system.nu), drift)
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng)), work)
     # what the loads would do to free bodies: where all is held, accelerations are rounding
     free = np.abs(work.residual) / mass_metric(constraint_matrix(system, work)[0])
@@ -167,7 +167,7 @@ def _require_motion(system: System, state, work, residual, given: np.ndarray, mo
     It is compared with the terms that it is the sum of: what is `given` (ng,) by drives and velocities, and what the
     bodies do, and with the largest motion.
     """
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     G = constraint_matrix(system, work)[1]
     terms, left = given + abs(G) @ np.abs(motion), np.abs(residual)
@@ -201,7 +201,7 @@ def _require_motion(system: System, state, work, residual, given: np.ndarray, mo
 
 def _with_lengths(system: System, state: State, work) -> System:
     """Return the system with the lengths that count in it; warn where coordinates are so large that digits are lost."""
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     bare = system.program._replace(floor=np.zeros(len(system.program.floor)))
     evaluate(bare, state, work)
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
@@ -229,7 +229,7 @@ def _regularised(system: System, state: State, work) -> System:
     inertia for the factorisation where bodies have none."""
     if system.ng == 0:
         return system
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     bare = system.program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(system.program.floor)))
     evaluate(bare, state, work)
     M, G = constraint_matrix(system, work)
@@ -237,6 +237,20 @@ def _regularised(system: System, state: State, work) -> System:
     if loose >= 0:
         raise without_inertia(system, state, work, loose)
     dependent = dependent_equations(M, G, blocks(system.program.pattern))
+    program = system.program._replace(floor_at=places, floor=values)
+    return softened(replace(system, program=program), work, M, G, dependent, indeterminate_equations(M, G, dependent))
+
+
+def softened(system: System, work, M, G, dependent, indeterminate) -> System:
+    """Return the system with the multipliers of its dependent equations regularised.
+
+    Parameters
+    ----------
+    M, G : (nu, nu), (ng, nu) csr
+        Mass matrix and gradients where they were evaluated last.
+    dependent, indeterminate : of int
+        Equations that depend on others there, and those whose multipliers are not unique.
+    """
     scale = equation_scale(M, G)
     # one number for all forces and one for all moments gives least norm, unless inertias differ by many orders
     forces = equations_of_forces(system, work)
@@ -245,11 +259,15 @@ def _regularised(system: System, state: State, work) -> System:
     sizes = scale.copy()
     # others are hard: near a singular position they hardly move anything, and soft ones would not converge
     shared = np.zeros(system.ng, bool)
-    shared[indeterminate_equations(M, G, dependent)] = True
+    shared[np.asarray(indeterminate, int)] = True
     scale = np.where(shared, REGULARISATION * scale, 0.0)
     softness = np.concatenate([np.zeros(system.nu), scale]) if len(dependent) else np.zeros(0)
     pattern = system.program.pattern._replace(softness=softness)
-    program = system.program._replace(regularisation=scale, pattern=pattern, floor_at=places, floor=values)
-    allowed = system.lengths.equations * (MESH_TOLERANCE if len(dependent) else 0.0)
-    redundant = tuple(int(k) for k in dependent)
-    return replace(system, program=program, redundant=redundant, sizes=sizes if len(dependent) else None, gaps=allowed)
+    return replace(
+        system,
+        program=system.program._replace(regularisation=scale, pattern=pattern),
+        redundant=tuple(int(k) for k in dependent),
+        indeterminate=tuple(int(k) for k in indeterminate),
+        sizes=sizes if len(dependent) else None,
+        gaps=system.lengths.equations * (MESH_TOLERANCE if len(dependent) else 0.0),
+    )

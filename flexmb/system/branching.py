@@ -15,7 +15,7 @@ from scipy.linalg import null_space
 
 from flexmb.errors import CompileError
 from flexmb.math.block_lu import blocks
-from flexmb.math.weights import no_matrix, weigh
+from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.system.mobility import constraint_matrix, dependent_equations, indeterminate_equations
 from flexmb.system.program import advance, evaluate, increment
 from flexmb.system.projection import project
@@ -132,7 +132,7 @@ class Neighbourhood:
     def matrices(self, state):
         """Return the mass matrix and the gradient at a state."""
         system, work = self.system, self.work
-        weigh(work.weights, 1.0)
+        weigh_mass(work.weights)
         program = system.program
         bare = program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(program.floor)))
         evaluate(bare, state, work)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.observe import observe
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
@@ -193,7 +193,7 @@ def _idle_formula(system: System, state, work, k: int) -> CompileError | None:
     name = system.equation_names[k]
     if not name.endswith(": Formula"):
         return None
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     left = float(work.equations["g"][k])
     own = float(np.max(np.abs(work.legs["gradient"][work.legs["equation"] == k]), initial=0.0))
@@ -209,7 +209,7 @@ def _idle_formula(system: System, state, work, k: int) -> CompileError | None:
 
 def _without_rate(system: System, state, work) -> CompileError | None:
     """Return the error about an equation whose first or second rate is no finite number, if there is one."""
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     first, second = np.zeros((2, system.ng))
     constraint_velocity(work, state.u, first)
@@ -246,7 +246,7 @@ def _without_number(system: System, state) -> CompileError | None:
 
 def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     """Return the error that names the body that has no inertia in one of its velocities, which no joint holds."""
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
     spans = {body: system.body_slices[body.name][1] for body in system.model.bodies}

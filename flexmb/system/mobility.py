@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from flexmb.math.block_lu import stored
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.system.dependence import combinations, dependent_rows
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
@@ -48,9 +47,15 @@ ROUNDING = 1e-13
 
 def constraint_matrix(system: System, work) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Return the mass part (nu, nu) and G (ng, nu) of the matrix evaluated last, with unit mass weight."""
-    matrix = stored(work.S, system.program.pattern)
-    nu = system.nu
-    return matrix[:nu, :nu].tocsr(), matrix[nu:, :nu].tocsr()
+    tables, nu = system.tables, system.nu
+    mass, gradient = (
+        sparse.csr_matrix(  # with indices of its own: scipy sorts them in place
+            (work.S[tables[f"{name}_at"]], tables[f"{name}_columns"].copy(), tables[f"{name}_starts"].copy()),
+            shape=(rows, nu),
+        )
+        for name, rows in (("mass", nu), ("gradient", system.ng))
+    )
+    return mass, gradient
 
 
 def mass_metric(M: sparse.csr_matrix) -> np.ndarray:
@@ -206,7 +211,7 @@ def mobility(system: System, state, work) -> Mobility:
     names = system.equation_names
     redundant, shared = tuple(names[k] for k in system.redundant), ()
     if system.redundant:
-        weigh(work.weights, 1.0)
+        weigh_mass(work.weights)
         program = system.program
         bare = program._replace(regularisation=np.zeros(system.ng), floor=np.zeros(len(program.floor)))
         evaluate(bare, state, work)
@@ -214,12 +219,17 @@ def mobility(system: System, state, work) -> Mobility:
     return Mobility(system.nu - int(np.sum(system.is_state)), system.ng, system.ng - len(redundant), redundant, shared)
 
 
-def shared_reactions(system: System, state) -> list[str]:
-    """Return the joints whose reactions are not unique at a state, each with its equations: "B: InPlane x"."""
+def shared_reactions(system: System, state=None) -> list[str]:
+    """Return the joints whose reactions are not unique at a state, or as assembled, each with its equations:
+    "B: InPlane x".
+    """
     if not system.redundant:
         return []
+    names = [system.equation_names[k] for k in system.indeterminate]
+    if state is not None:
+        names = list(mobility(system, state, system.workspace()).indeterminate)
     found: dict[str, list[str]] = {}
-    for name in mobility(system, state, system.workspace()).indeterminate:
+    for name in names:
         joint, _, kind = name.partition(": ")
         found.setdefault(joint, []).append(kind)
     return [f"{joint}: {', '.join(kinds)}" for joint, kinds in found.items()]

@@ -2,54 +2,111 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
+from flexmb.math.block_lu import stored
 from flexmb.math.tables import EQUATION, LEG, PAIR
 from flexmb.system.pattern import block_pattern
 
 __all__ = ["sparsity"]
 
+KEPT = 4
+"""Structures whose patterns are kept."""
+
+
+class Structure(NamedTuple):
+    """What decides where numbers stand in the iteration matrix, and nothing else of a model.
+
+    Parameters
+    ----------
+    widths : (nb,)
+        Velocities of a block of every body and group of states; `couplings` between blocks of one body.
+    iu : (nb + 1,)
+    n_bodies : int
+    leaders : (nj,)
+        The name of the joint whose node a joint shares, by its equations.
+    coupling : (nj,) of bool
+        Does an equation of it belong to several joints?
+    owners : (ng,)
+        Joint of every equation.
+    legs : ((marker, equation), ...)
+    gaps : ((marker, blocks), ...)
+    markers : ((body, first velocity, velocities), ...)
+    pairs : ((a, b, activity), ...)
+        -1: writes nothing.
+    """
+
+    widths: tuple[int, ...]
+    couplings: tuple[tuple[tuple[int, int], ...], ...]
+    iu: tuple[int, ...]
+    n_bodies: int
+    leaders: tuple[str, ...]
+    coupling: tuple[bool, ...]
+    owners: tuple[int, ...]
+    legs: tuple[tuple[int, int], ...]
+    gaps: tuple[tuple[int, tuple[int, ...]], ...]
+    markers: tuple[tuple[int, int, int], ...]
+    pairs: tuple[tuple[int, int, int], ...]
+
+
+def structure_of(model, compiler, layout, constraints, markers) -> Structure:
+    """Return the structure of a model that is being compiled."""
+    leader = {j.name: getattr(j, "joint", j.name) if j.prescribes else j.name for j in constraints.joints}
+    states = compiler.states.values()
+    return Structure(
+        widths=(*(body.block_size for body in model.bodies), *(len(group.names) for group in states)),
+        couplings=tuple(tuple((int(a), int(b)) for a, b in body.couplings()) for body in model.bodies),
+        iu=tuple(layout.iu),
+        n_bodies=len(model.bodies),
+        leaders=tuple(leader[joint.name] for joint in constraints.joints),
+        coupling=tuple(bool(joint.couples) for joint in constraints.joints),
+        owners=tuple(joint for joint, _ in constraints.owners),
+        legs=tuple(constraints.legs),
+        gaps=tuple((marker, tuple(blocks)) for marker, blocks in compiler.marker_gaps.items()),
+        markers=tuple(zip(*(markers[name].tolist() for name in ("body", "iu", "nu")), strict=True)),
+        pairs=tuple((a, b, compiler.active_pairs.get(k, -1)) for (a, b, _), k in compiler.pairs.items()),
+    )
+
 
 class _Nodes:
     """The nodes of the elimination: the blocks of all bodies, then the joints (a drive shares its joint's)."""
 
-    def __init__(self, model, compiler, layout, constraints, markers):
-        self.width = [body.block_size for body in model.bodies]
-        self.width += [len(group.names) for group in compiler.states.values()]
+    def __init__(self, of: Structure):
+        self.of, self.width = of, of.widths
         self.unknowns: list[list[int]] = []
         self.first: dict[int, int] = {}
-        for k in range(len(self.width)):
-            if layout.size(k):
+        for k, width in enumerate(self.width):
+            if of.iu[k + 1] > of.iu[k]:
                 self.first[k] = len(self.unknowns)
-                for start in range(layout.iu[k], layout.iu[k + 1], self.width[k]):
-                    self.unknowns.append(list(range(start, start + self.width[k])))
-            if k == len(model.bodies) - 1:
+                for start in range(of.iu[k], of.iu[k + 1], width):
+                    self.unknowns.append(list(range(start, start + width)))
+            if k == of.n_bodies - 1:
                 self.of_bodies = len(self.unknowns)
         self.n_blocks = len(self.unknowns)
-        self.layout, self.couplings = layout, []
-        for k, body in enumerate(model.bodies):
-            pairs = body.couplings() if k in self.first else ()
-            self.couplings += [(self.first[k] + int(a), self.first[k] + int(b)) for a, b in pairs]
-        leader = {j.name: getattr(j, "joint", j.name) if j.prescribes else j.name for j in constraints.joints}
+        self.couplings = []
+        for k, pairs in enumerate(of.couplings):
+            own = pairs if k in self.first else ()
+            self.couplings += [(self.first[k] + a, self.first[k] + b) for a, b in own]
         groups: dict[str, list[int]] = {}
-        for number, joint in enumerate(constraints.joints):
-            groups.setdefault(leader[joint.name], []).append(number)
+        for number, leader in enumerate(of.leaders):
+            groups.setdefault(leader, []).append(number)
         of_joint = {number: self.n_blocks + k for k, group in enumerate(groups.values()) for number in group}
-        self.of_equation = [of_joint[joint] for joint, _ in constraints.owners]
+        self.of_equation = [of_joint[joint] for joint in of.owners]
         self.unknowns += [[] for _ in groups]
         for equation, node in enumerate(self.of_equation):
-            self.unknowns[node].append(layout.iu[-1] + equation)
-        self.gaps = compiler.marker_gaps
+            self.unknowns[node].append(of.iu[-1] + equation)
+        self.gaps = dict(of.gaps)
         # an equation of two joints may vanish on one of its bodies: it waits for all of them
-        self.waiting = {of_joint[number] for number, joint in enumerate(constraints.joints) if joint.couples}
+        self.waiting = {of_joint[number] for number, couples in enumerate(of.coupling) if couples}
         # and so do equations on a block that cannot turn in every direction
-        split = {k for k in self.first if self.width[k] < layout.size(k)}
-        self.waiting |= {self.of_equation[e] for m, e in constraints.legs if compiler.marker_body[m] in split}
-        self.velocities = markers["nu"].tolist()
-        places = zip(markers["body"].tolist(), markers["iu"].tolist(), self.velocities, strict=True)
-        self.of_marker = [self._moving(marker, *place) for marker, place in enumerate(places)]
+        split = {k for k in self.first if self.width[k] < of.iu[k + 1] - of.iu[k]}
+        self.waiting |= {self.of_equation[e] for m, e in of.legs if of.markers[m][0] in split}
+        self.velocities = [nu for _, _, nu in of.markers]
+        self.of_marker = [self._moving(marker, *place) for marker, place in enumerate(of.markers)]
 
     def _moving(self, marker: int, body: int, iu: int, nu: int) -> list[int]:
         """Return the nodes that move a marker, none for the ground.
@@ -58,7 +115,7 @@ class _Nodes:
         """
         if not nu:
             return []
-        first = self.first[body] + (iu - self.layout.iu[body]) // self.width[body]
+        first = self.first[body] + (iu - self.of.iu[body]) // self.width[body]
         nodes = list(range(first, first + nu // self.width[body]))
         if marker not in self.gaps:
             return nodes
@@ -66,7 +123,7 @@ class _Nodes:
         moving = next(node for node in nodes if node not in gaps)
         return [moving if node in gaps else node for node in nodes]
 
-    def neighbours(self, constraints, compiler) -> list[set[int]]:
+    def neighbours(self) -> list[set[int]]:
         """Return the adjacency."""
         found: list[set[int]] = [set() for _ in self.unknowns]
 
@@ -77,11 +134,11 @@ class _Nodes:
 
         for a, b in self.couplings:
             connect(a, b)
-        for marker, equation in constraints.legs:
+        for marker, equation in self.of.legs:
             for node in self.of_marker[marker]:
                 connect(node, self.of_equation[equation])
-        for (a, b, _), index in compiler.pairs.items():
-            if index in compiler.active_pairs:
+        for a, b, active in self.of.pairs:
+            if active >= 0:
                 nodes = self.of_marker[a] + self.of_marker[b]
                 for i, j in product(nodes, nodes):
                     connect(i, j)
@@ -113,15 +170,15 @@ def _equations(nodes: _Nodes, nu: int, place):
     return equations, within
 
 
-def _legs(nodes: _Nodes, constraints, equations, within, place):
+def _legs(nodes: _Nodes, equations, within, place):
     """Return the table of legs, and the positions of G^T and of the blocks of G."""
-    legs = np.zeros(len(constraints.legs), LEG)
+    legs = np.zeros(len(nodes.of.legs), LEG)
     transposed: list[np.ndarray] = [np.zeros(0, np.int64)]
-    for marker, equation in constraints.legs:
+    for marker, equation in nodes.of.legs:
         joint, k = nodes.of_equation[equation], within[equation]
         transposed += [place(node, joint) + k for node in nodes.of_marker[marker]]
         transposed.append(np.array([place(joint, node)[k] for node in nodes.of_marker[marker]], np.int64))
-    legs["marker"], legs["equation"] = np.array(constraints.legs, np.int64).reshape(-1, 2).T
+    legs["marker"], legs["equation"] = np.array(nodes.of.legs, np.int64).reshape(-1, 2).T
     moved = np.array(nodes.velocities, np.int64)[legs["marker"]]
     size = moved + np.array([len(of) for of in nodes.of_marker], np.int64)[legs["marker"]]
     legs["iT"] = np.cumsum(size) - size
@@ -131,15 +188,15 @@ def _legs(nodes: _Nodes, constraints, equations, within, place):
     return legs, np.concatenate(transposed)
 
 
-def _pairs(nodes: _Nodes, compiler, place):
+def _pairs(nodes: _Nodes, place):
     """Return the table of pairs, and the positions of their blocks: by row, then by block of columns."""
-    pairs = np.zeros(len(compiler.pairs), PAIR)
+    pairs = np.zeros(len(nodes.of.pairs), PAIR)
     positions: list[np.ndarray] = [np.zeros(0, np.int64)]
     at = 0
-    for (a, b, _), k in compiler.pairs.items():
+    for k, (a, b, active) in enumerate(nodes.of.pairs):
         pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"] = a, b, at
-        pairs[k]["active"] = compiler.active_pairs.get(k, 0)
-        if k not in compiler.active_pairs:
+        pairs[k]["active"] = max(active, 0)
+        if active < 0:
             continue
         ends = nodes.of_marker[a], nodes.of_marker[b]
         for rows, columns in product(ends, ends):
@@ -150,18 +207,27 @@ def _pairs(nodes: _Nodes, compiler, place):
     return pairs, np.concatenate(positions)
 
 
-def sparsity(model, compiler, layout, constraints, markers):
-    """Return the pattern of the factors, and the tables of equations, legs, pairs and all positions in the matrix."""
-    nodes = _Nodes(model, compiler, layout, constraints, markers)
-    pattern, place = block_pattern(
-        nodes.unknowns, nodes.n_blocks, nodes.neighbours(constraints, compiler), nodes.waiting
-    )
-    nu = layout.iu[-1]
+def _in_order(pattern, nu: int) -> dict[str, np.ndarray]:
+    """Return where the mass part and the gradients stand among the values, with their columns and starts of rows."""
+    numbers = stored(np.arange(1.0, 1.0 + pattern.row_start[-1]), pattern)
+    parts = {"mass": numbers[:nu, :nu].tocsr(), "gradient": numbers[nu:, :nu].tocsr()}
+    found = {f"{name}_at": part.data.astype(np.int64) - 1 for name, part in parts.items()}
+    for name, part in parts.items():
+        found |= {f"{name}_columns": part.indices, f"{name}_starts": part.indptr}
+    return found
+
+
+@lru_cache(maxsize=KEPT)
+def _found(of: Structure):
+    """Return pattern and tables of a structure: the phases of a run and the variants of a mechanism share them."""
+    nodes = _Nodes(of)
+    pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(), nodes.waiting)
+    nu = of.iu[-1]
     rows, widths = _rows(nodes, nu, place)
     equations, within = _equations(nodes, nu, place)
-    legs, transposed = _legs(nodes, constraints, equations, within, place)
-    pairs, pair_rows = _pairs(nodes, compiler, place)
-    return pattern, {
+    legs, transposed = _legs(nodes, equations, within, place)
+    pairs, pair_rows = _pairs(nodes, place)
+    tables = {
         "equations": equations,
         "legs": legs,
         "pairs": pairs,
@@ -169,4 +235,13 @@ def sparsity(model, compiler, layout, constraints, markers):
         "widths": widths,
         "transposed": transposed,
         "pair_rows": pair_rows,
+        **_in_order(pattern, nu),
     }
+    return pattern, tables
+
+
+def sparsity(model, compiler, layout, constraints, markers):
+    """Return the pattern of the factors, and the tables of equations, legs, pairs and all positions in the matrix."""
+    pattern, tables = _found(structure_of(model, compiler, layout, constraints, markers))
+    own = pattern._replace(inverse=pattern.inverse.copy(), scratch=pattern.scratch.copy())
+    return own, {name: array.copy() if array.dtype.names else array for name, array in tables.items()}

@@ -56,6 +56,8 @@ class System:
         What multipliers are measured by where some are not unique.
     redundant : tuple of int
         Equations that depend on others at the assembled configuration.
+    indeterminate : tuple of int
+        Equations whose multipliers are not unique there: these, and those that they depend on.
     gaps : (ng,), m or rad
         How far equations may stay open at the start because they depend on each other; zero if none does.
     misfits : dict of joint name to (float, float), m and rad
@@ -120,6 +122,7 @@ class System:
     state_slices: Mapping[str, tuple[slice, slice]] = field(default_factory=dict)
     branch_names: tuple[str, ...] = ()
     redundant: tuple[int, ...] = ()
+    indeterminate: tuple[int, ...] = ()
     sizes: np.ndarray | None = None
     misfits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 

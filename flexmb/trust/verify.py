@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.integrate import NullSpace, accelerations
 from flexmb.integrate.impulsive import refuse_impulses
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.model.described import is_number
 from flexmb.results import Solution
 from flexmb.results.reduction_error import run_errors
@@ -243,7 +243,7 @@ def _of_loads(phase, system, samples) -> tuple[float, float]:
     lengths = 1.0 / np.where(system.units > 0.0, system.units, 1.0)
     for k in samples:
         state = system.state(phase.t[k], phase.q[k], phase.u[k])
-        weigh(work.weights, 1.0)
+        weigh_mass(work.weights)
         evaluate(system.program, state, work)
         loads = np.abs(work.residual)
         free = max(free, float(np.max(loads / mass_metric(constraint_matrix(system, work)[0]), initial=0.0)))

@@ -19,7 +19,7 @@ from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import accelerations
 from flexmb.system.branches import branch_rates
@@ -75,6 +75,8 @@ class GeneralizedAlpha(metaclass=Described):
     largest: float | None = None
     entries: ClassVar[tuple] = (run_steps,)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
+    in_kernels: ClassVar[bool] = True
+    """No Python runs between samples."""
     remembers: ClassVar[bool] = True
     """Algorithmic accelerations carry the rate of the last step: a kink of a load ends what they know."""
 
@@ -242,7 +244,7 @@ class GeneralizedAlpha(metaclass=Described):
     def _constrained_part(system, state, work, velocity: np.ndarray) -> np.ndarray:
         """Return the part of a velocity that the constraints determine: M x = G^T lam, G x = G velocity."""
         right = np.zeros(system.nu + system.ng)
-        weigh(work.weights, 1.0)
+        weigh_mass(work.weights)
         evaluate(system.program, state, work)
         constraint_velocity(work, velocity, right[system.nu :])
         held = system.program.equation_level == 0

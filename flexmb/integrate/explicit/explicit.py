@@ -9,8 +9,9 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.explicit import closed_steps
+from flexmb.integrate.explicit.compiled_run import ATOL, AUGMENTED, CompiledRun
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
-from flexmb.integrate.explicit.eighth_order import ATOL, AUGMENTED, CompiledRun, run_to
+from flexmb.integrate.explicit.through import run_through
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.outcome import Outcome
@@ -219,9 +220,12 @@ class Explicit(metaclass=Described):
     @property
     def entries(self) -> tuple:
         """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
-        own = self.formulation
-        compiled = own.compiled or own.closed or own.unknowns is not None
-        return (run_to,) if self.method == "DOP853" and compiled else ()
+        return (run_through,) if self.in_kernels or (self.method == "DOP853" and self.formulation.closed) else ()
+
+    @property
+    def in_kernels(self) -> bool:
+        """Does no Python run between samples?"""
+        return self.method == "DOP853" and (self.formulation.compiled or self.formulation.unknowns is not None)
 
     def start(self, system, state, work, t_end: float) -> _Run | CompiledRun:
         """Return the solver at the start: compiled where method and formulation are."""
@@ -239,6 +243,8 @@ class Explicit(metaclass=Described):
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
+        if isinstance(variables, CompiledRun):
+            return variables.through(samples, first, last, patience)
         return run_samples(variables, system, samples, first, last, patience)
 
     def jumped(self, system, work, variables) -> bool:

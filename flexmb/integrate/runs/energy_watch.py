@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.math.energies import stored_energies
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
-from flexmb.math.weights import no_matrix, weigh
+from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import energies, evaluate
 
@@ -111,7 +111,7 @@ class EnergyWatch:
     def _inertias(self, rows: dict[str, np.ndarray]) -> np.ndarray:
         """Return the diagonal of the mass matrix (nu,) at the first sample."""
         if self._inertia is None:
-            weigh(self.work.weights, 1.0)
+            weigh_mass(self.work.weights)
             evaluate(self.system.program, self.system.state(rows["t"][0], rows["q"][0], rows["u"][0]), self.work)
             diagonal = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
             self._inertia = np.where(self.system.is_state, 0.0, diagonal)

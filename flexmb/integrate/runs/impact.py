@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError
 from flexmb.math.block_lu import lu_factor, lu_solve
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.system import compile as compile_model
 from flexmb.system import observe
 from flexmb.system.program import evaluate
@@ -105,7 +105,7 @@ def _strike(system, event, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.n
     if not actions:
         return u, struck
     state, work = system.state(t, q, u), system.workspace()
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     lu_factor(work.S, system.program.pattern)
     u = np.array(u)

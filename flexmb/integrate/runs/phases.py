@@ -61,14 +61,15 @@ HOLD = 10.0
 class Phases:
     """A run through the phases that events divide it into.
 
-    `before` are the statistics of the run that is continued, if one is.
+    `before` are the statistics of the run that is continued, if one is; `whole` asks for all samples at once.
     """
 
-    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress, before=None):
+    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress, before=None, whole=False):
         self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
         self.statistics: dict[str, Any] = {}
         self.variables: Any = None
         self.validity = Validity(before)
+        self.whole = whole
         self.energy: EnergyWatch | None = None
         self.gradients: Gradients | None = None
         self.jumps: list[PrescribedJump] = []
@@ -108,7 +109,7 @@ class Phases:
         while True:
             system, start = assembled
             self.recorder.begin(model, system)
-            self.validity.share(shared_reactions(system, start))
+            self.validity.share(shared_reactions(system))
             self.recording = True
             ended = self._phase(model, system, start, works, goes_on)
             goes_on = None
@@ -188,7 +189,7 @@ class Phases:
         marks = with_fine(system, marks)
         self.validity.tell(missed_times(system, times))
         marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
-        first, block, last_row, begun = 0, 1, None, -1
+        first, block, last_row, begun = 0, len(marks) if self.whole else 1, None, -1
         try:
             while first < len(marks):
                 marks = self.gradients.resolved(marks, first, block)

@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.integrate.runs.breaks import just_after, just_before
 from flexmb.math.block_lu import lu_factor, lu_solve
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh_mass
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 __all__ = ["PrescribedJump", "prescribed_jump", "require_no_jumps", "sentences_about", "speeds_after"]
@@ -146,7 +146,7 @@ def _velocities_with_impulses(system, work, state) -> np.ndarray:
     """Return the velocities (nu,) that satisfy the equations after impulses of the multipliers:
     M du = G^T P, G (u + du) + dg/dt = 0.
     """
-    weigh(work.weights, 1.0)
+    weigh_mass(work.weights)
     evaluate(system.program, state, work)
     lu_factor(work.S, system.program.pattern)
     u, rate = np.array(state.u), np.zeros(system.ng)

@@ -30,7 +30,7 @@ from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
 from flexmb.system.branching import require_motion_to_begin
 
-__all__ = ["chosen_integrator", "sample_times", "simulate", "state_at"]
+__all__ = ["chosen_integrator", "run_assembled", "sample_times", "simulate", "state_at"]
 
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 """Sample times this close to the ends of a run, relative to its times, are the ends."""
@@ -187,17 +187,46 @@ def simulate(
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []
-    system, begin = assembled = (  # whatever is wrong shows before a file is made
+    assembled = (  # whatever is wrong shows before a file is made
         assemble_as_drawn(model, t=t_start, tell=told.extend)
         if state is None
         else assemble(model, t=t_start, state=state)
     )
+    return run_assembled(integrator, assembled, times, told, clock, output, write_model, progress)
+
+
+def run_assembled(
+    integrator,
+    assembled,
+    times: np.ndarray,
+    told: list[str],
+    clock: float,
+    output=None,
+    write_model=None,
+    progress=None,
+    regular=False,
+) -> Solution:
+    """Integrate from an assembled start to the last of `times`; see `simulate`.
+
+    Parameters
+    ----------
+    assembled : System, State
+    told : list of str
+        What assembly had to say.
+    clock : float, s
+        When the computation began.
+    regular : bool
+        Is it known that the motion goes on from there, as those of other variants? They are over before anyone looks:
+        all samples are asked for at once.
+    """
+    system, begin = assembled
+    model = system.model
     require_no_jumps(system, begin, float(times[-1]))
-    told += require_motion_to_begin(system, begin, system.workspace())
-    integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1]) - t_start)
+    told += [] if regular else require_motion_to_begin(system, begin, system.workspace())
+    integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1] - times[0]))
     told += [*stiff, *far_from_origin(system), *overlaps(system, begin)]
     recorder = Recorder(model, output, write_model)
-    phases = Phases(integrator, recorder, times, progress)
+    phases = Phases(integrator, recorder, times, progress, whole=regular)
     phases.validity.tell(told)
     phases.validity.note(oversights(model))
     try:

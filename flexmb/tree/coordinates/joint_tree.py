@@ -12,7 +12,7 @@ from flexmb.constraints import Coordinate
 from flexmb.errors import CompileError, ModelError, did_you_mean
 from flexmb.math.jets import SignalCode, sample_signals
 from flexmb.math.tables import State, Work
-from flexmb.math.weights import weigh
+from flexmb.math.weights import weigh, weigh_mass
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import pack
@@ -240,7 +240,7 @@ class JointTree:
                 remedy="Use fmb.inverse_dynamics with drives for closed mechanisms",
             )
         state = self.absolute(q, v, a, t)
-        weigh(self.work.weights, 1.0)  # what stiffens bodies belongs to the tangent
+        weigh_mass(self.work.weights)  # what stiffens bodies belongs to the tangent
         evaluate(self.system.program, state, self.work)
         tau = np.zeros(len(self.rate_names))
         gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)

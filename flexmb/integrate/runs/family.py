@@ -1,0 +1,97 @@
+"""Runs of models that differ in numbers only: what the first one has shown is not found out again."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from flexmb.errors import ModelError
+from flexmb.integrate.impulsive import require_method
+from flexmb.integrate.runs.simulate import chosen_integrator, run_assembled, sample_times, state_at
+from flexmb.math.ahead import compile_ahead
+from flexmb.model.model import Model
+from flexmb.results import Solution
+from flexmb.system import assemble, assemble_as_drawn
+from flexmb.system.alike import Alike
+from flexmb.system.branching import require_motion_to_begin
+
+__all__ = ["Family"]
+
+
+class Family:
+    """Simulates variants of one mechanism in this process, with the digits of `simulate`.
+
+    Between samples no Python runs, so several threads that ask for solutions keep as many cores busy.
+    """
+
+    def __init__(self):
+        self._alike: Alike | None = None
+        self._first = threading.Lock()
+
+    def solution(
+        self,
+        model: Model,
+        t_end: float,
+        *,
+        integrator: Any = None,
+        samples: Any = 201,
+        start: Any = None,
+        progress: Callable[[float, float], None] | None = None,
+    ) -> Solution:
+        """Return the motion of a variant; arguments and errors are those of `simulate`.
+
+        Raises
+        ------
+        ModelError
+            The integrator takes its steps in Python, or the model calls Python: threads would wait for each other.
+        """
+        integrator = chosen_integrator(model, integrator, None)
+        if not getattr(integrator, "in_kernels", False):
+            raise ModelError(
+                "sweep, engine 'compiled'",
+                found=f"integrator = {integrator!r}, whose steps are Python's",
+                expected="GeneralizedAlpha(...), or Explicit(...) by DOP853 with Augmented() or Recursive()",
+                remedy="Give one of these, or leave out the engine to compute the variants on processes",
+            )
+        _require_no_python(model)
+        require_method(model, integrator, "sweep")
+        times = sample_times(0.0, t_end, samples)
+        clock, told = time.perf_counter(), []
+        assembled = None
+        if start is None and self._alike is not None:
+            assembled = self._alike.assembled(model, 0.0)
+        if assembled is None:
+            compile_ahead(getattr(integrator, "entries", ()))
+            state = None if start is None else state_at(start, model, 0.0)
+            assembled = (
+                assemble_as_drawn(model, tell=told.extend) if state is None else assemble(model, t=0.0, state=state)
+            )
+            told += require_motion_to_begin(*assembled, assembled[0].workspace())
+            with self._first:
+                if self._alike is None and not told:
+                    self._alike = Alike(assembled[0])
+        return run_assembled(integrator, assembled, times, told, clock, progress=progress, regular=True)
+
+
+def _require_no_python(model: Model) -> None:
+    """Raise ModelError for a part that calls a function of the user."""
+    for part in (*model.joints, *model.forces):
+        for found in _described(part):
+            if getattr(found, "imports", ()):
+                raise ModelError(
+                    part.title,
+                    found=f"{type(found).__name__} calls a function of Python, which one thread at a time can do",
+                    expected="parts without functions of the user, for the engine 'compiled'",
+                    remedy="Leave out the engine to compute the variants on processes",
+                )
+
+
+def _described(part: Any):
+    """Yield a description and all descriptions in its fields."""
+    yield part
+    for value in getattr(part, "__dict__", {}).values():
+        for entry in value if isinstance(value, tuple | list) else (value,):
+            if hasattr(entry, "__dataclass_fields__"):
+                yield from _described(entry)
