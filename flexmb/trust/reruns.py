@@ -13,12 +13,11 @@ from flexmb.integrate import simulate
 from flexmb.model.model import Model
 from flexmb.results import Instant, Phase, Solution
 from flexmb.system import compile as compile_model
+from flexmb.trust.fewer_modes import without_highest
 from flexmb.trust.settings import another, tighter
 
 __all__ = ["Rerun", "reruns", "whole_window"]
 
-FEWER = 4
-"""A body with all modes of its data is tried with all but one of so many, the highest."""
 REST = 1e-9
 """Speed, relative to what gravity gives over the size of the model, below which a run begins at rest."""
 COSTLY = 20000
@@ -112,9 +111,13 @@ def _other_modes(model: Model) -> tuple[Model | None, str]:
             bodies.append(body)
             continue
         known = body.data.n_modes
-        keep = None if have < known else have - max(1, have // FEWER)
-        bodies.append(replace(body, modes=keep))
-        told.append(f"{body.name} {known if keep is None else keep} for {have}")
+        if have < known:
+            bodies.append(replace(body, modes=None))
+            told.append(f"{body.name} {known} for {have}")
+            continue
+        less = without_highest(body.data)
+        bodies.append(body if less is None else replace(body, data=less, modes=None))
+        told += [] if less is None else [f"{body.name} {less.n_modes} for {have}"]
     return (replace(model, bodies=tuple(bodies)), f"other modes: {', '.join(told)}") if told else (None, "")
 
 
