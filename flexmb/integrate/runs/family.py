@@ -12,6 +12,7 @@ from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.runs.simulate import chosen_integrator, run_assembled, sample_times, state_at
 from flexmb.math.ahead import compile_ahead
 from flexmb.model.model import Model
+from flexmb.model.orbit import require_orbit
 from flexmb.results import Solution
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.alike import Alike
@@ -58,6 +59,7 @@ class Family:
         _require_no_python(model)
         require_method(model, integrator, "sweep")
         times = sample_times(0.0, t_end, samples)
+        require_orbit(model, float(times[-1]))
         clock, told = time.perf_counter(), []
         assembled = None
         if start is None and self._alike is not None:

@@ -189,7 +189,8 @@ class Phases:
         marks = with_fine(system, marks)
         self.validity.tell(missed_times(system, times))
         marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
-        first, block, last_row, begun = 0, len(marks) if self.whole else 1, None, -1
+        whole = self.whole and not self.gradients.numbers  # which are looked at block by block
+        first, block, last_row, begun = 0, len(marks) if whole else 1, None, -1
         try:
             while first < len(marks):
                 marks = self.gradients.resolved(marks, first, block)
