@@ -117,12 +117,11 @@ def sweep(
     known = {} if kept is None else {k: row for k, row in kept.rows.items() if not _again(row, retry)}
     pending = [(k, plan.variant(k - 1)) for k in range(1, len(plan) + 1) if k not in known]
     keep_broken_pipes_errors()  # a worker that dies must not take this process with it
-    if engine == COMPILED:
-        rows = rows_by_threads(Task(Ensemble(origin), outputs), pending, jobs or cores()) if pending else iter(())
-        return _collected(rows, plan, known, kept, progress, count.reduced)
     task = Task(origin, outputs, str(kept.runs.resolve()) if kept is not None and keep_runs else "")
     rows: Iterator[Row] = iter(())
-    if executor is not None:
+    if engine == COMPILED and pending:
+        rows = rows_by_threads(Task(Ensemble(origin), outputs), pending, jobs or cores())
+    elif executor is not None:
         rows = rows_by_executor(task, pending, executor)
     elif pending:
         rows = rows_by_processes(task, pending, jobs or cores(), timeout)
