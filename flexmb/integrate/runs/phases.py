@@ -189,8 +189,7 @@ class Phases:
         marks = with_fine(system, marks)
         self.validity.tell(missed_times(system, times))
         marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
-        whole = self.whole and not self.gradients.numbers  # which are looked at block by block
-        first, block, last_row, begun = 0, len(marks) if whole else 1, None, -1
+        first, block, last_row, begun = 0, self._first_block(marks), None, -1
         try:
             while first < len(marks):
                 marks = self.gradients.resolved(marks, first, block)
@@ -253,6 +252,10 @@ class Phases:
             self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
             self.validity.note(self.energy.notes(steps))
         return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _first_block(self, marks: np.ndarray) -> int:
+        """Return how many samples are asked for first; what gradients do is looked at block by block."""
+        return len(marks) if self.whole and self.gradients is not None and not self.gradients.numbers else 1
 
     def _hopeless(self, now: float, system, work) -> Status | None:
         """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm; tell
