@@ -60,6 +60,7 @@ class Alike:
         self.system = system
         self.applies = not (
             len(system.program.floor)
+            or system.implicit
             or system.nu + system.ng > SMALL
             or any(isinstance(kind, Formula) for _, kind in system.equation_owners)
             or np.any(system.program.equation_level)

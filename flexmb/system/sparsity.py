@@ -37,7 +37,7 @@ class Structure(NamedTuple):
     gaps : ((marker, blocks), ...)
     markers : ((body, first velocity, velocities), ...)
     pairs : ((a, b, activity), ...)
-        -1: writes nothing.
+        What forces write there; None: nothing.
     """
 
     widths: tuple[int, ...]
@@ -50,7 +50,7 @@ class Structure(NamedTuple):
     legs: tuple[tuple[int, int], ...]
     gaps: tuple[tuple[int, tuple[int, ...]], ...]
     markers: tuple[tuple[int, int, int], ...]
-    pairs: tuple[tuple[int, int, int], ...]
+    pairs: tuple[tuple[int, int, int | None], ...]
 
 
 def structure_of(model, compiler, layout, constraints, markers) -> Structure:
@@ -68,7 +68,7 @@ def structure_of(model, compiler, layout, constraints, markers) -> Structure:
         legs=tuple(constraints.legs),
         gaps=tuple((marker, tuple(blocks)) for marker, blocks in compiler.marker_gaps.items()),
         markers=tuple(zip(*(markers[name].tolist() for name in ("body", "iu", "nu")), strict=True)),
-        pairs=tuple((a, b, compiler.active_pairs.get(k, -1)) for (a, b, _), k in compiler.pairs.items()),
+        pairs=tuple((a, b, compiler.active_pairs.get(k)) for (a, b, _), k in compiler.pairs.items()),
     )
 
 
@@ -138,7 +138,7 @@ class _Nodes:
             for node in self.of_marker[marker]:
                 connect(node, self.of_equation[equation])
         for a, b, active in self.of.pairs:
-            if active >= 0:
+            if active is not None:
                 nodes = self.of_marker[a] + self.of_marker[b]
                 for i, j in product(nodes, nodes):
                     connect(i, j)
@@ -195,8 +195,8 @@ def _pairs(nodes: _Nodes, place):
     at = 0
     for k, (a, b, active) in enumerate(nodes.of.pairs):
         pairs[k]["a"], pairs[k]["b"], pairs[k]["iS"] = a, b, at
-        pairs[k]["active"] = max(active, 0)
-        if active < 0:
+        pairs[k]["active"] = active or 0
+        if active is None:
             continue
         ends = nodes.of_marker[a], nodes.of_marker[b]
         for rows, columns in product(ends, ends):
