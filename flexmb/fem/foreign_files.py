@@ -26,7 +26,7 @@ def understood(part: str, expected: str, remedy: str) -> Iterator[None]:
         yield
     except FlexmbError:
         raise
-    except Exception as error:  # numpy, scipy and meshio raise whatever their parsers run into
+    except (Exception, SystemExit) as error:  # numpy, scipy, meshio raise what they run into; meshio would end us too
         text = " ".join(str(error).split()) or type(error).__name__
         if isinstance(error, KeyError) and str(error.args[0]).isdigit():  # of the table of node numbers
             text = f"a cell names the node {error.args[0]}, which does not exist"

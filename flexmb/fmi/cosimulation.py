@@ -99,13 +99,13 @@ class _Unit:
         self.variables = {v.name: v for v in about.modelVariables}
         kind = {"2.0": fmpy.fmi2.FMU2Slave}.get(about.fmiVersion, fmpy.fmi3.FMU3Slave)
         self.old = about.fmiVersion == "2.0"
-        self.slave = kind(
-            guid=about.guid,
-            unzipDirectory=unpacked,
-            modelIdentifier=about.coSimulation.modelIdentifier,
-            instanceName=path.stem,
-        )
         with self._speaking("cannot be started"):
+            self.slave = kind(
+                guid=about.guid,
+                unzipDirectory=unpacked,
+                modelIdentifier=about.coSimulation.modelIdentifier,
+                instanceName=path.stem,
+            )
             self.slave.instantiate()
             self._begin(start, end)
 

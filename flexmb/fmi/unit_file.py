@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
+from flexmb.fmi.archive import require_archive
 
 __all__ = ["FATAL", "Speaking", "find_variable", "fmpy_package", "read_unit", "require_platform"]
 
@@ -36,6 +37,7 @@ def read_unit(path: Path, title: str, folder: str) -> tuple[Any, Any, str]:
     fmpy = fmpy_package()
     if not path.is_file():
         raise DataFileError(title, found="no such file", expected="an .fmu file", remedy="Correct the path")
+    require_archive(path, title)
     try:
         about = fmpy.read_model_description(str(path), validate=False)  # small faults do not matter
         unpacked = fmpy.extract(str(path), folder)

@@ -17,7 +17,7 @@ import numpy as np
 import flexmb as fmb
 from flexmb import fem, io, parts, reduction, system
 
-__all__ = ["DESCRIPTIONS", "Description"]
+__all__ = ["DESCRIPTIONS", "Description", "changed", "model_of"]
 
 MESHES = Path(__file__).parents[2] / "meshes"
 X = fmb.JointCoordinate("x", joint="rail")
@@ -42,8 +42,12 @@ def _model(**more: Any) -> fmb.Model:
     )
 
 
+def _pushed(signal) -> fmb.Model:
+    return _model(forces=[fmb.Actuator("push", joint="rail", effort=signal)])
+
+
 def _signal(signal) -> None:
-    model = _model(forces=[fmb.Actuator("push", joint="rail", effort=signal)])
+    model = _pushed(signal)
     system.compile(model)
     try:
         text = io.model_text(model)
@@ -57,7 +61,7 @@ def _position(signal) -> None:
     system.compile(_model(sensors=[fmb.SignalValue("s", of=signal)]))
 
 
-def _contact(shape, law=None) -> None:
+def _touching(shape, law=None) -> fmb.Model:
     law = law or fmb.ElasticFoundation(modulus=1e6, thickness=0.1)
     surfaces = [
         fmb.Surface("floor", marker="ground.A", shape=fmb.Plane()),
@@ -65,24 +69,37 @@ def _contact(shape, law=None) -> None:
     ]
     if isinstance(shape, fmb.Plane):
         surfaces[0] = fmb.Surface("floor", marker="ground.A", shape=fmb.Sphere(0.1), spacing=0.1)
-    model = _model(surfaces=surfaces, forces=[fmb.SurfaceContact("touch", surfaces=("floor", "other"), law=law)])
+    return _model(surfaces=surfaces, forces=[fmb.SurfaceContact("touch", surfaces=("floor", "other"), law=law)])
+
+
+def _contact(shape) -> None:
+    _compiled(_touching(shape))
+
+
+def _compiled(model: fmb.Model) -> None:
     system.compile(model)
     io.model_text(model)
 
 
 def _law(law) -> None:
-    _contact(fmb.Sphere(0.1), law)
+    _compiled(_touching(fmb.Sphere(0.1), law))
+
+
+def _followed(profile) -> fmb.Model:
+    follower = fmb.CamFollower("cam", markers=("ground.A", "b.A"), profile=profile, roller=0.001, stiffness=1e6)
+    return _model(forces=[follower])
 
 
 def _profile(profile) -> None:
-    follower = fmb.CamFollower("cam", markers=("ground.A", "b.A"), profile=profile, roller=0.001, stiffness=1e6)
-    model = _model(forces=[follower])
-    system.compile(model)
-    io.model_text(model)
+    _compiled(_followed(profile))
+
+
+def _walked(piece) -> fmb.Model:
+    return _followed(fmb.Outline(start=(0.0, 0.0), pieces=[fmb.Line(to=(0.1, 0.0)), piece], ends=True))
 
 
 def _piece(piece) -> None:
-    _profile(fmb.Outline(start=(0.0, 0.0), pieces=[fmb.Line(to=(0.1, 0.0)), piece], ends=True))
+    _compiled(_walked(piece))
 
 
 def _drawn(shape) -> None:
@@ -577,3 +594,19 @@ DESCRIPTIONS: dict[str, Description] = {
 def changed(description: Description, field: str, value: Any) -> dict[str, Any]:
     """Return the fields with one replaced."""
     return {**copy.copy(description.fields), field: value}
+
+
+MODELS = {
+    _signal: _pushed,
+    _contact: _touching,
+    _law: lambda law: _touching(fmb.Sphere(0.1), law),
+    _profile: _followed,
+    _piece: _walked,
+}
+
+
+def model_of(name: str) -> fmb.Model | None:
+    """Return a model with a description, None for those that stand in no model."""
+    description = DESCRIPTIONS[name]
+    made = MODELS.get(description.use)
+    return None if made is None else made(description.make(**description.fields))

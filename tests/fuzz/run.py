@@ -10,7 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from fuzz import campaign, data_files, decks, extremes, model_files
+from fuzz import campaign, data_files, decks, extremes, model_files, new_kinds
 
 GROUPS = {
     "models": (lambda seed: model_files.model_campaign(seed=seed), 100_000),
@@ -20,6 +20,9 @@ GROUPS = {
     "meshes": (lambda seed: data_files.data_campaign("meshes", data_files.MESHES, seed=seed), 40_000),
     "matrices": (lambda seed: data_files.data_campaign("matrices", data_files.MATRICES, seed=seed), 20_000),
     "decks": (lambda seed: decks.deck_campaign(seed=seed), 10_000),
+    "described": (lambda seed: new_kinds.described_campaign(seed=seed), 10_000),
+    "surfaces": (lambda seed: new_kinds.surface_campaign(seed=seed), 10_000),
+    "units": (lambda seed: new_kinds.unit_campaign(seed=seed), 5_000),
     "extremes": (lambda seed: extremes.extreme_campaign(seed=seed), 5_000),
 }
 """Campaigns, and how many inputs make a long run."""

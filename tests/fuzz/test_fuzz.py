@@ -8,7 +8,7 @@ import signal
 import time
 
 import pytest
-from fuzz import campaign, data_files, decks, extremes, model_files
+from fuzz import campaign, data_files, decks, extremes, model_files, new_kinds
 from fuzz.campaign import Campaign
 
 from flexmb.errors import ModelError
@@ -18,6 +18,8 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="campaigns fork 
 SHORT = {
     "models": (lambda: model_files.model_campaign(seed=7), 40),
     "decks": (lambda: decks.deck_campaign(seed=7), 40),
+    "described": (lambda: new_kinds.described_campaign(seed=7), 60),
+    "surfaces": (lambda: new_kinds.surface_campaign(seed=7), 48),
     "texts": (lambda: data_files.data_campaign("texts", data_files.TEXTS, seed=7), 40),
     "meshes": (lambda: data_files.data_campaign("meshes", data_files.MESHES, seed=7), 52),
     "matrices": (lambda: data_files.data_campaign("matrices", data_files.MATRICES, seed=7), 44),

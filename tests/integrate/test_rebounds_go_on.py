@@ -25,9 +25,10 @@ def falling(height=HEIGHT, forces=()):
         surfaces=[
             fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
             fmb.Surface("ball", marker="ball.center", shape=fmb.Sphere(RADIUS)),
+            fmb.Surface("cart", marker="cart.center", shape=fmb.Sphere(0.2 * RADIUS)),
         ],
         joints=[fmb.Prismatic("rail", markers=("ground.rail", "cart.center"))],
-        forces=[fmb.SurfaceContact("hit", surfaces=("floor", "ball"), law=fmb.Rigid(restitution=E)), *forces],
+        forces=[fmb.SurfaceContact("hit", surfaces=("floor", ("ball", "cart")), law=fmb.Rigid(restitution=E)), *forces],
         sensors=[fmb.Position("x", marker="ball.center"), fmb.Velocity("v", marker="ball.center")],
     )
 
@@ -59,6 +60,18 @@ def test_resumed_within_the_rebound():
     k = int(inside[0])
     first = run(falling(), float(whole.t[k]), k + 1)
     found = fmb.resume(first, 0.12, samples=241, integrator=fmb.MoreauJean(step=STEP))
+    leaves(found)
+    np.testing.assert_allclose(found["x"][-1], whole["x"][-1], atol=1e-9)
+
+
+def test_interrupted_just_before_a_controller_samples():
+    """What is left of a step is a rounding then: the resumed run is that in one piece."""
+    place = fmb.JointCoordinate("place", joint="rail")
+    drive = fmb.Sampled(fmb.formula("1 - x", over={"x": place}), period=4e-3)
+    model = falling(forces=[fmb.Actuator("drive", joint="rail", effort=drive)])
+    whole = run(model, 0.12, 241)
+    start = fmb.simulate(model, 0.04 * (1.0 - 3e-12), samples=81, integrator=fmb.MoreauJean(step=STEP))
+    found = fmb.resume(start, 0.12, samples=241, integrator=fmb.MoreauJean(step=STEP))
     leaves(found)
     np.testing.assert_allclose(found["x"][-1], whole["x"][-1], atol=1e-9)
 

@@ -311,7 +311,9 @@ class Stepper:
         """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
         if t > self.t and t != self.goal:
             self.goal, self.span = t, t - self.t
-        while t - self.t > 1e-12 * max(abs(t), self.span):
+        # a run that was interrupted just before a jump goes on with it: nothing moves in so short a time
+        same = max(1e-12 * max(abs(t), self.span), SHORTEST * self.settings.step)
+        while t - self.t > same:
             left = t - self.t
             h = left / max(1.0, np.ceil(left / self.settings.step * (1.0 - 1e-9)))
             if self.thin:
@@ -326,7 +328,7 @@ class Stepper:
                 return self.complaint
             if pace.used_up:
                 return ""
-        if t > self.t or abs(t - self.t) <= 1e-12 * max(abs(t), self.span):
+        if t > self.t or abs(t - self.t) <= same:
             self.t = t
         return ""
 
