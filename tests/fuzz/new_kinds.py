@@ -1,4 +1,4 @@
-"""Campaigns over model files with blocks, profiles, shapes, laws, parts; over meshes of surfaces; over foreign units."""
+"""Campaigns over model files with blocks, profiles, shapes, laws, parts; over surface meshes; over foreign units."""
 
 from __future__ import annotations
 
