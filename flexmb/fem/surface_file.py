@@ -12,6 +12,8 @@ from flexmb.fem.foreign_files import understood
 
 __all__ = ["SurfaceTable", "read_surface", "read_triangles"]
 
+HEADER = 1_000_000
+"""bytes, within which the header of a PLY file ends."""
 TABLES = (".csv", ".txt", ".dat")
 PRESSURES = ("p", "pressure", "P", "Pressure")
 
@@ -39,9 +41,7 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
     if path.suffix.lower() in TABLES:
         return _table(path, field, scale, part)
     with understood(part, "a table (.csv) or a mesh that meshio reads", "Export .csv, .vtu or .vtk"):
-        import meshio
-
-        mesh = meshio.read(path)
+        mesh = _read(path)
     names = {**mesh.point_data, **mesh.cell_data}
     name = _pressure_name(list(names), field, part)
     points, triangles, blocks = _triangles(mesh, part)
@@ -71,11 +71,24 @@ def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np
             scene: Any = trimesh.load(path, force="mesh")
             return scale * np.array(scene.vertices, float), np.array(scene.faces, int)
     with understood(part, "a mesh that meshio reads", "Export .stl, .ply or .vtk"):
-        import meshio
-
-        mesh = meshio.read(path)
+        mesh = _read(path)
     points, triangles, _ = _triangles(mesh, part)
     return scale * points, triangles
+
+
+def _read(path: Path) -> Any:
+    """Return what meshio reads. It looks for the end of the header of a PLY file for ever: that is looked for here."""
+    import meshio
+
+    if path.suffix.lower() == ".ply":
+        with path.open("rb") as stream:
+            head, ends, _ = stream.read(HEADER).partition(b"end_header")
+        if not ends:
+            raise ValueError("its header has no end")
+        counts = [line.split()[-1] for line in head.splitlines() if line.startswith(b"element ")]
+        if any(int(count) > path.stat().st_size for count in counts):
+            raise ValueError("it announces more than it holds")
+    return meshio.read(path)
 
 
 def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:

@@ -27,7 +27,7 @@ def require_archive(path: Path, title: str) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
             found = _complaint(archive)
-    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, NotImplementedError, EOFError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, EOFError, RuntimeError) as error:
         found = f"it cannot be read: {error or type(error).__name__}"
     if found:
         raise DataFileError(title, found=found, expected="a unit of FMI 2 or 3", remedy="Export it again")

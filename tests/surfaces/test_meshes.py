@@ -289,3 +289,18 @@ def test_no_sample_is_left_out(rng):
             assert count == np.sum((of_b < 0.0) & (n_b < 0.0)) + np.sum((of_a < 0.0) & (n_a < 0.0))
             nearest_sample(data, 0, len(one.packed), np.inf, d, Q, found)
             assert found[0]["gap"] == pytest.approx(every[0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ("ply\nformat ascii 1.0\nelement vertex 4\n", "its header has no end"),
+        ("ply\nformat ascii 1.0\nelement vertex 400000000\nproperty float x\nend_header\n", "more than it holds"),
+        ("ply\nformat ascii 1.0\nelement nonsense\nend_header\n", "cannot be read"),
+    ],
+)
+def test_damaged_headers(tmp_path, head, message):
+    """meshio looks for their end for ever, or ends the process."""
+    (tmp_path / "solid.ply").write_text(head)
+    with pytest.raises(fmb.MeshError, match=message):
+        fmb.TriangleMesh(file=tmp_path / "solid.ply")
