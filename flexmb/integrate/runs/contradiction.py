@@ -65,7 +65,9 @@ def _open(system, work: Any, rows: dict[str, np.ndarray], k: int, span: float) -
     state = system.state(*(rows[name][k] for name in ("t", "q", "u", "a", "lam")))
     no_matrix(work.weights)
     _equations_alone(system.program, state, work)
-    least = np.where(system.program.equation_level == 0, OPEN * system.gaps, SLIPS * _speeds(system, work, span))
+    least, of_places = OPEN * system.gaps, system.program.equation_level == 0
+    if not of_places.all():
+        least = np.where(of_places, least, SLIPS * _speeds(system, work, span))
     return np.abs(work.equations["g"]) > least
 
 
