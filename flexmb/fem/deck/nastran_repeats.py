@@ -30,6 +30,8 @@ def without_repeats(bulk: Bulk, inventory: Inventory) -> None:
         if name == "GRID":
             continue
         labels = table.integers(1)
+        if (np.diff(np.sort(labels)) != 0).all():
+            continue
         order = np.argsort(labels, kind="stable")
         later = np.flatnonzero(np.diff(labels[order]) == 0) + 1
         if not len(later):
