@@ -53,7 +53,9 @@ def rates(t, y, T, m, J, ends, levers, free, law, rod, rod_length, hinge, orbit,
         far = np.sqrt(x @ x)
         own = R[k].T @ (x / far)
         Je = J[k] * own
-        F[k] = -mu * m[k] * (x / far**3 + s / radius**3)
+        # x / far^3 + s / radius^3 without cancellation, far^2 = radius^2 (1 + grown)
+        grown = (r[k] @ r[k] - 2.0 * (r[k] @ s)) / radius**2
+        F[k] = -mu * m[k] * (r[k] / far**3 - s / radius**3 * np.expm1(-1.5 * np.log1p(grown)))
         F[k] -= 1.5 * mu / far**4 * (R[k] @ (J[k].sum() * own + 2.0 * Je - 5.0 * (own @ Je) * own))
         torque[k] = 3.0 * mu / far**3 * np.cross(own, Je)
     for i in range(len(free)):
