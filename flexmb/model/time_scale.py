@@ -13,14 +13,15 @@ from flexmb.model.expression import SignalProgram
 
 __all__ = ["entries", "resolution"]
 
-SHARE, SMALL = 0.1, 1e-5
+SHARE, SMALL = 0.01, 1e-5
 """What a parabola may miss: relative to the change over the cell, and to the largest value of the signal."""
 SHORTEST = 1e-7
 """Length of a cell, relative to the run, that is not halved any more."""
 MOST = 500_000
 """Cells that are looked at together before the search ends."""
 ENTRY, FINER = 40, 4.0
-"""So many cells are marked where a signal becomes so many times finer; after them the integrator has seen it."""
+"""So many cells are marked from where a signal becomes so many times finer: a pulse is over after them, and what lasts
+longer the integrator has seen."""
 
 
 def resolution(program: SignalProgram, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -84,5 +85,6 @@ def entries(edges: np.ndarray) -> np.ndarray:
     before = np.full(len(lengths), np.inf)
     if len(lengths) > ENTRY:
         before[ENTRY:] = np.lib.stride_tricks.sliding_window_view(lengths[:-1], ENTRY).max(axis=1)
-    keep = before > FINER * lengths
+    begins = np.flatnonzero(before > FINER * lengths)
+    keep = np.unique(np.minimum(begins[:, None] + np.arange(ENTRY), len(lengths) - 1))
     return np.unique(np.concatenate([edges[:-1][keep], edges[1:][keep]]))

@@ -8,11 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.integrate.alpha.added_errors import added_error, beside, taken_over
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
-from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Variables
+from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.integrate.extent import extents, reaches
+from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.switches import new_switching
@@ -126,7 +128,7 @@ class GeneralizedAlpha(metaclass=Described):
             trend=1.0,
         )
 
-    def start(self, system, state, work, t_end: float) -> Variables:
+    def start(self, system, state, work, t_end: float) -> Motions:
         """Return the integration variables at the start: consistent accelerations, first step size."""
         nu, ng, nq = system.nu, system.ng, system.nq
         if ng and self.rho_inf > 0.99:
@@ -193,7 +195,7 @@ class GeneralizedAlpha(metaclass=Described):
             switching=switching,
         )
         self._fit_start(system, state, work, variables, first)
-        return variables
+        return beside(system, variables)
 
     def _first_step(self, system, state, work, extent, reach, world, slow: float) -> float:
         """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
@@ -272,7 +274,7 @@ class GeneralizedAlpha(metaclass=Described):
         return (then - now) / probe
 
     def run(
-        self, system, work, variables: Variables, samples: np.ndarray, first: int, last: int, patience: float = np.inf
+        self, system, work, variables: Motions, samples: np.ndarray, first: int, last: int, patience: float = np.inf
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
@@ -289,7 +291,7 @@ class GeneralizedAlpha(metaclass=Described):
             sweeps=0 if system.ng == 0 else 12 if system.redundant else 2,
             friction=any(f.reads_reactions for f in system.model.forces),
             trend=0.0 if system.redundant else 1.0,
-            smallest=smallest_step(float(variables.run["t"][0]), samples[last - 1]),
+            smallest=smallest_step(float(variables.own.run["t"][0]), samples[last - 1]),
         )
         reached, reason, pace = first, PAUSED, Patience(patience)
         while reason == PAUSED:
@@ -301,10 +303,10 @@ class GeneralizedAlpha(metaclass=Described):
             if pace.used_up:
                 break
         rows = {name: array[: reached - first] for name, array in rows.items()}
-        failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables, reason)
-        return Outcome(rows=rows, failure=failure, reached=float(variables.run["t"][0]))
+        failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables.own, reason)
+        return Outcome(rows=rows, failure=failure, reached=float(variables.own.run["t"][0]))
 
-    def jumped(self, system, work, variables: Variables) -> bool:
+    def jumped(self, system, work, variables: Motions) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         return take_jump(system.program, work, variables, 12 if system.redundant else 2) < 0
 
@@ -314,6 +316,16 @@ class GeneralizedAlpha(metaclass=Described):
         variables.q[first:] = q[first:]
         variables.run["t"][0] = t
         return self.jumped(system, work, variables)
+
+    @staticmethod
+    def taken_over(system, before: Motions, variables: Motions) -> Motions:
+        """Return the variables of a new start with what the errors of the steps before have added up to."""
+        return taken_over(system, before, variables)
+
+    @staticmethod
+    def added_error(system, variables: Motions) -> AddedError:
+        """Return what the errors of the steps have added up to so far."""
+        return added_error(system, variables.apart.run[0])
 
     @staticmethod
     def _reason(system, work, v: Variables, reason: int) -> str:
@@ -330,6 +342,6 @@ class GeneralizedAlpha(metaclass=Described):
         return f"the step size fell below {v.run[0].next_step:.3g} s at t = {t:.9g} s because of {system.owner(worst)}"
 
     @staticmethod
-    def statistics(variables: Variables) -> dict[str, Any]:
+    def statistics(variables: Motions) -> dict[str, Any]:
         """Return the numbers of the run."""
-        return counted(variables.run, COUNTED)
+        return counted(variables.own.run, COUNTED)

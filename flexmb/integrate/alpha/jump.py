@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexmb.integrate.alpha.variables import Variables
+from flexmb.integrate.alpha.variables import Motions
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes
 from flexmb.math.energies import powers
 from flexmb.math.kernel import entry_kernel
@@ -15,14 +15,15 @@ from flexmb.system.program import evaluate
 __all__ = ["take_jump"]
 
 
-@entry_kernel(PROGRAM, WORK, numba_type(Variables), COUNT)
-def take_jump(program, work, v, sweeps):
+@entry_kernel(PROGRAM, WORK, numba_type(Motions), COUNT)
+def take_jump(program, work, motions, sweeps):
     """Write what accelerations, multipliers and powers are after a jump of the loads; return -1, or a place where the
     matrix is singular.
 
     The algorithmic acceleration keeps its distance from the true one, the rate of the motion before, which does not
     jump: steps of the size before remain accurate, and no new start is needed.
     """
+    v, s = motions.own, motions.corrected
     nu, ng = len(v.u), len(v.lam)
     to_body_axes(v.world, v.q, v.u, v.a, v.body_u, v.body_a)
     u, a = v.body_u.copy(), v.body_a.copy()
@@ -41,7 +42,10 @@ def take_jump(program, work, v, sweeps):
         v.a[i] += change
         v.alg[i] += change
         v.a_last[i] += change
+        s.a[i] += change
+        s.alg[i] += change
     for i in range(ng):
         v.lam_last[i] += lam[i] - v.lam[i]
+        s.lam[i] += lam[i] - v.lam[i]
         v.lam[i] = lam[i]
     return -1

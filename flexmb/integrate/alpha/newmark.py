@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.integrate.alpha.corrected import follow, follow_anew, local_errors
+from flexmb.integrate.alpha.increments import correct, move_to_end
 from flexmb.integrate.alpha.step_size import (
     TINY,
     back_to_step,
@@ -19,8 +21,8 @@ from flexmb.integrate.alpha.step_size import (
     settle_short_step,
     write_sample,
 )
-from flexmb.integrate.alpha.variables import Controls, Variables
-from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment
+from flexmb.integrate.alpha.variables import Controls, Motions
+from flexmb.integrate.alpha.world_translation import to_increment
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
 from flexmb.integrate.runs.switches import keep_switches, part_of_step
 from flexmb.math.block_lu import lu_factor, lu_solve
@@ -30,21 +32,11 @@ from flexmb.math.program import PROGRAM
 from flexmb.math.structures import array_type, numba_type
 from flexmb.math.tables import COUNT, FLOATS, WORK, State
 from flexmb.math.weights import weigh
-from flexmb.system.program import advance, constraint_velocity, evaluate, keep_branches
+from flexmb.system.program import constraint_velocity, evaluate, keep_branches
 
 __all__ = ["run_steps"]
 
 STALLED, SINGULAR, TOO_SMALL = 1, 2, 3
-
-
-@inner_kernel
-def _move(program, v, h):
-    """Write the configuration at the end of the step; a joint may turn any number of times in a step."""
-    advance(program, v.q, v.dx, 1.0, v.q1)
-    move(v.world, v.q, v.dx, v.q1)
-    for k in range(len(v.pace)):
-        v.q1[program.branches + k] += h * v.pace[k]
-    to_body_axes(v.world, v.q1, v.u1, v.a1, v.body_u, v.body_a)
 
 
 @inner_kernel
@@ -59,23 +51,7 @@ def _predict(program, v, c, h):
         v.dx[i] = h * v.u[i] + h * h * ((0.5 - c.beta) * v.alg[i] + c.beta * v.alg1[i])
     for i in range(len(v.lam)):
         v.lam1[i] = v.lam[i] + c.trend * ratio * (v.lam[i] - v.lam_last[i])
-    _move(program, v, h)
-
-
-@inner_kernel
-def _correct(program, v, c, h, scale):
-    """Add the Newton correction `right` (of the increment over the step, and c times the multipliers)."""
-    nu = len(v.u)
-    for i in range(nu):
-        v.d[i] = v.right[i]
-    for i in range(nu):
-        v.dx[i] += v.d[i]
-        v.a1[i] += v.d[i] / scale
-        v.u1[i] += v.d[i] * c.gamma / (c.beta * h)
-        v.alg1[i] += v.d[i] / (c.beta * h * h)
-    for i in range(len(v.lam)):
-        v.lam1[i] += v.right[nu + i] / scale
-    _move(program, v, h)
+    move_to_end(program, v, h)
 
 
 @inner_kernel
@@ -175,7 +151,7 @@ def _iterate(program, work, v, c, h):
             return STALLED
         if iteration > 0:
             share = _shortened(v, size, before, share)
-        _correct(program, v, c, h, scale)
+        correct(program, v, c, h, scale)
         if iteration > 0 and before > 0.0:
             rate = size / before
             if rate > 1.5 and iteration > 2 and size > c.newton:
@@ -307,20 +283,21 @@ def _accept(program, work, v, h, planned, powers):
 @entry_kernel(
     PROGRAM,
     WORK,
-    numba_type(Variables),
+    numba_type(Motions),
     numba_type(Controls),
     array_type(FLOATS),
     *[COUNT] * 3,
     array_type(FLOATS),
     *[array_type(FLOATS, 2)] * 5,
 )
-def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam, works):
+def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, a, lam, works):
     """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason).
 
     After so many `trials` of a step, the reason is PAUSED: called again from the next sample, it goes on.
 
     The steps are fitted to end exactly at the samples, so every sample is a solution of the step equations.
     """
+    v = motions.own
     powers, tried = np.empty(3), 0
     for k in range(first, last):
         span = samples[k] - samples[k - 1] if k > 0 else samples[k] - v.run[0].t
@@ -366,9 +343,13 @@ def run_steps(program, work, v, c, samples, first, last, trials, t, q, u, a, lam
                 continue
             now = samples[k] if left - h <= 1e-12 * left else v.run[0].t + h
             most = min(part, _largest_growth(v, c, error))
+            local_errors(program, motions, c, h)
             _accept(program, work, v, h, planned, powers)
-            if keep_switches(v.switching, h):
+            changed = keep_switches(v.switching, h)
+            follow(program, work, motions, c, h, now, short)
+            if changed:
                 _begin_anew(v)
+                follow_anew(motions)
             v.run[0].t = now
             if c.adaptive:
                 growth = min(most, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))

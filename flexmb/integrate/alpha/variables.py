@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.integrate.runs.switches import Switching
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
 
-__all__ = ["COUNTED", "AlphaRun", "Controls", "Variables"]
+__all__ = ["COUNTED", "AlphaRun", "Apart", "Controls", "Gap", "Motions", "Variables"]
 
 
 class AlphaRun(Record):
@@ -111,6 +111,63 @@ class Variables(NamedTuple):
     body_a: Floats
     """(nu,) a1, likewise"""
     switching: Switching
+
+
+class Gap(Record):
+    """How far the motion without known local errors has been from that of the run, and how far the run has moved."""
+
+    followed: int
+    """1 while it is followed"""
+    blind: int
+    """steps with something in contact, whose errors are not known"""
+    far: float
+    """m, largest distance of places and deflections"""
+    far_t: float
+    """s, when"""
+    far_place: int
+    """its velocity"""
+    wide: float
+    """rad, largest angle"""
+    wide_t: float
+    wide_place: int
+    moved: float
+    """m, largest displacement, or the least with which distances are compared"""
+    turned: float
+    """rad, largest rotation, or the least"""
+    short: float
+    """m, displacement below which it is too early to say that the motions are lost to each other"""
+
+
+@structure
+class Apart(NamedTuple):
+    """What the local errors of the steps have added up to."""
+
+    dx: Floats
+    """(nu,) local error of the increment of the last step"""
+    du: Floats
+    """(nu,) of the velocity"""
+    q: Floats
+    """(nq,) distance of the configurations at the start of the step"""
+    u: Floats
+    """(nu,) of the velocities"""
+    q_start: Floats
+    """(nq,) configuration from which motion is counted"""
+    run: Annotated[np.ndarray, ArrayOf(Gap.dtype)]
+    """one row"""
+
+
+@structure
+class Motions(NamedTuple):
+    """The motion of a run, and beside it the one without the local errors that are known."""
+
+    own: Variables
+    corrected: Variables
+    apart: Apart
+
+    @property
+    def switching(self) -> Switching:
+        """The switches of the run."""
+        return self.own.switching
 
 
 @structure

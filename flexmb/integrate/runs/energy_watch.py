@@ -17,7 +17,7 @@ from flexmb.system.program import energies, evaluate
 
 __all__ = ["SHARE", "EnergyWatch"]
 
-SHARE = 0.05
+SHARE = 0.02
 """Energy that no law explains, relative to the largest that moves in the phase, from which on a run warns."""
 STANDING = 1e-4
 """Part of the potential and elastic energy that is there all the time which counts as one that moves: where a heavy

@@ -14,6 +14,7 @@ import numpy as np
 from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWarning
 from flexmb.integrate.extent import extents
 from flexmb.integrate.runs import contradiction
+from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.energy_watch import EnergyWatch
@@ -171,7 +172,7 @@ class Phases:
         if system.holds:
             q = held_from(system, work, start.t, start.q, start.u)
             start = consistent_start(system, system.state(start.t, q, start.u), work)
-        self.variables = self.integrator.start(system, start, work, float(self.times[-1]))
+        self._start(system, start, work)
         self.energy = EnergyWatch(system, system.workspace())
         self.pace.new_phase()
         self.gradients = Gradients(system)
@@ -249,6 +250,10 @@ class Phases:
         finally:
             self._count()
             steps = self.integrator.statistics(self.variables).get("steps", 0)
+            if error := told_of(self.integrator, system, self.variables):
+                self.statistics[ADDED_UP] = max(error.share, self.statistics.get(ADDED_UP, 0.0))
+                self.validity.tell(error.sentences(self.integrator))
+                self.validity.note(error.notes())
             self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
             self.validity.note(self.energy.notes(steps))
         return (due, last_row, watch) if due is not None else Status.finished(end)
@@ -325,7 +330,7 @@ class Phases:
         q, left = before["q"][-1], float(before["t"][-1])
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
         state = consistent_start(system, system.state(t, q, u), work)
-        self.variables = self.integrator.start(system, state, work, float(self.times[-1]))
+        self._start(system, state, work)
         self.pace.new_phase()
         return before["works"][-1], before
 
@@ -336,6 +341,10 @@ class Phases:
         if jumps and self.energy is not None:
             self.energy.jumped = True
         return u
+
+    def _start(self, system, state, work) -> None:
+        """Start the integrator; errors until then stay known."""
+        self.variables = started_again(self.integrator, self.variables, (system, state, work, float(self.times[-1])))
 
     def _count(self) -> None:
         """Add the numbers of the integrator's run to the totals."""

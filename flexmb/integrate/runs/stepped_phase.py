@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
+from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import first_contradiction
@@ -48,6 +49,7 @@ class SteppedPhase:
         self.model, self.system, self.integrator, self.keep = model, system, integrator, keep
         self.work, self.planned, self.works = system.workspace(), t_end, works
         self.variables: Any = None
+        self.error_told = False
         self.last: Rows = {}
         self.rows: list[Rows] = []
         self.given: list[list[float]] = []
@@ -83,7 +85,7 @@ class SteppedPhase:
 
     def begin(self, state) -> None:
         """Start the integrator at a consistent state."""
-        self.variables = self.integrator.start(self.system, state, self.work, self.planned)
+        self.variables = started_again(self.integrator, self.variables, (self.system, state, self.work, self.planned))
         self.jumped = False
 
     def advance(self, goal: float) -> Status | SteppedPhase | None:
@@ -292,7 +294,9 @@ class SteppedPhase:
 
     def statistics(self) -> dict[str, Any]:
         """Return the numbers of the integrator since it began."""
-        return dict(self.integrator.statistics(self.variables))
+        error = told_of(self.integrator, self.system, self.variables)
+        added = {} if error is None else {ADDED_UP: error.share}
+        return {**self.integrator.statistics(self.variables), **added}
 
     def look(self, validity) -> None:
         """Give the warnings about the states since the last look."""
@@ -303,6 +307,10 @@ class SteppedPhase:
             self.energy.look(block, getattr(self.variables, "switching", None))
             self.looked = len(self.rows)
         steps = self.statistics().get("steps", 0)
+        error = told_of(self.integrator, self.system, self.variables)
+        if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
+            self.error_told = True
+            validity.tell(sentences)
         validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps)])
         validity.note(self.energy.notes(steps))
 

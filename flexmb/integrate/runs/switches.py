@@ -28,6 +28,8 @@ class SwitchLimits(Record):
     """share of the speed of an impact by which a step may change it; infinite: any"""
     slip: float
     """share of a slip by which a step may change it; infinite: any"""
+    closed: int
+    """1: something touched in the last step"""
     turned: int
     """number of the turn, from 1, that has passed half a turn; 0: none"""
 
@@ -280,6 +282,7 @@ def part_of_step(program, sw, state, work, h, adaptive):
 def keep_switches(sw, h):
     """Make the end of a step the start of the next; return if a contact has begun or ended."""
     changed = False
+    sw.limits[0].closed = 0
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] >= 0.0 and b[0] >= 0.0:
@@ -292,6 +295,7 @@ def keep_switches(sw, h):
                 g0, g1 = _gap(a, b, h, 0.0)[0], _gap(a, b, h, 1.0)[0]
                 changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0))
                 if g0 < 0.0 or g1 < 0.0:
+                    sw.limits[0].closed = 1
                     sw.touched[n] += abs(_rate(b) - _rate(a))
         sw.now[n] = b
     return changed

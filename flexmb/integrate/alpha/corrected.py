@@ -1,0 +1,204 @@
+"""A second motion beside that of a run, without the local errors that are known: how far the two are apart is what the
+errors have added up to, with all growth on the way.
+
+Its steps are those of the run, with the local errors of displacement and velocity taken off, and are solved with the
+matrix of the run by one correction: one evaluation more in a step. Theory: integrators.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.integrate.alpha.increments import correct, move_to_end
+from flexmb.integrate.alpha.step_size import fit_to_step
+from flexmb.integrate.alpha.world_translation import to_increment
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.tables import State
+from flexmb.system.program import constraint_velocity, evaluate, keep_branches
+
+__all__ = ["follow", "follow_anew", "local_errors"]
+
+CORRECTIONS, ENOUGH = 6, 0.1
+"""Corrections of a step at most, and what they may leave, relative to the tolerance of a step."""
+EVERY = 4
+"""Steps from one look at the distance to the next."""
+LOST, ANGLE = 0.1, 0.1
+"""Share of the largest motion so far, of an angle of so many rad at least, from which on the second motion is too far
+away to follow."""
+
+
+@kernel
+def local_errors(program, motions, c, h):
+    """Write the local errors of a step, before it is accepted: what its end has too much.
+
+    With d = alpha_m - alpha_f, the increment has (beta + d / 2 - 1/6) h^3 a' and the velocity
+    (1/12 + d alpha_m - d / 2 - d^2) h^3 a''. A frame whose increments are in its own axes also misses the commutator
+    of its velocity with its acceleration, (h^3 / 12) [nu, nu'] (Magnus 1954).
+    """
+    v, apart = motions.own, motions.apart
+    if apart.run[0].followed == 0:
+        return
+    early, before = c.alpha_m - c.alpha_f, v.run[0].last_step
+    of_place = (c.beta + 0.5 * early - 1.0 / 6.0) * h * h
+    of_speed = (1.0 / 12.0 + early * c.alpha_m - 0.5 * early - early * early) * h * h * h
+    s = motions.corrected
+    now, then, last, q, u = v.a, v.a1, v.a_last, v.q, v.u
+    dq, du, dx, rest, near_q, near_u = apart.q, apart.u, apart.dx, apart.du, s.q, s.u
+    for i in range(len(q)):
+        dq[i] = near_q[i] - q[i]
+    for i in range(len(u)):
+        du[i] = near_u[i] - u[i]
+        change, change_before = then[i] - now[i], now[i] - last[i]
+        dx[i] = of_place * change
+        bend = 2.0 * (change / h - change_before / before) / (h + before)
+        rest[i] = of_speed * bend if change_before != 0.0 else 0.0
+    third, known = h * h * h / 12.0, 0
+    for n in range(len(program.frames)):
+        iu = program.frames[n, 1]
+        world = known < len(v.world) and v.world[known, 1] == iu
+        known += 1 if world else 0
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            wj, wk = 0.5 * (v.u[iu + 3 + j] + v.u1[iu + 3 + j]), 0.5 * (v.u[iu + 3 + k] + v.u1[iu + 3 + k])
+            bj, bk = 0.5 * (v.a[iu + 3 + j] + v.a1[iu + 3 + j]), 0.5 * (v.a[iu + 3 + k] + v.a1[iu + 3 + k])
+            apart.dx[iu + 3 + i] -= third * (wj * bk - wk * bj)
+            if world:
+                continue
+            vj, vk = 0.5 * (v.u[iu + j] + v.u1[iu + j]), 0.5 * (v.u[iu + k] + v.u1[iu + k])
+            aj, ak = 0.5 * (v.a[iu + j] + v.a1[iu + j]), 0.5 * (v.a[iu + k] + v.a1[iu + k])
+            apart.dx[iu + i] -= third * (wj * ak - wk * aj + vj * bk - vk * bj)
+
+
+@kernel
+def follow(program, work, motions, c, h, t):
+    """Take the step that has just been accepted, to time t, once more without its local errors."""
+    v, s, apart = motions.own, motions.corrected, motions.apart
+    if apart.run[0].followed == 0:
+        return
+    nu, ng = len(v.u), len(v.lam)
+    touched = len(v.switching.now) > 0 and v.switching.limits[0].closed == 1
+    if touched:
+        apart.run[0].blind += 1
+    else:
+        fit_to_step(program, work, s, h)
+    a, a1, alg, alg1, u, u1, dx = s.a, s.a1, s.alg, s.alg1, s.u, s.u1, s.dx
+    after, before, too_far, too_fast = v.a, v.a_last, apart.dx, apart.du
+    for i in range(nu):
+        a1[i] = a[i] + after[i] - before[i]
+        alg1[i] = ((1.0 - c.alpha_f) * a1[i] + c.alpha_f * a[i] - c.alpha_m * alg[i]) / (1.0 - c.alpha_m)
+        u1[i] = u[i] + h * ((1.0 - c.gamma) * alg[i] + c.gamma * alg1[i]) - too_fast[i]
+        dx[i] = h * u[i] + h * h * ((0.5 - c.beta) * alg[i] + c.beta * alg1[i]) - too_far[i]
+    for i in range(ng):
+        s.lam1[i] = s.lam[i] + v.lam[i] - v.lam_last[i]
+    move_to_end(program, s, h)
+    if not touched and _solved(program, work, s, c, h, t, v.run[0].convergence):
+        for i in range(len(s.q)):
+            s.q[i] = s.q1[i]
+        for i in range(nu):
+            s.u[i], s.a[i], s.alg[i] = s.u1[i], s.a1[i], s.alg1[i]
+        for i in range(ng):
+            s.lam[i] = s.lam1[i]
+        constraint_velocity(work, s.body_u, s.hidden)
+        keep_branches(program, work, s.q)
+    else:
+        _carry(v, s, apart)
+    s.run[0].last_step = h
+    s.run[0].steps += 1
+    if s.run[0].steps % EVERY == 0:
+        _measure(program, v, s, apart.run, apart.q_start, t)
+
+
+@inner_kernel
+def _carry(v, s, apart):
+    """Take the distance of the motions over a step as it was."""
+    for i in range(len(v.q)):
+        s.q[i] = v.q[i] + apart.q[i]
+    for i in range(len(v.u)):
+        s.u[i], s.a[i], s.alg[i] = v.u[i] + apart.u[i], v.a[i], v.alg[i]
+    for i in range(len(v.lam)):
+        s.lam[i], s.hidden[i] = v.lam[i], v.hidden[i]
+
+
+@inner_kernel
+def _solved(program, work, s, c, h, t, rate):
+    """Solve a step, by one correction with the matrix of the run if that does, else by Newton's method; return if it
+    converges.
+    """
+    nu, ng = len(s.u), len(s.lam)
+    scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
+    before = np.inf
+    for k in range(CORRECTIONS):
+        work.weights[0].wanted = 1 if k > 0 else 0
+        evaluate(program, State(t, s.q1, s.body_u, s.body_a, s.lam1, s.signals), work)
+        if k > 0 and lu_factor(work.S, program.pattern) >= 0:
+            return False
+        for i in range(nu):
+            s.right[i] = -scale * work.residual[i]
+        for i in range(ng):
+            s.right[nu + i] = -work.equations[i].g * (c.beta * h / c.gamma if program.equation_level[i] == 1 else 1.0)
+        lu_solve(work.S, program.pattern, s.right)
+        to_increment(program.frames, s.world, s.q1, s.dx, s.right)
+        size = 0.0
+        for i in range(nu):
+            size = max(size, abs(s.right[i]) * s.extent[i] / (c.tolerance * s.reach[i]))
+            if not np.isfinite(s.right[i]):
+                return False
+        if k > 1 and size > before:
+            return False
+        correct(program, s, c, h, scale)
+        # what is left after this correction is about its rate times it
+        if size * (rate if k == 0 else min(1.0, size / before)) < ENOUGH:
+            return True
+        before = size
+    return False
+
+
+@inner_kernel
+def _turn_between(q, p, iq):
+    """Return the angle (rad) between two orientations."""
+    same, other = 0.0, 0.0
+    for i in range(4):
+        same += (q[iq + i] - p[iq + i]) ** 2
+        other += (q[iq + i] + p[iq + i]) ** 2
+    return 4.0 * np.arcsin(min(0.5 * min(same, other) ** 0.5, 1.0))
+
+
+@inner_kernel
+def _measure(program, v, s, run, start, t):
+    """Keep the largest displacement and rotation of the run, and the largest distance and angle between the motions."""
+    far, at, wide, about = 0.0, 0, 0.0, 0
+    for n in range(len(program.frames)):
+        iq, iu = program.frames[n, 0], program.frames[n, 1]
+        for i in range(3):
+            run[0].moved = max(run[0].moved, abs(v.q[iq + i] - start[iq + i]))
+            distance = abs(v.q[iq + i] - s.q[iq + i])
+            if distance > far:
+                far, at = distance, iu + i
+        run[0].turned = max(run[0].turned, _turn_between(v.q, start, iq + 3))
+        angle = _turn_between(v.q, s.q, iq + 3)
+        if angle > wide:
+            wide, about = angle, iu + 3
+    for n in range(len(program.vectors)):
+        iq, iu, size, kind = program.vectors[n]
+        if kind > 1:  # integrals of states
+            continue
+        for i in range(size):
+            run[0].moved = max(run[0].moved, abs(v.q[iq + i] - start[iq + i]) * v.extent[iu + i])
+            distance = abs(v.q[iq + i] - s.q[iq + i]) * v.extent[iu + i]
+            if distance > far:
+                far, at = distance, iu + i
+    if far > run[0].far:
+        run[0].far, run[0].far_t, run[0].far_place = far, t, at
+    if wide > run[0].wide:
+        run[0].wide, run[0].wide_t, run[0].wide_place = wide, t, about
+    if not (far < LOST * max(run[0].moved, run[0].short) and wide < LOST * max(run[0].turned, ANGLE)):
+        run[0].followed = 0
+
+
+@kernel
+def follow_anew(motions):
+    """Forget the rate of the acceleration, as the run does where a contact has begun or ended."""
+    s = motions.corrected
+    for i in range(len(s.a)):
+        s.alg[i] = s.a[i]

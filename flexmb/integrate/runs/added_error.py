@@ -1,0 +1,82 @@
+"""What the errors of the steps of a run have added up to, and the words for it.
+
+Each step is as accurate as its tolerance, but errors add up, and a sensitive motion lets them grow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["ADDED_UP", "AddedError", "started_again", "told_of"]
+
+SHARE = 0.05
+"""Of the largest motion, from which on a run warns."""
+ADDED_UP = "errors added up"
+"""Name in the statistics: the largest share."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AddedError:
+    """An estimate of the error of a motion.
+
+    Parameters
+    ----------
+    share : float, -
+        The largest error until now, relative to the largest motion: of displacements or of rotations.
+    error, motion : float, m or rad
+    unit : str
+    t : float, s
+        When it was largest.
+    owner : str
+        What has this error.
+    lost : bool
+        It grew so much that it was not followed any further.
+    blind : int
+        Steps in which something touched: what they add is not known.
+    """
+
+    share: float
+    error: float
+    motion: float
+    unit: str
+    t: float
+    owner: str
+    lost: bool
+    blind: int
+
+    def sentences(self, integrator: Any) -> list[str]:
+        """Return the warning, if the share is too large."""
+        if not self.share > SHARE:
+            return []
+        less = "a smaller step" if integrator.step is not None else f"a smaller rtol than {integrator.rtol:g}"
+        more = "and more later" if self.lost else "at the most"
+        return [
+            f"{type(integrator).__name__}: the errors of its steps have added up to about {self.error:.2g} {self.unit} "
+            f"of {self.owner} at t = {self.t:.4g} s, {more}; that is {100.0 * self.share:.2g} % of the largest motion; "
+            f"expected: less than {100.0 * SHARE:g} %. Give {less}, or compare with Explicit(); a motion "
+            "that lets small disturbances grow has no course that holds for long: see flexmb.verify."
+        ]
+
+    def notes(self) -> list[str]:
+        """Return what the estimate leaves out."""
+        if not self.blind:
+            return []
+        return [
+            "what the errors of steps add up to is not known where something touches; there the balance of energy "
+            "alone is watched. flexmb.verify compares with other runs"
+        ]
+
+
+def told_of(integrator: Any, system: Any, variables: Any) -> AddedError | None:
+    """Return what the errors of an integrator's steps have added up to, if it says so."""
+    estimate = getattr(integrator, "added_error", None)
+    return None if estimate is None or not system.nu else estimate(system, variables)
+
+
+def started_again(integrator: Any, before: Any, start: Sequence[Any]) -> Any:
+    """Return the variables of an integrator that starts, at (system, state, work, t_end), where it has been at work."""
+    variables = integrator.start(*start)
+    take_over = getattr(integrator, "taken_over", None)
+    return variables if take_over is None or before is None else take_over(start[0], before, variables)

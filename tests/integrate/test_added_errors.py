@@ -1,0 +1,152 @@
+"""What the errors of the steps add up to: the estimate beside the true error, and runs that warn or do not.
+
+References: closed forms (oscillator, bell of force); steady precession of a heavy top (Goldstein, section 5.7); for the
+closed rings `Explicit` at a tolerance a hundred times smaller than its default.
+"""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from integrate.test_redundant_rings import ring
+from verification.test_very_large_and_small import top
+
+import flexmb as fmb
+from flexmb.integrate.runs.added_error import ADDED_UP
+
+
+def told(model, t_end, **settings):
+    """Return the run and the warnings about errors that have added up."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        run = fmb.simulate(model, t_end, **settings)
+    return run, [str(one.message) for one in found if "added up" in str(one.message)]
+
+
+def oscillator(force=(0, 0, 0)) -> fmb.Model:
+    """1 kg on a spring of 100 N/m, 0.2 m out of its rest at 1 m: x = 1 + 0.2 cos 10 t."""
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0, at=(1.2, 0, 0))],
+        forces=[
+            fmb.SpringDamper("k", markers=("ground.origin", "p.center"), stiffness=100.0, length=1.0),
+            fmb.PointLoad("f", marker="p.center", force=force),
+        ],
+        sensors=[fmb.Position("x", marker="p.center")],
+    )
+
+
+@pytest.mark.parametrize(
+    ("integrator", "warns"),
+    [(fmb.GeneralizedAlpha(), False), (fmb.GeneralizedAlpha(rtol=1e-5), True), (fmb.GeneralizedAlpha(step=0.01), True)],
+    ids=["default", "coarse", "step"],
+)
+def test_estimate_of_a_phase(integrator, warns):
+    """The phase of an oscillator lags more and more; after 32 periods by 1.6, 6.5 and 8.2 % of its range."""
+    run, sentences = told(oscillator(), 20.0, integrator=integrator, samples=201)
+    true = np.abs(run["x"][:, 0] - 1.0 - 0.2 * np.cos(10.0 * run.t)).max() / 0.4
+    assert run.statistics[ADDED_UP] == pytest.approx(true, rel=0.15)
+    assert bool(sentences) == warns == (true > 0.05)
+    if warns:
+        assert "Body 'p'" in sentences[0]
+        assert f"{100 * run.statistics[ADDED_UP]:.2g} % of the largest motion" in sentences[0]
+
+
+def test_errors_stay_known_where_a_run_begins_anew():
+    """At a kink of a load, and after an event: what has added up goes on."""
+    whole = fmb.simulate(oscillator(), 20.0, samples=11).statistics[ADDED_UP]
+    kinked = oscillator((fmb.table([0.0, 9.0, 9.1, 20.0], [0.0, 0.0, 1e-9, 1e-9], kind="linear"), 0, 0))
+    event = fmb.Event("half", at=10.0, then=fmb.Change("f", force=(1e-9, 0, 0)))
+    for model in (kinked, replace(oscillator(), events=[event])):
+        assert fmb.simulate(model, 20.0, samples=11).statistics[ADDED_UP] == pytest.approx(whole, rel=0.1)
+
+
+def test_precession_of_a_small_fast_top_is_told():
+    """Twenty turns of its spin move the top by 1 % of its size only, and the errors are 18 % of that."""
+    model, rate = top(50e-6)
+    turns = 20 * 2 * np.pi / float(np.linalg.norm(model.body("top").angular_velocity))
+    run, sentences = told(model, turns, samples=5)
+    r = float(np.linalg.norm(run["p"][0, :2]))
+    exact = np.stack([r * np.cos(rate * run.t), r * np.sin(rate * run.t), 0 * run.t + run["p"][0, 2]], axis=1)
+    moved = np.abs(run["p"] - run["p"][0]).max()
+    assert np.abs(run["p"] - exact).max() > 0.1 * moved
+    assert len(sentences) == 1
+    assert "Body 'top'" in sentences[0]
+
+
+def uneven(seed: int) -> fmb.Model:
+    """A closed ring of five rods whose masses differ by up to eight powers of ten."""
+    model, rng = ring(seed), np.random.default_rng(seed + 1000)
+    ground, *rods = model.bodies
+    factors = 10.0 ** rng.uniform(-4.0, 4.0, len(rods))
+    rods = [
+        replace(rod, mass=rod.mass * f, inertia=np.asarray(rod.inertia) * f)
+        for rod, f in zip(rods, factors, strict=True)
+    ]
+    return replace(model, bodies=(ground, *rods))
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.ValidityWarning")
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_sensitive_rings_are_told(seed):
+    """Their errors grow ten thousandfold in five seconds: see the next test."""
+    run, sentences = told(uneven(seed), 5.0, samples=51)
+    assert len(sentences) == 1
+    assert run.statistics[ADDED_UP] > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::flexmb.ValidityWarning")
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_sensitive_rings_are_wrong(seed):
+    """What is told is true: places are off by more than 0.05 m of about 1 m."""
+    model = uneven(seed)
+    run = fmb.simulate(model, 5.0, samples=51)
+    exact = fmb.simulate(model, 5.0, samples=51, integrator=fmb.Explicit(rtol=1e-10, atol=1e-12))
+    frames = run.phases[0].system.program.frames
+    assert len(frames) == 5
+    apart = max(np.abs(run.phases[0].q[:, i : i + 3] - exact.phases[0].q[:, i : i + 3]).max() for i in frames[:, 0])
+    assert apart > 0.05
+
+
+def test_a_pendulum_and_a_bell_of_force_do_not_warn():
+    """Healthy runs: ten swings of a pendulum against `Explicit`, and a bell of 1 ms within 10 s: 1.772454 m/s."""
+    rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.02)
+    axis = fmb.Pose.axes((0, 0, 0), x=(1, 0, 0), z=(0, 1, 0))
+    rod = replace(rod, markers={**rod.markers, "pin": axis})
+    pendulum = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(markers={"pin": axis}), rod],
+        joints=[fmb.Revolute("pin", markers=("ground.pin", "rod.pin"))],
+        sensors=[fmb.Position("tip", marker="rod.end")],
+    )
+    run, sentences = told(pendulum, 10.0, samples=101)
+    exact = fmb.simulate(pendulum, 10.0, samples=101, integrator=fmb.Explicit())
+    true = np.abs(run["tip"] - exact["tip"]).max()
+    assert not sentences
+    assert 0.3 * true < run.statistics[ADDED_UP] * np.pi < 3.0 * true < 0.03
+
+    force = fmb.expression("1000*exp(-((t - 5)/1e-3)**2)")
+    mass = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0)],
+        forces=[fmb.PointLoad("f", marker="p.center", force=(force, 0, 0))],
+        sensors=[fmb.Position("x", marker="p.center"), fmb.Velocity("v", marker="p.center")],
+    )
+    for integrator, within in ((fmb.GeneralizedAlpha(), 4e-4), (fmb.Implicit(), 2e-5), (fmb.IDA(), 2e-5)):
+        run, sentences = told(mass, 10.0, samples=1001, integrator=integrator)
+        assert not sentences
+        assert run["v"][-1, 0] == pytest.approx(np.sqrt(np.pi), rel=within)
+
+
+def test_what_touches_is_said_to_be_unknown():
+    """The elastic ball that loses 2 % of its energy in default steps: told by the balance of energy."""
+    ball = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(markers={"o": (0, 0, 0)}), fmb.PointMass("b", mass=1.0, at=(0, 0, 1.1))],
+        forces=[fmb.Contact("floor", markers=("ground.o", "b.center"), radius=0.1, stiffness=1e9)],
+        sensors=[fmb.Energy("E")],
+    )
+    with pytest.warns(fmb.ValidityWarning, match="floor.* that no law explains"):
+        run = fmb.simulate(ball, 50.0, samples=1001)
+    assert run["E"][-1] < 0.985 * run["E"][0]
+    assert any("not known where something touches" in note for note in run.statistics["notes"])
