@@ -306,6 +306,7 @@ class Sensor(Part):
     """A quantity read from the state."""
 
     family: ClassVar[str] = "Sensor"
+    reads_reactions: ClassVar[bool] = False
     absent: ClassVar[float] = math.nan
     """Value in phases whose model has lost the part that is read: a joint that is gone carries no load."""
     titles: ClassVar[tuple[str, ...]] = ("",)

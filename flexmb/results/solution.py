@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import FlexmbError, did_you_mean, listed
+from flexmb.errors import FlexmbError, ValidityWarning, did_you_mean, listed
 from flexmb.model.kinds import Sensor
 from flexmb.results.interpolation import instant_at
 from flexmb.results.phase import INPUTS, Instant, Phase
@@ -22,6 +23,8 @@ __all__ = ["SHARED", "Solution"]
 
 SHARED = "reactions not unique"
 """Name of the statistic that lists the joints, with their equations, between which reactions are not unique."""
+NEGLIGIBLE = 1e-9
+"""Multipliers that are so small relative to the largest one carry no load."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -163,7 +166,29 @@ class Solution:
                     remedy=_instead(self.model, key, self.sensor_names),
                 )
             self._known[key] = self._values(key, own, stored=True)
+            self._tell_of_shared(key, own)
         return self._known[key]
+
+    def _tell_of_shared(self, name: str, sensors) -> None:
+        """Warn of reactions that are not unique and not zero, when they are read first."""
+        shared = self.shared_reactions
+        for joint in {s.joint for s in sensors if s is not None and s.reads_reactions and s.joint in shared}:
+            titles = {f"{joint}: {kind}" for kind in shared[joint]}
+            loaded = set()
+            for number, phase in enumerate(self.phases):
+                names = self.series(number).system.equation_names
+                sizes = np.abs(phase.lam).max(axis=0, initial=0.0)
+                least = NEGLIGIBLE * sizes.max(initial=0.0)
+                loaded |= {title for title, size in zip(names, sizes, strict=True) if title in titles and size > least}
+            if loaded:
+                warnings.warn(
+                    f"Sensor '{name}': reactions of joint '{joint}' are not unique ({', '.join(shared[joint])}); "
+                    "expected: joints that share no load. Stiffness would decide how they share it, and rigid bodies "
+                    "have none: the values are those of least norm, and only sums over the joints are known. "
+                    "flexmb.check lists the equations and says how to make them unique",
+                    ValidityWarning,
+                    stacklevel=3,
+                )
 
     def _values(self, name: str, sensors, stored: bool) -> np.ndarray:
         """Join the values of all phases; a phase without the sensor shows the sensor's value for "absent"."""

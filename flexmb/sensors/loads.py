@@ -53,6 +53,7 @@ class Reaction(_Wrench):
     axes: str | None = None
 
     titles: ClassVar[tuple[str, ...]] = WRENCH
+    reads_reactions: ClassVar[bool] = True
     absent: ClassVar[float] = 0.0
 
     def check(self, model) -> None:

@@ -1,5 +1,7 @@
 """Reactions that are not unique are said to be so wherever they are shown; what is probably not meant is noted."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -40,6 +42,42 @@ def test_three_hinges_share_a_load_as_nobody_knows(analyse, tmp_path):
     # their sum is what the weight asks for, however it is shared
     total = sum(solution[f"force {name}"][-1, :3] for name in HINGES)
     assert total[2] == pytest.approx(12.0 * 9.81, rel=1e-6)
+
+
+def test_who_reads_a_share_is_told():
+    """Once, by the sensor that reads it; in a plane linkage the reactions that are not unique carry nothing."""
+    solution = fmb.simulate(door(), 0.01, samples=2)
+    with pytest.warns(fmb.ValidityWarning, match="Sensor 'force B': reactions of joint 'B' are not unique") as told:
+        assert np.any(solution["force B"])
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.any(solution["force B"])  # known by now
+        one = fmb.simulate(door(HINGES[:1]), 0.01, samples=2)
+        assert np.any(one["force A"])
+
+
+def test_a_plane_linkage_is_not_told():
+    """Four hinges of parallel axes: what is not unique, forces along the axes and moments across, is zero."""
+    places = np.array([(0, 0, 0), (0, 0, 1.0), (2.0, 0, 1.5), (2.0, 0, 0)])
+    axis = {"z": (0, 1, 0), "x": (1, 0, 0)}
+    bodies = [fmb.Ground(markers={"a": fmb.Pose.axes(places[0], **axis), "d": fmb.Pose.axes(places[3], **axis)})]
+    for k, name in enumerate(("crank", "coupler", "rocker")):
+        middle, half = 0.5 * (places[k] + places[k + 1]), 0.5 * (places[k + 1] - places[k])
+        markers = {"s": fmb.Pose.axes(-half, **axis), "e": fmb.Pose.axes(half, **axis)}
+        bodies.append(fmb.RigidBody(name, mass=1.0, inertia=(0.1, 0.1, 0.1), at=middle, markers=markers))
+    pins = (("ground.a", "crank.s"), ("crank.e", "coupler.s"), ("coupler.e", "rocker.s"), ("rocker.e", "ground.d"))
+    model = fmb.Model(
+        bodies=bodies,
+        joints=[fmb.Revolute(f"J{k}", markers=pair) for k, pair in enumerate(pins)],
+        gravity=(0, 0, -9.81),
+        sensors=[fmb.Reaction("r", joint="J1")],
+    )
+    solution = fmb.simulate(model, 0.1, samples=3)
+    assert "J1" in solution.shared_reactions
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.any(solution["r"])
 
 
 def test_one_hinge_knows_its_load(tmp_path):

@@ -49,6 +49,9 @@ class Plant:
         "part.field" or "part.field.x"; "sensor" or "sensor column".
     units : tuple of str
         Of the outputs.
+    poles : (n,), 1/s
+        Eigenvalues of A, found as those of the `Linearization`, before forces are divided by masses: slow motions of
+        heavy parts on stiff meshes are lost in the rounding of A.
     accuracy : (p,)
         Largest error that the differences may have, relative to the largest derivative of each output.
     name : str
@@ -64,6 +67,7 @@ class Plant:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     units: tuple[str, ...]
+    poles: np.ndarray
     accuracy: np.ndarray
     name: str = ""
 
@@ -74,11 +78,6 @@ class Plant:
     def proper(self) -> bool:
         """Does no output follow the rates of an input?"""
         return not (np.any(self.D1) or np.any(self.D2))
-
-    @property
-    def poles(self) -> np.ndarray:
-        """Eigenvalues of A, (n,), 1/s."""
-        return np.linalg.eigvals(self.A)
 
     def frequency_response(self, frequencies) -> np.ndarray:
         """Return the complex amplitudes of the outputs per unit of the inputs.
@@ -207,9 +206,17 @@ def plant_of(system, state, linear, inputs, outputs) -> Plant:
         inputs=tuple(port.name for port in sources),
         outputs=tuple(port.name for port in targets),
         units=tuple(port.unit for port in targets),
+        poles=_all(linear.eigenvalues, len(A)),
         accuracy=accuracy,
         name=system.model.name,
     )
+
+
+def _all(eigenvalues: np.ndarray, n: int) -> np.ndarray:
+    """Return all n poles from one of each pair: the others are conjugates, and the speeds of motions that continue."""
+    pairs = eigenvalues[eigenvalues.imag != 0.0]
+    known = np.concatenate([eigenvalues, pairs.conj()])
+    return np.concatenate([np.zeros(n - len(known)), known])
 
 
 def _rates(A, B, C, D, found, doubt) -> list[np.ndarray]:

@@ -19,6 +19,8 @@ __all__ = ["SHARE", "EnergyWatch"]
 
 SHARE = 0.02
 """Energy that no law explains, relative to the largest that moves in the phase, from which on a run warns."""
+NOTED = 0.05
+"""The same from which on a run says that its samples are too few to judge."""
 STANDING = 1e-4
 """Part of the potential and elastic energy that is there all the time which counts as one that moves: where a heavy
 mechanism hardly moves, a displacement within tolerance is all the energy that there is."""
@@ -147,7 +149,7 @@ class EnergyWatch:
 
     def notes(self, steps: int) -> list[str]:
         """Return why no judgement is possible, if none is: too much for what samples show, not for what may move."""
-        if abs(self.worst[0]) <= SHARE * self._moves() or self.sentences(steps):
+        if abs(self.worst[0]) <= NOTED * self._moves() or self.sentences(steps):
             return []
         return [
             f"the balance of energy was looked at in {self.samples} samples of {steps} steps, too few to know how much "

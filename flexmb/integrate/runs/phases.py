@@ -250,12 +250,12 @@ class Phases:
         finally:
             self._count()
             steps = self.integrator.statistics(self.variables).get("steps", 0)
+            self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
+            self.validity.note(self.energy.notes(steps))
             if error := told_of(self.integrator, system, self.variables):
                 self.statistics[ADDED_UP] = max(error.share, self.statistics.get(ADDED_UP, 0.0))
                 self.validity.tell(error.sentences(self.integrator))
                 self.validity.note(error.notes())
-            self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
-            self.validity.note(self.energy.notes(steps))
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
     def _first_block(self, marks: np.ndarray) -> int:
