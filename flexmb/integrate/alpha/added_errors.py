@@ -30,6 +30,7 @@ def beside(system, own: Variables) -> Motions:
             du=np.zeros(system.nu),
             q=np.zeros(system.nq),
             u=np.zeros(system.nu),
+            a=np.zeros(system.nu),
             q_start=own.q.copy(),
             run=Gap.table(followed=1, moved=LEAST * length, turned=TURN, short=SHORT * length),
         ),

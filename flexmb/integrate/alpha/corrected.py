@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.alpha.increments import correct, move_to_end
-from flexmb.integrate.alpha.step_size import fit_to_step
+from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates
 from flexmb.integrate.alpha.world_translation import to_increment
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
@@ -44,11 +44,12 @@ def local_errors(program, motions, c, h):
     of_speed = (1.0 / 12.0 + early * c.alpha_m - 0.5 * early - early * early) * h * h * h
     s = motions.corrected
     now, then, last, q, u = v.a, v.a1, v.a_last, v.q, v.u
-    dq, du, dx, rest, near_q, near_u = apart.q, apart.u, apart.dx, apart.du, s.q, s.u
+    dq, du, da, dx, rest, near_q, near_u = apart.q, apart.u, apart.a, apart.dx, apart.du, s.q, s.u
     for i in range(len(q)):
         dq[i] = near_q[i] - q[i]
     for i in range(len(u)):
         du[i] = near_u[i] - u[i]
+        da[i] = s.a[i] - now[i]
         change, change_before = then[i] - now[i], now[i] - last[i]
         dx[i] = of_place * change
         bend = 2.0 * (change / h - change_before / before) / (h + before)
@@ -71,8 +72,11 @@ def local_errors(program, motions, c, h):
 
 
 @kernel
-def follow(program, work, motions, c, h, t):
-    """Take the step that has just been accepted, to time t, once more without its local errors."""
+def follow(program, work, motions, c, h, t, short):
+    """Take the step that has just been accepted, to time t, once more without its local errors.
+
+    A step too short to tell a rate keeps the distance.
+    """
     v, s, apart = motions.own, motions.corrected, motions.apart
     if apart.run[0].followed == 0:
         return
@@ -80,8 +84,10 @@ def follow(program, work, motions, c, h, t):
     touched = len(v.switching.now) > 0 and v.switching.limits[0].closed == 1
     if touched:
         apart.run[0].blind += 1
-    else:
-        fit_to_step(program, work, s, h)
+    if touched or short:
+        _carry(v, s, apart, short)
+        return
+    fit_to_step(program, work, s, h)
     a, a1, alg, alg1, u, u1, dx = s.a, s.a1, s.alg, s.alg1, s.u, s.u1, s.dx
     after, before, too_far, too_fast = v.a, v.a_last, apart.dx, apart.du
     for i in range(nu):
@@ -92,32 +98,35 @@ def follow(program, work, motions, c, h, t):
     for i in range(ng):
         s.lam1[i] = s.lam[i] + v.lam[i] - v.lam_last[i]
     move_to_end(program, s, h)
-    if not touched and _solved(program, work, s, c, h, t, v.run[0].convergence):
+    if _solved(program, work, s, c, h, t, v.run[0].convergence):
+        constraint_velocity(work, s.body_u, s.hidden)
+        keep_rates(s, h, h)
         for i in range(len(s.q)):
             s.q[i] = s.q1[i]
         for i in range(nu):
             s.u[i], s.a[i], s.alg[i] = s.u1[i], s.a1[i], s.alg1[i]
         for i in range(ng):
             s.lam[i] = s.lam1[i]
-        constraint_velocity(work, s.body_u, s.hidden)
         keep_branches(program, work, s.q)
     else:
-        _carry(v, s, apart)
-    s.run[0].last_step = h
+        _carry(v, s, apart, False)
     s.run[0].steps += 1
     if s.run[0].steps % EVERY == 0:
         _measure(program, v, s, apart.run, apart.q_start, t)
 
 
 @inner_kernel
-def _carry(v, s, apart):
-    """Take the distance of the motions over a step as it was."""
+def _carry(v, s, apart, with_rates):
+    """Take the distance of the motions over a step as it was; of the accelerations too, or none."""
     for i in range(len(v.q)):
         s.q[i] = v.q[i] + apart.q[i]
     for i in range(len(v.u)):
-        s.u[i], s.a[i], s.alg[i] = v.u[i] + apart.u[i], v.a[i], v.alg[i]
+        s.u[i], s.slope[i] = v.u[i] + apart.u[i], v.slope[i]
+        s.a[i] = v.a[i] + (apart.a[i] if with_rates else 0.0)
+        s.alg[i] = v.alg[i] + (apart.a[i] if with_rates else 0.0)
     for i in range(len(v.lam)):
-        s.lam[i], s.hidden[i] = v.lam[i], v.hidden[i]
+        s.lam[i], s.hidden[i], s.curve[i] = v.lam[i], v.hidden[i], v.curve[i]
+    s.run[0].last_step, s.run[0].short = v.run[0].last_step, v.run[0].short
 
 
 @inner_kernel
@@ -202,3 +211,4 @@ def follow_anew(motions):
     s = motions.corrected
     for i in range(len(s.a)):
         s.alg[i] = s.a[i]
+        s.slope[i] = 0.0

@@ -150,6 +150,8 @@ class Apart(NamedTuple):
     """(nq,) distance of the configurations at the start of the step"""
     u: Floats
     """(nu,) of the velocities"""
+    a: Floats
+    """(nu,) of the accelerations"""
     q_start: Floats
     """(nq,) configuration from which motion is counted"""
     run: Annotated[np.ndarray, ArrayOf(Gap.dtype)]
