@@ -248,19 +248,23 @@ class Phases:
                 raise
             return Status.interrupted(self.t)
         finally:
-            self._count()
-            steps = self.integrator.statistics(self.variables).get("steps", 0)
-            self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
-            self.validity.note(self.energy.notes(steps))
-            if error := told_of(self.integrator, system, self.variables):
-                self.statistics[ADDED_UP] = max(error.share, self.statistics.get(ADDED_UP, 0.0))
-                self.validity.tell(error.sentences(self.integrator))
-                self.validity.note(error.notes())
+            self._tell(system)
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
     def _first_block(self, marks: np.ndarray) -> int:
         """Return how many samples are asked for first; what gradients do is looked at block by block."""
         return len(marks) if self.whole and self.gradients is not None and not self.gradients.numbers else 1
+
+    def _tell(self, system) -> None:
+        """Count what the integrator did in a phase, and give the warnings about it."""
+        self._count()
+        steps = self.integrator.statistics(self.variables).get("steps", 0)
+        self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
+        self.validity.note(self.energy.notes(steps))
+        if error := told_of(self.integrator, system, self.variables):
+            self.statistics[ADDED_UP] = max(error.share, self.statistics.get(ADDED_UP, 0.0))
+            self.validity.tell(error.sentences(self.integrator))
+            self.validity.note(error.notes())
 
     def _hopeless(self, now: float, system, work) -> Status | None:
         """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm; tell
@@ -434,10 +438,7 @@ def _refined(times: np.ndarray, longest: float) -> np.ndarray:
 
 
 def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
-    """Return the start (q, u) of the next phase by body name: bodies keep their coordinates and velocities.
-
-    Parts keep their states, joints their number of turns.
-    """
+    """Return the start (q, u) of the next phase by body name; parts keep their states, joints their number of turns."""
     state = {
         name: (q[iq], u[iu])
         for name, (iq, iu) in system.slices.items()
