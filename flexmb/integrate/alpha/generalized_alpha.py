@@ -310,11 +310,12 @@ class GeneralizedAlpha(metaclass=Described):
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         return take_jump(system.program, work, variables, 12 if system.redundant else 2) < 0
 
-    def held(self, system, work, variables: Variables, t: float, q: np.ndarray) -> bool:
+    def held(self, system, work, variables: Motions, t: float, q: np.ndarray) -> bool:
         """Go on from the time t with values that blocks hold from then on, the last of q (nq,); return if it can."""
         first = system.program.branches
-        variables.q[first:] = q[first:]
-        variables.run["t"][0] = t
+        for motion in (variables.own, variables.corrected):
+            motion.q[first:] = q[first:]
+        variables.own.run["t"][0] = t
         return self.jumped(system, work, variables)
 
     @staticmethod

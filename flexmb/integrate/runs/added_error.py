@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["ADDED_UP", "AddedError", "started_again", "told_of"]
+__all__ = ["ADDED_UP", "AddedError", "started_again", "tell_of", "told_of"]
 
 SHARE = 0.05
 """Of the largest motion, from which on a run warns."""
@@ -80,3 +80,12 @@ def started_again(integrator: Any, before: Any, start: Sequence[Any]) -> Any:
     variables = integrator.start(*start)
     take_over = getattr(integrator, "taken_over", None)
     return variables if take_over is None or before is None else take_over(start[0], before, variables)
+
+
+def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, Any], validity: Any) -> None:
+    """Write the largest share to the statistics of a run, and give its warning and note."""
+    error = told_of(integrator, system, variables)
+    if error is not None:
+        statistics[ADDED_UP] = max(error.share, statistics.get(ADDED_UP, 0.0))
+        validity.tell(error.sentences(integrator))
+        validity.note(error.notes())

@@ -14,7 +14,7 @@ import numpy as np
 from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWarning
 from flexmb.integrate.extent import extents
 from flexmb.integrate.runs import contradiction
-from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
+from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.energy_watch import EnergyWatch
@@ -258,13 +258,12 @@ class Phases:
     def _tell(self, system) -> None:
         """Count what the integrator did in a phase, and give the warnings about it."""
         self._count()
-        steps = self.integrator.statistics(self.variables).get("steps", 0)
-        self.validity.tell([*self.energy.sentences(steps), *self._divided(), *sentences_about(self.jumps)])
-        self.validity.note(self.energy.notes(steps))
-        if error := told_of(self.integrator, system, self.variables):
-            self.statistics[ADDED_UP] = max(error.share, self.statistics.get(ADDED_UP, 0.0))
-            self.validity.tell(error.sentences(self.integrator))
-            self.validity.note(error.notes())
+        if self.energy is not None:
+            steps = self.integrator.statistics(self.variables).get("steps", 0)
+            self.validity.tell(self.energy.sentences(steps))
+            self.validity.note(self.energy.notes(steps))
+        self.validity.tell([*self._divided(), *sentences_about(self.jumps)])
+        tell_of(self.integrator, system, self.variables, self.statistics, self.validity)
 
     def _hopeless(self, now: float, system, work) -> Status | None:
         """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm; tell
