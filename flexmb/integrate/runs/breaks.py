@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from flexmb.math.jets import sample_signals
 
-__all__ = ["jumps_at", "jumps_at_once", "just_after", "just_before", "with_breaks", "with_fine"]
+__all__ = ["jumps_at", "jumps_at_once", "just_after", "just_before", "refined", "with_breaks", "with_fine"]
 
 APART = 1e-11
 """Times that are nearer to each other than this part of the run are one."""
@@ -126,3 +128,9 @@ def _sampled(system, t: float) -> np.ndarray:
         out,
     )
     return out
+
+
+def refined(times: np.ndarray, longest: float) -> np.ndarray:
+    """Return the times with more between them, so that no gap is longer than `longest`."""
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1] for a, b in pairwise(times)]
+    return np.concatenate([*parts, times[-1:]])

@@ -6,7 +6,6 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWar
 from flexmb.integrate.extent import extents
 from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
-from flexmb.integrate.runs.breaks import jumps_at_once, just_after, with_breaks, with_fine
+from flexmb.integrate.runs.breaks import jumps_at_once, just_after, refined, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
@@ -189,7 +188,7 @@ class Phases:
         marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
         marks = with_fine(system, marks)
         self.validity.tell(missed_times(system, times))
-        marks = _refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
+        marks = refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
         first, block, last_row, begun = 0, self._first_block(marks), None, -1
         try:
             while first < len(marks):
@@ -428,12 +427,6 @@ def _unchanged(system, work) -> Iterator[None]:
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:
     return {name: x[k:][:1] if k >= 0 else x[-1:] for name, x in rows.items()}
-
-
-def _refined(times: np.ndarray, longest: float) -> np.ndarray:
-    """Return the times with more between them, so that no gap is longer than `longest`."""
-    parts = [np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1] for a, b in pairwise(times)]
-    return np.concatenate([*parts, times[-1:]])
 
 
 def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
