@@ -79,7 +79,7 @@ def test_node_numbers_out_of_range(fe):
 
 def test_selection_of_another_kind(fe):
     assert_refused(
-        r"Interface 'a': \['x'\]\. Expected: a set name, node numbers \(int\) or coordinates", fe, {"a": ["x"]}
+        r"Interface 'a': \['x', 3\]\. Expected: a set name, node numbers \(int\) or coordinates", fe, {"a": ["x", 3]}
     )
 
 
