@@ -52,7 +52,7 @@ def test_tables_of_the_recursion_are_as_declared(started):
 @pytest.mark.parametrize(
     ("integrator", "holds"),
     [
-        (fmb.GeneralizedAlpha(), {"Variables"}),
+        (fmb.GeneralizedAlpha(), {"Variables", "Apart"}),
         (fmb.Explicit(), {"Steps", "LinkTree", "Switching"}),
         (fmb.Explicit(formulation=fmb.Recursive()), {"Steps", "LinkTree", "Switching"}),
         (fmb.Implicit(), {"Stages", "Switching"}),
@@ -63,7 +63,7 @@ def test_tables_of_the_recursion_are_as_declared(started):
 def test_storage_of_integrators_is_as_declared(integrator, holds, started):
     system, state = started
     run = integrator.start(system, state, system.workspace(), 1.0)
-    parts = [run] if isinstance(run, tuple) else vars(run).values()
+    parts = [run, *run] if isinstance(run, tuple) else vars(run).values()
     structures = {type(part).__name__: part for part in parts if hasattr(part, "_fields")}
     assert holds <= structures.keys()
     for name in holds:
