@@ -52,6 +52,17 @@ def test_estimate_of_a_phase(integrator, warns):
         assert f"{100 * run.statistics[ADDED_UP]:.2g} % of the largest motion" in sentences[0]
 
 
+def test_a_run_that_is_not_followed_says_nothing():
+    """The motion is the same, and nobody is told of 6.5 %."""
+    followed, _ = told(oscillator(), 20.0, integrator=fmb.GeneralizedAlpha(rtol=1e-5), samples=201)
+    alone, sentences = told(
+        oscillator(), 20.0, integrator=fmb.GeneralizedAlpha(rtol=1e-5, follow_errors=False), samples=201
+    )
+    np.testing.assert_allclose(alone["x"], followed["x"], atol=1e-9)
+    assert not sentences
+    assert ADDED_UP not in alone.statistics
+
+
 def test_errors_stay_known_where_a_run_begins_anew():
     """At a kink of a load, and after an event: what has added up goes on."""
     whole = fmb.simulate(oscillator(), 20.0, samples=11).statistics[ADDED_UP]

@@ -18,8 +18,11 @@ SHARED = ("extent", "reach", "signals", "pace", "world", "switching")
 """What both motions have in common."""
 
 
-def beside(system, own: Variables) -> Motions:
-    """Return the motion of a run at its start, and the one without local errors, which still is the same."""
+def beside(system, own: Variables, followed: bool) -> Motions:
+    """Return the motion of a run at its start, and the one without local errors, which still is the same.
+
+    It stays as it is where it shall not be followed.
+    """
     copied = {name: getattr(own, name).copy() for name in own._fields if name not in SHARED}
     length = float(system.lengths.whole)
     return Motions(
@@ -32,7 +35,7 @@ def beside(system, own: Variables) -> Motions:
             u=np.zeros(system.nu),
             a=np.zeros(system.nu),
             q_start=own.q.copy(),
-            run=Gap.table(followed=1, moved=LEAST * length, turned=TURN, short=SHORT * length),
+            run=Gap.table(followed=int(followed), moved=LEAST * length, turned=TURN, short=SHORT * length),
         ),
     )
 

@@ -66,6 +66,10 @@ class GeneralizedAlpha(metaclass=Described):
         Displacement below which errors of flexible coordinates do not matter; default 1e-4 of that length.
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
+    follow_errors : bool
+        Whether the run tells what the errors of its steps add up to. A second motion without them runs beside, which
+        takes a quarter more time, of fixed steps half as much again; leave it out where time counts, as in a loop with
+        hardware.
 
     Source: Arnold & Brüls 2007, eqs. 4-9; Brüls, Cardona & Arnold 2012, section 4.
     """
@@ -75,6 +79,7 @@ class GeneralizedAlpha(metaclass=Described):
     rtol: float = 1e-6
     atol: float | None = None
     largest: float | None = None
+    follow_errors: bool = True
     entries: ClassVar[tuple] = (run_steps,)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
     in_kernels: ClassVar[bool] = True
@@ -195,7 +200,7 @@ class GeneralizedAlpha(metaclass=Described):
             switching=switching,
         )
         self._fit_start(system, state, work, variables, first)
-        return beside(system, variables)
+        return beside(system, variables, self.follow_errors)
 
     def _first_step(self, system, state, work, extent, reach, world, slow: float) -> float:
         """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
@@ -323,9 +328,10 @@ class GeneralizedAlpha(metaclass=Described):
         """Return the variables of a new start with what the errors of the steps before have added up to."""
         return taken_over(system, before, variables)
 
-    @staticmethod
-    def added_error(system, variables: Motions) -> AddedError:
-        """Return what the errors of the steps have added up to so far."""
+    def added_error(self, system, variables: Motions) -> AddedError | None:
+        """Return what the errors of the steps have added up to so far; None if they are not followed."""
+        if not self.follow_errors:
+            return None
         return added_error(system, variables.apart.run[0])
 
     @staticmethod
