@@ -402,7 +402,7 @@ def lu_gre(path: Path) -> None:
         )
         period = 2 * np.pi / speed
         run = fmb.simulate(model, t_end=3 * period, integrator=fine, samples=np.linspace(0, 3 * period, 901))
-        last = run.t > 2 * period
+        last = run.t >= (2 - 1e-9) * period
         v = STRIBECK * (1.0 + np.sin(speed * run.t[last]))
         lag.plot(1e3 * v, -run["friction"][last, 2], lw=1.2, label=f"{speed:g} rad/s")
     lag.set(xlabel="speed [mm/s]", ylabel="friction [N]", title="speed that swings")
