@@ -17,7 +17,7 @@ from flexmb.errors import IntegrationError, ModelError, did_you_mean, listed
 from flexmb.fmi.exchange_steps import SteppedExchange
 from flexmb.fmi.inside import output_names
 from flexmb.fmi.library import release
-from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, read_unit, require_platform
+from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, load_unit, read_unit, require_platform
 from flexmb.integrate import Stepper, stepper
 from flexmb.model.described import Described, is_number
 from flexmb.model.model import Model
@@ -99,13 +99,8 @@ class _Unit:
         self.variables = {v.name: v for v in about.modelVariables}
         kind = {"2.0": fmpy.fmi2.FMU2Slave}.get(about.fmiVersion, fmpy.fmi3.FMU3Slave)
         self.old = about.fmiVersion == "2.0"
+        self.slave = load_unit(kind, about, about.coSimulation.modelIdentifier, unpacked, path, self.title)
         with self._speaking("cannot be started"):
-            self.slave = kind(
-                guid=about.guid,
-                unzipDirectory=unpacked,
-                modelIdentifier=about.coSimulation.modelIdentifier,
-                instanceName=path.stem,
-            )
             self.slave.instantiate()
             self._begin(start, end)
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import IntegrationError, ModelError
+from flexmb.errors import DataFileError, IntegrationError, ModelError
 from flexmb.fmi.library import release
-from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, read_unit, require_platform
+from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, load_unit, read_unit, require_platform
 
 __all__ = ["ExchangeUnit"]
 
@@ -59,17 +59,13 @@ class ExchangeUnit:
         self.old = about.fmiVersion == "2.0"
         self.variables = {v.name: v for v in about.modelVariables}
         self._rates = [u.variable for u in about.derivatives]
+        _require_states(title, self._rates)
         self.states = tuple(v.derivative.name for v in self._rates)
         self.indicators = int(about.numberOfEventIndicators or 0)
         self.derivatives = _offers_derivatives(Path(unpacked))
         self.depends = {u.variable.name: _names(u.dependencies) for u in (*about.outputs, *about.derivatives)}
         kind = fmpy.fmi2.FMU2Model if self.old else fmpy.fmi3.FMU3Model
-        self.unit = kind(
-            guid=about.guid,
-            unzipDirectory=unpacked,
-            modelIdentifier=about.modelExchange.modelIdentifier,
-            instanceName=path.stem,
-        )
+        self.unit = load_unit(kind, about, about.modelExchange.modelIdentifier, unpacked, path, title)
         self._write = self.unit.setReal if self.old else self.unit.setFloat64
         self._read = self.unit.getReal if self.old else self.unit.getFloat64
         self._closed = False
@@ -217,6 +213,18 @@ class ExchangeUnit:
             if self.worst == 0:
                 self.unit.terminate()
             self.unit.freeInstance()
+
+
+def _require_states(title: str, rates: list[Any]) -> None:
+    """Raise DataFileError for derivatives that do not say of which state they are one."""
+    stray = [v.name for v in rates if v.derivative is None]
+    if stray:
+        raise DataFileError(
+            title,
+            found=f"'{stray[0]}' is listed as a derivative, and does not say of which variable",
+            expected="an attribute derivative with the state",
+            remedy="Export it again: its description is damaged",
+        )
 
 
 def _offers_derivatives(unpacked: Path) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
 from flexmb.fmi.archive import require_archive
 
-__all__ = ["FATAL", "Speaking", "find_variable", "fmpy_package", "read_unit", "require_platform"]
+__all__ = ["FATAL", "Speaking", "find_variable", "fmpy_package", "load_unit", "read_unit", "require_platform"]
 
 REAL = ("Real", "Float64")
 """What the two versions call a real number."""
@@ -58,6 +59,33 @@ def require_platform(fmpy: Any, path: Path, title: str) -> None:
             expected=f"one for {fmpy.platform_tuple}",
             remedy="Export it for this platform",
         )
+
+
+def load_unit(kind: Any, about: Any, identifier: str, unpacked: str, path: Path, title: str) -> Any:
+    """Return a unit with its library loaded, as an object of a class of fmpy; DataFileError if that is not possible.
+
+    The working folder stays: fmpy goes to that of the library, and does not come back if it cannot be loaded.
+    """
+    try:
+        here = os.getcwd()
+    except OSError:
+        raise DataFileError(
+            title,
+            found="the working folder does not exist any more",
+            expected="one to come back to after the library is loaded",
+            remedy="Go to another folder",
+        ) from None
+    try:
+        return kind(guid=about.guid, unzipDirectory=unpacked, modelIdentifier=identifier, instanceName=path.stem)
+    except Exception as error:  # foreign code, and whatever the file names as its library
+        raise DataFileError(
+            title,
+            found=f"its library cannot be loaded: {error}",
+            expected=f"a library '{identifier}' for this platform, with the functions of FMI {about.fmiVersion}",
+            remedy="Export it again for this platform; install what its library needs",
+        ) from None
+    finally:
+        os.chdir(here)
 
 
 def find_variable(title: str, variables: dict[str, Any], name: str, *causalities: str) -> Any:

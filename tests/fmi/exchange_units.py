@@ -231,3 +231,14 @@ def build(folder: Path, name: str, version: int = 3, derivatives: bool = True) -
         place = fmpy.platform if version == 2 else fmpy.platform_tuple
         unit.write(library, f"binaries/{place}/{name}{fmpy.sharedLibraryExtension}")
     return path
+
+
+def write_without_library(path: Path, name: str, version: int, content: bytes = b"no library") -> Path:
+    """Write a unit whose library is no program, and return its path."""
+    import fmpy
+
+    with zipfile.ZipFile(path, "w") as unit:
+        unit.writestr("modelDescription.xml", description(name, version, True))
+        place = fmpy.platform if version == 2 else fmpy.platform_tuple
+        unit.writestr(f"binaries/{place}/{name}{fmpy.sharedLibraryExtension}", content)
+    return path

@@ -7,10 +7,12 @@ import os
 import random
 import shutil
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 from contracts.every_description import DESCRIPTIONS, model_of
+from fmi.exchange_units import write_without_library
 from fuzz import model_files
 from fuzz.campaign import Campaign
 from fuzz.mutation import damaged, generator, mutant
@@ -52,6 +54,8 @@ name = "hinge"
 markers = ["ground.A", "bar.a"]
 """
 SHAPES = ("ascii.stl", "binary.stl", "solid.obj", "ascii.ply", "binary.ply", "solid.off", "solid.vtk", "solid.vtu")
+
+UNITS = ("cosimulation2", "cosimulation3", "exchange2", "exchange3")
 
 
 def described_campaign(*, seed: int = 1, limit: float = 10.0) -> Campaign:
@@ -142,14 +146,14 @@ def unit_campaign(*, seed: int = 1, limit: float = 10.0) -> Campaign:
     """Return the campaign over damaged units of FMI: bytes of the archive, and texts within a sound one."""
 
     def make(folder: Path, k: int) -> Path:
-        rng, original = generator(seed, k), folder / ("unit3.seed" if k % 2 else "unit2.seed")
-        path = folder / "case.fmu"
+        rng, original = generator(seed, k), folder / f"{UNITS[k % len(UNITS)]}.seed"
+        path = folder / f"{original.stem}.fmu"
         content = original.read_bytes()
         path.write_bytes(damaged(content, rng) if k % 3 == 0 else _with_other_text(content, rng))
         return path
 
     def warm(folder: Path) -> list[Path]:
-        return [shutil.copy(folder / "unit3.seed", folder / "sound.fmu")]
+        return [shutil.copy(folder / f"{name}.seed", folder / f"{name}.fmu") for name in UNITS]
 
     return Campaign("units", _units, make, _use_unit, limit=limit, warm=warm)
 
@@ -175,11 +179,12 @@ def _units(folder: Path) -> None:
         sensors=[place],
     )
     for version in (2, 3):
-        made = fmb.fmi.write_fmu(model, folder / f"unit{version}.fmu", version=version)
-        with zipfile.ZipFile(made) as old, zipfile.ZipFile(folder / f"unit{version}.seed", "w") as new:
+        made = fmb.fmi.write_fmu(model, folder / "made.fmu", version=version)
+        with zipfile.ZipFile(made) as old, zipfile.ZipFile(folder / f"cosimulation{version}.seed", "w") as new:
             for file in old.infolist():
                 library = file.filename.startswith("binaries/") and not file.is_dir()
                 new.writestr(file.filename, b"no library" if library else old.read(file))
+        write_without_library(folder / f"exchange{version}.seed", "oscillator", version)
 
 
 def _use_unit(path: Path) -> None:
@@ -188,5 +193,10 @@ def _use_unit(path: Path) -> None:
         forces=[fmb.PointLoad("push", marker="m.center", force=(fmb.input("force"), 0, 0))],
         sensors=[fmb.Position("x", marker="m.center")],
     )
-    unit = fmb.fmi.Fmu(path, inputs={"force": "x x"}, outputs={"force": "place"})
+    if path.stem.startswith("exchange"):
+        with suppress(fmb.FlexmbError):
+            fmb.fmi.ModelExchange(path, inputs={"u": fmb.expression("t")})
+        unit = fmb.fmi.Fmu(path, inputs={"u": "x x"}, outputs={"force": "y"}, kind="model exchange")
+    else:
+        unit = fmb.fmi.Fmu(path, inputs={"force": "x x"}, outputs={"force": "place"})
     fmb.fmi.cosimulate(model, unit, 0.01, step=0.01)
