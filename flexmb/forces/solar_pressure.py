@@ -73,12 +73,13 @@ def apply(raw, data, state, work):
     """The force of light on the face that it meets, at the marker."""
     rows = raw.view(ROW)
     w, n, F, by_w, by_turn = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    r, v, s, ds, slope = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
+    r, v, s, ds, slope = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for k in range(rows.shape[0]):
         row = rows[k]
         marker = work.markers[row.marker]
         _toward_sun(row, state, s, ds)
         toward, share = 0.0, 1.0
+        slope[:] = 0.0
         for i in range(3):
             w[i], n[i] = -s[i], marker.R[i, 2]
             toward -= w[i] * n[i]

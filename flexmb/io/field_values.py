@@ -52,8 +52,8 @@ class Context:
         Places of the assemblies read so far, in all files.
     made : dict of str to ModalNeutralData
         Bodies reduced from descriptions so far: equal ones share their data.
-    kept : dict of (Path, place) to part, optional
-        Parts without expressions that were made before, from the same tables.
+    kept : dict of (Path, place) to (table, part), optional
+        Parts without expressions that were made before, from equal tables.
     """
 
     path: Path
@@ -65,7 +65,7 @@ class Context:
     trust: bool = False
     assemblies: list[str] = field(default_factory=list)
     made: dict[str, ModalNeutralData] = field(default_factory=dict)
-    kept: dict[tuple[Path, str], Any] | None = None
+    kept: dict[tuple[Path, str], tuple[dict[str, Any], Any]] | None = None
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""

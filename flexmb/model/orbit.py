@@ -83,6 +83,13 @@ class Orbit(metaclass=Described):
                 expected=f"less than the speed of escape, {np.sqrt(2.0 * self.mu / far):.6g} m/s",
                 remedy="Give the orbit of a body that stays near the centre",
             )
+        if self.j2 and not self.span / self.spacing <= MOST:
+            raise ModelError(
+                TITLE,
+                found=f"turns = {self.turns:g}: a table of {self.span / self.spacing:.3g} rows",
+                expected=f"at most {MOST} rows; a turn of this orbit takes {self.period / self.spacing:.0f}",
+                remedy=f"Give turns={0.99 * MOST * self.spacing / self.period:.4g} or fewer",
+            )
 
     def _check_flattening(self) -> None:
         object.__setattr__(self, "axis", vector3(self.axis, TITLE, "axis"))
@@ -201,6 +208,13 @@ class Orbit(metaclass=Described):
 
     def require(self, t: float) -> None:
         """Raise ModelError unless the motion is known at a time, s."""
+        if self.j2 and t < 0.0:
+            raise ModelError(
+                TITLE,
+                found=f"t = {t:.6g} s, and the motion about a flattened centre is computed from t = 0 on",
+                expected="times that are not negative",
+                remedy="Give place and velocity at the earliest time, and let that be t = 0",
+            )
         if t > self.span * (1.0 + 1e-9):
             raise ModelError(
                 TITLE,
@@ -214,7 +228,8 @@ class Orbit(metaclass=Described):
         from flexmb.math.kepler import ELEMENTS, follow_orbit
 
         times = np.atleast_1d(np.asarray(t, float))
-        self.require(float(np.max(times, initial=0.0)))
+        for end in (np.min(times, initial=0.0), np.max(times, initial=0.0)):
+            self.require(float(end))
         r, v = np.empty((len(times), 3)), np.empty((len(times), 3))
         row, data = np.zeros(1, ELEMENTS), self.table.ravel()
         for name, value in self.elements.items():

@@ -241,6 +241,21 @@ def test_multipoint_constraint(tmp_path):
     assert fe.ndof == deck(tmp_path, block()).ndof - 1
 
 
+@pytest.mark.parametrize(
+    ("terms", "match"),
+    [
+        ("2,12,-1.,1,1,2.", r"field 4 reads '12'.*one digit"),
+        ("2,,-1.,1,1,2.", r"field 4 reads ''.*one digit"),
+        ("2,2,0.,1,1,2.", "one with the factor 0"),
+        ("2,2,0.,1,1,0.", "one with the factor 0"),
+    ],
+    ids=["several components", "no component", "nothing follows", "zeros"],
+)
+def test_multipoint_constraint_that_says_too_little(tmp_path, terms, match):
+    with pytest.raises(MeshError, match=match):
+        deck(tmp_path, block(f"MPC,5,{terms}"), "MPC = 5")
+
+
 def test_bushing_between_coincident_nodes(tmp_path):
     text = "\n".join(
         ["GRID,1,,0.,0.,0.", "GRID,2,,0.,0.,0.", "CBUSH,1,1,1,2,,,,0", "PBUSH,1,K,1.,2.,3.,4.,5.,6.,+\n+,,B,.1"]

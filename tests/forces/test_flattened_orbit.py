@@ -166,7 +166,16 @@ def test_what_falls_otherwise_is_named():
         orbit.at(2e4)
     with fmb.stepper(model) as run, pytest.raises(ModelError, match="computed until"):
         run.advance(to=2e4)
-    for fields, match in (({"j2": -1.0}, "j2 = -1"), ({"turns": 0.0}, "turns = 0"), ({"axis": (0, 0, 0)}, "an axis")):
+    with pytest.raises(ModelError, match=r"t = -5 s.*from t = 0 on"):
+        orbit.at((-5.0, 5.0))
+    with pytest.raises(ModelError, match=r"t = -5 s.*from t = 0 on"):
+        fmb.simulate(model, 1.0, t_start=-5.0)
+    for fields, match in (
+        ({"j2": -1.0}, "j2 = -1"),
+        ({"turns": 0.0}, "turns = 0"),
+        ({"j2": J2, "turns": 1e7}, r"a table of 2\.4e\+09 rows.*a turn of this orbit takes 240.*turns=8250"),
+        ({"axis": (0, 0, 0)}, "an axis"),
+    ):
         with pytest.raises(ModelError, match=match):
             fmb.Orbit.circular(7e6, **fields)
 

@@ -141,6 +141,30 @@ def test_tangent_in_the_penumbra(follows, rng):
     assert_tangent(system, state)
 
 
+def test_tangent_of_a_plate_that_nothing_shades_beside_one_in_the_penumbra(rng):
+    """The change of the light on one plate is no matter of the other."""
+    shaded = fmb.SolarPressure(
+        "shaded",
+        marker="a.center",
+        area=3.0,
+        sun=(-3.0, -1.0, 0.5),
+        pressure=20.0,
+        both_faces=True,
+        shadow=2.2,
+        sun_angle=0.4,
+    )
+    free = shaded.replaced(name="free", marker="b.center", shadow=0.0)
+    bodies = [
+        fmb.RigidBody(name, mass=1.7, inertia=(0.5, 0.8, 0.9), at=at, rotation=(0.2, 0.5, -0.3))
+        for name, at in (("a", (4.0, 2.5, -1.0)), ("b", (9.0, 2.0, 1.0)))
+    ]
+    model = fmb.Model(bodies=[fmb.Ground(), *bodies], forces=[shaded, free])
+    system, state = random_state(model, rng)
+    sun, slope = np.array((-3.0, -1.0, 0.5)) / np.linalg.norm((-3.0, -1.0, 0.5)), np.empty(3)
+    assert 0.01 < lit(state.q[:3], sun, 2.2, 0.4, slope) < 0.99
+    assert_tangent(system, state)
+
+
 def test_dark_share_of_a_low_orbit():
     """A cylinder covers asin(R / r) / pi of a circular orbit whose plane holds the Sun; seen at 2000 samples."""
     orbit = fmb.Orbit.circular(7e6)

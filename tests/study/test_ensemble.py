@@ -177,6 +177,41 @@ def test_a_sweep_gives_the_rows_of_the_processes(table, tmp_path):
     assert sorted(row["number"] for row in kept) == list(range(1, 10))
 
 
+def test_variants_that_choose_one_of_two_parts_of_a_name(tmp_path):
+    """Free fall over 0.2 s, from the place that the parameter chooses: h - g t^2 / 2."""
+    path = tmp_path / "choice.toml"
+    path.write_text("""
+gravity = [0, 0, -10.0]
+[parameters]
+high = true
+[[body]]
+kind = "Ground"
+[[body]]
+if = "= high"
+kind = "PointMass"
+name = "p"
+mass = 1.0
+at = [0, 0, 5.0]
+[[body]]
+unless = "= high"
+kind = "PointMass"
+name = "p"
+mass = 1.0
+at = [0, 0, 2.0]
+[[sensor]]
+kind = "Position"
+name = "z"
+marker = "p.center"
+[simulation]
+t_end = 0.2
+samples = 3
+""")
+    results = fmb.sweep(path, {"high": [True, False, True]}, outputs=["final(z z)"], engine="compiled", jobs=1)
+    assert [row.error for row in results.rows] == [""] * 3
+    found = [next(iter(row.values.values())) for row in results.rows]
+    np.testing.assert_allclose(found, [4.8, 1.8, 4.8], atol=1e-6)
+
+
 def test_an_interrupted_sweep_goes_on(table, tmp_path):
     """The user stops at the third row: what was computed stays, and only the rest is computed then."""
     over, out = {"spring": [1.0, 1.5, 2.0, 2.5, 3.0, 3.5]}, tmp_path / "out"

@@ -6,10 +6,9 @@ import numpy as np
 
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.links import Frames, LinkRows, rows_of
-from flexmb.fem.deck.nastran_links import components
 from flexmb.fem.deck.nastran_text import Bulk, Card
 
-__all__ = ["add_mpc", "chosen_mpc", "terms_of"]
+__all__ = ["add_mpc", "chosen_mpc", "direction_of", "terms_of"]
 
 
 def chosen_mpc(bulk: Bulk) -> list[Card]:
@@ -31,6 +30,16 @@ def terms_of(card: Card) -> list[int]:
     while starts[-1] + 3 < len(card.fields):
         starts.append(starts[-1] + (5 if len(starts) % 2 == 0 else 3))
     return [at for at in starts if card.text(at)]
+
+
+def direction_of(card: Card, at: int, deck: Deck) -> int:
+    """Return the direction 0..5 of a term of an MPC; -1 is the only one of a scalar point."""
+    if card.integer(at) in deck.scalar_points:
+        return -1
+    word = card.text(at + 1)
+    if len(word) != 1 or word not in "123456":
+        raise card.wrong(at + 1, "one digit out of 1 to 6")
+    return int(word) - 1
 
 
 def add_mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
@@ -56,8 +65,8 @@ def add_mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
                 first = columns[-1][np.abs(row[-1]) > 0.0]
                 if point := deck.scalar_points.get(card.integer(at)):
                     first = first[first == point.free]
-        if first is None:
-            raise card.refused("no terms", "grid point, component and factor")
+        if first is None or not len(first):
+            raise card.refused("no first term, or one with the factor 0", "grid point, component and factor")
         every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
         merged = np.zeros((1, len(every)))
         np.add.at(merged[0], inverse.ravel(), np.concatenate(row))
@@ -74,4 +83,4 @@ def _freedom(card: Card, at: int, deck: Deck, frames: Frames) -> tuple[int, np.n
     if point is not None:
         return point.node, point.row
     node = int(deck.numbers([card.integer(at)], f"{card.where}, MPC {card.text(1)}")[0])
-    return node, rows_of(node, components(card, at + 1)[:1], frames)[0]
+    return node, rows_of(node, [direction_of(card, at, deck)], frames)[0]

@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.fem.deck.contents import Deck, ScalarPoint
 from flexmb.fem.deck.links import Frames, LinkRows, arm, rows_of
 from flexmb.fem.deck.nastran_links import thru
-from flexmb.fem.deck.nastran_mpc import chosen_mpc, terms_of
+from flexmb.fem.deck.nastran_mpc import chosen_mpc, direction_of, terms_of
 from flexmb.fem.deck.nastran_text import Bulk, Card
 
 __all__ = ["add_scalar_points", "scalar_ends"]
@@ -105,19 +105,10 @@ def _rows(bulk: Bulk, deck: Deck, value: Callable[[Card], float]) -> list[Row]:
             weight = np.sqrt(abs(value(card)) / most) * (1.0 if card.name.startswith("CELAS") else LIGHT)
             rows.append(([(ends[0], 1.0), (ends[1], -1.0)], float(weight)))
     for card in chosen_mpc(bulk):
-        terms = [((card.integer(at), _direction(card, at, deck)), card.real(at + 2)) for at in terms_of(card)]
+        terms = [((card.integer(at), direction_of(card, at, deck)), card.real(at + 2)) for at in terms_of(card)]
         if any(at < 0 for (_, at), _ in terms):
-            rows.append((terms, FIRM / max(abs(factor) for _, factor in terms)))
+            rows.append((terms, FIRM / (max(abs(factor) for _, factor in terms) or 1.0)))
     return rows
-
-
-def _direction(card: Card, at: int, deck: Deck) -> int:
-    if card.integer(at) in deck.scalar_points:
-        return -1
-    word = card.text(at + 1)
-    if len(word) != 1 or word not in "123456":
-        raise card.wrong(at + 1, "one digit out of 1 to 6")
-    return int(word) - 1
 
 
 def _parts(rows: list[Row]) -> list[list[int]]:

@@ -84,9 +84,10 @@ class ShellBlock:
     softness = None
     """Shear parameter phi (ne, c) of every edge; None: no transverse shear."""
     spring: ClassVar[float | None] = None
-    point_masses: ClassVar[bool] = False
     """Share of the in-plane shear stiffness that holds the rotation about the normal; None: the membrane turns with
     its corners."""
+    point_masses: ClassVar[bool] = False
+    """Have lumped masses no rotary inertia?"""
 
     def sections(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         """Return A, B and D (ne, 3, 3), N/m, N, N m, of the section; B None where it is zero."""
