@@ -17,6 +17,10 @@ MOST_PATCHES = 5000
 """Each is a marker of its body: its motion and Jacobian are computed in every evaluation."""
 
 
+WHOLE = (0.0, 1.0)
+"""From one end of a line to the other."""
+
+
 @dataclass(frozen=True, eq=False)
 class Skin(metaclass=Described):
     """Points of the surface of a deforming body, each with an area and a normal that turns with the body there.
@@ -37,7 +41,7 @@ class Skin(metaclass=Described):
     spacing: float
     nodes: Any = None
     radius: float | None = None
-    between: Any = (0.0, 1.0)
+    between: Any = WHOLE
 
     def __post_init__(self):
         for name in ("spacing", "radius"):
@@ -90,7 +94,7 @@ def checked_skins(given: Any, title: str, *, needs: tuple[str, ...], lacks: tupl
                     title, found=f"skin {name} without {field}", expected=f"its {field}", remedy=f"Write {field}=0.01"
                 )
         for field in lacks:
-            if getattr(skin, field) is not None:
+            if _is_given(skin, field):
                 raise ModelError(
                     title,
                     found=f"skin {name} with {field} = {getattr(skin, field)!r:.60}",
@@ -98,6 +102,12 @@ def checked_skins(given: Any, title: str, *, needs: tuple[str, ...], lacks: tupl
                     remedy=f"Leave {field} out",
                 )
     return dict(given)
+
+
+def _is_given(skin: Skin, field: str) -> bool:
+    """Does a field of a skin say more than its default?"""
+    value = getattr(skin, field)
+    return tuple(value) != WHOLE if field == "between" else value is not None
 
 
 def check_count(count: float, name: str, title: str) -> None:

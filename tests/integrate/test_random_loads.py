@@ -64,3 +64,12 @@ def test_the_limit_of_a_gain_is_that_of_hurwitz():
     assert list(locus.stable) == [low < value < K for value in locus.values]
     with pytest.raises(ModelError, match="two values or more"):
         fmb.root_locus(cart, [1.0])
+
+
+@pytest.mark.parametrize("values", [(-1.0, -0.3, 0.4, 1.1), (-1.0, 0.0, 1.0), (1.0, 0.25, -0.5)])
+def test_the_limit_beside_freedoms_that_nothing_holds(values):
+    """m s^2 + c s + k = 0: c < 0 excites it, at sqrt(k / m) where c = 0; a point beside it is free."""
+    free = fmb.PointMass("free", mass=1.0)
+    ((value, pole),) = fmb.root_locus(lambda c: cart(damping=c).with_parts(bodies=[free]), values).crossings()
+    assert value == pytest.approx(0.0, abs=1e-9)
+    assert pole == pytest.approx(1j * np.sqrt(K / M), abs=1e-9)

@@ -278,6 +278,7 @@ WHOLE = {"top": fmb.Skin(spacing=0.05)}
         ({"top": fmb.Skin(spacing=0.1, nodes="roof")}, LAW, "roof.*no set"),
         ({"top": fmb.Skin(spacing=0.1, nodes=[0, 1])}, LAW, "no facet of the free surface"),
         ({"top": fmb.Skin(spacing=0.1, radius=0.1)}, LAW, "have no shells"),
+        ({"top": fmb.Skin(spacing=0.1, between=(0.0, 0.5))}, LAW, r"between = \(0.0, 0.5\).*no between"),
         ({"side": fmb.Skin(spacing=0.1)}, LAW, "no skin 'top'.*side"),
         ({"top": 0.1}, LAW, "expected: a Skin|Expected: a Skin"),
         (WHOLE, fmb.Hertz(stiffness=1e6), "a Sphere.*and a Surface"),

@@ -96,7 +96,7 @@ class FloatingBody(Body):
         except ModelError as error:
             known = {"expected": error.expected, "remedy": error.remedy}
             raise ModelError(self.title, found=f"modes = {modes!r:.200}", **known) from None
-        object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=()))
+        object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=("between",)))
         found: Any = with_skins(reduced, self.skins, self.title) if self.skins else (reduced, {}, {})
         for name, value in zip(("_reduced", "_patches", "_thickness"), found, strict=True):
             object.__setattr__(self, name, value)

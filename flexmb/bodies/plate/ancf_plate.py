@@ -156,7 +156,9 @@ class AncfPlate(Body):
         )
         object.__setattr__(self, "markers", dict(self.markers or {}))
         places = {name: place_of(value, name, self.title) for name, value in {**CORNER_MARKERS, **self.markers}.items()}
-        object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=("nodes", "radius")))
+        object.__setattr__(
+            self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=("nodes", "radius", "between"))
+        )
         more, patches = face_patches(self, self.skins)
         object.__setattr__(self, "_places", places | more)
         object.__setattr__(self, "_patches", patches)

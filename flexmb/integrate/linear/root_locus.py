@@ -17,6 +17,9 @@ from flexmb.model.model import Model
 
 __all__ = ["RootLocus", "root_locus"]
 
+CLOSE = 1e-12
+"""How close limits of stability are found, relative to the values around them."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RootLocus:
@@ -45,7 +48,7 @@ class RootLocus:
         return self.poles.real.max(axis=1)
 
     def limits(self) -> list[float]:
-        """Return the values at which the largest real part passes zero, each found between two values by new models."""
+        """Return the values at which a motion begins or ceases to grow, each found between two values by new models."""
         return [value for value, _ in self.crossings()]
 
     def crossings(self) -> tuple[tuple[float, complex], ...]:
@@ -54,16 +57,38 @@ class RootLocus:
 
     @cached_property
     def _crossings(self) -> tuple[tuple[float, complex], ...]:
-        found, growth = [], self.growth
-        for k in np.flatnonzero(growth[:-1] * growth[1:] < 0.0):
-            a, b = float(self.values[k]), float(self.values[k + 1])
-            value = float(
-                brentq(lambda x: float(self._poles(x).real.max()), a, b, xtol=1e-12 * max(abs(a), abs(b)), rtol=1e-12)
-            )
-            poles = self._poles(value)
-            pole = complex(poles[np.argmax(poles.real)])
+        free = int(np.min(np.sum(self.poles == 0.0, axis=1)))
+        found, growth = [], np.array([_fastest(poles, free).real for poles in self.poles])
+        for k in np.flatnonzero((growth[:-1] > 0.0) != (growth[1:] > 0.0)):
+            passes = growth[k] * growth[k + 1] < 0.0
+            value = self._limit(float(self.values[k]), float(self.values[k + 1]), passes, free)
+            pole = _fastest(self._poles(value), free)
             found.append((value, complex(pole.real, abs(pole.imag))))
         return tuple(found)
+
+    def _limit(self, a: float, b: float, passes: bool, free: int) -> float:
+        """Return where growth begins or ends between two values: where it passes zero, or leaves it."""
+
+        def growth(value: float) -> float:
+            return _fastest(self._poles(value), free).real
+
+        close = CLOSE * max(abs(a), abs(b))
+        if passes:
+            return float(brentq(growth, a, b, xtol=close, rtol=CLOSE))
+        grows = growth(a) > 0.0
+        while abs(b - a) > close:
+            middle = 0.5 * (a + b)
+            if (growth(middle) > 0.0) == grows:
+                a = middle
+            else:
+                b = middle
+        return b if grows else a
+
+
+def _fastest(poles: np.ndarray, free: int) -> complex:
+    """Return the pole that grows fastest; so many at zero belong to freedoms that nothing holds, at any value."""
+    others = np.delete(poles, np.flatnonzero(poles == 0.0)[:free])
+    return complex(others[np.argmax(others.real)]) if len(others) else 0j
 
 
 def root_locus(model: Callable[[float], Model], values, about: Callable[[Model], Any] | None = None) -> RootLocus:
