@@ -19,6 +19,7 @@ __all__ = [
     "open_joint",
     "singular",
     "without_inertia",
+    "without_value",
     "worst_equations",
 ]
 
@@ -48,6 +49,24 @@ def _worst(work, count: int = 1) -> np.ndarray:
 
 def _why_no_value(system: System, k: int) -> str:
     return "" if "Formula" in system.equation_names[k] else ", the point is beyond the end of the curve"
+
+
+def without_value(system: System, work, *state: np.ndarray) -> str:
+    """Return what of the latest evaluation is no finite number: " because of ...", or "".
+
+    `state` are the arrays that it was evaluated at: where they are no numbers themselves, nothing can be told. An
+    equation comes first, with its residual and its rate by time; then the body whose equation of motion is spoilt.
+    """
+    if not all(np.all(np.isfinite(x)) for x in state):
+        return ""
+    rows, legs = work.equations, work.legs
+    sound = np.isfinite(rows["g"]) & np.isfinite(rows["rate"]) & np.isfinite(rows["drift"])
+    sound[legs["equation"][~np.isfinite(legs["gradient"]).all(axis=1)]] = False
+    for k in np.flatnonzero(~sound):
+        numbers = f"residual {rows['g'][k]:.3g}, rate by time {rows['rate'][k]:.3g}"
+        return f" because of equation '{system.equation_names[k]}', which has no value there ({numbers})"
+    lost = np.flatnonzero(~np.isfinite(work.residual))
+    return f" near {system.owner(int(lost[0]))}" if len(lost) else ""
 
 
 def equations_of_forces(system: System, work) -> np.ndarray:

@@ -1,5 +1,7 @@
 """What is said about equations of the user that cannot be satisfied, or that are none."""
 
+import re
+
 import pytest
 
 import flexmb as fmb
@@ -71,3 +73,43 @@ def test_speeds_that_part_from_positions_on_the_way_are_named(integrator):
         bodies=model.bodies, joints=[joints[0], joints[1].replaced(parameters={"c": 0.0})], gravity=model.gravity
     )
     assert fmb.simulate(agreed, 1.0, samples=101, integrator=integrator).status.ok
+
+
+INTEGRATORS = [
+    fmb.GeneralizedAlpha(),
+    fmb.GeneralizedAlpha(step=1e-3),
+    fmb.IDA(),
+    fmb.Implicit(),
+    fmb.Explicit(),
+    fmb.Explicit(formulation=fmb.UdwadiaPhohomsiri()),
+    fmb.MoreauJean(step=1e-3),
+]
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+def test_an_equation_in_time_that_ends_on_the_way_is_named(integrator):
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(model("p[0] = 0.5*sqrt(1 - 2*t)"), 1.0, samples=8, integrator=integrator)
+    text = str(caught.value)
+    assert "Joint 'c0': its equation 'Formula' with its two rates is [" in text
+    assert "from t = 0.5 s on" in text
+    assert "Correct its signals" in text
+    assert caught.value.solution.t[-1] == pytest.approx(3 / 7)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+def test_an_equation_that_ends_where_a_point_comes_is_named(integrator):
+    """The point falls freely and is a metre down after sqrt(2 / 9.81) s: steps beyond are tried, and taken back."""
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(model("p[0] = 0.5 + 0*sqrt(p[2] + 1)"), 1.0, samples=8, integrator=integrator)
+    text = str(caught.value)
+    assert "c0: Formula" in text
+    assert "nan" in text
+    ended = float(re.search(r"at t = ([0-9.]+) s", text)[1])
+    assert ended == pytest.approx((2 / 9.81) ** 0.5, rel=0.01 if isinstance(integrator, fmb.IDA) else 1e-4)
+
+
+def test_a_stepped_run_names_the_equation_that_ends():
+    run = fmb.stepper(model("p[0] = 0.5*sqrt(1 - 2*t)"))
+    with pytest.raises(IntegrationError, match=r"Joint 'c0': its equation 'Formula'.*from t = 0\.5 s on"):
+        run.advance(by=0.7)

@@ -25,7 +25,7 @@ from flexmb.math.weights import weigh_mass
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import accelerations
 from flexmb.system.branches import branch_rates
-from flexmb.system.complaints import worst_equations
+from flexmb.system.complaints import without_value, worst_equations
 from flexmb.system.program import advance, constraint_velocity, evaluate
 
 __all__ = ["GeneralizedAlpha"]
@@ -339,7 +339,9 @@ class GeneralizedAlpha(metaclass=Described):
         t = v.run[0].t
         if reason == SINGULAR:
             if not np.all(np.isfinite(work.residual)):
-                return f"the equations of motion are not finite at t = {t:.9g} s"
+                return (
+                    f"the equations of motion are not finite at t = {t:.9g} s{without_value(system, work, v.q1, v.u1)}"
+                )
             return f"the iteration matrix is singular at t = {t:.9g} s (dead centre, or dependent equations)"
         if reason == STALLED:
             worst = int(np.argmax(np.abs(v.right[: system.nu]) * v.extent)) if system.nu else 0

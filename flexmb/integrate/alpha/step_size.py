@@ -42,6 +42,8 @@ def change_of_velocities(program, work, v, h):
         largest = max(largest, abs(change))
     if largest > 0.0:
         lu_solve(work.S, program.pattern, v.right)
+        if not np.all(np.isfinite(v.right)):  # factors of a trial beyond the end of an equation: velocities stay
+            return
         for i in range(len(v.u)):
             v.change[i] = v.right[i]
         turn(v.world, v.q, v.change)

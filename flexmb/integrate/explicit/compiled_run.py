@@ -20,6 +20,7 @@ from flexmb.integrate.runs.patience import PAUSED, Patience
 from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.structures import counted
 from flexmb.system.branches import branch_rates
+from flexmb.system.complaints import without_value
 from flexmb.system.program import evaluate
 from flexmb.tree.rigid.link_tree import no_links
 
@@ -176,11 +177,13 @@ class CompiledRun:
             )
         if reason != 0:
             # the other run finds accelerations also where the matrix is singular, or says why there are none
+            state = self._state()
             try:
-                self.other = self.make_other(self._state())
+                self.other = self.make_other(state)
             except (CompileError, ValueError, np.linalg.LinAlgError) as error:
                 why = str(error) if isinstance(error, CompileError) else "the state is not finite"
-                return f"{why} at t = {s.run[0].t:.9g} s"
+                cause = without_value(self.system, self.work, state.q, state.u)
+                return f"{why} at t = {s.run[0].t:.9g} s{cause}"
             self.other.solver.y[-3:] = s.y[-3:]
         if self.other is None:
             return ""

@@ -24,7 +24,7 @@ from flexmb.math.energies import powers
 from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import accelerations
-from flexmb.system.complaints import worst_equations
+from flexmb.system.complaints import without_value, worst_equations
 from flexmb.system.mobility import equation_scale
 from flexmb.system.program import evaluate
 
@@ -91,6 +91,7 @@ class _Run:
         times = system.signal_times.between(state.t, max(state.t, t_end))
         self.stops = np.unique(np.concatenate([just_before(times.breaks), times.fine]))
         self.latest = state.t, self.y.copy(), self.yp.copy()
+        self.cause = ""
         self.counts = {"steps": 0, "rejected": 0, "residuals": 0, "factorisations": 0}
         self.tried = state.t
         self.span = max(t_end - state.t, 1e-300)
@@ -191,6 +192,7 @@ class _Run:
         """Callback of the solver."""
         residual(self.system.program, self.work, self.form, t, y, yp, res)
         if not np.all(np.isfinite(res)):
+            self.cause = without_value(self.system, self.work, y)
             raise _NotFinite(t)
         self.latest = t, y, yp
         # the solver does not tell its steps: a new one is evaluated later than the one before, a repeated one earlier
@@ -232,8 +234,9 @@ class _Run:
         try:
             with redirect_stdout(_WithoutErrors(sys.stdout)):
                 result = self.solver.step(t, method=how, tstop=stop)
-        except _NotFinite:
-            return f"the equations of motion are not finite{self._where()}"
+        except _NotFinite as error:
+            where = f" at t = {error.args[0]:.9g} s{self.cause}" if self.cause else self._where()
+            return f"the equations of motion are not finite{where}"
         for name, count in (("residuals", result.nfev), ("factorisations", result.njev)):
             self.counts[name] = self.before[name] + int(count)
         self.steps += 1

@@ -25,6 +25,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.block_parts import parts_of
 from flexmb.math.energies import powers
 from flexmb.math.weights import no_matrix, weigh
+from flexmb.system.complaints import without_value
 from flexmb.system.program import advance, evaluate, keep_branches
 
 __all__ = ["Stepper"]
@@ -156,10 +157,12 @@ class Stepper:
                 right,
             )
             if fresh and lu_factor(work.S, program.pattern) >= 0:
+                if not np.all(np.isfinite(work.residual)):
+                    return self._fail(self._not_finite(self.t + 0.5 * h, mid, ub))
                 return self._fail(f"the iteration matrix is singular at t = {self.t:.9g} s")
             lu_solve(work.S, program.pattern, right)
             if not np.isfinite(right.sum()):
-                return self._fail(f"the equations of motion are not finite at t = {self.t:.9g} s")
+                return self._fail(self._not_finite(self.t + 0.5 * h, mid, ub))
             if fresh:
                 self.gained = self.lever * float(np.abs(right[:nu]).max(initial=0.0))
                 points = self.touching.found(work, h, 2.0 * h * self.gained + TOUCHING * self.small)
@@ -206,6 +209,11 @@ class Stepper:
             return self._fail(f"the iteration does not converge at t = {self.t:.9g} s (change {change:.2g})")
         return self._accept(h, u1, lam, problem, ub, ab, mid)
 
+    def _not_finite(self, t: float, *state: np.ndarray) -> str:
+        """Say that the evaluation of a state at the time t is not finite, and because of what."""
+        cause = without_value(self.system, self.work, *state)
+        return f"the equations of motion are not finite at t = {t:.9g} s{cause}"
+
     def _accept(self, h, u1, lam, problem, ub, ab, mid) -> bool:
         """Make the end of the step the state: positions, joints closed, works."""
         program, work = self.system.program, self.work
@@ -225,8 +233,10 @@ class Stepper:
         end = self.q.copy()
         end_positions(program, self.world, self.q, self.u, u1, h, end)
         end, u1 = self._closed(h, end, u1)
-        if not np.all(np.isfinite(end)):
-            return self._fail(f"the state is not finite at t = {self.t + h:.9g} s")
+        if not np.all(np.isfinite(end)) or not np.all(np.isfinite(u1)):
+            return self._fail(
+                f"the state is not finite at t = {self.t + h:.9g} s{without_value(self.system, work, end)}"
+            )
         keep_branches(program, work, end)
         self._clear_wrenches(end)
         self.a, self.q, self.u, self.lam, self.h = rate, end, u1, lam, h

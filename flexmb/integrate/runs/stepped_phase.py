@@ -22,7 +22,9 @@ from flexmb.integrate.runs.inversion import first_inversion
 from flexmb.integrate.runs.phases import carried
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reading import Readings
+from flexmb.integrate.runs.reasons import failed_with
 from flexmb.integrate.runs.record import joined_rows
+from flexmb.integrate.runs.unknown_value import unknown_value
 from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import Watch, next_phase
 from flexmb.results import Instant, Phase, Status
@@ -136,11 +138,14 @@ class SteppedPhase:
             outcome = self.integrator.run(self.system, self.work, self.variables, samples, 1, 2, PATIENCE)
             rows = outcome.rows
             if outcome.failure:
+                known = rows if len(rows["t"]) else self.last
+                q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
+                wrong = failed_with(self.model, outcome, unknown_value(self.system, q, u, begin, mark))
                 raise IntegrationError(
                     f"Model '{self.model.name}'",
-                    found=outcome.failure,
+                    found=wrong.message,
                     expected="a motion that the integrator can follow",
-                    remedy=f"{outcome.remedy}; look at the inputs: {self.inputs}",
+                    remedy=f"{wrong.remedy}; look at the inputs: {self.inputs}",
                 )
         row = {**rows, "works": rows["works"] + self.works}
         self._require_sound(row)

@@ -1,4 +1,4 @@
-"""Which force or drive is no longer finite when a run cannot continue: sqrt(1 - t) after one second."""
+"""Which force, drive or equation is no longer finite when a run cannot continue: sqrt(1 - t) after one second."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from flexmb.math.weights import no_matrix
 from flexmb.system.observe import observe
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
 __all__ = ["REMEDY", "unknown_value"]
 
@@ -15,7 +17,7 @@ LOOKS, HALVINGS = 64, 50
 
 
 def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float) -> str | None:
-    """Return a sentence about the first force or drive without a finite value after `begin`, or None.
+    """Return a sentence about the first force, drive or equation without a finite value after `begin`, or None.
 
     The configuration comes from the last sample, so values that depend on time only are found exactly.
 
@@ -34,6 +36,11 @@ def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float
             if found is not None:
                 where = f"{joint.title}{_bodies(joint, model)}"
                 return f"{where}: its signal with its two rates is {_text(found[1])} from t = {found[0]:.9g} s on"
+    return _of_forces(system, q, u, times) or _of_equations(system, q, u, times)
+
+
+def _of_forces(system, q: np.ndarray, u: np.ndarray, times: np.ndarray) -> str | None:
+    model = system.model
     if not model.forces:
         return None
     numbers = [system.force_index[force.name] for force in model.forces]
@@ -51,6 +58,34 @@ def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float
     wrong = model.forces[k]
     where = f"{wrong.title}{_bodies(wrong, model)}"
     return f"{where}: its force and moment are {_text(wrench[k])} from t = {found[0]:.9g} s on"
+
+
+def _of_equations(system, q: np.ndarray, u: np.ndarray, times: np.ndarray) -> str | None:
+    """Tell of an equation whose residual, rate or second rate ends: 0.5 sqrt(1 - 2 t) has infinite rates at its end."""
+    if not system.ng:
+        return None
+    work, rest = system.workspace(), np.zeros(system.nu)
+
+    def numbers(t: np.ndarray) -> np.ndarray:
+        found = np.zeros((len(t), system.ng, 3))
+        for row, now in zip(found, t, strict=True):
+            no_matrix(work.weights)
+            evaluate(system.program, system.state(float(now), q, u), work)
+            first, second = np.zeros((2, system.ng))
+            constraint_velocity(work, u, first)
+            constraint_acceleration(work, rest, second)
+            row[:] = np.stack([work.equations["g"], first, second], axis=1)
+        return found.reshape(len(t), -1)
+
+    found = _first(numbers, times)
+    if found is None:
+        return None
+    values = found[1].reshape(-1, 3)
+    k = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
+    joint = system.joints[system.equation_owners[k][0]]
+    kind = system.equation_names[k].rpartition(": ")[2]
+    where = f"{joint.title}{_bodies(joint, system.model)}"
+    return f"{where}: its equation '{kind}' with its two rates is {_text(values[k])} from t = {found[0]:.9g} s on"
 
 
 def _bodies(part, model) -> str:
