@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 import flexmb as fmb
 from flexmb.errors import ModelError, ValidityWarning
 from flexmb.integrate import Family
+from flexmb.model.block import Block
 
 RECURSIVE = fmb.Explicit(formulation=fmb.Recursive())
 ROWS = ("t", "q", "u", "a", "lam", "works")
@@ -247,6 +249,40 @@ def _push(t, d, v, R, w):
 
 def _stiff(speed):
     return 2.0 * speed
+
+
+@dataclass(frozen=True, eq=False)
+class _Falling(Block):
+    """A state whose rate is a function of Python, as those of units for model exchange."""
+
+    name, word = "falling", "falling"
+
+    def states(self):
+        return {"x": 1.0}
+
+    def rates(self):
+        return (fmb.Function([self.state("x")], function=_negative),)
+
+    def output(self):
+        return self.state("x")
+
+
+def _negative(t, x):
+    return -float(x[0])
+
+
+@pytest.mark.parametrize("place", ["formula", "sensor", "rate of a block"])
+def test_functions_are_found_wherever_they_are(place):
+    """Threads would run them between each other's calls, and a unit's states belong to one of them only."""
+    function = fmb.Function([fmb.JointCoordinate("x", joint="rail")], function=_negative)
+    model = cart()
+    if place == "sensor":
+        model = model.with_parts(sensors=[fmb.SignalValue("answer", of=function)])
+    else:
+        effort = fmb.formula("2*y", over={"y": function}) if place == "formula" else 2.0 * _Falling()
+        model = model.with_parts(forces=[fmb.Actuator("motor", joint="rail", effort=effort)])
+    with pytest.raises(ModelError, match="Function calls a function of Python"):
+        Family().solution(model, 0.1, samples=2)
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.runs.simulate import chosen_integrator, run_assembled, sample_times, state_at
 from flexmb.math.ahead import compile_ahead
+from flexmb.model.block import Block
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.results import Solution
@@ -79,7 +80,7 @@ class Family:
 
 def _require_no_python(model: Model) -> None:
     """Raise ModelError for a part that calls a function of the user."""
-    for part in (*model.joints, *model.forces):
+    for part in (*model.joints, *model.forces, *model.sensors):
         for found in _described(part):
             if getattr(found, "imports", ()):
                 raise ModelError(
@@ -90,10 +91,18 @@ def _require_no_python(model: Model) -> None:
                 )
 
 
-def _described(part: Any):
-    """Yield a description and all descriptions in its fields."""
-    yield part
-    for value in getattr(part, "__dict__", {}).values():
-        for entry in value if isinstance(value, tuple | list) else (value,):
-            if hasattr(entry, "__dataclass_fields__"):
-                yield from _described(entry)
+def _described(part: Any) -> Iterator[Any]:
+    """Yield a description and, once each, all descriptions in its fields, and in the rates of blocks."""
+    waiting: list[Any] = [part]
+    seen: dict[int, Any] = {}
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, Mapping):
+            waiting += value.values()
+        elif isinstance(value, tuple | list):
+            waiting += value
+        elif hasattr(value, "__dataclass_fields__") and id(value) not in seen:
+            seen[id(value)] = value  # kept, so that no other gets its number
+            yield value
+            waiting += getattr(value, "__dict__", {}).values()
+            waiting += value.rates() if isinstance(value, Block) else ()
