@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.errors import IntegrationError
 
 SIDE, THICKNESS = 1.0, 0.005
 STEEL = fmb.MATERIALS["steel"]
@@ -79,4 +80,28 @@ def test_a_mechanism_that_nothing_holds_is_named():
     with pytest.raises(
         fmb.IntegrationError, match=r"had moved Body 'wheel', rotation about its z-axis, by .* rad: perh"
     ):
+        fmb.statics(model)
+
+
+@pytest.mark.parametrize("lowest", [0.1, 0.5])
+def test_equations_that_end_on_the_way_to_equilibrium(lowest):
+    """1 kg on 20 N/m comes to rest 0.4905 m down: before that a root of what is negative, or just not."""
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(markers={"up": (0.5, 0, 0.5)}), fmb.PointMass("q", mass=1.0, at=(0.5, 0, 0))],
+        joints=[
+            fmb.Constraint(
+                f"c{k}",
+                over=[fmb.Position("p", marker="q.center")],
+                equation=f"p[{k}] = {0.5 - 0.5 * k} + 0*sqrt(p[2] + {lowest})",
+            )
+            for k in (0, 1)
+        ],
+        forces=[fmb.SpringDamper("s", markers=("ground.up", "q.center"), stiffness=20.0, length=0.5)],
+        sensors=[fmb.Position("place", marker="q.center")],
+    )
+    if lowest > 0.4905:
+        assert fmb.statics(model)["place"][-1, 2] == pytest.approx(-0.4905, abs=1e-6)
+        return
+    with pytest.raises(IntegrationError, match=r"numbers end because of equation 'c0: Formula'.*residual nan"):
         fmb.statics(model)

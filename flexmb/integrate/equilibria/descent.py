@@ -9,9 +9,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from flexmb.errors import IntegrationError
 from flexmb.integrate.extent import extents
 from flexmb.integrate.linear.steady import saddle, steady_motion
 from flexmb.integrate.matrices import tangent_at
+from flexmb.system.complaints import without_value
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate, keep_branches
 
@@ -21,6 +23,8 @@ LINEAR = 0.1
 """A move with a smaller nonlinearity lets the pseudo time grow, whatever the forces."""
 CUTS = 30
 """How often the pseudo time is halved until no move is uphill."""
+SHORTEST = 1e-6
+"""Pseudo time, relative to the first, below which moves lead nowhere."""
 UPHILL = 1e-8
 """How far, as a share of the model's size, a move may go against its force: what rounding does."""
 SOFT = 1e-9
@@ -63,6 +67,10 @@ class Descent:
     def balanced(self, tolerance: float) -> bool:
         """Evaluate the forces at the present configuration; are they in balance, and the constraints satisfied?"""
         now = self.system.state(self.t, self.q, u=self._at_rest(), lam=self.lam)
+        if self.path and self._beyond(now):
+            self.__dict__.update(self.before)
+            self.step *= 0.1
+            return False
         self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
         now.u[:], now.a[:] = self.motion.u, self.motion.a
         self.tangent = self._of_states(tangent_at(self.system, now, self.work))
@@ -95,6 +103,21 @@ class Descent:
             and self._settled(tolerance)
             and (self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before))
         )
+
+    def _beyond(self, now) -> bool:
+        """Has a move led where an equation or a force has no value? Raise IntegrationError if even short ones do."""
+        self.work.weights[0].wanted = 0
+        evaluate(self.system.program, now, self.work)
+        cause = without_value(self.system, self.work, now.q, now.u, now.lam)
+        if cause and self.step <= SHORTEST * self.first:
+            raise IntegrationError(
+                f"Model '{self.system.model.name}'",
+                found=f"the search for an equilibrium comes to where numbers end{cause}",
+                expected="equations and forces with a value all the way to the equilibrium",
+                remedy="Correct the equation, its numbers or the loads: there is no root or logarithm of what is not "
+                "positive; or begin nearer to the equilibrium",
+            )
+        return bool(cause)
 
     def _at_rest(self) -> np.ndarray:
         """Return velocities (nu,) of bodies at rest, with the states."""
