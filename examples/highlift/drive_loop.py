@@ -88,15 +88,14 @@ def main(turn_time: float = 6.0) -> dict[str, float]:
     motor, loop = extension(plain, turn_time), extension(with_loop(plain), turn_time)
     ratio = motor["pcu angle"][-1] / motor["s3_input angle"][-1]
     free = (loop["released"] > 0.5) & (loop.t > 0.5)
-    rest = loop.t > turn_time + 0.5
     return {
-        "difference": float(np.abs(loop["pcu angle"] - motor["pcu angle"])[free].max()),
+        "difference": float(np.abs(loop["pcu angle"] - motor["pcu angle"])[free].max(initial=0.0)),
         "travel": float(motor["pcu angle"][-1]),
         "torque": float(np.interp(0.5 * turn_time, loop.t, loop["motor torque"])),
         "loads": float(5 * LOAD / ratio),
         "brake": float(loop["brake"][-1]),
-        "creep": float(np.ptp(loop["pcu angle"][rest])),
-        "engaged": float(loop.t[np.flatnonzero(loop["released"] > 0.5)[-1]]),
+        "creep": float(np.ptp(loop["pcu angle"][-51:])),
+        "engaged": float(loop.t[loop["released"] > 0.5].max(initial=0.0)),
     }
 
 

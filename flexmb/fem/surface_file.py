@@ -17,7 +17,7 @@ HEADER = 1_000_000
 TABLES = (".csv", ".txt", ".dat")
 PRESSURES = ("p", "pressure", "P", "Pressure")
 
-SurfaceTable = dict[str, np.ndarray]
+SurfaceTable = dict[str, Any]
 """points (n, 3), m; pressure (n,) or (nt,), Pa; areas (n, 3), m2, or triangles (nt, 3) and by_triangle."""
 
 
@@ -48,7 +48,7 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
     pressures = [np.asarray(mesh.cell_data[name][k], float) for k in blocks] if name in mesh.cell_data else []
     pressure = np.concatenate(pressures) if pressures else np.asarray(mesh.point_data[name], float)
     found = {"points": scale * points, "triangles": triangles, "pressure": pressure}
-    return {**found, "by_triangle": np.array(bool(pressures))}
+    return {**found, "by_triangle": bool(pressures)}
 
 
 def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
