@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
-from flexmb.fem.foreign_files import understood
+from flexmb.fem.foreign_files import understood, whole_numbers
 
 __all__ = ["SurfaceTable", "read_surface", "read_triangles"]
 
@@ -77,7 +77,7 @@ def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np
 
 
 def _read(path: Path) -> Any:
-    """Return what meshio reads. It looks for the end of the header of a PLY file for ever: that is looked for here."""
+    """Return what meshio reads. It seeks the end of a PLY header, and the counts of OFF, for ever: done here before."""
     import meshio
 
     if path.suffix.lower() == ".ply":
@@ -87,6 +87,14 @@ def _read(path: Path) -> Any:
             raise ValueError("its header has no end")
         counts = [line.split()[-1] for line in head.splitlines() if line.startswith(b"element ")]
         if any(int(count) > path.stat().st_size for count in counts):
+            raise ValueError("it announces more than it holds")
+    if path.suffix.lower() == ".off":
+        with path.open(encoding="utf-8") as text:
+            text.readline()
+            counts = next((line.split() for line in text if line.strip() and line.strip()[0] != "#"), [])
+        if not counts:
+            raise ValueError("it has no line of counts")
+        if any(int(count) > path.stat().st_size for count in counts[:2]):
             raise ValueError("it announces more than it holds")
     return meshio.read(path)
 
@@ -105,9 +113,18 @@ def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:
             expected="triangles or quadrilaterals",
             remedy="Export the surface, not the volume",
         )
-    points = np.zeros((len(mesh.points), 3))
-    points[:, : mesh.points.shape[1]] = mesh.points
-    return points, np.concatenate(triangles).astype(int), blocks
+    given = np.asarray(mesh.points)
+    if given.ndim != 2 or given.shape[1] not in (2, 3):
+        raise MeshError(
+            part,
+            found=f"points of the shape {given.shape}",
+            expected="two or three coordinates each",
+            remedy="Export points without colours or weights",
+        )
+    points = np.zeros((len(given), 3))
+    points[:, : given.shape[1]] = given
+    corners = np.concatenate(triangles)
+    return points, whole_numbers(part, "corners of cells, counted from 0,", corners, 0, len(points) - 1), blocks
 
 
 def _pressure_name(names: list[str], field: str, part: str) -> str:

@@ -304,3 +304,22 @@ def test_damaged_headers(tmp_path, head, message):
     (tmp_path / "solid.ply").write_text(head)
     with pytest.raises(fmb.MeshError, match=message):
         fmb.TriangleMesh(file=tmp_path / "solid.ply")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("solid.off", "OFF", "no line of counts"),
+        ("solid.off", "OFF\n# 4 4 6\n\n", "no line of counts"),
+        ("solid.off", "OFF\n400000000 1 0\n", "more than it holds"),
+        ("solid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 " + "9" * 400 + "\n", "not numbers"),
+        ("solid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "corners of cells.* 8. Expected: .* from 0 to 2"),
+        ("solid.obj", "v 0 0 0 1 0\nv 1 0 0 1 0\nv 0 1 0 1 0\nf 1 2 3\n", r"points of the shape \(3, 5\)"),
+    ],
+)
+def test_damaged_texts_of_surfaces(tmp_path, name, text, said):
+    """An OFF file without counts was read for ever; numbers beyond 64 bits ended as an overflow."""
+    pytest.importorskip("meshio")
+    (tmp_path / name).write_text(text)
+    with pytest.raises(fmb.MeshError, match=said):
+        fmb.TriangleMesh(file=tmp_path / name)
