@@ -91,10 +91,10 @@ def _read(path: Path) -> Any:
     if path.suffix.lower() == ".off":
         with path.open(encoding="utf-8") as text:
             text.readline()
-            counts = next((line.split() for line in text if line.strip() and line.strip()[0] != "#"), [])
-        if not counts:
+            sizes = next((line.split() for line in text if line.strip() and line.strip()[0] != "#"), [])
+        if not sizes:
             raise ValueError("it has no line of counts")
-        if any(int(count) > path.stat().st_size for count in counts[:2]):
+        if any(int(count) > path.stat().st_size for count in sizes[:2]):
             raise ValueError("it announces more than it holds")
     return meshio.read(path)
 
