@@ -19,9 +19,9 @@ SHORTEST = 1e-7
 """Length of a cell, relative to the run, that is not halved any more."""
 MOST = 500_000
 """Cells that are looked at together before the search ends."""
-ENTRY, FINER = 40, 4.0
-"""So many cells are marked from where a signal becomes so many times finer: a pulse is over after them, and what lasts
-longer the integrator has seen."""
+BEFORE, FINER, ENTRY = 40, 4.0, 160
+"""Where cells become so many times finer than the longest of so many before, so many are marked: a pulse is over after
+them, its slow end too, and what lasts longer the integrator has seen."""
 
 
 def resolution(program: SignalProgram, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -83,8 +83,8 @@ def entries(edges: np.ndarray) -> np.ndarray:
     """Return the edges (n,) of the first cells of every stretch of time in which cells are finer than before."""
     lengths = np.diff(edges)
     before = np.full(len(lengths), np.inf)
-    if len(lengths) > ENTRY:
-        before[ENTRY:] = np.lib.stride_tricks.sliding_window_view(lengths[:-1], ENTRY).max(axis=1)
+    if len(lengths) > BEFORE:
+        before[BEFORE:] = np.lib.stride_tricks.sliding_window_view(lengths[:-1], BEFORE).max(axis=1)
     begins = np.flatnonzero(before > FINER * lengths)
     keep = np.unique(np.minimum(begins[:, None] + np.arange(ENTRY), len(lengths) - 1))
     return np.unique(np.concatenate([edges[:-1][keep], edges[1:][keep]]))

@@ -143,7 +143,7 @@ def test_a_pendulum_and_a_bell_of_force_do_not_warn():
         forces=[fmb.PointLoad("f", marker="p.center", force=(force, 0, 0))],
         sensors=[fmb.Position("x", marker="p.center"), fmb.Velocity("v", marker="p.center")],
     )
-    for integrator, within in ((fmb.GeneralizedAlpha(), 2e-3), (fmb.Implicit(), 2e-5), (fmb.IDA(), 2e-5)):
+    for integrator, within in ((fmb.GeneralizedAlpha(), 3e-4), (fmb.Implicit(), 2e-5), (fmb.IDA(), 2e-5)):
         run, sentences = told(mass, 10.0, samples=1001, integrator=integrator)
         assert not sentences
         assert run["v"][-1, 0] == pytest.approx(np.sqrt(np.pi), rel=within)

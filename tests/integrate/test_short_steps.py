@@ -1,4 +1,6 @@
-"""Steps that are short only because a time must be met: what they tell of rates is rounding divided by their size."""
+"""Steps that are short because a time must be met: what one alone tells of rates is rounding divided by its size, what
+many over a pulse tell is the pulse.
+"""
 
 import numpy as np
 import pytest
@@ -45,3 +47,27 @@ def test_a_corner_just_before_a_sample(integrator, turned, pulled, before):
     solution = fmb.simulate(four_bar(SAMPLE - before), 1.0, samples=21, integrator=integrator)
     assert solution["angle"] == pytest.approx(reference["angle"], abs=turned)
     assert solution["pull"] == pytest.approx(reference["pull"], abs=pulled)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize(
+    ("integrator", "within"),
+    [
+        (fmb.GeneralizedAlpha(), 5e-4),
+        (fmb.GeneralizedAlpha(step=1e-2), 5e-4),
+        (fmb.Implicit(), 2e-5),
+        (fmb.IDA(), 2e-5),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+@pytest.mark.parametrize("samples", [11, 101])
+def test_a_bell_of_force(integrator, within, width, samples):
+    """Its impulse is sqrt(pi) Ns, however short it is and wherever its times lie between the samples."""
+    force = fmb.expression(f"{1.0 / width}*exp(-((t - 4.9973)/{width})**2)")
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0)],
+        forces=[fmb.PointLoad("f", marker="p.center", force=(force, 0, 0))],
+        sensors=[fmb.Velocity("v", marker="p.center")],
+    )
+    run = fmb.simulate(model, 10.0, samples=samples, integrator=integrator)
+    assert run["v"][-1, 0] == pytest.approx(np.sqrt(np.pi), rel=within)

@@ -49,19 +49,20 @@ def test_bounds_hold_the_signal(signal):
 
 
 def test_a_pulse_divides_time():
-    """A Gaussian of 1 ms in 10 s: short cells around it, few in all; a steady oscillation is marked where it begins."""
+    """A Gaussian of 1 ms in 10 s: short cells over all of it, few in all; a steady oscillation is marked where it begins."""
     pulse = fmb.expression("1000*exp(-((t - 5)/1e-3)**2)").program()
     times, complete = resolution(pulse, np.array([0.0, 10.0]))
     near = times[np.abs(times - 5.0) < 2e-3]
     assert complete
     assert len(near) >= 5
     assert np.diff(near).max() < 2e-3
-    assert len(times) < 100
+    assert np.diff(times[np.abs(times - 5.0) < 4e-3]).max() < 2e-3  # it is 1e-5 of its height at 3.4 ms
+    assert len(times) < 150
     steady, _ = resolution(fmb.harmonic(1.0, 50.0).program(), np.array([0.0, 100.0]))
     assert steady.max() < 1.0
     assert not len(resolution(fmb.expression("3*t + 1").program(), np.array([0.0, 10.0]))[0][1:-1])
 
 
 def test_entries_are_where_cells_become_finer():
-    edges = np.concatenate([[0.0], 10.0 + 0.1 * np.arange(100), [30.0]])
-    np.testing.assert_array_equal(entries(edges), edges[:42])
+    edges = np.concatenate([[0.0], 10.0 + 0.1 * np.arange(200), [40.0]])
+    np.testing.assert_array_equal(entries(edges), edges[:162])

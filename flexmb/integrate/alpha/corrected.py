@@ -100,7 +100,7 @@ def follow(program, work, motions, c, h, t, short):
     move_to_end(program, s, h)
     if _solved(program, work, s, c, h, t, v.run[0].convergence):
         constraint_velocity(work, s.body_u, s.hidden)
-        keep_rates(s, h, h)
+        keep_rates(s, c, h, h)
         for i in range(len(s.q)):
             s.q[i] = s.q1[i]
         for i in range(nu):

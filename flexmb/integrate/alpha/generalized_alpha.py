@@ -229,7 +229,7 @@ class GeneralizedAlpha(metaclass=Described):
         values, the multipliers carry an error of order h through the first steps (Arnold, Brüls & Cardona 2015).
         """
         c = self.controls()
-        v.run[0].last_step = h
+        v.run[0].last_step = v.run[0].size = h
         v.extent[system.is_state] = c.gamma / (c.beta * h)
         rate, later = (self._acceleration_rate(system, state, work, probe, v.world) for probe in (1e-3 * h, h))
         difference = np.max(np.abs(later - rate) * v.extent, initial=0.0)

@@ -13,6 +13,7 @@ import numpy as np
 from flexmb.integrate.alpha.corrected import follow, follow_anew, local_errors
 from flexmb.integrate.alpha.increments import correct, move_to_end
 from flexmb.integrate.alpha.step_size import (
+    SHORT,
     TINY,
     back_to_step,
     fit_to_step,
@@ -248,11 +249,11 @@ def _add_works(v, h, powers):
 
 
 @inner_kernel
-def _accept(program, work, v, h, planned, powers):
+def _accept(program, work, v, c, h, planned, powers):
     """Make the end of the step the start of the next."""
     constraint_velocity(work, v.body_u, v.hidden)
     _add_works(v, h, powers)
-    if keep_rates(v, h, planned):
+    if keep_rates(v, c, h, planned):
         v.powers_last[:] = powers
     for k in range(len(v.pace)):
         v.pace[k] = (work.branches[k] - v.q[program.branches + k]) / h
@@ -313,7 +314,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             for i in range(3):
                 powers[i] = v.powers[i]
             _predict(program, v, c, h)
-            short, failure = is_short(v, h, planned), 0
+            short, failure = is_short(v, c, h, planned), 0
             if not (short and h < TINY * planned and settle_short_step(program, work, v, c, h)):
                 failure = _iterate(program, work, v, c, h)
                 if short and failure == 0:
@@ -344,7 +345,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             now = samples[k] if left - h <= 1e-12 * left else v.run[0].t + h
             most = min(part, _largest_growth(v, c, error))
             local_errors(program, motions, c, h)
-            _accept(program, work, v, h, planned, powers)
+            _accept(program, work, v, c, h, planned, powers)
             changed = keep_switches(v.switching, h)
             follow(program, work, motions, c, h, now, short)
             if changed:
@@ -358,6 +359,8 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
                 v.run[0].next_step = min(v.run[0].next_step, max(part, 1.0) * h) if part < 2.0 else v.run[0].next_step
             else:
                 v.run[0].next_step = v.run[0].longest_step
+            if h < SHORT * planned and not short:
+                v.run[0].next_step = min(v.run[0].next_step, h / SHORT)
         t[k - first] = v.run[0].t
         q[k - first] = v.q
         write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])

@@ -15,6 +15,7 @@ from flexmb.system.accelerations import accelerations, corrected_accelerations
 from flexmb.system.program import evaluate
 
 __all__ = [
+    "SHORT",
     "TINY",
     "back_to_step",
     "change_of_velocities",
@@ -74,13 +75,20 @@ def back_to_step(v):
 
 
 @kernel
-def is_short(v, h, planned):
+def is_short(v, c, h, planned):
     """Is a step much shorter than planned, to a sample or a kink just ahead?
 
     The rates that it tells are rounding divided by its size. Those of the step before hold on, until such steps make up
-    half of its size.
+    half of its size. Where one follows another of its size, as over a pulse, and accelerations stand out of rounding,
+    it tells rates and plans the next steps: rates of the time before the pulse would leave an error of first order.
     """
-    return h < SHORT * planned and v.run[0].short + h <= 0.5 * v.run[0].last_step
+    if h >= SHORT * planned or v.run[0].short + h > 0.5 * v.run[0].last_step:
+        return False
+    largest = 0.0
+    for i in range(v.run[0].first_state):
+        largest = max(largest, abs(v.a[i]) * v.extent[i])
+    noise = h < TINY * planned and c.settled * c.beta * h * h * largest <= v.run[0].rounding
+    return noise or h < SHORT * v.run[0].size
 
 
 @kernel
@@ -110,9 +118,9 @@ def settle_short_step(program, work, v, c, h):
 
 
 @kernel
-def keep_rates(v, h, planned):
+def keep_rates(v, c, h, planned):
     """Keep what an accepted step tells of rates, before its end becomes the start of the next; return if it does."""
-    tells = not is_short(v, h, planned)
+    tells = not is_short(v, c, h, planned)
     for i in range(len(v.u)):
         if tells:
             v.slope[i] = (v.alg1[i] - v.a1[i]) / h
@@ -123,6 +131,7 @@ def keep_rates(v, h, planned):
             v.lam_last[i] = v.lam[i]
     v.run[0].last_step = h if tells else v.run[0].last_step + h
     v.run[0].short = 0.0 if tells else v.run[0].short + h
+    v.run[0].size = h
     return tells
 
 

@@ -23,6 +23,8 @@ class AlphaRun(Record):
     """s, since the accelerations `a_last`"""
     short: float
     """s, part of it in steps too short to tell a rate"""
+    size: float
+    """s, of the last step"""
     longest_step: float
     """s"""
     convergence: float
