@@ -19,9 +19,9 @@ SHORTEST = 1e-7
 """Length of a cell, relative to the run, that is not halved any more."""
 MOST = 500_000
 """Cells that are looked at together before the search ends."""
-BEFORE, FINER, ENTRY = 40, 4.0, 160
-"""Where cells become so many times finer than the longest of so many before, so many are marked: a pulse is over after
-them, its slow end too, and what lasts longer the integrator has seen."""
+BEFORE, FINER, ENTRY = 40, 4.0, 100
+"""Where cells become so many times finer than the longest of so many before, so many are marked from the last
+such on: a pulse is over then, its slow end too, and what lasts longer the integrator has seen."""
 
 
 def resolution(program: SignalProgram, pieces: np.ndarray) -> tuple[np.ndarray, bool]:
