@@ -182,7 +182,8 @@ def couple(
     ModelError, DataFileError
         Before the coupling starts.
     IntegrationError
-        The model fails; ``error.solution`` holds what was computed, and the participant is finalized.
+        The model fails; ``error.solution`` holds what was computed. Whatever ends the run, an interrupt too, the
+        participant is finalized.
 
     Source: preCICE 3, Python bindings (Participant); Chourdakis et al. 2022, preCICE v2, Open Research Europe 2:51.
     """
@@ -193,17 +194,20 @@ def couple(
         raise ModelError("couple", found=f"step = {step!r}", expected="a time above 0 s", remedy="Leave step out")
     whole = model.with_parts(forces=[load for mesh in given for load in mesh.loads()])
     one = _participant(participant, config)
-    with stepper(whole, integrator=integrator, start=start, t_end=t_end) as run:
-        exchange = _Exchange(one, given, run)
-        try:
-            _coupled(run, one, exchange, np.inf if step is None else float(step))
-        except IntegrationError as error:
-            error.solution = run.solution
-            with suppress(Exception):  # the others are told that this one is gone
-                one.finalize()
-            raise
-        one.finalize()
-        return run.solution
+    try:
+        with stepper(whole, integrator=integrator, start=start, t_end=t_end) as run:
+            try:
+                _coupled(run, one, _Exchange(one, given, run), np.inf if step is None else float(step))
+            except IntegrationError as error:
+                error.solution = run.solution
+                raise
+            solution = run.solution
+    except BaseException:  # an interrupt too: the others would wait for ever
+        with suppress(Exception):
+            one.finalize()
+        raise
+    one.finalize()
+    return solution
 
 
 def _coupled(run: Stepper, participant: Any, exchange: _Exchange, step: float) -> None:

@@ -178,3 +178,18 @@ def test_a_model_that_fails_finalizes_and_keeps_results():
         fmb.fmi.couple(solid(), other, MESH)
     assert other.log[-1] == "finalize"
     assert raised.value.solution.t[-1] == pytest.approx(0.4)
+
+
+def test_an_interrupt_finalizes():
+    """The others would wait for a participant that is gone."""
+
+    class Interrupted(StandIn):
+        def read_data(self, mesh, data, vertices, after):
+            if self.t > 0.35:
+                raise KeyboardInterrupt
+            return super().read_data(mesh, data, vertices, after)
+
+    other = Interrupted(0.1, 1.0)
+    with pytest.raises(KeyboardInterrupt):
+        fmb.fmi.couple(solid(), other, MESH)
+    assert other.log[-1] == "finalize"

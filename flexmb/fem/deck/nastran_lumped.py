@@ -137,8 +137,6 @@ def _scalar(card: Card, deck: Deck, frames: Frames, kind: str, value: float) -> 
         row, nodes = ends[0][1] - ends[1][1], nodes[:1]
     else:
         row = np.concatenate([(1.0, -1.0)[k] * r for k, (_, r) in enumerate(ends)])
-    if kind == "mass" and len(ends) == 1:
-        row = ends[0][1]
     _add(deck, card, kind, nodes, value * np.outer(row, row))
 
 
