@@ -51,6 +51,7 @@ def test_every_solution_of_the_closed_form_is_found(tree, rng):
     for there in rng.uniform(-1.2, 1.2, (6, 6)) + np.array([0, 0, np.pi / 2, 0, 1.5, 0]):
         r, R = tree.pose(HAND, there)
         exact = solutions(r, R)
+        assert len(exact) == 8
         assert min(np.abs(np.sin((exact - there) / 2)).max(axis=1)) < 1e-9  # the arm's own angles are among them
         for q in exact:
             np.testing.assert_allclose(tree.pose(HAND, q)[0], r, atol=1e-13)
@@ -63,7 +64,9 @@ def test_limits_choose_among_the_solutions(tree, rng):
     """Limits around one solution, a start in their middle: that one is found, wherever in the limits it lies."""
     there = np.array([0.4, -0.6, 2.0, 0.5, 0.9, -0.7])
     r, R = tree.pose(HAND, there)
-    for q in solutions(r, R):
+    exact = solutions(r, R)
+    assert len(exact) == 8
+    for q in exact:
         shift = rng.uniform(-0.4, 0.4, 6)
         limits = {name: (x + s - 0.5, x + s + 0.5) for name, x, s in zip(tree.names, q, shift, strict=True)}
         found = tree.reach(HAND, fmb.Pose(r, R), start=q + shift, limits=limits)

@@ -22,6 +22,7 @@ def test_values_sit_on_their_points(solution):
     stage.add_state(1)
     for frame in (1, 3):
         stage.move_to(frame)
+        assert "block" in {part.name for part, *_ in stage._drawn}
         for part, surface, ids, _ in stage._drawn:
             snapshot = scene.snapshot(part, frame)
             np.testing.assert_allclose(surface.points, snapshot.points[ids], rtol=0, atol=1e-6)
