@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import IntegrationError, ModelError
 from flexmb.fmi.exchange_unit import ExchangeUnit
 from flexmb.fmi.unit_file import FATAL
 from flexmb.model.block import Block
@@ -198,6 +198,13 @@ class _Kept:
         inputs = {name: given[name] for name in sorted(given)}
         key = (t, x[:n].tobytes(), tuple(inputs.items()))
         if key != self._key:
+            if self.loaded.worst == FATAL:  # it may not be called any more
+                raise IntegrationError(
+                    self.loaded.title,
+                    found=self.failure,
+                    expected="a unit that goes on",
+                    remedy="Look at its inputs and at its log, and load it anew",
+                )
             try:
                 self.loaded.place(t, x[:n], inputs)
                 values = np.concatenate([self.loaded.rates(), [self.loaded.get(y) for y in self.outputs]])

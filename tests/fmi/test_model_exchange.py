@@ -171,3 +171,28 @@ def test_a_unit_that_fails_is_named_and_results_are_kept(made):
     with pytest.raises(fmb.IntegrationError, match=r"oscillator|push") as raised:
         fmb.simulate(slider(unit["y"]), t_end=3.0, integrator=fmb.Explicit())
     assert raised.value.solution.t[-1] > 0.5
+
+
+def test_a_unit_that_failed_for_good_is_not_called_any_more(made, monkeypatch):
+    """FMI 3.0.1, 2.2.2: after "fatal" nothing may be called; Newton's steps and shorter steps would ask again."""
+    unit = fmb.fmi.ModelExchange(made("oscillator"), inputs={"u": fmb.expression("t")})
+    loaded, calls = unit._unit.loaded, []
+    place, rates = loaded.place, loaded.rates
+
+    def placed(t, *given):
+        calls.append(t)
+        place(t, *given)
+
+    def failing():
+        if calls[-1] > 0.3:
+            calls.append("fatal")
+            error = RuntimeError("the unit is gone")
+            error.status = 4
+            raise error
+        return rates()
+
+    monkeypatch.setattr(loaded, "place", placed)
+    monkeypatch.setattr(loaded, "rates", failing)
+    with pytest.raises(fmb.IntegrationError, match="the unit is gone"):
+        fmb.simulate(slider(unit["y"]), t_end=1.0, integrator=fmb.GeneralizedAlpha())
+    assert calls.index("fatal") == len(calls) - 1
