@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.alpha.increments import correct, move_to_end
+from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates
-from flexmb.integrate.alpha.world_translation import to_increment
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
 from flexmb.system.program import constraint_velocity, evaluate, keep_branches
@@ -134,7 +133,7 @@ def _solved(program, work, s, c, h, t, rate):
     """Solve a step, by one correction with the matrix of the run if that does, else by Newton's method; return if it
     converges.
     """
-    nu, ng = len(s.u), len(s.lam)
+    nu = len(s.u)
     scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
     before = np.inf
     for k in range(CORRECTIONS):
@@ -142,12 +141,7 @@ def _solved(program, work, s, c, h, t, rate):
         evaluate(program, State(t, s.q1, s.body_u, s.body_a, s.lam1, s.signals), work)
         if k > 0 and lu_factor(work.S, program.pattern) >= 0:
             return False
-        for i in range(nu):
-            s.right[i] = -scale * work.residual[i]
-        for i in range(ng):
-            s.right[nu + i] = -work.equations[i].g * (c.beta * h / c.gamma if program.equation_level[i] == 1 else 1.0)
-        lu_solve(work.S, program.pattern, s.right)
-        to_increment(program.frames, s.world, s.q1, s.dx, s.right)
+        solve_for_increment(program, work, s, c, h, scale)
         size = 0.0
         for i in range(nu):
             size = max(size, abs(s.right[i]) * s.extent[i] / (c.tolerance * s.reach[i]))

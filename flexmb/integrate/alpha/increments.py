@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from flexmb.integrate.alpha.world_translation import move, to_body_axes
+from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment
+from flexmb.math.block_lu import lu_solve
 from flexmb.math.kernel import kernel
 from flexmb.system.program import advance
 
-__all__ = ["correct", "move_to_end"]
+__all__ = ["correct", "move_to_end", "solve_for_increment"]
 
 
 @kernel
@@ -17,6 +18,19 @@ def move_to_end(program, v, h):
     for k in range(len(v.pace)):
         v.q1[program.branches + k] += h * v.pace[k]
     to_body_axes(v.world, v.q1, v.u1, v.a1, v.body_u, v.body_a)
+
+
+@kernel
+def solve_for_increment(program, work, v, c, h, scale):
+    """Write the Newton correction to `right`, from the residual and equations of the last evaluation."""
+    nu = len(v.u)
+    for i in range(nu):
+        v.right[i] = -scale * work.residual[i]
+    for i in range(len(v.lam)):
+        # a velocity-level equation per displacement: u1 varies gamma / (beta h) times as much as the increment
+        v.right[nu + i] = -work.equations[i].g * (c.beta * h / c.gamma if program.equation_level[i] == 1 else 1.0)
+    lu_solve(work.S, program.pattern, v.right)
+    to_increment(program.frames, v.world, v.q1, v.dx, v.right)
 
 
 @kernel

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.alpha.corrected import follow, follow_anew, local_errors
-from flexmb.integrate.alpha.increments import correct, move_to_end
+from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.step_size import (
     SHORT,
     TINY,
@@ -23,10 +23,9 @@ from flexmb.integrate.alpha.step_size import (
     write_sample,
 )
 from flexmb.integrate.alpha.variables import Controls, Motions
-from flexmb.integrate.alpha.world_translation import to_increment
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
 from flexmb.integrate.runs.switches import keep_switches, part_of_step
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
 from flexmb.math.energies import powers
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM
@@ -125,7 +124,7 @@ def _accelerations_settled(v, c, scale, left):
 @inner_kernel
 def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
-    nu, ng = len(v.u), len(v.lam)
+    ng = len(v.lam)
     scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
     weigh(work.weights, 1.0, scale * c.gamma / (c.beta * h), scale, 0.5 * h, world_axes=1 if len(v.world) > 0 else 0)
     size, rate, share = 0.0, v.run[0].convergence, 1.0
@@ -139,13 +138,7 @@ def _iterate(program, work, v, c, h):
             v.run[0].factorisations += 1
             if lu_factor(work.S, program.pattern) >= 0:
                 return SINGULAR
-        for i in range(nu):
-            v.right[i] = -scale * work.residual[i]
-        for i in range(ng):
-            # a velocity-level equation per displacement: u1 varies gamma / (beta h) times as much as the increment
-            v.right[nu + i] = -work.equations[i].g * (c.beta * h / c.gamma if program.equation_level[i] == 1 else 1.0)
-        lu_solve(work.S, program.pattern, v.right)
-        to_increment(program.frames, v.world, v.q1, v.dx, v.right)
+        solve_for_increment(program, work, v, c, h, scale)
         before = size
         size = _norm(v, v.right, c.tolerance)
         if not np.isfinite(size) or size > 1e12 or _flips(program, v):
