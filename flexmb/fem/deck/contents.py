@@ -246,12 +246,15 @@ class Deck:
         """Return all groups of elements."""
         return [*self.solids, *self.shells, *self.beams, *self.rods]
 
-    def numbers(self, labels: Iterable[int] | np.ndarray, what: str) -> np.ndarray:
-        """Return the node numbers 0 .. n-1 of numbers of the file; MissingNode names one that does not exist."""
+    def numbers(self, labels: Iterable[int] | np.ndarray, what: str, out: np.ndarray | None = None) -> np.ndarray:
+        """Return the node numbers 0 .. n-1 of numbers of the file; MissingNode names one that does not exist.
+
+        They are written to `out` if it is given, which may be the labels themselves.
+        """
         wanted = np.asarray(labels if isinstance(labels, np.ndarray) else list(labels), np.int64)
         if not len(self.labels):
             raise MissingNode(what, int(wanted.flat[0]))
-        at = np.empty(wanted.shape, np.int64)
+        at = np.empty(wanted.shape, np.int64) if out is None else out
         for begin in range(0, len(wanted), PORTION):  # in portions: a table of cells is large
             part = wanted[begin : begin + PORTION]
             found = np.minimum(np.searchsorted(self.labels, part), len(self.labels) - 1)

@@ -122,6 +122,7 @@ def read_nastran_deck(path: Path) -> Deck:
         without_repeats(bulk, deck.inventory)
         add_solids(bulk, deck, materials, systems)
         add_shells(bulk, deck, materials, systems)
+        bulk.tables = {name: table for name, table in bulk.tables.items() if name == "GRID"}  # cells are large
         add_beams(bulk, deck, materials, frames)
         add_rods(bulk, deck, materials)
         add_nonstructural_mass(bulk, deck)

@@ -257,7 +257,6 @@ def thru(card: Card, words: list[str], known: Collection[int] | None = None) -> 
 def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
     """Add supports by set: "spc_1", and "spc" for the set that the case control chooses."""
     held: dict[int, list[tuple[int, list[int]]]] = {}
-    existing = set(deck.labels.tolist()) | set(deck.scalar_points)
     for card in bulk.of("SPC"):
         for at in (2, 5):
             if card.text(at) and card.integer(at) in deck.scalar_points:
@@ -265,6 +264,7 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
             elif card.text(at):
                 held.setdefault(card.integer(1), []).append((_node(card, deck, at), components(card, at + 1)))
         deck.inventory.read["SPC"] += 1
+    existing = set(deck.labels.tolist()) | set(deck.scalar_points) if bulk.of("SPC1") else set()
     for card in bulk.of("SPC1"):
         words = [word for word in card.fields[3:] if word]
         labels = thru(card, words, existing)
@@ -309,7 +309,7 @@ def _held_point(deck: Deck, label: int, card: Card) -> list[tuple[int, list[int]
 
 def add_references(bulk: Bulk, deck: Deck) -> None:
     """Offer ASET, BSET and CSET nodes as interfaces: "aset_17"."""
-    existing = set(deck.labels.tolist())
+    existing = set(deck.labels.tolist()) if bulk.of("ASET1", "BSET1", "CSET1") else set()
     for name in ("ASET", "BSET", "CSET", "QSET", "OMIT"):
         for card in bulk.of(name):
             if name in ("ASET", "BSET", "CSET"):

@@ -37,7 +37,7 @@ def without_repeats(bulk: Bulk, inventory: Inventory) -> None:
         if not len(later):
             continue
         for k in later:
-            if (table.fields[order[k]] != table.fields[order[k - 1]]).any():
+            if not table.alike(int(order[k]), int(order[k - 1])):
                 raise _twice(table.card(int(order[k])), table.where(int(order[k - 1])))
         kept = np.ones(len(labels), bool)
         kept[order[later]] = False

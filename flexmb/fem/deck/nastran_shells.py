@@ -342,7 +342,9 @@ def add_solids(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
         pids = np.where(table.blank(2), labels, table.integers(2))
         last = max((k for k in range(count) if not table.blank(3 + k).all()), default=0)
         used = count if last >= corners else corners  # a table of first order has no columns of midside nodes
-        given = np.stack([table.integers(3 + k) for k in range(used)], axis=1)
+        given = np.empty((len(table), used), np.int64)
+        for k in range(used):
+            given[:, k] = table.integers(3 + k)
         if (given[:, :corners] < 1).any():
             row = int(np.flatnonzero((given[:, :corners] < 1).any(axis=1))[0])
             raise table.card(row).refused(
@@ -350,7 +352,7 @@ def add_solids(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
             )
         empty = given < 1
         np.copyto(given, given[:, :1], where=empty)
-        nodes = deck.numbers(given, f"{name} cards")
+        nodes = deck.numbers(given, f"{name} cards", out=given)
         nodes[empty] = -1
         del given, empty
         if high in ORDER and used == count:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from array import array
+from bisect import bisect_right
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,36 +12,68 @@ from flexmb.errors import MeshError
 from flexmb.fem.deck.files import beside, deck_bytes
 from flexmb.fem.deck.nastran_replication import Replication
 
-__all__ = ["PLACES", "Lines", "control", "deck_lines"]
+__all__ = ["Lines", "Places", "control", "deck_lines"]
 
 INCLUDE = re.compile(rb"""^\s*INCLUDE\s+(.*)$""", re.IGNORECASE)
 BEGIN = re.compile(rb"^\s*BEGIN\s*(BULK|SUPER|ARBMODEL|AUXMODEL)?\b\s*(.*)$", re.IGNORECASE)
 SUPER = re.compile(rb"^BEGIN[^\n]*SUPER", re.IGNORECASE | re.MULTILINE)
 CHOICE = re.compile(rb"^\s*(SPC|MPC|NSM)\s*(\([^)]*\))?\s*=\s*(\d+)", re.IGNORECASE)
-PLACES = 10**9
-"""More lines than a file has."""
+
+
+class Places:
+    """Where the lines of a deck stand: runs of lines that follow each other in one file."""
+
+    def __init__(self) -> None:
+        self.files: list[Path] = []
+        self.first: list[int] = []  # line of the deck with which each run begins
+        self.file: list[int] = []
+        self.line: list[int] = []
+        self._next = (-1, -1)
+
+    def add(self, k: int, number: int, line: int) -> None:
+        """Tell that line k of the deck is this one of a file."""
+        if (number, line) != self._next:
+            self.first.append(k)
+            self.file.append(number)
+            self.line.append(line)
+        self._next = (number, line + 1)
+
+    def run(self, k: int) -> int:
+        """Return the number of the run in which line k of the deck stands."""
+        return bisect_right(self.first, k) - 1
+
+    def where(self, k: int) -> str:
+        """Return words for the place of line k."""
+        run = self.run(k)
+        return f"{self.files[self.file[run]]}:{self.line[run] + k - self.first[run]}"
 
 
 class Lines:
     """All lines of a deck, tabs expanded, without comments behind and blanks at the end.
 
-    The bytes of the files are kept as they are, and the begin and size of every line in them: a line takes 20 bytes
-    beside its text. Places are 10^9 file number + line number; lines that are not as in the file stand in `changed`.
+    The bytes of the files are kept as they are, and the begin and size of every line in them: a line takes 8 bytes
+    beside its text. Lines that are not as in the file stand in `changed`.
     """
 
     def __init__(self) -> None:
         self.data: list[bytes] = []
-        self.begin, self.size, self.places = array("q"), array("I"), array("q")
+        self.begin, self.size = array("I"), array("I")
         self.changed: dict[int, bytes] = {}
-        self.files: list[Path] = []
+        self.places = Places()
+        self._low, self._high, self._text = 0, 0, b""
 
     def __len__(self) -> int:
-        return len(self.places)
+        return len(self.begin)
 
     def __getitem__(self, k: int) -> bytes:
         if k in self.changed:
             return self.changed[k]
-        return self.data[self.places[k] // PLACES][self.begin[k] : self.begin[k] + self.size[k]]
+        if not self._low <= k < self._high:  # lines are read one after the other: the file changes seldom
+            run, first = self.places.run(k), self.places.first
+            self._low, self._high = first[run], first[run + 1] if run + 1 < len(first) else len(self)
+            self._text = self.data[self.places.file[run]]
+        begin = self.begin[k]
+        return self._text[begin : begin + self.size[k]]
 
     def __iter__(self) -> Iterator[bytes]:
         return (self[k] for k in range(len(self)))
@@ -48,19 +81,19 @@ class Lines:
     def add(self, number: int, k: int, begin: int, line: bytes, as_written: bool) -> None:
         """Add line k of a file that begins at a place of its bytes."""
         if not as_written:
-            self.changed[len(self.places)] = line
+            self.changed[len(self.begin)] = line
+        self.places.add(len(self.begin), number, k)
         self.begin.append(begin)
         self.size.append(len(line))
-        self.places.append(number * PLACES + k)
 
     def where(self, k: int) -> str:
         """Return words for the place of line k."""
-        return f"{self.files[self.places[k] // PLACES]}:{self.places[k] % PLACES}"
+        return self.places.where(k)
 
     def card(self, k: int) -> list[bytes]:
         """Return line k and the lines that continue it."""
         parts = [self[k]]
-        for at in range(k + 1, len(self.places)):
+        for at in range(k + 1, len(self)):
             line = self[at]
             if line[:1] == b"$" or not line:
                 continue
@@ -79,8 +112,10 @@ def deck_lines(path: Path) -> Lines:
 
 def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None:
     """Add all lines of a file and of those it includes."""
-    number = len(lines.files)
-    data = deck_bytes(path, above, lines.files)
+    number = len(lines.places.files)
+    data = deck_bytes(path, above, lines.places.files)
+    if len(data) >= 1 << 32:
+        lines.begin = array("Q", lines.begin)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     lines.data += [b""] * (number + 1 - len(lines.data))

@@ -17,7 +17,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import HUGE
-from flexmb.fem.deck.nastran_source import PLACES, Lines, control, deck_lines
+from flexmb.fem.deck.nastran_source import Lines, Places, control, deck_lines
 from flexmb.fem.ranges import LARGEST
 
 __all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
@@ -103,15 +103,15 @@ class Card:
 
 @dataclass(eq=False)
 class FieldTable:
-    """Cards of one name as columns: fields (n, k) of bytes as far as any card fills them, places as in `Lines` (n,)."""
+    """Cards of one name as columns of bytes, (n,) by number of the field, blank ones left away; their lines (n,)."""
 
     name: str
-    fields: np.ndarray
-    places: np.ndarray
-    files: list[Path]
+    columns: dict[int, np.ndarray]
+    lines: np.ndarray
+    places: Places
 
     def __len__(self) -> int:
-        return len(self.fields)
+        return len(self.lines)
 
     def blank(self, i: int) -> np.ndarray:
         """Whether field i is blank, (n,)."""
@@ -119,7 +119,7 @@ class FieldTable:
 
     def column(self, i: int) -> np.ndarray:
         """Return the words of field i, (n,) of bytes."""
-        return self.fields[:, i] if i < self.fields.shape[1] else np.zeros(len(self.fields), "S1")
+        return self.columns[i] if i in self.columns else np.zeros(len(self), "S1")
 
     def integers(self, i: int, default: int = 0) -> np.ndarray:
         """Return field i of all cards, (n,); blanks become `default`."""
@@ -147,17 +147,22 @@ class FieldTable:
 
     def card(self, k: int) -> Card:
         """Return card k."""
-        words = [word.decode("latin-1") for word in self.fields[k]]
-        return Card(self.name, [self.name, *words[1:]], self.where(k))
+        last = max(self.columns, default=0)
+        words = [self.column(i)[k].decode("latin-1") for i in range(1, last + 1)]
+        return Card(self.name, [self.name, *words], self.where(k))
 
     def where(self, k: int) -> str:
         """Return words for the place of card k."""
-        file, line = divmod(int(self.places[k]), PLACES)
-        return f"{self.files[int(file)]}:{int(line)}"
+        return self.places.where(int(self.lines[k]))
+
+    def alike(self, k: int, other: int) -> bool:
+        """Whether two cards read the same."""
+        return all(column[k] == column[other] for column in self.columns.values())
 
     def chosen(self, rows: np.ndarray) -> FieldTable:
         """Return some of the cards."""
-        return FieldTable(self.name, self.fields[rows], self.places[rows], self.files)
+        columns = {i: column[rows] for i, column in self.columns.items()}
+        return FieldTable(self.name, columns, self.lines[rows], self.places)
 
 
 @dataclass(eq=False)
@@ -252,11 +257,8 @@ def _words(parts: list[bytes], where: str) -> list[str]:
 
 
 def _table(name: str, found: array, lines: Lines) -> FieldTable:
-    """Return cards as columns; those in fields of 8 are cut all together, some thousands at a time.
-
-    Columns behind the last that any card fills are left away.
-    """
-    table = np.zeros((len(found), 1), "S8")
+    """Return cards as columns; those in fields of 8 are cut all together, some thousands at a time."""
+    columns: dict[int, np.ndarray] = {}
     for begin in range(0, len(found), CHUNK):
         rows = found[begin : begin + CHUNK]
         plain, text = [], []
@@ -273,15 +275,14 @@ def _table(name: str, found: array, lines: Lines) -> FieldTable:
         chunk[plain] = np.char.strip(raw)
         for row, words in other.items():
             chunk[row] = words
-        used = int(np.flatnonzero((chunk != b"").any(axis=0))[-1]) + 1
-        if used > table.shape[1] or chunk.itemsize > table.itemsize:
-            kind = max(table.dtype, chunk.dtype, key=lambda each: each.itemsize)
-            grown = np.zeros((len(found), max(used, table.shape[1])), kind)
-            grown[:begin, : table.shape[1]] = table[:begin]
-            table = grown
-        table[begin : begin + len(rows), :used] = chunk[:, :used]
-    table[:, 0] = name.encode()
-    return FieldTable(name, table, np.frombuffer(lines.places, np.int64)[np.array(found, np.int64)], lines.files)
+        for i in np.flatnonzero((chunk != b"").any(axis=0)).tolist():
+            if i and (i not in columns or columns[i].itemsize < chunk.itemsize):
+                grown = np.zeros(len(found), chunk.dtype)
+                grown[:begin] = columns.get(i, grown)[:begin]
+                columns[i] = grown
+            if i:
+                columns[i][begin : begin + len(rows)] = chunk[:, i]
+    return FieldTable(name, columns, np.array(found, np.uint32), lines.places)
 
 
 def _cut(name: str, parts: list[bytes], where: str) -> list[bytes]:
