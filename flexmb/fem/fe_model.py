@@ -96,6 +96,8 @@ class FEModel:
     supports : mapping of name to (k, 2)
         Node and direction (0..5) of the freedoms that the file holds; they are not applied unless asked for, by
         ``fem.eigenmodes(fe, "spc_1")``.
+    slanted : mapping of name to (r, 6 n) csr
+        What supports of that name hold besides: directions across the axes, ``row @ motion of all nodes = 0``.
     warnings : tuple of str
         Warnings on the way from the file; the report of a reduction repeats them.
     source : mapping
@@ -115,6 +117,7 @@ class FEModel:
     numbering: Numbering | None = None
     reference_points: Mapping[str, ReferencePoint] = field(default_factory=dict)
     supports: Mapping[str, np.ndarray] = field(default_factory=dict)
+    slanted: Mapping[str, sparse.csr_matrix] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)
 

@@ -11,6 +11,7 @@ from scipy import sparse
 from flexmb.errors import MeshError, ReductionError
 from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.held import HeldMotion, held_motion
 from flexmb.math.factor import factor
 from flexmb.math.lanczos import lowest_modes
 
@@ -37,7 +38,27 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
         A node set or node numbers: all freedoms of these nodes. The name of supports of a deck ("spc_1"): their
         freedoms. A mapping of node set to directions, such as
         ``{"symmetry": "x", "foot": "xyz", "hinge": "xyzrxrz"}``, as in `with_supports`. A mask is returned as it is.
+
+    A mask knows freedoms of nodes only. Directions across the axes that supports of a deck hold, and nodes that
+    follow others by links, are held where `static`, `eigenmodes` and `buckling` get the name itself.
+
+    Raises
+    ------
+    MeshError
+        Supports that hold directions across the axes.
     """
+    if isinstance(fixed, str) and fixed in fe.slanted:
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"supports '{fixed}' with {fe.slanted[fixed].shape[0]} directions across the axes",
+            expected="supports along the axes, for a mask of freedoms",
+            remedy=f"Give the name: fem.static(fe, load, '{fixed}'), fem.eigenmodes(fe, '{fixed}')",
+        )
+    return _mask(fe, fixed)
+
+
+def _mask(fe: FEModel, fixed) -> np.ndarray:
+    """Return which freedoms (ndof,) of nodes stand still."""
     mask = np.zeros(fe.ndof, bool)
     if fixed is None:
         return mask
@@ -78,10 +99,9 @@ def static(fe: FEModel, load: np.ndarray, fixed) -> np.ndarray:
     ``K u = f`` with the freedoms `fixed` (see `fixed_freedoms`) held at zero.
     """
     load = _load(fe, load)
-    free = _free(fe, fixed)
-    u = np.zeros((fe.ndof, load.size // fe.ndof))
-    u[free] = _solver(fe, fe.K[free][:, free], free).solve(load.reshape(fe.ndof, -1)[free])
-    return u.reshape(load.shape)
+    held = _held(fe, fixed)
+    u = _solver(fe, held.reduced(fe.K), held.free).solve(held.forces(load.reshape(fe.ndof, -1)))
+    return held.spread(u, fe.ndof).reshape(load.shape)
 
 
 def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
@@ -90,9 +110,9 @@ def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
     ``K phi = (2 pi f)^2 M phi`` by block Lanczos; a small negative shift makes the matrix to
     factorise positive definite for unsupported models too.
     """
-    free = _free(fe, fixed)
-    _check_count(fe, n, len(free), "eigenmodes")
-    k, m = fe.K[free][:, free], fe.M[free][:, free]
+    held = _held(fe, fixed)
+    _check_count(fe, n, len(held.free), "eigenmodes")
+    k, m = held.reduced(fe.K), held.reduced(fe.M)
     if not m.diagonal().sum() > 0.0:
         raise MeshError(
             f"FE model '{fe.name}'",
@@ -102,10 +122,9 @@ def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
         )
     # Between zero and the first elastic eigenvalue whatever the units: far below the mean of K over M.
     shift = 1e-8 * k.diagonal().sum() / m.diagonal().sum()
-    solver = _solver(fe, (k + shift * m).tocsr(), free)
+    solver = _solver(fe, (k + shift * m).tocsr(), held.free)
     values, vectors = lowest_modes(solver.solve, lambda x: m @ x, k.shape[0], n)
-    shapes = np.zeros((fe.ndof, len(values)))
-    shapes[free] = vectors
+    shapes = held.spread(vectors, fe.ndof)
     return Modes(frequencies=np.sqrt(np.maximum(values - shift, 0.0)) / (2.0 * np.pi), shapes=shapes)
 
 
@@ -124,28 +143,25 @@ def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarr
             expected="elements with geometric stiffness",
             remedy="Make the model from a mesh; K and M alone do not know the stress",
         )
-    load, free = _load(fe, load), _free(fe, fixed)
-    _check_count(fe, n, len(free) - 1, "buckling modes")
-    if load.ndim != 1 or not np.any(load[free]):
+    load, held = _load(fe, load), _held(fe, fixed)
+    _check_count(fe, n, len(held.free) - 1, "buckling modes")
+    if load.ndim != 1 or not np.any(held.forces(load)):
         raise MeshError(
             f"FE model '{fe.name}'",
             found="a load of several columns" if load.ndim != 1 else "a load that is zero at all free freedoms",
             expected="one load (ndof,) that deforms the model",
             remedy="Load nodes that are not held; sum load cases to one",
         )
-    solver = _solver(fe, fe.K[free][:, free], free)
-    u = np.zeros((fe.ndof, 1))
-    u[free] = solver.solve(load[free, None])
-    field = fe.field(u)[:, :, 0]
-    kg = sum(block.geometric_stiffness(field, fe.dofs) for block in fe.blocks)[free][:, free]
-    k = fe.K[free][:, free]
+    k = held.reduced(fe.K)
+    solver = _solver(fe, k, held.free)
+    field = fe.field(held.spread(solver.solve(held.forces(load[:, None])), fe.ndof))[:, :, 0]
+    kg = held.reduced(sum(block.geometric_stiffness(field, fe.dofs) for block in fe.blocks))
     # K_g phi = mu K phi with mu = -1 / factor: the largest |mu|, and K is positive definite while K_g is not.
     inverse = LinearOperator(k.shape, matvec=lambda b: solver.solve(b.reshape(-1, 1)).ravel(), dtype=float)
     start = np.random.default_rng(0).standard_normal(k.shape[0])
     mu, vectors = eigsh(kg, n, M=k, Minv=inverse, which="LM", v0=start)
     order = np.argsort(-np.abs(mu))
-    shapes = np.zeros((fe.ndof, n))
-    shapes[free] = vectors[:, order]
+    shapes = held.spread(vectors[:, order], fe.ndof)
     shapes /= shapes[np.abs(shapes).argmax(axis=0), np.arange(n)]
     return -1.0 / mu[order], shapes
 
@@ -173,8 +189,8 @@ def _check_count(fe: FEModel, n: int, most: int, what: str) -> None:
         )
 
 
-def _free(fe: FEModel, fixed) -> np.ndarray:
-    return np.flatnonzero(~fixed_freedoms(fe, fixed))
+def _held(fe: FEModel, fixed) -> HeldMotion:
+    return held_motion(fe, fixed, _mask(fe, fixed))
 
 
 def _solver(fe: FEModel, matrix: sparse.csr_matrix, free: np.ndarray):

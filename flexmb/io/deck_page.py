@@ -37,7 +37,10 @@ def deck_numbers(checks: DeckChecks) -> dict[str, Any]:
         "warnings": list(fe.warnings),
         "checks": checks.numbers(),
         "interfaces": points,
-        "supports": {name: len(held) for name, held in fe.supports.items()},
+        "supports": {
+            name: len(held) + (fe.slanted[name].shape[0] if name in fe.slanted else 0)
+            for name, held in fe.supports.items()
+        },
         "sets": {name: len(nodes) for name, nodes in fe.node_sets.items()},
     }
 

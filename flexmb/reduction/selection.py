@@ -109,7 +109,8 @@ def _named(fe: FEModel, name: str, part: str) -> np.ndarray:
         facets = np.asarray(fe.facet_sets[name], int).ravel()
         return facets[facets >= 0]  # rows of mixed sets end in -1
     if name in fe.supports:
-        return np.unique(fe.supports[name][:, 0])
+        slanted = fe.slanted[name].indices // 6 if name in fe.slanted else []
+        return np.union1d(fe.supports[name][:, 0], slanted).astype(int)
     if (found := fe.numbered(name, part, ReductionError)) is not None:
         return found
     known = sorted({*fe.node_sets, *fe.facet_sets, *fe.reference_points, *fe.supports})

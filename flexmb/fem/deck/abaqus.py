@@ -41,7 +41,7 @@ def read_abaqus_deck(path: Path) -> Deck:
     steps = _model_data(flat, deck)
     frames = _frames(flat, deck)
     add_sections(flat, deck, materials)
-    add_abaqus_links(flat, deck, frames)
+    add_abaqus_links(flat, deck, frames, materials)
     add_boundary(flat, deck, frames, steps)
     for name, nodes in flat.node_sets.items():
         if nodes:

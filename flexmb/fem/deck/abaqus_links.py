@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.fem.deck.abaqus_materials import Materials
 from flexmb.fem.deck.abaqus_model import Flat
 from flexmb.fem.deck.abaqus_surfaces import facets, shape_of, surface_nodes
 from flexmb.fem.deck.abaqus_text import Block, is_number
 from flexmb.fem.deck.contents import Deck, Lumped, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
-from flexmb.fem.deck.supports import held_directions
+from flexmb.fem.deck.supports import keep_supports
 from flexmb.fem.deck.tie import tie_rows
 from flexmb.fem.surface_load import facet_areas
 from flexmb.math.definiteness import semidefinite
@@ -32,7 +33,7 @@ NAMED_SUPPORTS = {
 }
 
 
-def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames) -> None:
+def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames, materials: Materials) -> None:
     """Add what joins and loads the parts with mass; a coupling takes the keyword that follows it as its kind."""
     makers = {
         "RIGID BODY": _rigid_body,
@@ -48,7 +49,7 @@ def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames) -> None:
     }
     for k, (block, scope) in enumerate(flat.blocks):
         if block.name == "COUPLING":
-            _coupling(block, scope, [b for b, _ in flat.blocks[k + 1 : k + 3]], flat, deck, frames)
+            _coupling(block, scope, [b for b, _ in flat.blocks[k + 1 : k + 3]], flat, deck, frames, materials)
         elif block.name in makers:
             makers[block.name](block, scope, flat, deck, frames)
 
@@ -76,7 +77,16 @@ def _directions(rows: list[list[str]], block: Block) -> list[int]:
     return sorted(out) or list(range(6))
 
 
-def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: Deck, frames: Frames) -> None:
+def _coupling(
+    block: Block,
+    scope: str,
+    after: list[Block],
+    flat: Flat,
+    deck: Deck,
+    frames: Frames,
+    materials: Materials,
+) -> None:
+    """*COUPLING: chosen directions follow, in the axes of its ORIENTATION or of each node."""
     word = block.need("REFNODE")
     reference = _one(flat, word, scope, block)
     surface = flat.full(flat.surfaces, block.need("SURFACE"), scope)
@@ -94,21 +104,21 @@ def _coupling(block: Block, scope: str, after: list[Block], flat: Flat, deck: De
     if not nodes:
         raise block.wrong(f"no nodes on the surface '{block.parameters['SURFACE']}'", "a surface with nodes")
     label = block.parameters.get("CONSTRAINTNAME", "") or f"coupling_{word}"
-    own = dict(frames)
-    if "ORIENTATION" in block.parameters:
-        deck.inventory.approximated[f"*COUPLING '{label}': its orientation (all directions follow)"] += 1
     directions = _directions(kind.rows(), kind)
+    own = frames
+    if "ORIENTATION" in block.parameters and len(directions) < 6:
+        turned = nodes if kind.name == "KINEMATIC" else [reference]
+        axes = materials.axes(block.parameters["ORIENTATION"], scope, block, flat, deck.points[turned])
+        own = {**frames, **dict(zip(turned, axes, strict=True))}
     link = LinkRows(f"the coupling '{label}'")
     if kind.name == "KINEMATIC":
-        if "ORIENTATION" in block.parameters and not {0, 1, 2} <= set(directions):
-            raise block.wrong("some directions in an ORIENTATION", "all three translations", "Couple 1 to 3 at least")
         for node in nodes:
             follow(link, deck.points, own, node, directions, reference, f"{block.where}, *COUPLING")
         if {0, 1, 2} <= set(directions):
             link.rigid = (reference, np.array(nodes, np.int64))
         at = Reference(node=reference)
     else:
-        at = _averaged(link, deck, frames, reference, _areas(flat, surface, nodes, deck), directions, block)
+        at = _averaged(link, deck, own, reference, _areas(flat, surface, nodes, deck), directions, block)
     deck.links.append(link)
     deck.references.setdefault(label, at)
     deck.inventory.read[f"*COUPLING ({kind.name.lower()})"] += 1
@@ -395,4 +405,4 @@ def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block
                 held.setdefault(node, set()).update(directions)
     if held:
         pairs = [(node, sorted(parts)) for node, parts in sorted(held.items())]
-        deck.supports["boundary"] = held_directions(pairs, frames, deck, "*BOUNDARY")
+        keep_supports(deck, "boundary", pairs, frames)

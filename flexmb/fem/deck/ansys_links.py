@@ -10,7 +10,7 @@ from flexmb.fem.deck.ansys_elements import Group
 from flexmb.fem.deck.ansys_text import Archive, Command
 from flexmb.fem.deck.contents import Deck, Lumped, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, follow, rows_of
-from flexmb.fem.deck.supports import held_directions
+from flexmb.fem.deck.supports import keep_supports
 
 __all__ = ["add_equations", "add_rigid", "add_springs_and_masses", "add_supports"]
 
@@ -224,4 +224,4 @@ def add_supports(archive: Archive, deck: Deck, frames: Frames) -> None:
         deck.inventory.read["D"] += 1
     if held:
         pairs = [(node, sorted(parts)) for node, parts in sorted(held.items())]
-        deck.supports["d"] = held_directions(pairs, frames, deck, "D")
+        keep_supports(deck, "d", pairs, frames)

@@ -88,11 +88,21 @@ def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion, cell_labels)
         expansion=expansion,
         numbering=numbering.of(every, cell_labels),
         supports=dict(deck.supports),
+        slanted={name: _rows(pairs, 6 * len(points)) for name, pairs in deck.slanted.items()},
         reference_points={
             name: ReferencePoint(node=at.node, averaged=at.averaged, weights=at.weights)
             for name, at in deck.references.items()
         },
     )
+
+
+def _rows(pairs: list[tuple[int, np.ndarray]], size: int) -> sparse.csr_matrix:
+    """Return directions of nodes as rows (r, 6 n)."""
+    columns = np.array([6 * node + np.arange(6) for node, _ in pairs]).ravel()
+    values = np.concatenate([row for _, row in pairs])
+    rows = sparse.csr_matrix((values, (np.repeat(np.arange(len(pairs)), 6), columns)), shape=(len(pairs), size))
+    rows.eliminate_zeros()
+    return rows
 
 
 def _grown(block, number_of_nodes: int):

@@ -208,6 +208,8 @@ class Deck:
         Freedoms that depend on others.
     supports : mapping of name to (k, 2)
         Node and direction of every held freedom.
+    slanted : mapping of name to (node, row (6,)) pairs
+        Directions across the basic axes that supports hold, over the basic freedoms of their nodes.
     mass_factor : float
         By which all masses are to be multiplied (PARAM, WTMASS).
     lumped : bool
@@ -232,6 +234,7 @@ class Deck:
     lumped_parts: list[Lumped] = field(default_factory=list)
     links: list = field(default_factory=list)
     supports: dict[str, np.ndarray] = field(default_factory=dict)
+    slanted: dict[str, list[tuple[int, np.ndarray]]] = field(default_factory=dict)
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
     references: dict[str, Reference] = field(default_factory=dict)

@@ -13,7 +13,7 @@ import numpy as np
 from flexmb.fem.deck.contents import Deck, Reference
 from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
 from flexmb.fem.deck.nastran_text import Bulk, Card
-from flexmb.fem.deck.supports import held_directions
+from flexmb.fem.deck.supports import keep_supports
 from flexmb.fem.ranges import LARGEST, RANGE
 
 __all__ = ["add_links", "add_references", "add_supports", "components", "thru"]
@@ -257,10 +257,11 @@ def thru(card: Card, words: list[str], known: Collection[int] | None = None) -> 
 def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
     """Add supports by set: "spc_1", and "spc" for the set that the case control chooses."""
     held: dict[int, list[tuple[int, list[int]]]] = {}
+    across: dict[int, list[tuple[int, np.ndarray]]] = {}
     for card in bulk.of("SPC"):
         for at in (2, 5):
             if card.text(at) and card.integer(at) in deck.scalar_points:
-                held.setdefault(card.integer(1), []).extend(_held_point(deck, card.integer(at), card))
+                _hold_point(deck, card.integer(at), card, held, across)
             elif card.text(at):
                 held.setdefault(card.integer(1), []).append((_node(card, deck, at), components(card, at + 1)))
         deck.inventory.read["SPC"] += 1
@@ -271,7 +272,7 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
         if any(word.upper() == "THRU" for word in words):  # Nastran lets THRU pass over points that do not exist
             labels = [n for n in labels if n in existing]
         for label in (n for n in labels if n in deck.scalar_points):
-            held.setdefault(card.integer(1), []).extend(_held_point(deck, label, card))
+            _hold_point(deck, label, card, held, across)
         labels = [n for n in labels if n not in deck.scalar_points]
         for node in deck.numbers(labels, f"{card.where}, SPC1 {card.text(1)}"):
             held.setdefault(card.integer(1), []).append((int(node), components(card, 2)))
@@ -279,6 +280,7 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
     for card in bulk.of("SPCADD"):
         members = [card.integer(k) for k in range(2, len(card.fields)) if card.text(k)]
         held[card.integer(1)] = [pair for member in members for pair in held.get(member, [])]
+        across[card.integer(1)] = [row for member in members for row in across.get(member, [])]
         deck.inventory.read["SPCADD"] += 1
     permanent = []
     if table is not None:
@@ -287,24 +289,33 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
             if card.text(7) != "0":
                 permanent.append((_node(card, deck, 1), components(card, 7)))
     for number, pairs in held.items():
-        deck.supports[f"spc_{number}"] = held_directions(pairs, frames, deck, f"SPC {number}")
+        keep_supports(deck, f"spc_{number}", pairs, frames, across.get(number, ()))
     if permanent:
-        deck.supports["grid_ps"] = held_directions(permanent, frames, deck, "GRID cards")
+        keep_supports(deck, "grid_ps", permanent, frames)
     chosen = bulk.choices.get("SPC", next(iter(held)) if len(held) == 1 else None)
-    rows = [deck.supports[name] for name in (f"spc_{chosen}", "grid_ps") if name in deck.supports]
-    if rows:
-        deck.supports["spc"] = np.unique(np.vstack(rows), axis=0)
+    names = [name for name in (f"spc_{chosen}", "grid_ps") if name in deck.supports]
+    if names:
+        deck.supports["spc"] = np.unique(np.vstack([deck.supports[name] for name in names]), axis=0)
+    if rows := [row for name in names for row in deck.slanted.get(name, [])]:
+        deck.slanted["spc"] = rows
 
 
-def _held_point(deck: Deck, label: int, card: Card) -> list[tuple[int, list[int]]]:
-    """Return the node and direction of a scalar point that is held; across the basic axes it is left out by name."""
-    point = deck.scalar_points[label]
+def _hold_point(
+    deck: Deck,
+    label: int,
+    card: Card,
+    held: dict[int, list[tuple[int, list[int]]]],
+    across: dict[int, list[tuple[int, np.ndarray]]],
+) -> None:
+    """Hold a scalar point: the direction of a node, along a basic axis or across."""
+    point, number = deck.scalar_points[label], card.integer(1)
+    held.setdefault(number, [])
     if point is None:
-        return []
+        return
     if np.count_nonzero(point.row) > 1:
-        deck.inventory.left_out[f"{card.name} {card.text(1)}: supports across the basic axes"] += 1
-        return []
-    return [(point.node, [point.free % 6])]
+        across.setdefault(number, []).append((point.node, point.row))
+    else:
+        held[number].append((point.node, [point.free % 6]))
 
 
 def add_references(bulk: Bulk, deck: Deck) -> None:

@@ -1,4 +1,4 @@
-"""Supports of decks: freedoms held in displacement systems of nodes, as freedoms in the basic axes."""
+"""Supports of decks: freedoms held in displacement systems of nodes, along the basic axes or across them."""
 
 from __future__ import annotations
 
@@ -7,28 +7,41 @@ from collections.abc import Iterable
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck
-from flexmb.fem.deck.links import Frames
+from flexmb.fem.deck.links import Frames, rows_of
 
-__all__ = ["held_directions"]
+__all__ = ["keep_supports"]
+
+ALONG = 1e-9
+"""Cosines between a direction and the other basic axes below which it is one of them."""
 
 
-def held_directions(pairs: Iterable[tuple[int, list[int]]], frames: Frames, deck: Deck, name: str) -> np.ndarray:
-    """Return held (node, basic direction) rows (k, 2); directions across basic ones are named and left out."""
-    out, slanted = [], 0
+def keep_supports(
+    deck: Deck,
+    name: str,
+    pairs: Iterable[tuple[int, list[int]]],
+    frames: Frames,
+    rows: Iterable[tuple[int, np.ndarray]] = (),
+) -> None:
+    """Keep held directions under a name: `pairs` are nodes and directions in their displacement systems, `rows` nodes
+    and a direction (6,) over their basic freedoms.
+
+    A direction along a basic axis becomes that freedom, another one an equation over the freedoms of its node.
+    """
+    held: set[tuple[int, int]] = set()
+    slanted = {(node, row.tobytes()): (node, row) for node, row in rows}
     for node, parts in pairs:
         axes = frames.get(node)
         for block in (range(3), range(3, 6)):
             own = [k for k in parts if k in block]
             if axes is None or len(own) == 3:
-                out += [(node, k) for k in own]
+                held |= {(node, k) for k in own}
                 continue
-            for k in own:
-                row = axes[k - block[0]]
+            for k, row in zip(own, rows_of(node, own, frames), strict=True):
                 main = int(np.abs(row).argmax())
-                if abs(abs(row[main]) - 1.0) < 1e-6:
-                    out.append((node, block[0] + main))
+                if np.abs(np.delete(row, main)).max() < ALONG:
+                    held.add((node, main))
                 else:
-                    slanted += 1
+                    slanted[(node, row.tobytes())] = (node, row)
+    deck.supports[name] = np.array(sorted(held), np.int64).reshape(-1, 2)
     if slanted:
-        deck.inventory.left_out[f"{name}: supports in a turned displacement system, across the basic axes"] += slanted
-    return np.unique(np.array(out, np.int64).reshape(-1, 2), axis=0)
+        deck.slanted[name] = list(slanted.values())

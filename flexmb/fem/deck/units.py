@@ -83,6 +83,8 @@ def converted(deck: Deck, units: str | None, part: str) -> Deck:
         lump.matrix = factor * scale[:, None] * lump.matrix * scale[None, :]
     for link in deck.links:
         _scale_link(link, length)
+    turns = np.array([1.0, 1.0, 1.0, length, length, length])
+    deck.slanted = {name: [(node, row * turns) for node, row in rows] for name, rows in deck.slanted.items()}
     deck.points = deck.points * length
     deck.units = units
     return deck

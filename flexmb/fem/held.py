@@ -1,0 +1,139 @@
+"""`held_motion`: what is left to move of an FE model whose supports hold freedoms, slanted directions, linked nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, sparse
+from scipy.sparse.csgraph import connected_components
+
+from flexmb.fem.directions import direction_numbers
+from flexmb.fem.fe_model import FEModel
+
+__all__ = ["HeldMotion", "held_motion", "held_places"]
+
+REDUNDANT = 1e-9
+"""A pivot below this share of the largest says that an equation follows from the others."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HeldMotion:
+    """Freedoms (nf,) that stay independent, and the motion (ndof, nf) of all from them; None: the others stand still."""
+
+    free: np.ndarray
+    motion: sparse.csr_matrix | None = None
+
+    def reduced(self, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
+        """Return a matrix (ndof, ndof) on the independent freedoms."""
+        if self.motion is None:
+            return matrix[self.free][:, self.free]
+        return (self.motion.T @ matrix @ self.motion).tocsr()
+
+    def forces(self, load: np.ndarray) -> np.ndarray:
+        """Return loads (ndof, k) on the independent freedoms."""
+        return load[self.free] if self.motion is None else self.motion.T @ load
+
+    def spread(self, values: np.ndarray, size: int) -> np.ndarray:
+        """Return the motion (ndof, k) of all freedoms."""
+        if self.motion is not None:
+            return self.motion @ values
+        out = np.zeros((size, values.shape[1]))
+        out[self.free] = values
+        return out
+
+
+def held_places(fe: FEModel, fixed) -> np.ndarray:
+    """Return the held places ``6 node + direction`` of a set, supports, mapping or nodes (see `fixed_freedoms`)."""
+    if isinstance(fixed, str) and fixed in fe.supports:
+        rows = np.asarray(fe.supports[fixed], np.int64).reshape(-1, 2)
+        return np.unique(6 * rows[:, 0] + rows[:, 1])
+    if isinstance(fixed, Mapping):
+        chosen = {
+            name: direction_numbers(directions, f"FE model '{fe.name}', set '{name}'")
+            for name, directions in fixed.items()
+        }
+        blocks = [
+            (6 * np.asarray(fe.node_set(name))[:, None] + np.array(held)).ravel() for name, held in chosen.items()
+        ]
+        return np.unique(np.concatenate([np.zeros(0, np.int64), *blocks]))
+    nodes = fe.node_set(fixed) if isinstance(fixed, str) else np.asarray(fixed, np.int64)
+    return np.unique((6 * nodes[:, None] + np.arange(6)).ravel())
+
+
+def held_motion(fe: FEModel, fixed, mask: np.ndarray) -> HeldMotion:
+    """Return what may move where the freedoms of `mask` (ndof,) stand still, and all else that `fixed` names.
+
+    Directions across the basic axes, and nodes that follow others by links, give equations over the freedoms:
+    one freedom of each follows the others.
+    """
+    free = np.flatnonzero(~mask)
+    if fixed is None or (not isinstance(fixed, str | Mapping) and np.asarray(fixed).dtype == bool):
+        return HeldMotion(free=free)
+    equations = _equations(fe, fixed)
+    if equations is None:
+        return HeldMotion(free=free)
+    equations = equations[:, free].tocsr()
+    size = abs(equations).max(axis=1).toarray().ravel()
+    equations = equations[size > 0.0]
+    if not equations.shape[0]:
+        return HeldMotion(free=free)
+    equations = sparse.diags(1.0 / size[size > 0.0]) @ equations
+    dependent, follows, values = _solved(equations.tocsc())
+    kept = np.setdiff1d(np.arange(len(free)), dependent)
+    place = np.full(len(free), -1)
+    place[kept] = np.arange(len(kept))
+    rows = np.concatenate([free[kept], *(np.full(len(f), free[d]) for d, f in zip(dependent, follows, strict=True))])
+    columns = np.concatenate([np.arange(len(kept)), *(place[f] for f in follows)])
+    entries = np.concatenate([np.ones(len(kept)), *values])
+    motion = sparse.csr_matrix((entries, (rows, columns)), shape=(fe.ndof, len(kept)))
+    return HeldMotion(free=free[kept], motion=motion)
+
+
+def _equations(fe: FEModel, fixed) -> sparse.csr_matrix | None:
+    """Return equations (r, ndof) of what is held beside freedoms of its own; None if there are none."""
+    size = 6 * len(fe.nodes)
+    if fe.expansion is not None:
+        motion = fe.expansion
+    else:
+        rows = 6 * fe.dofs[:, 0] + fe.dofs[:, 1]
+        motion = sparse.csr_matrix((np.ones(fe.ndof), (rows, np.arange(fe.ndof))), shape=(size, fe.ndof))
+    found = []
+    if fe.expansion is not None:
+        own = np.zeros(size, bool)
+        own[6 * fe.dofs[:, 0] + fe.dofs[:, 1]] = True
+        places = held_places(fe, fixed)
+        if len(linked := places[~own[places]]):
+            found.append(motion[linked])
+    if isinstance(fixed, str) and fixed in fe.slanted:
+        slanted = fe.slanted[fixed].copy()
+        slanted.resize(slanted.shape[0], size)  # nodes that came behind those of the deck
+        found.append(slanted @ motion)
+    return sparse.vstack(found, format="csr") if found else None
+
+
+def _solved(equations: sparse.csc_matrix) -> tuple[list[int], list[np.ndarray], list[np.ndarray]]:
+    """Return freedoms that follow, whom each follows, and with which factors; equations that repeat others fall out.
+
+    Equations that share freedoms are solved together, by QR with pivoting.
+    """
+    rows = equations.tocsr()
+    _, group = connected_components(abs(rows) @ abs(rows).T, directed=False)
+    dependent: list[int] = []
+    follows: list[np.ndarray] = []
+    values: list[np.ndarray] = []
+    order = np.argsort(group, kind="stable")
+    for own in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+        part = rows[own]
+        columns = np.unique(part.indices)
+        triangle, pivots = linalg.qr(part[:, columns].toarray(), mode="r", pivoting=True)
+        diagonal = np.abs(np.diag(triangle))
+        rank = int((diagonal > REDUNDANT * diagonal.max(initial=0.0)).sum())
+        factors = -linalg.solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:])
+        for k in range(rank):
+            used = np.flatnonzero(np.abs(factors[k]) > 0.0)
+            dependent.append(int(columns[pivots[k]]))
+            follows.append(columns[pivots[rank:]][used])
+            values.append(factors[k, used])
+    return dependent, follows, values
