@@ -20,7 +20,7 @@ REDUNDANT = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldMotion:
-    """Freedoms (nf,) that stay independent, and the motion (ndof, nf) of all from them; None: the others stand still."""
+    """Freedoms (nf,) that stay independent, and the motion (ndof, nf) of all from them; None: others stand still."""
 
     free: np.ndarray
     motion: sparse.csr_matrix | None = None

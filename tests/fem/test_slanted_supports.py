@@ -78,7 +78,7 @@ def test_slopes_of_right_angles_are_the_axes(tmp_path):
 
 
 def test_a_ring_held_in_cylindrical_axes(tmp_path):
-    """A quarter of a ring under pressure between planes of symmetry at 20 and 110 degrees: u = p r^2 / (E A) radially."""
+    """A quarter of a ring under pressure between planes of symmetry at 20 and 110 degrees: u = p r^2 / (E A)."""
     n, radius, pressure = 60, 0.4, 3.0e4
     angles = 20.0 + 90.0 * np.arange(n + 1) / n
     rows = ["CORD2C,7,,0.,0.,0.,0.,0.,1.,+", "+,1.,0.,0."]

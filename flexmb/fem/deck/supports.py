@@ -36,7 +36,7 @@ def keep_supports(
             if axes is None or len(own) == 3:
                 held |= {(node, k) for k in own}
                 continue
-            for k, row in zip(own, rows_of(node, own, frames), strict=True):
+            for row in rows_of(node, own, frames):
                 main = int(np.abs(row).argmax())
                 if np.abs(np.delete(row, main)).max() < ALONG:
                     held.add((node, main))
