@@ -12,7 +12,7 @@ from flexmb.fem.matrices.read_matrices import read_matrices, write_matrices
 from flexmb.fem.meshes.mesh import Mesh, MeshWarning
 from flexmb.fem.meshes.read_mesh import read_mesh
 from flexmb.fem.shells.shell import shell
-from flexmb.fem.solids.elements import HEX8_COMPATIBLE, SolidElement
+from flexmb.fem.solids.elements import HEX8_COMPATIBLE, WEDGE6_COMPATIBLE, SolidElement
 from flexmb.fem.solids.solid import solid
 from flexmb.fem.solve import Modes, buckling, eigenmodes, fixed_freedoms, static
 from flexmb.fem.split import split
@@ -22,6 +22,7 @@ from flexmb.fem.surface_load import pressure_load, traction_load
 __all__ = [
     "DECK_READERS",
     "HEX8_COMPATIBLE",
+    "WEDGE6_COMPATIBLE",
     "DeckChecks",
     "ElementBlock",
     "FEModel",

@@ -211,3 +211,16 @@ def test_static_accepts_many_loads_and_eigenmodes_are_orthonormal():
     modes = fem.eigenmodes(fe, n=9)
     assert modes.shapes.T @ (fe.M @ modes.shapes) == pytest.approx(np.eye(9), abs=1e-8)
     assert modes.frequencies[5] < 1e-3 * modes.frequencies[6]
+
+
+@pytest.mark.parametrize(("elements", "low", "high"), [(None, 0.91, 1.0), ({"wedge": fem.WEDGE6_COMPATIBLE}, 0.6, 0.7)])
+def test_wedges_bend_out_of_the_plane_of_their_triangles(elements, low, high):
+    """A cantilever of one layer of wedges, 20 cells along it: 0.926 of Timoshenko's tip deflection, plain ones 0.658."""
+    mesh = structured("wedge", (20, 1, 1), (1.0, 0.05, 0.05))
+    fe = fem.solid(mesh, Material(young=210e9, poisson=0.3, density=7850.0), elements=elements)
+    tip = np.flatnonzero(fe.nodes[:, 0] > 1.0 - 1e-9)
+    load = np.zeros((len(fe.nodes), 6, 1))
+    load[tip, 2, 0] = 1000.0 / len(tip)
+    u = fe.field(fem.static(fe, fe.forces(load)[:, 0], np.flatnonzero(fe.nodes[:, 0] < 1e-9)))[tip, 2, 0].mean()
+    exact = 1000.0 / (3 * 210e9 * 0.05**4 / 12) + 1000.0 / (5 / 6 * 210e9 / 2.6 * 0.05**2)
+    assert low < u / exact < high

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::flexmb.fem.meshes.mesh.MeshWarn
 MATERIAL = Material(young=3.0, poisson=0.31, density=2.0)
 LAME = MATERIAL.elasticity[0, 1]
 WITH_SKFEM = [name for name in CELL_TYPES if SOLID_ELEMENTS[name].basis]
-COMPATIBLE = {"hexahedron": fem.HEX8_COMPATIBLE}
+COMPATIBLE = {"hexahedron": fem.HEX8_COMPATIBLE, "wedge": fem.WEDGE6_COMPATIBLE}
 
 
 def bent(points):

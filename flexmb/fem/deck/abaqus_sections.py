@@ -118,6 +118,7 @@ def _solid_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
                         elasticity=elasticity,
                         density=material.density,
                         group=group_name,
+                        compatible=cell_type == "wedge",
                     )
                 )
 

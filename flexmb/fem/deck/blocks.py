@@ -15,7 +15,7 @@ from flexmb.fem.frames.rod_block import RodBlock
 from flexmb.fem.shells.laminate_block import LaminateBlock, turned_plane
 from flexmb.fem.shells.shell import WARPING, flattened
 from flexmb.fem.solids.block import SolidBlock
-from flexmb.fem.solids.elements import SOLID_ELEMENTS
+from flexmb.fem.solids.elements import SOLID_ELEMENTS, WEDGE6_COMPATIBLE
 from flexmb.fem.solids.solid import oriented
 
 __all__ = ["beam_blocks", "rod_blocks", "shell_blocks", "solid_blocks"]
@@ -36,14 +36,14 @@ def solid_blocks(deck: Deck, part: str) -> list[Labelled]:
         turned = int((cells != group.nodes).any(axis=1).sum())
         if turned:
             deck.inventory.approximated[f"{group.cell_type} cells numbered left-handed, renumbered"] += turned
-        key = (group.cell_type, group.elasticity.shape, group.elasticity.tobytes(), group.density)
+        key = (group.cell_type, group.compatible, group.elasticity.shape, group.elasticity.tobytes(), group.density)
         _, own, labels = out.setdefault(key, (group, [], []))
         own.append(cells)
         labels.append(group.labels)
     return [
         (
             SolidBlock(
-                element=SOLID_ELEMENTS[group.cell_type],
+                element=WEDGE6_COMPATIBLE if group.compatible else SOLID_ELEMENTS[group.cell_type],
                 nodes=deck.points,
                 connectivity=np.concatenate(cells),
                 elasticity=group.elasticity,

@@ -37,6 +37,7 @@ class Solids:
     """Solid cells of one type and material.
 
     nodes (ne, c) int in meshio's order, labels (ne,), elasticity (6, 6) for xx, yy, zz, xy, yz, zx, density.
+    compatible: wedges without incompatible modes, as their program has them.
     """
 
     cell_type: str
@@ -45,6 +46,7 @@ class Solids:
     elasticity: np.ndarray
     density: float
     group: str
+    compatible: bool = False
 
 
 @dataclass(kw_only=True, eq=False)

@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-__all__ = ["HEX8_COMPATIBLE", "SOLID_ELEMENTS", "ElementTables", "SolidElement"]
+__all__ = ["HEX8_COMPATIBLE", "SOLID_ELEMENTS", "WEDGE6_COMPATIBLE", "ElementTables", "SolidElement"]
 
 TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
 HEX = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
@@ -69,7 +69,8 @@ class SolidElement:
     stiffness_order, mass_order, stress_order : int
         Polynomial order of the integration rules (per direction for hexahedra).
     incompatible : bool
-        Adds the three incompatible displacement modes of Wilson in the form of Taylor, Beresford & Wilson 1976.
+        Adds the incompatible displacement modes of Wilson in the form of Taylor, Beresford & Wilson 1976; in a wedge
+        those of second degree of the triangle and of the height, without products.
     """
 
     cell_type: str
@@ -195,9 +196,18 @@ def _wedge15(nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _inner(element: SolidElement, points: np.ndarray) -> np.ndarray:
-    """Reference gradients (np, ni, 3) of the incompatible modes 1 - (2 x_i - 1)^2."""
+    """Reference gradients (np, ni, 3) of the incompatible modes, whose mean over the reference cell is zero.
+
+    Hexahedra: 1 - (2 x_i - 1)^2. Wedges: x^2, x y, y^2 from the middle of the triangle, and 1 - (2 z - 1)^2.
+    """
     if not element.incompatible:
         return np.zeros((len(points), 0, 3))
+    if element.family == "wedge":
+        out = np.zeros((len(points), 4, 3))
+        x, y, z = points[:, 0] - 1.0 / 3.0, points[:, 1] - 1.0 / 3.0, points[:, 2]
+        out[:, 0, 0], out[:, 2, 1], out[:, 3, 2] = 2.0 * x, 2.0 * y, -4.0 * (2.0 * z - 1.0)
+        out[:, 1, 0], out[:, 1, 1] = y, x
+        return out
     return np.stack([np.diag(-4.0 * (2.0 * x - 1.0)) for x in points])
 
 
@@ -296,6 +306,7 @@ SOLID_ELEMENTS = {
             stiffness_order=2,
             mass_order=2,
             stress_order=2,
+            incompatible=True,
         ),
         SolidElement(
             cell_type="wedge15", family="wedge", order=2, basis="", stiffness_order=4, mass_order=4, stress_order=2
@@ -306,3 +317,6 @@ SOLID_ELEMENTS = {
 
 HEX8_COMPATIBLE = SOLID_ELEMENTS["hexahedron"].compatible()
 """The plain 8-node hexahedron: locks in bending, see docs/decisions/0002-hex8.md."""
+
+WEDGE6_COMPATIBLE = SOLID_ELEMENTS["wedge"].compatible()
+"""The plain 6-node wedge: locks in bending, see docs/decisions/0002-hex8.md."""
