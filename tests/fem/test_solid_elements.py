@@ -215,7 +215,7 @@ def test_static_accepts_many_loads_and_eigenmodes_are_orthonormal():
 
 @pytest.mark.parametrize(("elements", "low", "high"), [(None, 0.91, 1.0), ({"wedge": fem.WEDGE6_COMPATIBLE}, 0.6, 0.7)])
 def test_wedges_bend_out_of_the_plane_of_their_triangles(elements, low, high):
-    """A cantilever of one layer of wedges, 20 cells along it: 0.926 of Timoshenko's tip deflection, plain ones 0.658."""
+    """A cantilever of one layer of wedges, 20 along it: 0.926 of Timoshenko's tip deflection, plain ones 0.658."""
     mesh = structured("wedge", (20, 1, 1), (1.0, 0.05, 0.05))
     fe = fem.solid(mesh, Material(young=210e9, poisson=0.3, density=7850.0), elements=elements)
     tip = np.flatnonzero(fe.nodes[:, 0] > 1.0 - 1e-9)
