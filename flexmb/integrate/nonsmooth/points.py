@@ -169,6 +169,9 @@ class Touching:
         bodies = {name: k for k, name in enumerate(dict.fromkeys(s.marker.split(".")[0] for s in self.surfaces))}
         self.body = np.array([bodies[s.marker.split(".")[0]] for s in self.surfaces], np.int64)
         self.reach = np.array([self.data[at + 1] for at in self.place])
+        ends = self.reach[self.reach < FAR]
+        self.small = float(np.min(ends)) if len(ends) else system.lengths.whole
+        self.large = float(np.max(ends, initial=0.0))
         self.thickness = np.array([surface.shape.thickness for surface in self.surfaces])
         self.convex = np.array([surface.shape.convex for surface in self.surfaces])
         corners = max((int(self.data[at + CORNERS]) for at in self.place), default=0)

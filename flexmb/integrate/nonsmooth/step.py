@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.errors import ModelError
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
+from flexmb.integrate.nonsmooth.apart import TOUCHING, require_apart
 from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, sweep, write_problem
 from flexmb.integrate.nonsmooth.restitution import solve_impulses
@@ -36,10 +36,6 @@ ITERATIONS = 20
 CLOSED = 1e-10
 """What joints may be open at the end of a step, relative to their lengths."""
 CLOSINGS = 12
-TOUCHING = 1e-9
-"""Distance, relative to the reach of the smallest surface, that counts as none."""
-DEEP = 1e-4
-"""Penetration at the start, relative to the same, that is an error."""
 HALF = 0.5
 """Penetration, relative to the same, that a step never exceeds: thin surfaces shorten it."""
 SHORTEST = 1e-9
@@ -63,9 +59,8 @@ class Stepper:
         self.points, self.P, self.h = np.zeros(0, POINT), np.zeros((0, 6)), settings.step
         self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
         self.counts["impacts without a rebound by Newton's law"] = 0
-        reaches = self.touching.reach[self.touching.reach < 1e99]
-        self.small = float(np.min(reaches, initial=np.inf)) if len(reaches) else system.lengths.whole
-        self.lever = max(1.0, float(np.max(reaches, initial=0.0)))  # m, of what accelerations may close
+        self.small = self.touching.small
+        self.lever = max(1.0, self.touching.large)  # m, of what accelerations may close
         # springs and modes are implicit; without any, the gravity of turning bodies would only disturb the matrix
         self.stiff = len(self.touching.forces) < len(system.model.forces) or not _rigid(system)
         self.direct = not system.ng and not self.stiff
@@ -75,35 +70,10 @@ class Stepper:
         self.complaint, self.gained = "", 0.0
         self.goal, self.span = state.t, 0.0
         self._clear_wrenches(self.q)
-        self._require_apart()
+        if self.touching.forces:  # what goes on may stand within a rebound
+            self._place(self.t, self.q, self.u)
+            require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
         self._first_forces()
-
-    def _require_apart(self) -> None:
-        """Raise ModelError where surfaces overlap at the start, unless they are about to strike.
-
-        A run that goes on, after an event, at a sample time of a controller or when it is resumed, may stand within a
-        rebound: what has struck comes out of its penetration by itself.
-        """
-        if not self.touching.forces:
-            return
-        rebound = HALF * self.small if self.t > 0.0 else 0.0
-        self._place(self.t, self.q, self.u)
-        for point in self.touching.found(self.work, 0.0, 0.0):
-            a, b = self.work.markers[point["a"]], self.work.markers[point["b"]]
-            v = [m["v"] + np.cross(m["w"], point["r"] - m["r"]) for m in (a, b)]
-            closing = max(0.0, -float(point["axes"][0] @ (v[1] - v[0])))
-            if -point["gap"] > max(rebound, DEEP * self.small + self.settings.step * closing):
-                force = self.system.model.forces[point["owner"]]
-                i, j = divmod(
-                    int(point["key"]) - int(point["owner"]) * len(self.touching.place) ** 2, len(self.touching.place)
-                )
-                names = [self.touching.surfaces[k].name for k in (i, j)]
-                raise ModelError(
-                    force.title,
-                    found=f"surfaces '{names[0]}' and '{names[1]}' overlap by {-point['gap']:.3g} m",
-                    expected=f"rigid surfaces apart, or touching to {DEEP * self.small:.2g} m",
-                    remedy="Move one of the bodies, or use a compliant law",
-                )
 
     def _place(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
         """Evaluate a state without a matrix; velocities in the axes of the run."""

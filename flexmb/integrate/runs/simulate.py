@@ -12,7 +12,8 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.explicit.explicit import Explicit
-from flexmb.integrate.impulsive import require_method
+from flexmb.integrate.impulsive import require_method, rigid_contacts
+from flexmb.integrate.nonsmooth.apart import require_drawn_apart
 from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
 from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
@@ -192,6 +193,8 @@ def simulate(
         if state is None
         else assemble(model, t=t_start, state=state)
     )
+    if state is None and rigid_contacts(model):
+        require_drawn_apart(*assembled, integrator.step)
     return run_assembled(integrator, assembled, times, told, clock, output, write_model, progress)
 
 
