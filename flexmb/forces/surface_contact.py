@@ -355,11 +355,13 @@ class SurfaceContact(Force):
         edged = [
             next((s.name for s in group if np.isfinite(s.shape.reach) and _kind(s) != "Sphere"), "") for group in groups
         ]
-        if not self.impulsive or not all(edged):
+        boxes = all(_kind(s) in ("Cuboid", "Plane", "Sphere") for group in groups for s in group)
+        if not self.impulsive or not all(edged) or boxes:
             return ""
         return (
-            f"edges of '{edged[0]}' and '{edged[1]}' that cross are not seen: a rigid law acts where a corner of one "
-            "surface meets the other. Where edges can meet first, use ElasticFoundation, or put spheres on an edge"
+            f"edges of '{edged[0]}' and '{edged[1]}' that cross are not seen: except between two cuboids, a rigid law "
+            "acts where a corner of one surface meets the other. Where edges can meet first, use ElasticFoundation, or "
+            "put spheres on an edge"
         )
 
     def measure(self, model) -> str | None:

@@ -8,6 +8,7 @@ from flexmb.integrate.nonsmooth.neighbours import FEW, LARGE, candidates, near_p
 from flexmb.integrate.nonsmooth.problem import POINT
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
+from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
 from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH
 from flexmb.surfaces.skin_surface import pieces_of
@@ -88,6 +89,8 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
             continue
         if _by_centre(data, at_a, at_b):
             count = find_closest(data, at_a, at_b, margin, d, Q, contacts)
+        elif are_boxes(data, at_a, at_b):
+            count = find_between_boxes(data, at_a, at_b, margin, d, Q, contacts)
         else:
             count = find_points(data, at_a, at_b, margin, d, Q, contacts)
         for c in range(count):
@@ -111,7 +114,7 @@ def longest_step(markers, data, surface_marker, place, thickness, convex, pairs,
     surfaces a plane stands, so only the way along the normal counts, and what turning adds to it.
     """
     d, Q = np.empty(3), np.empty((3, 3))
-    r, v, t = np.empty(3), np.empty(3), np.empty(3)
+    r, v, t, n = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for m in range(len(pairs)):
         i, j = pairs[m, 0], pairs[m, 1]
         room = 0.25 * min(thickness[i], thickness[j])
@@ -124,24 +127,27 @@ def longest_step(markers, data, surface_marker, place, thickness, convex, pairs,
         if span * (speed + turning) <= room + max(0.0, bound_gap(data, at_a, at_b, d, Q)):
             continue
         gap, nearing = 0.0, speed + turning
-        if _by_centre(data, at_a, at_b):
-            count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
+        if are_boxes(data, at_a, at_b):
+            gap, count = max(plane_between_boxes(data, at_a, at_b, d, Q, n)[0], 0.0), 1
         else:
-            count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
-        least = -1
-        for c in range(count):
-            if least < 0 or contacts[c].gap < contacts[least].gap:
-                least = c
-        if least >= 0:
-            gap = max(contacts[least].gap, 0.0)
-            if convex[i] and convex[j]:
-                for k in range(3):
-                    r[k] = b.r[k] - a.r[k]
-                cross(a.w, r, t)
-                for k in range(3):
-                    t[k] = b.v[k] - a.v[k] - t[k]
-                matvec_t(a.R, t, v)
-                nearing = max(0.0, -dot(contacts[least].n, v)) + turning
+            if _by_centre(data, at_a, at_b):
+                count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
+            else:
+                count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
+            least = np.inf
+            for c in range(count):
+                if contacts[c].gap < least:
+                    least = contacts[c].gap
+                    n[:] = contacts[c].n
+            gap = max(least, 0.0) if count else 0.0
+        if count and convex[i] and convex[j]:
+            for k in range(3):
+                r[k] = b.r[k] - a.r[k]
+            cross(a.w, r, t)
+            for k in range(3):
+                t[k] = b.v[k] - a.v[k] - t[k]
+            matvec_t(a.R, t, v)
+            nearing = max(0.0, -dot(n, v)) + turning
         if nearing * span > room + gap:
             span = (room + gap) / nearing
     return span
