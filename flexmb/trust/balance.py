@@ -79,7 +79,9 @@ class _Single:
         plain = {"geometric_stiffness": False} if getattr(body, "geometric_stiffness", False) else {}
         self.body = body
         alone = (*fixed, replace(body, **plain) if plain else body)
-        self.system = compile_model(replace(model, bodies=alone, joints=(), forces=(), sensors=(), events=()))
+        self.system = compile_model(
+            replace(model, bodies=alone, joints=(), surfaces=(), forces=(), sensors=(), events=())
+        )
         self.work = self.system.workspace()
         self.frame = bool(body.has_frame)
         self.nu = self.system.nu

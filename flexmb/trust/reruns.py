@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError
 from flexmb.integrate import simulate
+from flexmb.integrate.impulsive import rigid_contacts
 from flexmb.model.model import Model
 from flexmb.results import Instant, Phase, Solution
 from flexmb.system import compile as compile_model
@@ -57,11 +58,9 @@ def reruns(solution: Solution, integrator: Any, window: tuple[float, float]) -> 
     first = solution.phases[0].instant(0)
     settings, what = tighter(integrator)
     yield _run("tolerance", f"a tenth of the tolerance ({what})", solution, first, (begin, end), settings)
-    other = another(integrator)
-    start, span = _begin(solution, window)
-    where = "" if span == (begin, end) else f", t = {span[0]:.4g} to {span[1]:.4g} s"
-    yield _run("integrator", f"by {type(other).__name__}{where}", solution, start, span, other)
     model = solution.phases[0].model
+    if not rigid_contacts(model):  # no other integrator follows impulses
+        yield _by_another(solution, integrator, window)
     for name, (changed, told) in (("modes", _other_modes(model)), ("mesh", _finer(model))):
         if changed is None:
             continue
@@ -71,6 +70,14 @@ def reruns(solution: Solution, integrator: Any, window: tuple[float, float]) -> 
             yield Rerun(name, told, None, str(error))
             continue
         yield _run(name, told, solution, start, (begin, end), integrator, changed)
+
+
+def _by_another(solution: Solution, integrator: Any, window: tuple[float, float]) -> Rerun:
+    """Repeat the window by an integrator of another family."""
+    other = another(integrator)
+    start, span = _begin(solution, window)
+    where = "" if span == (float(solution.t[0]), float(solution.t[-1])) else f", t = {span[0]:.4g} to {span[1]:.4g} s"
+    return _run("integrator", f"by {type(other).__name__}{where}", solution, start, span, other)
 
 
 def _begin(solution: Solution, window) -> tuple[Instant, tuple[float, float]]:

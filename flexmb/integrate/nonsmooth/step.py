@@ -67,6 +67,7 @@ class Stepper:
         self.thin = int(np.sum(np.isfinite(self.touching.thickness))) > 1
         self.closed = np.zeros(0, np.int64)
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
+        self.wrenches = np.zeros(self.kept.shape)
         self.complaint, self.gained = "", 0.0
         self.goal, self.span = state.t, 0.0
         self._clear_wrenches(self.q)
@@ -199,6 +200,8 @@ class Stepper:
             self.counts["most contacts"] = max(self.counts.get("most contacts", 0), int(np.sum(kept)))
         else:
             self.points, self.P, self.closed = np.zeros(0, POINT), np.zeros((0, 6)), np.zeros(0, np.int64)
+        self.wrenches = np.zeros(self.kept.shape)  # at the markers where they act, in the middle of the step
+        resultants(self.points, self.P / h, work.markers, self.rows_of, self.wrenches)
         rate = (u1 - self.u) / h
         end = self.q.copy()
         end_positions(program, self.world, self.q, self.u, u1, h, end)
@@ -320,11 +323,7 @@ class Stepper:
         """Return t, q, u, a, lam, works; contact forces are kept in the last coordinates."""
         q, body, a = self.q.copy(), np.zeros(self.system.nu), np.zeros(self.system.nu)
         to_body_axes(self.world, q, self.u, self.a, body, a)
-        if len(self.kept) and len(self.points):
-            self._place(self.t, q, self.u)
-            forces, P = np.zeros(self.kept.shape), self.P / self.h
-            resultants(self.points, P, self.work.markers, self.rows_of, forces)
-            q[self.system.program.branches + self.kept] = forces
+        q[self.system.program.branches + self.kept] = self.wrenches
         return self.t, q, body, a, self.lam, self.works.copy()
 
 
