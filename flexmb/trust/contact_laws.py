@@ -79,8 +79,7 @@ def in_the_middle(phase: Phase, system, samples: list[int], step: float) -> tupl
     before; and velocities before and after each step, (n, 2, nu), in the axes there.
     """
     world = frames_in_world_axes(system)
-    rows: dict[str, list] = {"t": [], "q": [], "u": [], "a": [], "lam": []}
-    places, both = [], []
+    times, configurations, speeds, rates, places, both = [], [], [], [], [], []
     for k in samples:
         h = _length(phase, k, step)
         end, a = phase.u[k].copy(), phase.a[k].copy()
@@ -98,10 +97,20 @@ def in_the_middle(phase: Phase, system, samples: list[int], step: float) -> tupl
             pair.append(own)
         places.append(found)
         both.append(pair)
-        for name, value in zip(rows, (phase.t[k] - 0.5 * h, q, u, rate, phase.lam[k]), strict=True):
-            rows[name].append(value)
-    made = {name: np.array(value) for name, value in rows.items()}
-    middle = replace(phase, works=phase.works[samples], inputs=None, **made)
+        times.append(phase.t[k] - 0.5 * h)
+        configurations.append(q)
+        speeds.append(u)
+        rates.append(rate)
+    middle = replace(
+        phase,
+        t=np.array(times),
+        q=np.array(configurations),
+        u=np.array(speeds),
+        a=np.array(rates),
+        lam=phase.lam[samples],
+        works=phase.works[samples],
+        inputs=None,
+    )
     return middle, np.array(places), np.array(both)
 
 
@@ -145,7 +154,9 @@ def lawfulness(phase: Phase, system, samples: list[int], step: float, within: fl
         for i in range(3):
             if own[i] > worst[i]:
                 worst[i], at[i] = own[i], float(phase.t[k])
-    return Lawfulness(*(float(x) for x in worst), at=tuple(float(x) for x in at), skipped=skipped)
+    force, approach, depth = (float(x) for x in worst)
+    when = (float(at[0]), float(at[1]), float(at[2]))
+    return Lawfulness(force=force, approach=approach, depth=depth, at=when, skipped=skipped)
 
 
 def _kept(system, q: np.ndarray) -> dict[tuple[int, int], np.ndarray]:
