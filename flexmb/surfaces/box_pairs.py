@@ -28,7 +28,7 @@ MOST = 12
 """Corners of a rectangle cut by a rectangle, at most 8, and some more."""
 
 
-@inner_kernel
+@kernel
 def are_boxes(data, at_a, at_b):
     """Are both surfaces cuboids?"""
     return int(data[at_a + CODE]) == BOX and int(data[at_b + CODE]) == BOX
