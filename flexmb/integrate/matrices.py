@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import sparse
 
-from flexmb.math.block_lu import blocks, stored
+from flexmb.math.block_pattern import blocks, stored
 from flexmb.math.weights import weigh
 from flexmb.system.mobility import still_dependent
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate

@@ -9,61 +9,9 @@ is reported with its row. Source of the row-wise form: Davis, Direct Methods for
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.structures import Floats, Integers, structure
 
-__all__ = ["BlockPattern", "blocks", "lu_factor", "lu_solve", "lu_solve_softened", "stored"]
-
-NONE = np.zeros(0)
-
-
-@structure
-class BlockPattern(NamedTuple):
-    """The pattern of the factors, with the storage that belongs to them."""
-
-    order: Integers
-    """(n,) unknown at each place"""
-    row_start: Integers
-    """(n + 1,) first value of each row"""
-    row_block: Integers
-    """(n,)"""
-    segment_start: Integers
-    """(blocks + 1,)"""
-    column: Integers
-    """(segments,) first place of the columns of each segment"""
-    length: Integers
-    """(segments,) number of its columns"""
-    block_start: Integers
-    """(blocks + 1,) first row of each block"""
-    own: Integers
-    """(blocks,) where its diagonal block is in a row"""
-    own_segment: Integers
-    """(blocks,) and which segment that is"""
-    step_start: Integers
-    """(blocks + 1,) the earlier blocks to eliminate"""
-    source: Integers
-    """(steps,) which they are"""
-    at: Integers
-    """(steps,) and where in the row"""
-    run_start: Integers
-    """(steps + 1,) columns that a step changes, in runs"""
-    run_to: Integers
-    """(runs,) first column in the rows that change"""
-    run_from: Integers
-    """(runs,) first column in the rows of the source"""
-    run_length: Integers
-    """(runs,)"""
-    inverse: Floats
-    """(n,) reciprocal pivots, written by `lu_factor`"""
-    scratch: Floats
-    """(2 n,)"""
-    softness: Floats = NONE
-    """(n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order"""
-
+__all__ = ["lu_factor", "lu_solve", "lu_solve_softened"]
 
 VANISHING = 1e-14
 """A pivot below this, relative to its row and to the terms whose difference it is, has no digits left."""
@@ -393,28 +341,3 @@ def lu_solve(S, p, b):
 def lu_solve_softened(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order, with dependent equations as soft as they were made."""
     _substitute(S, p, b)
-
-
-def _runs(starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return starts[0], starts[0] + 1, ..., as many as lengths[0], then the next."""
-    before = np.cumsum(lengths) - lengths
-    return np.repeat(starts - before, lengths) + np.arange(int(np.sum(lengths)))
-
-
-def stored(S: np.ndarray, p: BlockPattern):
-    """Return the matrix of the stored values (before factorisation), csr, in the natural order of unknowns."""
-    from scipy import sparse
-
-    n = len(p.row_block)
-    first = p.segment_start[p.row_block]
-    segments = _runs(first, p.segment_start[p.row_block + 1] - first)
-    indices = p.order[_runs(p.column[segments], p.length[segments])]
-    permuted = sparse.csr_matrix((S, indices, p.row_start), shape=(n, n))
-    return permuted[np.argsort(p.order)]
-
-
-def blocks(p: BlockPattern) -> np.ndarray:
-    """Return the block (a body, a node of a body, a joint with its drive) of every unknown in the natural
-    order, (n,).
-    """
-    return p.row_block[np.argsort(p.order)]

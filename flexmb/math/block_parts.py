@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexmb.math.block_lu import BlockPattern
+from flexmb.math.block_pattern import BlockPattern
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import Integers, structure
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexmb.math.block_lu import BlockPattern
+from flexmb.math.block_pattern import BlockPattern
 from flexmb.math.jets import SignalCode
 from flexmb.math.structures import Bytes, Floats, IntegerRows, Integers, numba_type, structure
 from flexmb.math.tables import STATE, WORK, caller, void

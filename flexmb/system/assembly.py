@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.math.block_lu import blocks, lu_factor
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_pattern import blocks
 from flexmb.math.tables import State
 from flexmb.math.weights import weigh_mass
 from flexmb.model.model import Model

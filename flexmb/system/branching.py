@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from flexmb.errors import CompileError
-from flexmb.math.block_lu import blocks
+from flexmb.math.block_pattern import blocks
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.system.mobility import constraint_matrix, dependent_equations, indeterminate_equations
 from flexmb.system.program import advance, evaluate, increment

@@ -14,7 +14,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from flexmb.math.block_lu import BlockPattern
+from flexmb.math.block_pattern import BlockPattern
 
 __all__ = ["block_pattern", "elimination_order"]
 

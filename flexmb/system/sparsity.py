@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexmb.math.block_lu import stored
+from flexmb.math.block_pattern import stored
 from flexmb.math.tables import EQUATION, LEG, PAIR
 from flexmb.system.pattern import block_pattern
 

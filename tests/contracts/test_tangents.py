@@ -21,7 +21,7 @@ from tolerances import MACHINE, SOLVER
 
 from flexmb import bodies, joints
 from flexmb.integrate.matrices import equations_at, tangent_at
-from flexmb.math.block_lu import stored
+from flexmb.math.block_pattern import stored
 from flexmb.math.weights import weigh
 from flexmb.system import assemble
 from flexmb.system.program import evaluate

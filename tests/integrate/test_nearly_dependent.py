@@ -13,7 +13,7 @@ from verification.mechanisms import four_bars
 import flexmb as fmb
 from flexmb.errors import FlexmbError
 from flexmb.integrate.matrices import equations_at
-from flexmb.math.block_lu import blocks
+from flexmb.math.block_pattern import blocks
 from flexmb.system import assemble
 from flexmb.system.mobility import still_dependent
 

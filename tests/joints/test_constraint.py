@@ -107,7 +107,7 @@ def test_slope_is_the_derivative_by_displacement(name, rng):
     system, state = random_state(between("rigid-rigid", EQUATIONS[name], rng), rng)
     work = system.workspace()
     k = system.joint_equations["own"].start
-    from flexmb.math.block_lu import stored
+    from flexmb.math.block_pattern import stored
 
     rows = []
     for stiffness in (0.0, 1.0):

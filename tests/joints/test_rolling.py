@@ -80,7 +80,7 @@ def test_slope_of_the_residual(disc, rng):
         evaluate(system.program, now, work)
         return work.equations["g"][1:].copy()
 
-    from flexmb.math.block_lu import stored
+    from flexmb.math.block_pattern import stored
 
     weigh(work.weights, 1.0, 2.0, 0.5)
     evaluate(system.program, state, work)

@@ -7,7 +7,8 @@ from tolerances import MACHINE
 from verification.mechanisms import four_bars
 
 import flexmb as fmb
-from flexmb.math.block_lu import lu_factor, lu_solve, stored
+from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_pattern import stored
 from flexmb.math.weights import weigh
 from flexmb.system import compile
 from flexmb.system.program import evaluate

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.integrate.explicit.steps import RATES, Dense
 from flexmb.integrate.ida.stabilised import kinematics
-from flexmb.math.block_lu import stored
+from flexmb.math.block_pattern import stored
 from flexmb.math.closed_form import RANK, solve_closed
 from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel

@@ -1,0 +1,86 @@
+"""The static block pattern of a sparse matrix and of its factors: which row has which columns, and what changes what.
+
+Rows are grouped in blocks (the freedoms of a body, the multipliers of a joint); all rows of a block have the same
+columns, stored as contiguous segments. The pattern is made once (system room, `pattern`), `block_lu` uses it often.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.math.structures import Floats, Integers, structure
+
+__all__ = ["BlockPattern", "blocks", "stored"]
+
+NONE = np.zeros(0)
+
+
+@structure
+class BlockPattern(NamedTuple):
+    """The pattern of the factors, with the storage that belongs to them."""
+
+    order: Integers
+    """(n,) unknown at each place"""
+    row_start: Integers
+    """(n + 1,) first value of each row"""
+    row_block: Integers
+    """(n,)"""
+    segment_start: Integers
+    """(blocks + 1,)"""
+    column: Integers
+    """(segments,) first place of the columns of each segment"""
+    length: Integers
+    """(segments,) number of its columns"""
+    block_start: Integers
+    """(blocks + 1,) first row of each block"""
+    own: Integers
+    """(blocks,) where its diagonal block is in a row"""
+    own_segment: Integers
+    """(blocks,) and which segment that is"""
+    step_start: Integers
+    """(blocks + 1,) the earlier blocks to eliminate"""
+    source: Integers
+    """(steps,) which they are"""
+    at: Integers
+    """(steps,) and where in the row"""
+    run_start: Integers
+    """(steps + 1,) columns that a step changes, in runs"""
+    run_to: Integers
+    """(runs,) first column in the rows that change"""
+    run_from: Integers
+    """(runs,) first column in the rows of the source"""
+    run_length: Integers
+    """(runs,)"""
+    inverse: Floats
+    """(n,) reciprocal pivots, written by `lu_factor`"""
+    scratch: Floats
+    """(2 n,)"""
+    softness: Floats = NONE
+    """(n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order"""
+
+
+def _runs(starts: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Return starts[0], starts[0] + 1, ..., as many as lengths[0], then the next."""
+    before = np.cumsum(lengths) - lengths
+    return np.repeat(starts - before, lengths) + np.arange(int(np.sum(lengths)))
+
+
+def stored(S: np.ndarray, p: BlockPattern):
+    """Return the matrix of the stored values (before factorisation), csr, in the natural order of unknowns."""
+    from scipy import sparse
+
+    n = len(p.row_block)
+    first = p.segment_start[p.row_block]
+    segments = _runs(first, p.segment_start[p.row_block + 1] - first)
+    indices = p.order[_runs(p.column[segments], p.length[segments])]
+    permuted = sparse.csr_matrix((S, indices, p.row_start), shape=(n, n))
+    return permuted[np.argsort(p.order)]
+
+
+def blocks(p: BlockPattern) -> np.ndarray:
+    """Return the block (a body, a node of a body, a joint with its drive) of every unknown in the natural
+    order, (n,).
+    """
+    return p.row_block[np.argsort(p.order)]
