@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.bodies.frame_state import check_frame, check_initial_strain
 from flexmb.bodies.line.ancf_line import COLLAPSED, element_momentum
 from flexmb.bodies.plate import kernels
-from flexmb.bodies.plate.axes import director_rows, held_edge, marker_axes
+from flexmb.bodies.plate.axes import held_edge, marker_axes
 from flexmb.bodies.plate.data import shell_elements, thin_elements
 from flexmb.bodies.plate.forces import at_fractions, least_areas, thin_strains, with_director_strains
 from flexmb.bodies.plate.places import (
@@ -21,9 +21,9 @@ from flexmb.bodies.plate.places import (
     checked_masses,
     functional,
     place_of,
-    row_starts,
 )
 from flexmb.bodies.plate.quad_grid import grid_of_mesh
+from flexmb.bodies.plate.row import LOADS, coupled_nodes, plate_row
 from flexmb.bodies.plate.skin import face_patches
 from flexmb.bodies.plate.surface import (
     Surface,
@@ -42,7 +42,6 @@ from flexmb.model.table import Table
 
 __all__ = ["AncfPlate"]
 
-LOADS = ("pressure", "load_x", "load_y", "load_z")
 CORNER_MARKERS = {"corner_00": (0.0, 0.0), "corner_10": (1.0, 0.0), "corner_11": (1.0, 1.0), "corner_01": (0.0, 1.0)}
 
 
@@ -168,8 +167,11 @@ class AncfPlate(Body):
         )
         add_masses(self, heads)
         object.__setattr__(self, "_data", (heads, element_points))
-        object.__setattr__(self, "_drawn", {name: functional(self, place) for name, place in self.places.items()})
-        object.__setattr__(self, "_pairs", self._coupled())
+        drawn = {name: functional(self, place) for name, place in self.places.items()}
+        object.__setattr__(self, "_drawn", drawn)
+        object.__setattr__(
+            self, "_pairs", coupled_nodes([*self.surface.cells, *(nodes for nodes, _ in drawn.values())])
+        )
 
     def _doubt(self, length: float) -> None:
         """Warn of a material, or of a thickness beside the size, m, that can hardly be meant."""
@@ -264,17 +266,6 @@ class AncfPlate(Body):
         others = s.normals[:, None] if self.shear else s.tangents
         return np.concatenate([s.r[:, None], others], axis=1)
 
-    def _coupled(self) -> dict[tuple[int, int], int]:
-        """Return the number of every pair of nodes that share an element, or a mean."""
-        pairs: dict[tuple[int, int], int] = {}
-        groups = [*self.surface.cells, *(nodes for nodes, _ in self._drawn.values())]  # type: ignore[attr-defined]
-        for nodes in groups:
-            for a in nodes:
-                for b in nodes:
-                    if a < b:
-                        pairs.setdefault((int(a), int(b)), len(pairs))
-        return pairs
-
     def couplings(self) -> np.ndarray:
         """Return the pairs of nodes in every element."""
         return np.array(list(self._pairs), int)  # type: ignore[attr-defined]
@@ -351,31 +342,7 @@ class AncfPlate(Body):
 
     def record(self, compiler, place):
         """Return the row: elements and markers as bulk data."""
-        heads, points = self._data  # type: ignore[attr-defined]
-        pairs, size = self._pairs, self.block_size  # type: ignore[attr-defined]
-        rows = np.array([row_starts(nodes, pairs, size) for nodes in self.surface.cells])
-        elements = np.hstack([self.surface.cells, rows, heads, points])
-        parts = []
-        for name, pose in self.marker_poses().items():
-            nodes, weights = self._drawn[name]  # type: ignore[attr-defined]
-            _, a, b = self.drawn_at(nodes, weights)
-            fixed = director_rows(a, b) @ pose.matrix
-            each = [np.concatenate([[node - min(nodes)], w.ravel()]) for node, w in zip(nodes, weights, strict=True)]
-            parts.append(
-                np.concatenate([[min(nodes), len(nodes)], fixed.ravel(), *each, row_starts(nodes, pairs, size)])
-            )
-        begins = len(parts) + np.concatenate([[0], np.cumsum([len(p) for p in parts])])[:-1]
-        first_load, *_ = (compiler.load(self.name, load) for load in LOADS)
-        return {
-            "elements": len(elements),
-            "size": elements.shape[1],
-            "data": place.bulk(elements),
-            "geometry": place.bulk(np.concatenate([begins, *parts])),
-            "couplings": compiler.couplings(self.name),
-            "first_load": first_load,
-            "poisson": self.material.poisson,
-            "gravity": compiler.gravity,
-        }
+        return plate_row(self, compiler, place, self._data, self._drawn, self._pairs)  # type: ignore[attr-defined]
 
     def inversion(self, q: np.ndarray) -> tuple[int, str] | None:
         """Return the first sample (nt, nq) at which an element has collapsed or turned inside out,
