@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, VELOCITY, measure_scalar
+from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, SIGNAL, VELOCITY, measure_scalar
 from flexmb.math import operations as op
 from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
-from flexmb.math.switches import KINK, switch_kernel
+from flexmb.math.switches import FORMULA, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNKNOWN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
 
@@ -52,8 +52,10 @@ ROW = np.dtype(
         ("n_held", np.int64),
         ("held", np.int64),  # branches that hold values
         ("n_kinks", np.int64),
-        ("kinks", np.int64),  # programs that pass zero where a signal has a kink, or switches
-        ("kink_scales", np.int64),  # what they are divided by
+        ("kinks", np.int64),  # program, kind of its switch (negative: of a held value), first point, number of points
+        ("points", np.int64),  # of tables whose pieces are left; as many as are counted, or less than zero: periodic
+        ("units", np.int64),  # 1 to 4: lengths, angles and states, speeds, rates of angles; 0: another atom
+        ("shares", np.int64),  # size of an atom in this unit
     ],
     align=True,
 )
@@ -112,7 +114,10 @@ def _run(code, p, time, z, stack, answer):
 
 @inner_kernel
 def _values(row, data, state, work, count, z, sorts, push, slope):
-    """Measure the atoms, and write the values of `count` programs behind them in `z` (n_atoms + n, 3)."""
+    """Measure the atoms, and write the values of `count` programs behind them in `z` (n_atoms + n, 3).
+
+    The last column, which first derivatives do not need, receives the rates of the atoms.
+    """
     atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
     jet, time, stack, answer = np.empty(3), np.zeros(3), np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
@@ -120,7 +125,7 @@ def _values(row, data, state, work, count, z, sorts, push, slope):
     code = _code(row, data)
     for k in range(row.n_atoms):
         sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
-        z[k, 0] = jet[0]
+        z[k, 0], z[k, 2] = jet[0], jet[1]
     starts, uses, affine, constants, factors = code[4], code[5], code[8], code[9], code[10]
     for p in range(count):
         if affine[p] == 1:
@@ -286,9 +291,22 @@ def tangent(raw, data, state, work):
                     _add(pair, block[2], block[3], work.channels[act[2]], by_place[leg], by_twist[leg])
 
 
+@inner_kernel
+def _piece(x, points, periodic, place):
+    """Write the ends of the piece of a table in which x lies."""
+    n = len(points)
+    shift = 0.0
+    if periodic:
+        period = points[n - 1] - points[0]
+        shift = period * np.floor((x - points[0]) / period)
+    i = np.searchsorted(points, x - shift, side="right")
+    place[PIECE_BEGIN] = -np.inf if i == 0 else points[i - 1] + shift
+    place[PIECE_END] = np.inf if i == n else points[i] + shift
+
+
 @switch_kernel
 def switch(raw, data, state, work, out):
-    """Where signals have kinks, with the rates that positions and functions of time make."""
+    """Where signals have kinks or jump, with the rates that positions and functions of time make."""
     rows = raw.view(ROW)
     first = 0
     for m in range(rows.shape[0]):
@@ -298,18 +316,29 @@ def switch(raw, data, state, work, out):
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
         push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
         _values(row, data, state, work, row.n, z, sorts, push, slope)
-        atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
-        by_atoms, jet = _gradients(row, data, state, row.n, z), np.empty(3)
-        kinks = _integers(data, row.kinks, row.n_kinks)
+        by_atoms = _gradients(row, data, state, row.n, z)
+        kinks, units = _integers(data, row.kinks, 4 * row.n_kinks), _integers(data, row.units, row.n_atoms)
         for k in range(row.n_kinks):
-            rate, scale = 0.0, data[row.kink_scales + k]
-            for a in range(row.n_atoms):
-                if by_atoms[kinks[k], a] != 0.0 and sorts[a] != VELOCITY:
-                    measure_scalar(atoms[a], state, work, jet, push[a], slope[a])
-                    rate += by_atoms[kinks[k], a] * jet[1]
+            slot, kind, begin, count = kinks[4 * k], kinks[4 * k + 1], kinks[4 * k + 2], kinks[4 * k + 3]
             place = out[first + k]
             place[:] = 0.0
-            place[0], place[1], place[4], place[9] = KINK, z[row.n_atoms + kinks[k], 0] / scale, rate / scale, 1.0
+            place[0], place[1], place[9] = abs(kind), z[row.n_atoms + slot, 0], 1.0
+            for a in range(row.n_atoms):
+                by = by_atoms[slot, a]
+                if by == 0.0:
+                    continue
+                if sorts[a] == POSITION or sorts[a] == SIGNAL:
+                    place[4] += by * z[a, 2]
+                else:
+                    place[UNKNOWN] = 1.0
+                if units[a] > 0:
+                    place[OF_LENGTHS - 1 + units[a]] += abs(by) * data[row.shares + a]
+            place[FORMULA] = 1.0
+            if kind < 0:  # a held value changes where this passes zero upwards
+                place[1], place[4], place[FORMULA], place[UNKNOWN] = -place[1], -place[4], 0.0, 0.0
+            if abs(kind) == PIECE:
+                points = data[row.points + begin : row.points + begin + abs(count)]
+                _piece(place[1], points, count < 0, place)
         first += row.n_kinks
 
 

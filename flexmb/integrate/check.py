@@ -148,7 +148,7 @@ def check(model: Model) -> Report:
         moved=float(np.abs(state.q - system.q0).max(initial=0.0)),
         misfits=dict(system.misfits),
         indeterminate=counts.indeterminate,
-        notes=(*oversights(model), *_moved_furthest(model, system, state)),
+        notes=(*oversights(model), *system.unlocated, *_moved_furthest(model, system, state)),
         warnings=(*told, *overlaps(system, state)),
         singular=singular,
     )

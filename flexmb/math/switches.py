@@ -9,7 +9,10 @@ A row of numbers per place: kind, path d (3), its rate d' (3), threshold, scale,
 - CROSSING: a number d_x of the user that changes its sign where a force jumps or has a kink; d'_x is its rate as far as
   it is known, without what accelerations do to it;
 - KINK: the same where only the rate of a force jumps: steps end there, but may begin across it;
+- PIECE: a number d_x that leaves the piece of a table between two of its points: steps end just behind it;
 - IDLE: nothing now.
+
+Numbers of formulas (CROSSING, KINK, PIECE) have no unit that is known here. Their columns from 10 on are `FORMULA`.
 
 Of surfaces the numbers from 10 on are their relative pose: d, d', w (3 each) and Q (9), all in the axes of the first.
 A kind that writes them has a kernel "sweep", which finds contacts that begin and end within a step.
@@ -28,16 +31,26 @@ __all__ = [
     "DISTANCE",
     "GAP",
     "IDLE",
+    "FORMULA",
     "KINK",
+    "OF_LENGTHS",
+    "PIECE",
+    "PIECE_BEGIN",
+    "PIECE_END",
     "SLIP",
     "TURN",
+    "UNKNOWN",
     "call_sweep",
     "call_switches",
     "sweep_kernel",
     "switch_kernel",
 ]
 
-IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING, KINK = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
+IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING, KINK, PIECE = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
+FORMULA, UNKNOWN, OF_LENGTHS, PIECE_BEGIN, PIECE_END = 10, 11, 12, 16, 17
+"""1.0: a number of a formula; 1.0: its rate follows from accelerations, which nobody knows; sums of its derivatives by
+lengths, by angles and states, by speeds, and by rates of angles; ends of a piece.
+"""
 COLUMNS = 28
 SWITCHES = void(array_type(BYTES), array_type(FLOATS), STATE, WORK, array_type(np.dtype(float), 2))
 """(rows, data, state, work, out): write the places of all rows of a kind, as evaluated last."""

@@ -17,7 +17,7 @@ from flexmb.model.described import finite_array, is_number
 from flexmb.model.measurement import Following, Formula
 from flexmb.model.signal import Signal, as_signal
 
-__all__ = ["Block", "OwnState", "kinks_of", "limited", "linear"]
+__all__ = ["Block", "OwnState", "limited", "linear"]
 
 
 class Block(Following):
@@ -48,10 +48,6 @@ class Block(Following):
     def output(self) -> Signal:
         """Return the output."""
         raise TypeError(f"{type(self).__name__} has no output")
-
-    def kinks(self) -> tuple[tuple[Signal, float], ...]:
-        """Return signals that pass zero where the block has a kink, each with a size at which it is far away."""
-        return ()
 
     def state(self, name: str) -> OwnState:
         """Return a state as a signal."""
@@ -109,14 +105,6 @@ def linear(terms: Mapping[str, tuple[float, Signal]]) -> Signal:
 def limited(signal: Any, limits: tuple[float, float]) -> Formula:
     """Return a signal within limits."""
     return Formula("min(max(x, low), high)", {"x": signal}, {"low": limits[0], "high": limits[1]})
-
-
-def kinks_of(signal: Any, limits: tuple[float, float] | None) -> tuple[tuple[Signal, float], ...]:
-    """Return where a signal passes limits; see `Block.kinks`."""
-    if limits is None:
-        return ()
-    size = limits[1] - limits[0]
-    return tuple((Formula("x - limit", {"x": signal}, {"limit": limit}), size) for limit in limits)
 
 
 def matrix(value: Any, rows: int | None, columns: int | None, title: str, name: str) -> np.ndarray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
-from flexmb.model.block import Block, kinks_of, limited, linear
+from flexmb.model.block import Block, limited, linear
 from flexmb.model.linear_blocks import StateSpace, TransferFunction
 from flexmb.model.measurement import Formula
 from flexmb.model.signal import Signal
@@ -27,9 +27,6 @@ class _BetweenLimits(Block):
     def __post_init__(self):
         self.follow("of")
         self.require_limits(optional=False)
-
-    def kinks(self):
-        return kinks_of(self.of, self.limits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,9 +149,6 @@ class Integral(Block):
         over = {"u": self.of, "x": self.state("x"), "y": self.output()}
         return (Formula("k*u + (y - x)/T", over, {"k": self.gain, "T": self.tracking}),)
 
-    def kinks(self):
-        return kinks_of(self.state("x"), self.limits)
-
     def output(self) -> Signal:
         return self.state("x") if self.limits is None else limited(self.state("x"), self.limits)
 
@@ -244,9 +238,6 @@ class Pid(Block):
             found.append(Formula("(e - f)/T", over, {"T": self.filter}))
         return tuple(found)
 
-    def kinks(self):
-        return kinks_of(self._free(), self.limits)
-
     def output(self) -> Signal:
         return self._free() if self.limits is None else limited(self._free(), self.limits)
 
@@ -291,9 +282,6 @@ class RateLimit(Block):
 
     def rates(self):
         return (limited(self._free(), self.limits),)
-
-    def kinks(self):
-        return kinks_of(self._free(), self.limits)
 
     def _free(self) -> Signal:
         """The rate without limits."""

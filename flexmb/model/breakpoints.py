@@ -16,7 +16,7 @@ from flexmb.math import operations as op
 from flexmb.math.interval_jets import bounds
 from flexmb.model.expression import SignalProgram
 
-__all__ = ["Breaks", "breakpoints"]
+__all__ = ["RECORD", "TRUTHS", "Breaks", "bent_points", "breakpoints"]
 
 RECORD = 1000
 """From this number of points on, a table is a record of continuous change: only its ends count."""
@@ -193,7 +193,7 @@ def _unary(search: _Search, code: int, argument: float, span: tuple[int, int], l
             search.passes(span, line, (table[2:n] + repeated).ravel(), record=True)
             search.passes(span, line, (table[[1, n]] + repeated).ravel())
         else:
-            search.passes(span, line, np.unique((_points(table) + repeated).ravel()))
+            search.passes(span, line, np.unique((bent_points(table) + repeated).ravel()))
     elif code in (op.ABS, op.SIGN, op.STEP, op.SQRT, op.LOG):
         search.passes(span, line, [0.0])
     elif code in (op.SMOOTH, op.SOFT_RAMP):
@@ -233,8 +233,8 @@ def _constant(line) -> bool:
     return line is not None and line[0] == 0.0
 
 
-def _points(table: np.ndarray) -> np.ndarray:
-    """Return the ends of a table and the points at which its pieces differ by more than rounding."""
+def bent_points(table: np.ndarray, derivatives: int = 3) -> np.ndarray:
+    """Return the ends of a table and the points at which it, or one of so many derivatives, jumps by more than rounding."""
     n = abs(int(table[0]))
     knots, pieces = table[1 : n + 1], table[n + 1 :].reshape(n - 1, 4)
     h = np.diff(knots)
@@ -250,7 +250,7 @@ def _points(table: np.ndarray) -> np.ndarray:
     )
     reach = np.minimum(h[:-1], h[1:])[:, None] ** np.array([3.0, 2.0, 1.0, 0.0])
     size = np.abs(pieces[:, 3]).max()
-    bends = np.any(np.abs(left - pieces[1:]) * reach > BENT * size, axis=1)
+    bends = np.any((np.abs(left - pieces[1:]) * reach > BENT * size)[:, 3 - derivatives :], axis=1)
     return knots[np.concatenate([[True], bends, [True]])]
 
 

@@ -20,7 +20,7 @@ from flexmb.math import operations as op
 from flexmb.model.expression import Reader, SignalProgram, parse
 from flexmb.model.signal import Expression, Signal
 
-__all__ = ["Input", "read_equation"]
+__all__ = ["EquationReader", "FormulaReader", "Input", "read_equation"]
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,11 @@ class Input:
     signal: Any = None
 
 
-class _EquationReader(Reader):
+class EquationReader(Reader):
     """Reads names of measured quantities as inputs; `sizes` is how many columns each has."""
+
+    smooth = True
+    """May measured quantities not be compared?"""
 
     def __init__(self, text: str, sizes: Mapping[str, int], parameters: Mapping[str, Any], inputs: list[Input]):
         signals = {name: value for name, value in parameters.items() if isinstance(value, Signal)}
@@ -54,7 +57,7 @@ class _EquationReader(Reader):
 
     def node(self, node: ast.expr) -> list[tuple[int, float]]:
         used = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
-        if isinstance(node, ast.Compare) and used & {*self.sizes}:
+        if self.smooth and isinstance(node, ast.Compare) and used & {*self.sizes}:
             raise self.error(
                 f"the comparison '{ast.unparse(node)}' of a measured quantity",
                 "What holds on one side only is a force: Contact or BiStop",
@@ -117,8 +120,19 @@ class _EquationReader(Reader):
         return [(op.INPUT, float(self.inputs.index(wanted)))]
 
 
+class FormulaReader(EquationReader):
+    """Reads what gives a number: steps end where a comparison changes."""
+
+    smooth = False
+
+
 def read_equation(
-    text: str, sizes: Mapping[str, int], parameters: Mapping[str, Any], inputs: list[Input], part: str
+    text: str,
+    sizes: Mapping[str, int],
+    parameters: Mapping[str, Any],
+    inputs: list[Input],
+    part: str,
+    reader: type[EquationReader] = EquationReader,
 ) -> SignalProgram:
     """Return the program of an equation's residual; what it reads is appended to `inputs`.
 
@@ -131,6 +145,8 @@ def read_equation(
     inputs : list of Input
     part : str
         Title of the part that asks, for messages.
+    reader : class
+        `FormulaReader` for what gives a number.
 
     Raises
     ------
@@ -152,7 +168,7 @@ def read_equation(
             for side in (left, right):
                 parse(side)
             text = f"({left.strip()}) - ({right.strip()})"
-        return SignalProgram.of(*_EquationReader(text, sizes, parameters, inputs).read())
+        return SignalProgram.of(*reader(text, sizes, parameters, inputs).read())
     except ModelError as error:
         raise ModelError(
             part, found=f"in '{text}': {error.found}", expected=error.expected, remedy=error.remedy

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 from flexmb.errors import ModelError
 from flexmb.math import operations as op
 from flexmb.model.described import check_mapping
-from flexmb.model.equation_text import Input, read_equation
+from flexmb.model.equation_text import FormulaReader, Input, read_equation
 from flexmb.model.expression import SignalProgram
 from flexmb.model.signal import Signal, as_signal
 
@@ -125,7 +125,7 @@ class Formula(Following):
                 expected="a formula that gives a number",
                 remedy="Leave out the equals sign; equations are constraints",
             )
-        program = read_equation(self.text, sizes, {**self.parameters, **own}, inputs, "Signal formula")
+        program = read_equation(self.text, sizes, {**self.parameters, **own}, inputs, "Signal formula", FormulaReader)
         return program, inputs
 
 

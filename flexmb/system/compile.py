@@ -239,6 +239,7 @@ def compile(model: Model) -> System:
         holds=tuple(compiler.loops.holds),
         switch_kinds=switch_kinds,
         switch_owners=switch_owners,
+        unlocated=tuple(dict.fromkeys(compiler.loops.unlocated)),
         lengths=unit_lengths(len(model.bodies), len(constraints.names)),
         units=np.ones(layout.iu[-1]),
     )

@@ -9,10 +9,15 @@ from flexmb.math import operations as op
 from flexmb.model.affine import affine_parts
 from flexmb.model.expression import SignalProgram
 
-__all__ = ["LATER", "affine_rows", "renumbered", "with_inputs"]
+__all__ = ["LATER", "affine_rows", "inputs_of", "renumbered", "with_inputs"]
 
 LATER = 1_000_000
 """Inputs from here on are results of programs."""
+
+
+def inputs_of(program: SignalProgram) -> list[int]:
+    """Return the inputs that a program reads, each once."""
+    return list(dict.fromkeys(program.args[program.ops == op.INPUT].astype(int).tolist()))
 
 
 def with_inputs(program: SignalProgram, inputs: list[SignalProgram]) -> SignalProgram:

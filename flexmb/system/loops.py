@@ -16,6 +16,7 @@ from flexmb.constraints.loop import LOOP, LOOP_TANGENT, words
 from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, REACTION, Projected
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
+from flexmb.math.switches import KINK
 from flexmb.math.tables import DAMPED, DIRECT
 from flexmb.model.block import Block, OwnState
 from flexmb.model.expression import SignalProgram, joined_arrays
@@ -25,7 +26,8 @@ from flexmb.model.measurement import Formula, Measurement, input_program
 from flexmb.model.signal import Constant, Signal
 from flexmb.model.table import in_order
 from flexmb.system.holds import HELD, NEVER, Hold, upstream_first
-from flexmb.system.loop_programs import LATER, affine_rows, renumbered, with_inputs
+from flexmb.system.loop_kinks import Kink, kink_rows, located
+from flexmb.system.loop_programs import LATER, affine_rows, inputs_of, renumbered, with_inputs
 from flexmb.system.wrenches import Wrenches
 
 __all__ = ["Loops"]
@@ -50,9 +52,10 @@ class Loops:
         self._waiting: list[tuple[Block, str]] = []
         self._held: dict[int, str] = {}
         self._unread: list[tuple[HeldBlock, str]] = []
-        self._kinked: dict[int, tuple[Block, str]] = {}
+        self._writers: list[str] = []
         self.holds: list[Hold] = []
-        self.kinks: list[tuple[int, float, str]] = []
+        self.kinks: list[tuple[int, Kink, str]] = []
+        self.unlocated: list[str] = []
         self.wrenches = Wrenches(compiler)
         self.n_channels = 0
 
@@ -78,6 +81,7 @@ class Loops:
             return int(program.args[0]) - LATER
         self.programs.append(program)
         self.addresses.append(address)
+        self._writers.append(self.compiler.writing)
         return len(self.programs) - 1
 
     def _atom(self, scalar: Measured | Projected) -> SignalProgram:
@@ -134,7 +138,6 @@ class Loops:
             return self._program(signal.output())
         if isinstance(signal, Block):
             self._states(signal)
-            self._kinked.setdefault(id(signal), (signal, self.compiler.writing))
             return self._program(signal.output())
         return signal.program_of([self._program(part) for part in signal.parts()])
 
@@ -198,7 +201,7 @@ class Loops:
         crossing = -1 if passes is None else self.follow(passes, ())[0]
         if passes is not None:
             slot = next(slot for slot, known in self.outputs if known == crossing)
-            self.kinks.append((slot, -1.0, title))
+            self.kinks.append((slot, Kink(-int(KINK), self.programs[slot]), title))
         self.holds.append(Hold(title, block, branches, reads, crossing, clock, block.period or 1.0, block.offset))
 
     def clocks(self) -> tuple[tuple[float, float], ...]:
@@ -272,23 +275,18 @@ class Loops:
 
     def rows(self) -> tuple[list[tuple[Any, tuple]], list[tuple[Any, tuple]]]:
         """Return the rows that run before all forces, and after them; none if nothing follows measurements."""
-        used = len(self.programs)
-        while self._waiting or self._unread or self._kinked:
+        while self._waiting or self._unread:
             if self._waiting:
                 block, title = self._waiting.pop(0)
                 first = self.compiler.states[title].marker
                 for k, rate in enumerate(block.rates()):
                     slot = self._slot(self._program(rate))
                     self.rates.append((slot, first + k // 6, k % 6))
-                used = len(self.programs)
-            elif self._unread:
+            else:
                 held, self.compiler.writing = self._unread.pop(0)
                 self._read(held)
-                used = len(self.programs)
-            else:
-                block, self.compiler.writing = self._kinked.pop(next(iter(self._kinked)))
-                for signal, size in block.kinks():
-                    self.kinks.append((self._slot(self._program(signal)), size, block.title))
+        used = len(self.programs)
+        self._locate()
         self.n_channels = len(self.channels)
         if not self.programs:
             return [], []
@@ -296,6 +294,13 @@ class Loops:
         wrenches, self.n_channels = self.wrenches.rows(forces, self.n_channels)
         row = self._row(used)
         return [*wrenches, (LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
+
+    def _locate(self) -> None:
+        """Let steps end where what acts on forces and states has kinks or jumps."""
+        acting = {slot for slot, *_ in (*self.rates, *self.channels)}
+        varying = [atom.what != "held" for atom in self.atoms]
+        found, self.unlocated = located(self.programs, self.addresses, self._writers, varying, acting)
+        self.kinks += [(self._slot(kink.program), kink, title) for kink, title in found]
 
     @property
     def follows_accelerations(self) -> bool:
@@ -327,7 +332,7 @@ class Loops:
         rows["source"] = sources
         programs = [renumbered(program, n_atoms) for program in self.programs]
         ops, args, tables = joined_arrays(programs)
-        uses = [list(dict.fromkeys(int(a) for o, a in zip(p.ops, p.args) if o == op.INPUT)) for p in programs]
+        uses = [inputs_of(program) for program in programs]
         read = self._atoms_read(uses, n_atoms)
         for of_one in read:
             of_one |= {k for k, source in enumerate(sources) if source in of_one}
@@ -366,9 +371,7 @@ class Loops:
             "implicit": int(self.follows_accelerations),
             "n_held": len(held),
             "held": compiler.bulk(words(held)),
-            "n_kinks": len(self.kinks),
-            "kinks": compiler.bulk(words([slot for slot, _, _ in self.kinks])),
-            "kink_scales": compiler.bulk(np.array([size for _, size, _ in self.kinks])),
+            **kink_rows(compiler, self.kinks, self.atoms),
         }
 
     def _require_explicit(self, read: set[int]) -> None:

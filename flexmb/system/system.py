@@ -76,6 +76,8 @@ class System:
         Address, first and last byte of the rows, and number of switches of the kinds of forces with a kink.
     switch_owners : tuple of str
         Title of the force or block of every switch.
+    unlocated : tuple of str
+        Sentences about kinks of signals that steps may pass over.
     lengths : Lengths
         What distances and residuals are compared with; all 1 m before assembly.
     implicit : bool
@@ -115,6 +117,7 @@ class System:
     units: np.ndarray
     switch_kinds: np.ndarray
     switch_owners: tuple[str, ...] = ()
+    unlocated: tuple[str, ...] = ()
     values: Mapping[str, int] = field(default_factory=dict)
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
     states: tuple[StateGroup, ...] = ()

@@ -21,7 +21,7 @@ from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.math.energies import powers
-from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK
+from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import accelerations
 from flexmb.system.complaints import without_value, worst_equations
@@ -98,7 +98,7 @@ class _Run:
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
-        self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE, CROSSING, KINK))))
+        self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE, CROSSING, KINK, PIECE))))
         self.landing: float | None = None
         self.before = {"residuals": 0, "factorisations": 0}
         self.drives = WorkOfDrives(system, state, work)

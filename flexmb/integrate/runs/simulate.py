@@ -231,7 +231,7 @@ def run_assembled(
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress, whole=regular)
     phases.validity.tell(told)
-    phases.validity.note(oversights(model))
+    phases.validity.note([*oversights(model), *system.unlocated])
     try:
         status = phases.run(model, assembled)
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open

@@ -1,4 +1,4 @@
-"""Steps that end where contacts begin and end, and that follow friction through its turn.
+"""Steps that end where contacts begin and end, where formulas have kinks, and that follow friction through its turn.
 
 After every step the places where forces have a kink are read. Between the ends of the step each follows the cubic
 through its values and rates at both ends (Hermite). A contact that begins or ends inside, or both, shortens the step to
@@ -13,7 +13,22 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
-from flexmb.math.switches import COLUMNS, CROSSING, DISTANCE, KINK, SLIP, TURN, call_sweep, call_switches
+from flexmb.math.switches import (
+    COLUMNS,
+    CROSSING,
+    DISTANCE,
+    FORMULA,
+    KINK,
+    OF_LENGTHS,
+    PIECE,
+    PIECE_BEGIN,
+    PIECE_END,
+    SLIP,
+    TURN,
+    UNKNOWN,
+    call_sweep,
+    call_switches,
+)
 from flexmb.system.program import run_kernels
 
 __all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
@@ -24,6 +39,8 @@ class SwitchLimits(Record):
 
     floor: float
     """m, displacement that does not matter"""
+    share: float
+    """the same relative to the length of the model, of angles in rad, and of what a formula changes by in a step"""
     impact: float
     """share of the speed of an impact by which a step may change it; infinite: any"""
     slip: float
@@ -48,6 +65,8 @@ class Switching(NamedTuple):
     """one row"""
     touched: Floats
     """(n,) m/s, sum of the changes of speed in steps during which a contact was closed"""
+    spans: Floats
+    """(n,) by how much numbers of formulas change in a step, lately"""
 
 
 PAST, NEAR_END = 2.0, 4.0
@@ -67,8 +86,9 @@ def new_switching(system, state, work, *, floor: float, impact: float = np.inf, 
         kinds=system.switch_kinds,
         now=np.zeros((n, COLUMNS)),
         then=np.zeros((n, COLUMNS)),
-        limits=SwitchLimits.table(floor=floor, impact=impact, slip=slip),
+        limits=SwitchLimits.table(floor=floor, share=floor / system.lengths.whole, impact=impact, slip=slip),
         touched=np.zeros(n),
+        spans=np.zeros(n),
     )
     read_switches(system.program, sw, state, work)
     sw.now[:] = sw.then
@@ -180,25 +200,77 @@ def _struck(a, b, h, g0, g1, share):
 
 
 @inner_kernel
-def _crossed(a, b, h, level):
-    """Return the part of a step that ends just before a number of the user passes zero, or, of one that begins there,
-    just past it; `LONGEST` if it does not pass. A step that ends past a jump of the force would have it as its end.
+def _unfelt(a, limits, h):
+    """Return how far a number of a formula may lie from its kink where that moves nothing further than matters:
+    because it follows places, and because it follows speeds, in a step of h.
+    """
+    floor, share, n = limits[0].floor, limits[0].share, OF_LENGTHS
+    return floor * a[n] + share * a[n + 1], (floor * a[n + 2] + share * a[n + 3]) / h
+
+
+@inner_kernel
+def _precision(a, b, span, limits, h):
+    """Return how near to its kink a number is to come, and up to where a kink does not matter at all."""
+    if a[FORMULA] == 0.0:
+        return limits[0].floor, 0.0
+    places, speeds = _unfelt(a, limits, h)
+    return max(limits[0].share * max(span, abs(b[1] - a[1])), places), places + speeds
+
+
+@inner_kernel
+def _passing(a, b, h, level, begins):
+    """Return the part of a step at which a number passes its threshold a[7], and the part in which it comes so near
+    that it does not matter; `LONGEST` if it does not pass.
 
     Rates may be unknown: a place that is missed is looked for again in the shorter step, or in the next one.
     """
-    g0, g1 = a[1], b[1]
-    speed = max(abs(a[4]), abs(b[4]), abs(g1 - g0) / h)
-    opposite, begins = (g0 > 0.0) != (g1 > 0.0), abs(g0) <= level
+    g0, g1 = a[1] - a[7], b[1] - a[7]
+    unknown = a[UNKNOWN] > 0.0 or b[UNKNOWN] > 0.0
+    speed = abs(g1 - g0) / h
+    if not unknown:
+        speed = max(abs(a[4]), abs(b[4]), speed)
+    opposite = (g0 > 0.0) != (g1 > 0.0)
     if not speed * h > 0.0 or (opposite and begins and abs(g1) <= level):
+        return LONGEST, 0.0
+    if not opposite and (unknown or 2.0 * speed * h <= level or abs(g0) + abs(g1) > 4.0 * speed * h):
+        return LONGEST, 0.0
+    part = g0 / (g0 - g1) if unknown else _first_change(a, b, h, 0.0)
+    return part if part <= 1.0 else LONGEST, 0.5 * level / (speed * h)
+
+
+@inner_kernel
+def _crossed(a, b, h, span, limits):
+    """Return the part of a step that ends just before a number of the user passes zero, or, of one that begins there,
+    just past it; `LONGEST` if it does not pass. A step that ends past a jump of the force would have it as its end.
+    """
+    level, unfelt = _precision(a, b, span, limits, h)
+    begins = abs(a[1]) <= level
+    if max(abs(a[1]), abs(b[1])) <= unfelt:
         return LONGEST
-    if not opposite and (2.0 * speed * h <= level or abs(g0) + abs(g1) > 4.0 * speed * h):
-        return LONGEST
-    if a[0] == KINK and (begins or abs(g1) <= level):
+    if a[0] == KINK and (begins or abs(b[1]) <= level):
         return LONGEST  # a step across it would be too short to matter
-    part, near = _first_change(a, b, h, 0.0), 0.5 * level / (speed * h)
+    part, near = _passing(a, b, h, level, begins)
     if part > 1.0:
         return LONGEST
     return min(part + near if begins else max(part - near, 0.5 * part), LATEST)
+
+
+@inner_kernel
+def _left_piece(a, b, h, span, limits):
+    """Return the part of a step that ends just behind the end of a piece of a table, where the next one begins;
+    `LONGEST` if it ends on the same piece.
+    """
+    level, unfelt = _precision(a, b, span, limits, h)
+    least = LONGEST
+    for side in (PIECE_BEGIN, PIECE_END):
+        a[7] = a[side]
+        g0, g1 = a[1] - a[7], b[1] - a[7]
+        if np.isfinite(a[7]) and abs(g1) > level and max(abs(g0), abs(g1)) > unfelt:
+            part, near = _passing(a, b, h, level, abs(g0) <= level)
+            if part <= 1.0 and part + near < LATEST:
+                least = min(least, part + near)
+    a[7] = 0.0
+    return least
 
 
 @inner_kernel
@@ -233,7 +305,11 @@ def allowed(program, sw, h, adaptive):
             continue
         if a[0] == CROSSING or a[0] == KINK:
             if adaptive:
-                least = min(least, _crossed(a, b, h, floor))
+                least = min(least, _crossed(a, b, h, sw.spans[n], sw.limits))
+            continue
+        if a[0] == PIECE:
+            if adaptive:
+                least = min(least, _left_piece(a, b, h, sw.spans[n], sw.limits))
             continue
         speed = 0.0
         for i in range(4, 7):
@@ -278,15 +354,29 @@ def part_of_step(program, sw, state, work, h, adaptive):
     return allowed(program, sw, h, adaptive)
 
 
+@inner_kernel
+def _formula_changed(a, b, h, limits):
+    """Has a formula passed a kink that matters?"""
+    places, speeds = _unfelt(a, limits, h)
+    if a[0] == PIECE:
+        return a[PIECE_BEGIN] != b[PIECE_BEGIN] and abs(b[1] - a[1]) > places + speeds
+    return (a[1] > 0.0) != (b[1] > 0.0) and max(abs(a[1]), abs(b[1])) > places + speeds
+
+
 @kernel
 def keep_switches(sw, h):
-    """Make the end of a step the start of the next; return if a contact has begun or ended."""
+    """Make the end of a step the start of the next; return if a contact has begun or ended, or a formula has passed a
+    kink.
+    """
     changed = False
     sw.limits[0].closed = 0
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] >= 0.0 and b[0] >= 0.0:
-            if a[0] == TURN:
+            if a[FORMULA] > 0.0:
+                changed = _formula_changed(a, b, h, sw.limits) or changed
+                sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
+            elif a[0] == TURN:
                 if _turned_over(a, b):
                     sw.limits[0].turned = n + 1
             elif a[0] == SLIP:
