@@ -234,7 +234,7 @@ def _constant(line) -> bool:
 
 
 def bent_points(table: np.ndarray, derivatives: int = 3) -> np.ndarray:
-    """Return the ends of a table and the points at which it, or one of so many derivatives, jumps by more than rounding."""
+    """Return the ends of a table and the points at which it, or one of so many derivatives, jumps."""
     n = abs(int(table[0]))
     knots, pieces = table[1 : n + 1], table[n + 1 :].reshape(n - 1, 4)
     h = np.diff(knots)

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexmb.constraints.loop import words
+from flexmb.constraints.measured import Measured
 from flexmb.math import operations as op
 from flexmb.math.switches import CROSSING, KINK, PIECE
 from flexmb.model.breakpoints import RECORD, TRUTHS, bent_points
-from flexmb.constraints.loop import words
-from flexmb.constraints.measured import Measured
 from flexmb.model.expression import SignalProgram
 from flexmb.system.loop_programs import LATER, inputs_of
 
@@ -24,8 +24,8 @@ __all__ = ["Kink", "kink_rows", "located"]
 MOST_KINKS = 200
 """Numbers that one model looks at after every step: each costs a short program and its derivatives."""
 IN_FUNCTIONS = (
-    "steps do not end where its Function has a kink or jumps, which nobody but the function knows; write it as a formula, "
-    "whose kinks are known, or smooth (tanh)"
+    "steps do not end where its Function has a kink or jumps, which nobody but the function knows; write it as a "
+    "formula, whose kinks are known, or smooth (tanh)"
 )
 SMOOTH_BY = 2
 """Derivatives of a table that are looked at: a jump of the third one is left to the control of errors."""
@@ -95,8 +95,8 @@ def located(
             found.setdefault(kink.key, (kink, writers[slot]))
     if len(found) > MOST_KINKS:
         notes.append(
-            f"formulas and tables have {len(found)} kinks and jumps; steps end at the first {MOST_KINKS} of them, and may "
-            "pass over the others"
+            f"formulas and tables have {len(found)} kinks and jumps; steps end at the first {MOST_KINKS} of them, and "
+            "may pass over the others"
         )
     return list(found.values())[:MOST_KINKS], notes
 
@@ -107,7 +107,7 @@ def kinks_in(program: SignalProgram, varies: Callable[[int], bool]) -> Iterator[
     `varies` says of an input if it changes within a step.
     """
     stack: list[tuple[int, int]] = []  # first operation of a value, and the one that makes it
-    for k, (code, argument) in enumerate(zip(program.ops.tolist(), program.args.tolist(), strict=True)):
+    for k, code in enumerate(program.ops.tolist()):
         if code in op.PUSHES:
             stack.append((k, code))
         elif code in op.UNARY:

@@ -157,7 +157,9 @@ class GeneralizedAlpha(metaclass=Described):
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         share = IMPACT * self.rtol ** (1.0 / 3.0)
-        switching = new_switching(system, state, work, floor=self.rtol * system.lengths.whole, impact=share, slip=SLIP)
+        floor = self.rtol * system.lengths.whole
+        # across a jump shorter steps would tell nothing but rounding of the accelerations before
+        switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP, blur=1.0)
         at_start = powers(work.energy)
         variables = Variables(
             q=state.q.copy(),

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb.integrate.alpha.corrected import follow, follow_anew, local_errors
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
+from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.step_size import (
     SHORT,
     TINY,
@@ -24,7 +25,7 @@ from flexmb.integrate.alpha.step_size import (
 )
 from flexmb.integrate.alpha.variables import Controls, Motions
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
-from flexmb.integrate.runs.switches import keep_switches, part_of_step
+from flexmb.integrate.runs.switches import JUMPED, SAME, keep_switches, part_of_step
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.energies import powers
 from flexmb.math.kernel import entry_kernel, inner_kernel
@@ -341,7 +342,9 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             _accept(program, work, v, c, h, planned, powers)
             changed = keep_switches(v.switching, h)
             follow(program, work, motions, c, h, now, short)
-            if changed:
+            if changed == JUMPED:  # what a step across it tells of accelerations is rounding divided by its size
+                take_jump(program, work, motions, max(c.sweeps, 2))
+            if changed != SAME:
                 _begin_anew(v)
                 follow_anew(motions)
             v.run[0].t = now

@@ -19,7 +19,7 @@ from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.runs.breaks import just_before
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import Patience
-from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.integrate.runs.switches import JUMPED, allowed, keep_switches, new_switching, read_switches
 from flexmb.math.energies import powers
 from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE
 from flexmb.model.described import Described, is_number
@@ -269,9 +269,19 @@ class _Run:
             self.before, self.beyond, self.tried = dict(self.counts), t, t
             self.solver.init_step(t, y, yp)
             return
-        keep_switches(sw, h)
+        if keep_switches(sw, h) == JUMPED:
+            self._jumped()
         if self.landing is not None and self.t >= self.landing:
             self.landing = None
+
+    def _jumped(self) -> None:
+        """Begin anew with the accelerations behind a jump, of which the rates of the steps before know nothing."""
+        works = self.y[-3:].copy()
+        t, q, u, a, lam, _ = self.sample(self.t)
+        self.y, self.yp = self._start(self.system.state(t, q, u)._replace(a=a, lam=lam))
+        self.y[-3:] = works
+        self.before, self.beyond, self.tried = dict(self.counts), t, t
+        self.solver.init_step(t, self.y, self.yp)
 
     def _stop(self, t: float) -> float | None:
         """Return the time from `t` on that steps must not pass: the next at which a signal is not smooth."""

@@ -31,7 +31,7 @@ from flexmb.math.switches import (
 )
 from flexmb.system.program import run_kernels
 
-__all__ = ["Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
+__all__ = ["JUMPED", "SAME", "Switching", "allowed", "keep_switches", "new_switching", "part_of_step", "read_switches"]
 
 
 class SwitchLimits(Record):
@@ -45,6 +45,8 @@ class SwitchLimits(Record):
     """share of the speed of an impact by which a step may change it; infinite: any"""
     slip: float
     """share of a slip by which a step may change it; infinite: any"""
+    blur: float
+    """1: steps across a jump are not shorter than a displacement that does not matter; 0: as short as can be"""
     closed: int
     """1: something touched in the last step"""
     turned: int
@@ -73,20 +75,23 @@ PAST, NEAR_END = 2.0, 4.0
 """Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
 many before the end of a step began at its end."""
 LOOKS, HALVINGS = 16, 40
+SAME, BENT, JUMPED = 0, 1, 2
 LATEST = 0.999
 """Part of a step from which on a crossing lies in the next one."""
 SHORTEST, LONGEST = 0.1, 4.0
 """Least part of a step that is tried again where it changed a speed too much, and the largest growth."""
 
 
-def new_switching(system, state, work, *, floor: float, impact: float = np.inf, slip: float = np.inf) -> Switching:
+def new_switching(
+    system, state, work, *, floor: float, impact: float = np.inf, slip: float = np.inf, blur: float = 0.0
+) -> Switching:
     """Return the switches of a state, which has just been evaluated; see `SwitchLimits`."""
     n = len(system.switch_owners)
     sw = Switching(
         kinds=system.switch_kinds,
         now=np.zeros((n, COLUMNS)),
         then=np.zeros((n, COLUMNS)),
-        limits=SwitchLimits.table(floor=floor, share=floor / system.lengths.whole, impact=impact, slip=slip),
+        limits=SwitchLimits.table(floor=floor, share=floor / system.lengths.whole, impact=impact, slip=slip, blur=blur),
         touched=np.zeros(n),
         spans=np.zeros(n),
     )
@@ -214,7 +219,8 @@ def _precision(a, b, span, limits, h):
     if a[FORMULA] == 0.0:
         return limits[0].floor, 0.0
     places, speeds = _unfelt(a, limits, h)
-    return max(limits[0].share * max(span, abs(b[1] - a[1])), places), places + speeds
+    level = limits[0].share * max(span, abs(b[1] - a[1]))
+    return max(level, limits[0].blur * places) if a[0] == CROSSING else level, places + speeds
 
 
 @inner_kernel
@@ -360,21 +366,22 @@ def _formula_changed(a, b, h, limits):
     places, speeds = _unfelt(a, limits, h)
     if a[0] == PIECE:
         return a[PIECE_BEGIN] != b[PIECE_BEGIN] and abs(b[1] - a[1]) > places + speeds
-    return (a[1] > 0.0) != (b[1] > 0.0) and max(abs(a[1]), abs(b[1])) > places + speeds
+    return (a[1] > 0.0) != (b[1] > 0.0) and (a[0] == CROSSING or max(abs(a[1]), abs(b[1])) > places + speeds)
 
 
 @kernel
 def keep_switches(sw, h):
     """Make the end of a step the start of the next; return if a contact has begun or ended, or a formula has passed a
-    kink.
+    kink (BENT) or a jump (JUMPED).
     """
-    changed = False
+    changed, jumped = False, False
     sw.limits[0].closed = 0
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] >= 0.0 and b[0] >= 0.0:
             if a[FORMULA] > 0.0:
-                changed = _formula_changed(a, b, h, sw.limits) or changed
+                if _formula_changed(a, b, h, sw.limits):
+                    changed, jumped = True, jumped or a[0] == CROSSING
                 sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
             elif a[0] == TURN:
                 if _turned_over(a, b):
@@ -388,4 +395,4 @@ def keep_switches(sw, h):
                     sw.limits[0].closed = 1
                     sw.touched[n] += abs(_rate(b) - _rate(a))
         sw.now[n] = b
-    return changed
+    return JUMPED if jumped else BENT if changed else SAME
