@@ -201,7 +201,6 @@ def compile(model: Model) -> System:
     inputs = places_of_inputs(signals, compiler.signal_titles, prescribing)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
     first_force = len(body_tables) + len(constraints.tables)
-    switch_kinds, switch_owners = switches_of(model, force_tables, force_rows, starts[first_force:], compiler.loops)
     program = _program(compiler, layout, constraints, signals, pattern, (body_tables, force_tables), (raw, starts))
     return System(
         model=model,
@@ -237,9 +236,7 @@ def compile(model: Model) -> System:
         rates_read=np.array([*compiler.rates_read, *range(others, prescribing.stop)], np.int64),
         inputs=inputs,
         holds=tuple(compiler.loops.holds),
-        switch_kinds=switch_kinds,
-        switch_owners=switch_owners,
-        unlocated=tuple(dict.fromkeys(compiler.loops.unlocated)),
+        **switches_of(model, force_tables, force_rows, starts[first_force:], compiler.loops),
         lengths=unit_lengths(len(model.bodies), len(constraints.names)),
         units=np.ones(layout.iu[-1]),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from flexmb.constraints.loop import LOOP
@@ -26,9 +28,11 @@ def rows_of_forces(model: Model, tables: list[Table], starts: np.ndarray) -> np.
     return rows
 
 
-def switches_of(model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray, loops: Loops):
-    """Return (address, first byte, last byte, number of switches, address of the sweep or 0) of the kinds with a kink,
-    and the force or block of every switch.
+def switches_of(
+    model: Model, tables: list[Table], rows: list[np.ndarray], starts: np.ndarray, loops: Loops
+) -> dict[str, Any]:
+    """Return what a system knows of kinks: (address, first byte, last byte, number of switches, address of the sweep or
+    0) of the kinds with one, the force or block of every switch, and which kinks are not located.
     """
     kinds, owners = [], []
     for table, array, first, last in zip(tables, rows, starts[:-1], starts[1:], strict=True):
@@ -44,4 +48,8 @@ def switches_of(model: Model, tables: list[Table], rows: list[np.ndarray], start
             continue
         forces = [force.title for force in model.forces if force.table.name == table.name]
         owners += [title for title, count in zip(forces, counts, strict=True) for _ in range(count)]
-    return np.array(kinds, np.int64).reshape(-1, 5), tuple(owners)
+    return {
+        "switch_kinds": np.array(kinds, np.int64).reshape(-1, 5),
+        "switch_owners": tuple(owners),
+        "unlocated": tuple(dict.fromkeys(loops.unlocated)),
+    }
