@@ -81,21 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=SURFACE",
         help="load shape: unit pressure onto a named surface, against its outward normal",
     )
-    parser.add_argument(
-        "--modes", default="usual", help='number of normal modes (default 12), or "up to 200 Hz within 1 %%"'
-    )
-    parser.add_argument(
-        "--basis",
-        default="CraigBampton",
-        help='CraigBampton (default), Rubin, "Krylov frequencies=0,120 order=2", "CharacteristicModes '
-        'interface_modes=30" or Balanced',
-    )
-    parser.add_argument(
-        "--error-up-to",
-        type=float,
-        metavar="HZ",
-        help="bound the error of the response to loads on the interfaces up to this frequency",
-    )
+    _add_basis(parser)
     parser.add_argument(
         "--scale",
         type=float,
@@ -113,6 +99,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace the body that the file holds")
 
 
+def _add_basis(parser: argparse.ArgumentParser) -> None:
+    """Add what says which displacements the body has."""
+    parser.add_argument(
+        "--track",
+        action="append",
+        default=[],
+        metavar="NAME=SET[:X,Y,Z]",
+        help="a line of nodes over which a load moves, and the direction of its force (default 0,0,1): its static "
+        "responses join the basis",
+    )
+    parser.add_argument(
+        "--modes", default="usual", help='number of normal modes (default 12), or "up to 200 Hz within 1 %%"'
+    )
+    parser.add_argument(
+        "--basis",
+        default="CraigBampton",
+        help='CraigBampton (default), Rubin, "Krylov frequencies=0,120 order=2", "CharacteristicModes '
+        'interface_modes=30", Balanced, or "Pod run=solution.h5#beam energy=0.9999": what that body did in a run',
+    )
+    parser.add_argument(
+        "--error-up-to",
+        type=float,
+        metavar="HZ",
+        help="bound the error of the response to loads on the interfaces up to this frequency",
+    )
+
+
 def execute(arguments: argparse.Namespace) -> int:
     from flexmb import fem, io, reduction
 
@@ -122,6 +135,7 @@ def execute(arguments: argparse.Namespace) -> int:
     stations, loads = (_named(getattr(arguments, word), f"--{word}") for word in ("station", "load"))
     if deck:  # numbers belong to the deck, never to rows of a table that nobody sees
         named, stations = ({name: _of_deck(where) for name, where in own.items()} for own in (named, stations))
+    loads |= _tracks(arguments.track, loads)
     interfaces: dict[str, Any] | str = named if named or not deck else "all"
     thickness = _thickness(arguments.thickness)
     if not arguments.scale > 0.0:
@@ -157,7 +171,7 @@ def execute(arguments: argparse.Namespace) -> int:
             fe,
             interfaces=interfaces,
             modes=_modes(arguments.modes),
-            basis=arguments.basis,
+            basis=_basis(arguments.basis),
             error_up_to=arguments.error_up_to,
             stations=stations,
             loads=loads,
@@ -290,6 +304,47 @@ def _place(text: str) -> Any:
     if len(numbers) == 3 and all(isinstance(number, float) for number in numbers):
         return tuple(numbers)
     return [int(text)] if text.isdigit() else text
+
+
+def _tracks(texts: list[str], loads: dict[str, Any]) -> dict[str, Any]:
+    """Return the tracks of arguments ``name=set:x,y,z`` by name."""
+    from flexmb import reduction
+
+    found: dict[str, Any] = {}
+    for name, where in _named(texts, "--track").items():
+        line, colon, along = where.partition(":") if isinstance(where, str) else (where, "", "")
+        direction = [_number(piece) for piece in along.split(",")] if colon else [0.0, 0.0, 1.0]
+        if len(direction) != 3 or not all(isinstance(x, float) for x in direction) or name in loads:
+            raise ModelError(
+                f"--track {name}",
+                found="the name of a --load" if name in loads else f"the direction '{along}'",
+                expected="NAME=SET:X,Y,Z, a name of its own",
+                remedy="Write --track rail=rail_nodes:0,0,-1",
+            )
+        found[name] = reduction.Track(line, tuple(direction))
+    return found
+
+
+def _basis(text: str) -> Any:
+    """Return the basis that is named; what a body did in a run becomes the snapshots of `Pod`."""
+    from flexmb import io, reduction
+
+    words = text.split()
+    if not words or words[0].lower() != "pod":
+        return text
+    given = dict(word.partition("=")[::2] for word in words[1:])
+    path, _, body = given.pop("run", "").partition("#")
+    energy = _number(given.pop("energy", "0.9999"))
+    statics = given.pop("statics", "false").lower()
+    if not path or not body or given or not isinstance(energy, float) or statics not in ("true", "false"):
+        raise ModelError(
+            "--basis Pod",
+            found=f"'{text}'",
+            expected="the file of a run and the body in it; energy and statics if wanted",
+            remedy='Write --basis "Pod run=first/solution.h5#beam energy=0.9999 statics=false"',
+        )
+    motion = io.motion_of(path, body, fmb.read_model_text)
+    return reduction.Pod(motion, energy=energy, statics=statics == "true")
 
 
 def _of_deck(where: Any) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.condensed import Condensed
 from flexmb.model.numbering import Numbering, named_numbers
 
 __all__ = ["ElementBlock", "FEModel", "ReferencePoint"]
@@ -102,6 +103,8 @@ class FEModel:
         Warnings on the way from the file; the report of a reduction repeats them.
     source : mapping
         Of a deck: program, file, units and inventory, as JSON can hold them.
+    condensed : Condensed or None
+        The finite elements behind freedoms of reduced parts.
     """
 
     nodes: np.ndarray
@@ -120,6 +123,7 @@ class FEModel:
     slanted: Mapping[str, sparse.csr_matrix] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)
+    condensed: Condensed | None = None
 
     def __post_init__(self):
         part, size = f"FE model '{self.name}'", len(self.dofs)
@@ -137,6 +141,13 @@ class FEModel:
                 found=f"nodes have the shape {self.nodes.shape}",
                 expected="(n, 3)",
                 remedy="Give one row x, y, z per node; planar meshes need z = 0",
+            )
+        if self.condensed is not None and self.condensed.fields.shape[1] != size:
+            raise MeshError(
+                part,
+                found=f"{size} freedoms of a model of {self.condensed.fields.shape[1]} freedoms of reduced parts",
+                expected="all of them: such a model takes springs, but no links, nodes or supports",
+                remedy="Link or hold the parts before they are reduced",
             )
         if self.expansion is not None and self.expansion.shape != (6 * len(self.nodes), size):
             raise MeshError(

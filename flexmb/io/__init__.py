@@ -9,6 +9,7 @@ from flexmb.io.plant_file import write_plant
 from flexmb.io.pole_tables import write_poles
 from flexmb.io.quality_page import report_numbers, write_report
 from flexmb.io.response_tables import write_response
+from flexmb.io.run_motion import motion_of
 from flexmb.io.save_model import model_text, save_model
 from flexmb.io.sensor_tables import labels, write_table
 from flexmb.io.sid import read_sid, write_sid
@@ -23,6 +24,7 @@ __all__ = [
     "load_model",
     "load_simulation",
     "model_text",
+    "motion_of",
     "parse_setting",
     "read_mbdyn_fem",
     "read_model_text",

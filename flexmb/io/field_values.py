@@ -52,6 +52,8 @@ class Context:
         Places of the assemblies read so far, in all files.
     made : dict of str to ModalNeutralData
         Bodies reduced from descriptions so far: equal ones share their data.
+    read_model : callable, optional
+        Makes the model of a stored run from its text: see `Solution.load`.
     kept : dict of (Path, place) to (table, part), optional
         Parts without expressions that were made before, from equal tables.
     """
@@ -65,6 +67,7 @@ class Context:
     trust: bool = False
     assemblies: list[str] = field(default_factory=list)
     made: dict[str, ModalNeutralData] = field(default_factory=dict)
+    read_model: Callable[..., Any] | None = None
     kept: dict[tuple[Path, str], tuple[dict[str, Any], Any]] | None = None
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:

@@ -25,6 +25,7 @@ TABLES = (
     "parameters",
     "signals",
     *FAMILIES,
+    "moving_load",
     "assembly",
     "simulation",
 )

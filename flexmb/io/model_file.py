@@ -17,6 +17,7 @@ from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.file_parameters import resolve
 from flexmb.io.file_tables import read_tables
 from flexmb.io.limits import ASSEMBLIES, NESTED, named_file
+from flexmb.io.moving_loads import moving_forces
 from flexmb.io.part_tables import body_data
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import parse_toml
@@ -73,7 +74,10 @@ class OpenModelFile:
 
     def model(self, parameters: Mapping[str, Any] | None = None) -> Model:
         """Return the model; parts without expressions are the same objects every time."""
-        context = Context(self.path, dict(parameters or {}), kind_lists.values(), trust=self.trust, kept=self._kept)
+        given = dict(parameters or {})
+        context = Context(
+            self.path, given, kind_lists.values(), trust=self.trust, read_model=read_model_text, kept=self._kept
+        )
         return _load(dict(self.tables), context, ())
 
     def simulation(
@@ -172,6 +176,8 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
             name=name, bodies=tuple(families.pop("bodies")), gravity=gravity, parameters=context.parameters
         )
         whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
+        for where, raw in _present(tables, "moving_load", context):
+            families["forces"] += moving_forces(raw, where, context, whole)
         return replace(whole.with_parts(**families), origin=_origin(tables, context, whole.origin))
     except FlexmbError as error:
         raise located(error, path.name) from None

@@ -15,6 +15,7 @@ import numpy as np
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.limits import named_file
+from flexmb.io.run_motion import motion_of
 from flexmb.model import expression
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.results import stored_body
@@ -105,6 +106,8 @@ def described_part(raw: Mapping[str, Any], where: str, name: str, context: Conte
             values[field] = {n: _load(one, f"{place}.{n}", kinds[field], inner) for n, one in entry.items()}
         elif field in ("interfaces", "stations", "preload") and isinstance(entry, Mapping):
             values[field] = {n: inner.value(one, f"{place}.{n}", poses=not _is_object(one)) for n, one in entry.items()}
+        elif field == "basis" and isinstance(entry, Mapping) and entry.get("kind") == "Pod":
+            values[field] = _pod(entry, place, inner)
         else:
             values[field] = inner.value(entry, place)
     if isinstance(values.get("deck"), str):
@@ -113,6 +116,24 @@ def described_part(raw: Mapping[str, Any], where: str, name: str, context: Conte
         values.pop(reserved, None)
     used = {n: context.parameters[n] for n in sorted(_names(raw)) if n in context.parameters}
     return call(parts.Part, {**values, "parameters": used, "model": context.path.stem}, where)
+
+
+def _pod(raw: Mapping[str, Any], where: str, context: Context) -> Any:
+    """Return the basis of what a body did in a run beside the model file, ``run = "first.h5#beam"``."""
+    from flexmb import reduction
+
+    values = {field: context.value(entry, f"{where}.{field}") for field, entry in raw.items() if field != "kind"}
+    run = values.pop("run", None)
+    if not isinstance(run, str) or "#" not in run or "snapshots" in values:
+        raise ModelError(
+            where,
+            found="no field 'run'" if run is None else f"run = {run!r:.60}",
+            expected="the file of a run and the body in it: what that body did are the snapshots",
+            remedy='Write basis = { kind = "Pod", run = "first.h5#beam", energy = 0.9999 }',
+        )
+    name, _, body = run.partition("#")
+    path = named_file(context.path.parent, name, f"{where}.run").resolve()
+    return call(reduction.Pod, {**values, "snapshots": motion_of(path, body, context.read_model)}, where)
 
 
 def _is_object(raw: Any) -> bool:

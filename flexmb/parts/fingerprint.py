@@ -34,6 +34,7 @@ def fingerprint(fe: FEModel, settings: tuple) -> str:
         fe.numbering,
         fe.warnings,
         fe.source,
+        () if fe.condensed is None else (fe.condensed.whole.M, fe.condensed.fields),
     )
     for part in _parts((content, settings)):
         digest.update(part)

@@ -3,7 +3,8 @@
 from flexmb.math.foreign_factor import Cholmod, Pardiso
 from flexmb.model.changed_data import mirrored, moved, rescaled
 from flexmb.model.modal_neutral_report import report
-from flexmb.reduction.bases import Balanced, CharacteristicModes, CraigBampton, Krylov, Pod, Rubin, snapshots_of
+from flexmb.reduction.assembled import assembled
+from flexmb.reduction.bases import Balanced, CharacteristicModes, CraigBampton, Krylov, Pod, Rubin
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
@@ -11,6 +12,7 @@ from flexmb.reduction.load_clouds import LoadCloud
 from flexmb.reduction.load_tables import LineTable, PressureTable
 from flexmb.reduction.loads import LineLoad, NodalForces, Pressure
 from flexmb.reduction.mode_choice import UpTo
+from flexmb.reduction.snapshots import Motion, snapshots_of
 from flexmb.reduction.split import split
 from flexmb.reduction.surface_pressure import SurfacePressure
 from flexmb.reduction.tracks import Track
@@ -26,6 +28,7 @@ __all__ = [
     "LineLoad",
     "LineTable",
     "LoadCloud",
+    "Motion",
     "NodalForces",
     "Nodes",
     "Pardiso",
@@ -38,6 +41,7 @@ __all__ = [
     "SurfacePressure",
     "Track",
     "UpTo",
+    "assembled",
     "mirrored",
     "moved",
     "reduce",

@@ -13,11 +13,10 @@ import numpy as np
 from scipy.linalg import eigh
 
 from flexmb.errors import ReductionError
-from flexmb.fem.fe_model import FEModel
 from flexmb.model.described import Described, finite_array, is_number
-from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.reduction.basis import normal_modes
 from flexmb.reduction.framed_body import FramedBody
+from flexmb.reduction.snapshots import Motion
 from flexmb.reduction.subspace import orthonormal_blocks
 from flexmb.reduction.transfer_error import REFERENCE_DAMPING
 
@@ -30,7 +29,6 @@ __all__ = [
     "Rubin",
     "SpannedBasis",
     "described",
-    "snapshots_of",
 ]
 
 MODES = 12
@@ -145,9 +143,9 @@ class Pod(metaclass=Described):
 
     Parameters
     ----------
-    snapshots : (ndof, k)
+    snapshots : (ndof, k), or `Motion`
         Displacements of the freedoms of the FE model, m and rad; rigid motion in them is taken out.
-        `snapshots_of` takes them from a run.
+        `snapshots_of` takes them from a run, and so does `Motion`, which need not know the model.
     energy : float
         Share of the sum of strain energies of all snapshots that the shapes hold.
     statics : bool
@@ -159,13 +157,14 @@ class Pod(metaclass=Described):
     statics: bool = False
 
     def __post_init__(self):
-        given = finite_array(self.snapshots)
+        given = finite_array(np.zeros((1, 1)) if isinstance(self.snapshots, Motion) else self.snapshots)
         if given.ndim != 2 or given.shape[1] == 0:
             raise _wrong("Pod", f"snapshots of shape {given.shape}", "finite numbers (ndof, k)",
                          "Give reduction.snapshots_of(solution, body), or one column per displacement")  # fmt: skip
         if not is_number(self.energy) or not 0.0 < self.energy <= 1.0:
             raise _wrong("Pod", f"energy = {self.energy!r}", "a share above 0, up to 1", "Write energy=0.9999")
-        object.__setattr__(self, "snapshots", given)
+        if not isinstance(self.snapshots, Motion):
+            object.__setattr__(self, "snapshots", given)
 
     def check(self, modes: int | None) -> int:
         return 0 if modes is None else modes
@@ -173,10 +172,11 @@ class Pod(metaclass=Described):
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return the principal displacements, by energy, or `modes` of them, with the static responses if asked for."""
         fe = framed.body.fe
-        if len(self.snapshots) != fe.ndof:
-            raise _wrong("Pod", f"snapshots of {len(self.snapshots)} freedoms", f"{fe.ndof}, those of '{fe.name}'",
+        given = self.snapshots.on(fe) if isinstance(self.snapshots, Motion) else self.snapshots
+        if len(given) != fe.ndof:
+            raise _wrong("Pod", f"snapshots of {len(given)} freedoms", f"{fe.ndof}, those of '{fe.name}'",
                          "Take the snapshots from the same FE model")  # fmt: skip
-        moved = framed.elastic(_coupled(framed, self.snapshots))
+        moved = framed.elastic(_coupled(framed, given))
         work = moved.T @ (fe.K @ moved)
         value, turn = eigh(0.5 * (work + work.T))
         value, turn = np.maximum(value[::-1], 0.0), turn[:, ::-1]
@@ -189,7 +189,8 @@ class Pod(metaclass=Described):
 
     def grown(self, modes: int, worst: float) -> tuple[Pod, int] | None:
         larger = (modes or 1) + 1
-        return None if larger > self.snapshots.shape[1] else (self, larger)
+        count = len(self.snapshots.coordinates) if isinstance(self.snapshots, Motion) else self.snapshots.shape[1]
+        return None if larger > count else (self, larger)
 
 
 @dataclass(frozen=True)
@@ -275,24 +276,6 @@ class Balanced(metaclass=Described):
     def grown(self, modes: int, worst: float) -> tuple[Balanced, int] | None:
         larger = modes + max(1, modes // 4)
         return None if larger > self.candidates else (self, larger)
-
-
-def snapshots_of(fe: FEModel, data: ModalNeutralData, coordinates: np.ndarray) -> np.ndarray:
-    """Return the displacements (ndof, k) of a run for `Pod`.
-
-    Parameters
-    ----------
-    fe : FEModel
-    data : ModalNeutralData
-        The same model with a larger basis, which took part in the run.
-    coordinates : (k, m)
-        Its flexible coordinates at k times, such as ``solution.series().modal_coordinates("rod")``.
-    """
-    field = np.zeros((len(fe.nodes), 6, data.n_modes))
-    field[:, :3] = data.shapes
-    if data.rotation_shapes is not None:
-        field[:, 3:] = data.rotation_shapes
-    return fe.vectors(field) @ np.atleast_2d(coordinates).T
 
 
 def _admissible(framed: FramedBody) -> np.ndarray:

@@ -16,6 +16,7 @@ from flexmb.model.described import check_kind, check_mapping, is_number
 from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.numbering import Numbering
+from flexmb.reduction.assembled import check_within
 from flexmb.reduction.bases import CraigBampton
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis
 from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
@@ -164,6 +165,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     loads = loads_of(shapes)
     forces = load_vectors(fe, loads)
     names = list(loads)
+    if fe.condensed is not None and asked.geometric_stiffness:
+        check_within(fe.condensed, names, load_vectors(fe.condensed.whole, loads))
     say("factorisation and constraint modes", 0.05)
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)

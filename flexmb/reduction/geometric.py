@@ -27,6 +27,8 @@ def inertia_loads(fe: FEModel) -> np.ndarray:
     rigid angular accelerations and the loads balance the equations of the body. The symmetric fields, of spin, meet the
     rotary inertia of nodes with the moment w x J w.
     """
+    if fe.condensed is not None:
+        return np.asarray(fe.condensed.fields.T @ inertia_loads(fe.condensed.whole))
     field = np.zeros((len(fe.nodes), 6, 12))
     for k in range(3):
         field[:, k, k] = 1.0
@@ -70,10 +72,32 @@ def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> n
             held = fe.K[rows] @ static - direct[rows]
             arm = fe.nodes[node] - coupling.position
             np.add.at(moments, direction, arm[:, :, None] * held[:, None, :])
-        turn = marker.matrix[3:] @ shapes
-        matrix = 0.5 * (moments + moments.transpose(1, 0, 2))
-        matrix -= np.eye(3)[:, :, None] * np.trace(moments)
-        out += np.einsum("ia,ijl,jb->lab", turn, matrix, turn, optimize=True)
+        out += _turning_stiffness(moments, marker.matrix[3:] @ shapes)
+    return out
+
+
+def _turning_stiffness(moments: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Return the stiffness (loads, m, m) of sums r s^T (3, 3, loads) at a coupling that turns by (3, m)."""
+    matrix = 0.5 * (moments + moments.transpose(1, 0, 2))
+    matrix -= np.eye(3)[:, :, None] * np.trace(moments)
+    return np.asarray(np.einsum("ia,ijl,jb->lab", turn, matrix, turn, optimize=True))
+
+
+def _inner_stiffness(fe: FEModel, static: np.ndarray, inertia: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Return the same of the couplings at which the parts of a condensed model are joined.
+
+    static : (ndof of the whole, loads); inertia : (ndof of the whole, 12), the first loads; modes : (n, 6, m)
+    """
+    whole = fe.condensed.whole  # type: ignore[union-attr] # only such models have them
+    out = np.zeros((static.shape[1], modes.shape[2], modes.shape[2]))
+    for coupling, number in fe.condensed.couplings:  # type: ignore[union-attr]
+        rows = coupling.rows[whole.dofs[coupling.rows, 1] < 3]
+        node, direction = whole.dofs[rows, 0], whole.dofs[rows, 1]
+        held = whole.K[rows] @ static
+        held[:, : inertia.shape[1]] -= inertia[rows]
+        moments = np.zeros((3, 3, static.shape[1]))
+        np.add.at(moments, direction, (whole.nodes[node] - coupling.position)[:, :, None] * held[:, None, :])
+        out += _turning_stiffness(moments, modes[number, 3:])
     return out
 
 
@@ -116,6 +140,8 @@ def geometric_stiffness(
     matrices = np.sum([block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0)
     direct = np.hstack([inertia, *(np.zeros_like(w) for w in wrenches), loads, preload[:, None]])
     matrices += _coupling_stiffness(body, static, direct, interfaces, shapes)
+    if fe.condensed is not None:
+        matrices += _inner_stiffness(fe, fe.condensed.fields @ static, inertia_loads(fe.condensed.whole), modes)
     matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))
     inertia, interface, shape, constant = np.split(matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]]))
     return GeometricStiffness(

@@ -32,6 +32,8 @@ def rotated(fe: FEModel, shapes: np.ndarray) -> np.ndarray:
 
 def inertia_invariants(fe: FEModel, shapes: np.ndarray) -> InertiaInvariants:
     """Return the ten coefficient arrays for the shapes Phi (ndof, m)."""
+    if fe.condensed is not None:
+        return inertia_invariants(fe.condensed.whole, fe.condensed.fields @ shapes)
     rigid = fe.rigid_motions()
     E, PX = rigid[:, :3], rigid[:, 3:]
     P = rotated(fe, shapes)

@@ -180,3 +180,21 @@ def test_a_body_is_replaced_only_when_asked(capsys):
     assert Path("b.h5").read_bytes() == before
     assert main([*command, "aluminium", "--overwrite"]) == 0
     assert fmb.ModalNeutralData.load("b.h5").mass == pytest.approx(1.006 / 7850 * 2800, rel=1e-3)
+
+
+def test_a_track_and_a_basis_of_a_run_are_named(capsys):
+    """The track has a shape for each node; wrong words are named before the mesh is read."""
+    places = ["--interface", "a=foot", "--material", "aluminium", "--no-stress", "--no-report", "--modes", "0"]
+    assert main(["reduce", MESH, *places, "--track", "rail=load:0,0,-1", "-o", "rail.h5"]) == 0
+    data = fmb.ModalNeutralData.load("rail.h5")
+    track = data.quality["tracks"]["rail"]
+    assert len(track["loads"]) == len(data.load_names) > 2
+    assert track["shapes"] >= 1
+    for wrong, words in (
+        (["--track", "rail=load:0,x,1"], "--track rail"),
+        (["--track", "rail=load", "--load", "rail=load"], "--load"),
+        (["--basis", "Pod energy=0.9"], "Pod run=first/solution.h5#beam"),
+        (["--basis", "Pod run=absent.h5#beam"], "absent.h5"),
+    ):
+        assert main(["reduce", MESH, *places, *wrong, "-o", "other.h5"]) == 2
+        assert words in capsys.readouterr().err

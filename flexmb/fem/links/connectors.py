@@ -53,6 +53,13 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
             expected="a mass >= 0 and a symmetric inertia without negative principal values",
             remedy="Give inertia as (3,) or (3, 3) about the centre of the mass",
         )
+    if fe.condensed is not None:
+        raise MeshError(
+            part,
+            found="a model of reduced parts, whose inertia is that of their elements",
+            expected="masses that belong to a part",
+            remedy="Give the mass to the part before it is reduced, or to the mechanism as a rigid body",
+        )
     place = finite_array(offset)
     if place.shape != (3,):
         raise MeshError(

@@ -1,0 +1,294 @@
+"""`assembled`: reduced parts, joined to one model that is reduced again (second level)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import block_diag, null_space, qr
+
+from flexmb.errors import ReductionError, did_you_mean
+from flexmb.fem.condensed import Condensed
+from flexmb.fem.fe_model import FEModel
+from flexmb.fem.joined import PlacedBlock
+from flexmb.fem.meshes.groups import stacked
+from flexmb.model.described import check_kind
+from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.reduction.interfaces import Coupling
+from flexmb.reduction.snapshots import snapshots_of
+
+__all__ = ["assembled", "check_within"]
+
+APART = 1e-6
+"""How far joined interfaces may lie apart, relative to the size of the whole."""
+INDEPENDENT = 1e-8
+"""Smallest singular value, relative to the largest, of interface motions that are independent."""
+
+
+def assembled(
+    parts: Mapping[str, tuple[FEModel, ModalNeutralData]],
+    fixed: Sequence[tuple[str, str]] = (),
+    name: str = "assembly",
+) -> FEModel:
+    """Return reduced parts as one FE model of few freedoms: `reduce` makes a reduced body of it like of any other.
+
+    No matrix of the whole mesh is factorised. The freedoms are the motions of all interfaces of the parts, and as many
+    of the parts' nodes as they have coordinates beyond these. All else of the parts follows: fields, stress, named sets
+    and elements ("left.skin"), inertia and geometric stiffness are those of the whole mesh on the displacements that
+    the parts have. So the error is that of the parts' bases.
+
+    Parameters
+    ----------
+    parts : mapping of name to (FEModel, ModalNeutralData)
+        Elements, drawn where they are in the whole, and what `reduce` made of them. Interfaces are rigid or averaging.
+    fixed : pairs of "part.interface"
+        That move together; they are at the same place. Springs come after: ``fem.with_spring(fe, "left.b",
+        stiffness, to="right.a")``.
+
+    Returns
+    -------
+    FEModel
+        With a node and a node set for each interface, "left.a": ``reduce(fe, {"a": "left.a"}, 10)``.
+
+    Raises
+    ------
+    ReductionError
+        Unknown or distant interfaces, data of other elements, a basis whose interfaces cannot move independently.
+    """
+    _check(parts)
+    pieces = {key: _piece(key, fe, data) for key, (fe, data) in parts.items()}
+    whole, starts = _beside(parts, pieces, name)
+    node = _reference_nodes(parts, pieces, fixed, whole)
+    dofs, columns = _freedoms(pieces, node, starts, whole)
+    K, M, C = (np.zeros((len(dofs), len(dofs))) for _ in range(3))
+    fields, expansion = [], np.zeros((6 * len(whole.nodes), len(dofs)))
+    for key, piece in pieces.items():
+        at = columns[key]
+        own = np.zeros((len(piece.fields), len(dofs)))
+        own[:, at] = piece.fields
+        fields.append(own)
+        K[np.ix_(at, at)] += piece.K
+        M[np.ix_(at, at)] += piece.M
+        C[np.ix_(at, at)] += piece.C
+    stacked_fields = np.vstack(fields)
+    expansion[:] = whole.field(stacked_fields).reshape(expansion.shape)
+    for number in sorted(set(node.values())):
+        mine = np.flatnonzero(dofs[:, 0] == number)
+        expansion[6 * number + dofs[mine, 1], mine] = 1.0
+    couplings = tuple(one for key, piece in pieces.items() for one in _within(key, piece, starts[key], node))
+    return replace(
+        whole,
+        dofs=dofs,
+        K=sparse.csr_matrix(0.5 * (K + K.T)),
+        M=sparse.csr_matrix(0.5 * (M + M.T)),
+        C=sparse.csr_matrix(C) if C.any() else None,
+        expansion=sparse.csr_matrix(expansion),
+        node_sets={**whole.node_sets, **{key: np.array([number]) for key, number in node.items()}},
+        condensed=Condensed(whole, stacked_fields, couplings),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """A part in the motions of its interfaces and of some nodes.
+
+    fields : (ndof of its elements, n), the motions first, six of each interface
+    rows : freedoms of its elements that are coordinates
+    """
+
+    names: tuple[str, ...]
+    positions: np.ndarray
+    fields: np.ndarray
+    rows: np.ndarray
+    K: np.ndarray
+    M: np.ndarray
+    C: np.ndarray
+    couplings: tuple[Coupling, ...]
+
+
+def _piece(key: str, fe: FEModel, data: ModalNeutralData) -> _Piece:
+    """Return a part in its own coordinates: six rigid motions and the shapes, changed to motions of places."""
+    m, n = data.n_modes, data.n_interfaces
+    known = np.hstack([fe.rigid_motions(), snapshots_of(fe, data, np.eye(m))]) if m else fe.rigid_motions()
+    motions = np.zeros((n, 6, 6 + m))
+    for k, place in enumerate(data.marker_positions[:n]):
+        motions[k, :3, :3] = motions[k, 3:, 3:6] = np.eye(3)
+        motions[k, :3, 3:6] = [[0.0, place[2], -place[1]], [-place[2], 0.0, place[0]], [place[1], -place[0], 0.0]]
+    motions[:, :3, 6:], motions[:, 3:, 6:] = data.marker_translations[:n], data.marker_rotations[:n]
+    scale = 1.0 / np.maximum(np.abs(known).max(axis=0), 1e-300)
+    read = motions.reshape(6 * n, -1)
+    rank = np.linalg.matrix_rank(read * scale, tol=INDEPENDENT * np.linalg.norm(read * scale, 2)) if n else 0
+    if rank < 6 * n:
+        raise ReductionError(
+            f"Part '{key}'",
+            found=f"{6 * n} motions of its interfaces, of which {rank} are independent in its basis",
+            expected="interfaces that move independently: parts are joined there",
+            remedy="Reduce the part with CraigBampton(), whose interfaces do",
+        )
+    rest = (known * scale) @ null_space(read * scale)
+    rows = np.sort(qr(rest.T, mode="r", pivoting=True)[1][: 6 + m - 6 * n]) if rest.shape[1] else np.zeros(0, int)
+    change = np.linalg.inv(np.vstack([read, known[rows]]) * scale) * scale[:, None]
+    fields = known @ change
+    w = 2.0 * np.pi * data.frequencies
+    damping = block_diag(np.zeros((6, 6)), np.diag(2.0 * data.damping_ratios * w))
+    return _Piece(
+        data.marker_names[:n],
+        data.marker_positions[:n],
+        fields,
+        rows,
+        change.T @ block_diag(np.zeros((6, 6)), data.stiffness) @ change,
+        fields.T @ (fe.M @ fields),
+        change.T @ damping @ change,
+        _held(fe, data),
+    )
+
+
+def _held(fe: FEModel, data: ModalNeutralData) -> tuple[Coupling, ...]:
+    """Return the interfaces of a part that hold several nodes, whose forces stiffen it where they turn with them.
+
+    They are found from the shapes: nodes of a rigid interface follow its marker in every one of them.
+    """
+    found = []
+    field = np.concatenate([data.shapes, np.zeros_like(data.shapes)], axis=1)
+    size = max(float(np.abs(field).max(initial=0.0)), 1e-300)
+    moved = np.unique(fe.dofs[:, 0])
+    for k in range(data.n_interfaces):
+        at = data.marker_positions[k]
+        arm = data.nodes - at
+        turned = np.cross(data.marker_rotations[k].T[:, None, :], arm[None]).transpose(1, 2, 0)
+        follows = np.abs(data.shapes - data.marker_translations[k] - turned).max(axis=(1, 2), initial=0.0) < 1e-9 * size
+        nodes = np.intersect1d(np.flatnonzero(follows), moved)
+        if data.n_modes and len(nodes) > 1:
+            rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
+            found.append(Coupling(data.marker_names[k], at, nodes, rows, np.zeros((len(rows), 0)), np.zeros(0, int)))
+    return tuple(found)
+
+
+def _within(key: str, piece: _Piece, start: tuple[int, int], node: dict[str, int]) -> list[tuple[Coupling, int]]:
+    """Return the interfaces of a part that hold several nodes, in numbers of the whole, and their reference nodes."""
+    return [
+        (replace(c, nodes=c.nodes + start[0], rows=c.rows + start[1]), node[f"{key}.{c.name}"]) for c in piece.couplings
+    ]
+
+
+def _beside(parts, pieces: dict[str, _Piece], name: str) -> tuple[FEModel, dict[str, tuple[int, int]]]:
+    """Return all elements as one model, parts beside each other, and the first node and freedom of each."""
+    starts, nodes, freedoms = {}, 0, 0
+    for key, (fe, _) in parts.items():
+        starts[key] = nodes, freedoms
+        nodes, freedoms = nodes + len(fe.nodes), freedoms + fe.ndof
+    places = np.vstack([piece.positions for piece in pieces.values()])
+    total = nodes + len(places)
+    models = [fe for fe, _ in parts.values()]
+    blocks, node_sets, facet_sets = [], {}, {}
+    for key, (fe, _) in parts.items():
+        number = starts[key][0] + np.arange(len(fe.nodes))
+        blocks += [PlacedBlock(block=block, number=number, number_of_nodes=total) for block in fe.blocks]
+        node_sets |= {f"{key}.{label}": number[members] for label, members in fe.node_sets.items()}
+        filled = np.append(number, -1)
+        facet_sets |= {f"{key}.{label}": stacked([filled[np.asarray(f, int)]]) for label, f in fe.facet_sets.items()}
+    own = [fe.dofs + np.array([starts[key][0], 0]) for key, (fe, _) in parts.items()]
+    dofs = np.vstack(own)
+    expansion = None
+    if any(fe.expansion is not None for fe in models):
+        each = [sparse.csr_matrix(fe.field(np.eye(fe.ndof)).reshape(-1, fe.ndof)) for fe in models]
+        expansion = sparse.vstack([sparse.block_diag(each), sparse.csr_matrix((6 * len(places), len(dofs)))]).tocsr()
+    whole = FEModel(
+        nodes=np.vstack([*(fe.nodes for fe in models), places]),
+        dofs=dofs,
+        K=sparse.block_diag([fe.K for fe in models]).tocsr(),
+        M=sparse.block_diag([fe.M for fe in models]).tocsr(),
+        node_sets=node_sets,
+        facet_sets=facet_sets,
+        blocks=tuple(blocks),
+        name=name,
+        expansion=expansion,
+        warnings=tuple(dict.fromkeys(words for fe in models for words in fe.warnings)),
+    )
+    return whole, starts
+
+
+def _reference_nodes(parts, pieces: dict[str, _Piece], fixed, whole: FEModel) -> dict[str, int]:
+    """Return the node of every interface "part.interface"; those that are fixed to each other have the same one."""
+    node, first = {}, len(whole.nodes) - sum(len(piece.names) for piece in pieces.values())
+    for key, piece in pieces.items():
+        for label in piece.names:
+            node[f"{key}.{label}"] = first
+            first += 1
+    size = float(np.linalg.norm(np.ptp(whole.nodes, axis=0)))
+    for pair in fixed:
+        a, b = (_known(word, node, "Fixed interfaces") for word in pair)
+        apart = float(np.linalg.norm(whole.nodes[node[a]] - whole.nodes[node[b]]))
+        if apart > APART * size or node[a] == node[b]:
+            raise ReductionError(
+                f"Fixed interfaces '{a}' and '{b}'",
+                found="they are fixed to each other already" if node[a] == node[b] else f"{apart:.3g} m between them",
+                expected="two interfaces at the same place",
+                remedy="Draw the parts where they are in the whole, or join them by fem.with_spring",
+            )
+        node |= dict.fromkeys([word for word, number in node.items() if number == node[b]], node[a])
+    return node
+
+
+def _known(word: Any, node: Mapping[str, int], title: str) -> str:
+    if word not in node:
+        raise ReductionError(
+            title,
+            found=f"no interface {word!r}",
+            expected=f"'part.interface', one of: {', '.join(node)}",
+            remedy=did_you_mean(str(word), node) or "Name an interface of a part",
+        )
+    return word
+
+
+def _freedoms(pieces: dict[str, _Piece], node: dict[str, int], starts, whole: FEModel):
+    """Return the freedoms (n, 2) of the model, and which of them are the coordinates of each part."""
+    dofs: list[tuple[int, int]] = []
+    place: dict[tuple[int, int], int] = {}
+    columns = {}
+    for key, piece in pieces.items():
+        own = [(node[f"{key}.{label}"], k) for label in piece.names for k in range(6)]
+        own += [tuple(whole.dofs[starts[key][1] + row].tolist()) for row in piece.rows]
+        for freedom in own:
+            if freedom not in place:
+                place[freedom] = len(dofs)
+                dofs.append(freedom)
+        columns[key] = np.array([place[freedom] for freedom in own])
+    return np.array(dofs), columns
+
+
+def _check(parts: Any) -> None:
+    if not isinstance(parts, Mapping) or not parts:
+        raise ReductionError(
+            "Assembly",
+            found=f"parts = {type(parts).__name__}",
+            expected="a mapping of names to (FEModel, ModalNeutralData)",
+            remedy="Write assembled({'left': (fe, data), 'right': (other, its_data)}, fixed=[('left.b', 'right.a')])",
+        )
+    for key, given in parts.items():
+        pair = tuple(given) if isinstance(given, tuple | list) else (given,)
+        if len(pair) != 2:
+            raise ReductionError(
+                f"Part '{key}'",
+                found=f"{type(given).__name__}",
+                expected="(FEModel, ModalNeutralData)",
+                remedy="Give the elements and what reduce made of them",
+            )
+        check_kind(pair[0], FEModel, f"Part '{key}'", "Give the FE model first", ReductionError)
+        check_kind(pair[1], ModalNeutralData, f"Part '{key}'", "Make it with reduction.reduce", ReductionError)
+
+
+def check_within(condensed: Condensed, names: Sequence[str], forces: np.ndarray) -> None:
+    """Refuse loads (ndof of the whole, nl) on nodes of an inner coupling: how they stiffen it is not known there."""
+    for coupling, _ in condensed.couplings:
+        loaded = np.flatnonzero(forces[coupling.rows].any(axis=0))
+        if len(loaded):
+            raise ReductionError(
+                f"Load '{names[loaded[0]]}'",
+                found=f"forces on nodes of the interface '{coupling.name}' of a part",
+                expected="loads beside the interfaces, where geometric stiffness is wanted",
+                remedy="Load other nodes, or act on the interface itself",
+            )

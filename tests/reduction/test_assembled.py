@@ -1,0 +1,159 @@
+"""Reduction of the second level: reduced parts joined and reduced again, beside the reduction of the whole mesh."""
+
+import numpy as np
+import pytest
+from reduction.solids import STEEL, block_mesh
+
+import flexmb as fmb
+from flexmb import fem, reduction
+from flexmb.errors import MeshError, ReductionError
+
+ALUMINIUM = fmb.MATERIALS["aluminium"]
+SECTION = fem.Section.rectangle(0.02, 0.03)
+
+
+def beam(first, last, elements):
+    points = np.column_stack([np.linspace(first, last, elements + 1), *np.zeros((2, elements + 1))])
+    return fem.frame(points=points, section=SECTION, material=ALUMINIUM)
+
+
+def part(fe, modes, ends=None, **options):
+    ends = ends or {"a": [0], "b": [len(fe.nodes) - 1]}
+    return fe, reduction.reduce(fe, ends, modes, geometric_stiffness=True, compare=0, **options)
+
+
+def two_beams(modes=(8, 12), **options):
+    left, right = (part(beam(*ends), n) for ends, n in zip(((0.0, 0.8, 8), (0.8, 2.0, 12)), modes))
+    fe = reduction.assembled({"left": left, "right": right}, fixed=[("left.b", "right.a")])
+    return reduction.reduce(fe, {"a": "left.a", "b": "right.b"}, 6, geometric_stiffness=True, compare=0, **options)
+
+
+def aligned(data, reference):
+    """Signs by which the shapes of two bodies with different frequencies agree."""
+    signs = np.sign(np.einsum("kij,kij->j", data.marker_translations[:2], reference.marker_translations[:2]))
+    turns = np.sign(np.einsum("kij,kij->j", data.marker_rotations[:2], reference.marker_rotations[:2]))
+    return np.where(np.abs(data.marker_translations[:2]).max(axis=(0, 1)) > 1e-6, signs, turns)
+
+
+def close(found, expected, relative):
+    assert np.abs(found - expected).max() <= relative * np.abs(expected).max()
+
+
+@pytest.fixture(scope="module")
+def whole_beam():
+    return part(beam(0.0, 2.0, 20), 6)[1]
+
+
+def test_parts_with_all_their_modes_give_the_body_of_the_whole_mesh(whole_beam):
+    """Mass, invariants, frequencies, geometric stiffness of spin and of forces, and stress, through both levels."""
+    data, ref = two_beams((42, 66)), whole_beam
+    s = aligned(data, ref)
+    pair = np.outer(s, s)
+    close(data.frequencies, ref.frequencies, 1e-9)
+    for name, sign in (("vv", 1.0), ("ww0", 1.0), ("vn", s), ("wn0", s), ("vw1", s[:, None, None])):
+        assert np.abs(getattr(data.invariants, name) * sign - getattr(ref.invariants, name)).max() < 1e-8, name
+    close(data.invariants.ww2 * pair[:, :, None, None], ref.invariants.ww2, 1e-7)
+    close(data.geometric.inertia * pair, ref.geometric.inertia, 1e-7)
+    close(data.geometric.interface * pair, ref.geometric.interface, 1e-7)
+    lower, upper = np.arange(1, 8), np.arange(10, 21)
+    close((data.stress_modes * s)[lower], ref.stress_modes[lower], 1e-6)
+    close((data.stress_modes * s)[upper], ref.stress_modes[upper - 1], 1e-6)
+
+
+def test_the_error_is_that_of_the_bases_of_the_parts(whole_beam):
+    """It falls with their modes; six of the joined body are within 1e-4 with eight and twelve of the parts."""
+    ref, errors = whole_beam.frequencies[:6], []
+    for modes in ((0, 0), (2, 3), (8, 12)):
+        errors.append(np.abs(two_beams(modes).frequencies[:6] / ref - 1.0).max())
+    assert errors[0] > 4.0 * errors[1]
+    assert errors[1] > 100.0 * errors[2]
+    assert errors[2] < 1e-4
+    assert two_beams((8, 12), error_up_to=300.0).quality["transfer"]["relative"] < 1.0
+
+
+def test_a_spring_joins_two_masses():
+    """Two short bars on a soft spring: ``sqrt(k (1/m1 + 1/m2))`` along it; the other five motions are free of it."""
+    k = 1e4
+    left, right = part(beam(0.0, 0.2, 2), 0), part(beam(0.3, 0.6, 3), 0)
+    stiffness = (k, 1e9, 1e9, 1e8, 1e8, 1e8)
+    fe = fem.with_spring(reduction.assembled({"left": left, "right": right}), "left.b", stiffness, to="right.a")
+    data = reduction.reduce(fe, {"a": "left.a", "b": "right.b"}, 0, compare=0)
+    m1, m2 = left[1].mass, right[1].mass
+    exact = np.sqrt(k * (1.0 / m1 + 1.0 / m2)) / (2.0 * np.pi)
+    assert data.frequencies[0] == pytest.approx(exact, rel=1e-4)
+    assert data.mass == pytest.approx(m1 + m2, rel=1e-12)
+
+
+def test_solids_joined_at_faces_stiffen_like_the_whole(tmp_path):
+    """Two blocks of tet10 on a common rigid face, beside one mesh in which that face is rigid; all through files."""
+
+    def block(first, divisions):
+        mesh = block_mesh((0.2, 0.06, 0.04), divisions)
+        return fem.solid(shifted(mesh, first), STEEL)
+
+    def shifted(mesh, first):
+        return fem.Mesh(
+            points=mesh.points + np.array([first, 0.0, 0.0]),
+            cells=mesh.cells,
+            node_sets=mesh.node_sets,
+            facet_sets=mesh.facet_sets,
+        )
+
+    one, other = block(0.0, (3, 2, 1)), block(0.2, (3, 2, 1))
+    ends = {"a": "left", "b": "right"}
+    parts = {"one": part(one, 60, ends), "other": part(other, 60, ends)}
+    for key, (fe, data) in parts.items():
+        stored = data.save(tmp_path / f"{key}.h5")
+        parts[key] = fe, fmb.ModalNeutralData.load(stored)
+    fe = reduction.assembled(parts, fixed=[("one.b", "other.a")])
+    data = reduction.reduce(fe, {"a": "one.a", "b": "other.b"}, 4, geometric_stiffness=True, compare=0)
+    joined = fem.joined(one, other)
+    face = np.flatnonzero(np.isclose(joined.nodes[:, 0], 0.2))
+    linked = fem.with_rigid_link(joined, tuple(joined.nodes[face].mean(axis=0)), face, "face")
+    outer = {
+        "a": np.flatnonzero(joined.nodes[:, 0] < 1e-9).tolist(),
+        "b": np.flatnonzero(joined.nodes[:, 0] > 0.4 - 1e-9).tolist(),
+    }
+    ref = reduction.reduce(linked, outer, 4, geometric_stiffness=True, compare=0)
+    assert np.abs(data.frequencies[:6] / ref.frequencies[:6] - 1.0).max() < 2e-3
+    low = slice(0, 4)
+    signs = aligned(data, ref)[low]
+    spun = (data.geometric.inertia[:, low, low] * np.outer(signs, signs), ref.geometric.inertia[:, low, low])
+    pulled = (
+        data.geometric.interface[:, :, low, low] * np.outer(signs, signs),
+        ref.geometric.interface[:, :, low, low],
+    )
+    close(*spun, 0.02)
+    close(*pulled, 0.02)
+    force = reduction.NodalForces({int(fe.node_set("one.right")[0]): (0.0, 0.0, 1.0)})
+    with pytest.raises(ReductionError, match="interface 'b' of a part"):
+        reduction.reduce(fe, {"a": "one.a"}, 2, loads={"tip": force}, geometric_stiffness=True, compare=0)
+
+
+def test_what_cannot_be_joined_is_named():
+    left, right = part(beam(0.0, 0.8, 4), 2), part(beam(0.8, 2.0, 6), 2)
+    both = {"left": left, "right": right}
+    for parts, options, words in (
+        ({}, {}, "a mapping of names"),
+        ({"left": left[1]}, {}, r"\(FEModel, ModalNeutralData\)"),
+        ({"left": (left[0], right[1])}, {}, "the same finite elements"),
+        (both, {"fixed": [("left.b", "right.c")]}, "'right.c'"),
+        (both, {"fixed": [("left.a", "right.a")]}, "0.8 m between them"),
+        (both, {"fixed": [("left.b", "right.a"), ("right.a", "left.b")]}, "fixed to each other already"),
+    ):
+        with pytest.raises(ReductionError, match=words):
+            reduction.assembled(parts, **options)
+    loose = reduction.assembled(both)
+    with pytest.raises(ReductionError, match="not connected"):
+        reduction.reduce(loose, {"a": "left.a", "b": "right.b"}, 2, compare=0)
+    for changed in (
+        lambda: fem.with_mass(loose, "left.a", 1.0),
+        lambda: fem.with_rigid_link(loose, "left.a", "right.b"),
+        lambda: fem.with_supports(loose, "left.a"),
+    ):
+        with pytest.raises(MeshError, match="reduced"):
+            changed()
+    with pytest.warns(UserWarning, match="3 independent ways"):
+        few = reduction.reduce(left[0], {"a": [0], "b": [4]}, 3, basis="Balanced", compare=0)
+    with pytest.raises(ReductionError, match="12 motions of its interfaces, of which"):
+        reduction.assembled({"left": (left[0], few)})
