@@ -10,10 +10,9 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError, did_you_mean
-from flexmb.fem.condensed import Condensed
 from flexmb.model.numbering import Numbering, named_numbers
 
-__all__ = ["ElementBlock", "FEModel", "ReferencePoint"]
+__all__ = ["Condensed", "ElementBlock", "FEModel", "ReferencePoint"]
 
 
 class ElementBlock(Protocol):
@@ -62,6 +61,27 @@ class ReferencePoint:
     node: int
     averaged: np.ndarray | None = None
     weights: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Condensed:
+    """The finite elements behind an `FEModel` whose freedoms are those of reduced parts.
+
+    Products of the mass with fields that the freedoms do not hold, such as that of a spin, are taken in the whole.
+
+    Parameters
+    ----------
+    whole : FEModel
+        All elements with all freedoms, parts beside each other; its nodes and sets are those of the condensed model.
+    fields : (ndof of the whole, ndof)
+        Its displacements per freedom.
+    couplings : tuple of (Coupling, int)
+        Where parts are held within, in freedoms of the whole, and the node with their motion.
+    """
+
+    whole: Any
+    fields: np.ndarray
+    couplings: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,10 +11,8 @@ from scipy import sparse
 from scipy.linalg import block_diag, null_space, qr
 
 from flexmb.errors import ReductionError, did_you_mean
-from flexmb.fem.condensed import Condensed
-from flexmb.fem.fe_model import FEModel
-from flexmb.fem.joined import PlacedBlock
-from flexmb.fem.meshes.groups import stacked
+from flexmb.fem.beside import beside
+from flexmb.fem.fe_model import Condensed, FEModel
 from flexmb.model.described import check_kind
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.reduction.interfaces import Coupling
@@ -60,7 +58,8 @@ def assembled(
     """
     _check(parts)
     pieces = {key: _piece(key, fe, data) for key, (fe, data) in parts.items()}
-    whole, starts = _beside(parts, pieces, name)
+    places = np.vstack([piece.positions for piece in pieces.values()])
+    whole, starts = beside({key: fe for key, (fe, _) in parts.items()}, places, name)
     node = _reference_nodes(parts, pieces, fixed, whole)
     dofs, columns = _freedoms(pieces, node, starts, whole)
     K, M, C = (np.zeros((len(dofs), len(dofs))) for _ in range(3))
@@ -172,43 +171,6 @@ def _within(key: str, piece: _Piece, start: tuple[int, int], node: dict[str, int
     return [
         (replace(c, nodes=c.nodes + start[0], rows=c.rows + start[1]), node[f"{key}.{c.name}"]) for c in piece.couplings
     ]
-
-
-def _beside(parts, pieces: dict[str, _Piece], name: str) -> tuple[FEModel, dict[str, tuple[int, int]]]:
-    """Return all elements as one model, parts beside each other, and the first node and freedom of each."""
-    starts, nodes, freedoms = {}, 0, 0
-    for key, (fe, _) in parts.items():
-        starts[key] = nodes, freedoms
-        nodes, freedoms = nodes + len(fe.nodes), freedoms + fe.ndof
-    places = np.vstack([piece.positions for piece in pieces.values()])
-    total = nodes + len(places)
-    models = [fe for fe, _ in parts.values()]
-    blocks, node_sets, facet_sets = [], {}, {}
-    for key, (fe, _) in parts.items():
-        number = starts[key][0] + np.arange(len(fe.nodes))
-        blocks += [PlacedBlock(block=block, number=number, number_of_nodes=total) for block in fe.blocks]
-        node_sets |= {f"{key}.{label}": number[members] for label, members in fe.node_sets.items()}
-        filled = np.append(number, -1)
-        facet_sets |= {f"{key}.{label}": stacked([filled[np.asarray(f, int)]]) for label, f in fe.facet_sets.items()}
-    own = [fe.dofs + np.array([starts[key][0], 0]) for key, (fe, _) in parts.items()]
-    dofs = np.vstack(own)
-    expansion = None
-    if any(fe.expansion is not None for fe in models):
-        each = [sparse.csr_matrix(fe.field(np.eye(fe.ndof)).reshape(-1, fe.ndof)) for fe in models]
-        expansion = sparse.vstack([sparse.block_diag(each), sparse.csr_matrix((6 * len(places), len(dofs)))]).tocsr()
-    whole = FEModel(
-        nodes=np.vstack([*(fe.nodes for fe in models), places]),
-        dofs=dofs,
-        K=sparse.block_diag([fe.K for fe in models]).tocsr(),
-        M=sparse.block_diag([fe.M for fe in models]).tocsr(),
-        node_sets=node_sets,
-        facet_sets=facet_sets,
-        blocks=tuple(blocks),
-        name=name,
-        expansion=expansion,
-        warnings=tuple(dict.fromkeys(words for fe in models for words in fe.warnings)),
-    )
-    return whole, starts
 
 
 def _reference_nodes(parts, pieces: dict[str, _Piece], fixed, whole: FEModel) -> dict[str, int]:

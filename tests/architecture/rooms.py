@@ -25,7 +25,7 @@ MAY_KNOW = {
         "model.numbering",
         "model.plausibility",
     ),
-    "reduction": ("math", "model", "fem.fe_model", "fem.surface_load"),
+    "reduction": ("math", "model", "fem.beside", "fem.fe_model", "fem.surface_load"),
     "parts": ("files", "lock", "math", "model", "fem", "reduction"),
     "profiles": ("math", "model.described"),
     "constraints": ("math", "model"),
