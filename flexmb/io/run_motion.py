@@ -14,7 +14,7 @@ from flexmb.results import Solution, stored_body
 __all__ = ["motion_of"]
 
 
-def motion_of(path: str | Path, body: str, read_model: Callable[..., Any]) -> Motion:
+def motion_of(path: str | Path, body: str, read_model: Callable[..., Any] | None) -> Motion:
     """Return the motion of a reduced body in all phases of a solution file; DataFileError where there is none.
 
     read_model : makes the model of the run from its text, as for `Solution.load`
