@@ -74,13 +74,7 @@ def model_picture(model, path: str | Path, *, checks=None, camera=None, up=(0.0,
             _add_cells(plotter, model.nodes, block, FILL[number % len(FILL)])
         shown = _mark(plotter, model, checks, float(np.linalg.norm(np.ptp(model.nodes[drawn], axis=0))) or 1.0)
         if shown:
-            plotter.add_legend(
-                [[text, LOOKS[kind]] for kind, text in shown],
-                bcolor="white",
-                face="rectangle",
-                size=(0.2, 0.034 * len(shown)),
-                font_family="arial",
-            )
+            _add_legend(plotter, shown)
         plotter.add_text(_title(model, cells), font_size=10, color="#26303a", position="upper_left", font="arial")
         plotter.camera.view_angle = VIEW_ANGLE
         plotter.camera_position = camera_position(model.nodes[drawn], direction, up, size[0] / size[1], 0.08)
@@ -88,6 +82,16 @@ def model_picture(model, path: str | Path, *, checks=None, camera=None, up=(0.0,
         with replacing(path, f"Picture '{path}'", folder=True) as file:
             plotter.screenshot(str(file))
     return path
+
+
+def _add_legend(plotter, shown: list[tuple[str, str]]) -> None:
+    """Add the legend at the upper right, as wide as its longest line: the renderer's own place cuts wide ones off."""
+    legend = plotter.add_legend(
+        [[text, LOOKS[kind]] for kind, text in shown], bcolor="white", face="rectangle", loc=None, font_family="arial"
+    )
+    width, height = 0.03 + 0.011 * max(len(text) for _, text in shown), 0.034 * len(shown)
+    legend.SetPosition(0.99 - width, 0.985 - height)
+    legend.SetPosition2(width, height)
 
 
 def _title(model, cells) -> str:

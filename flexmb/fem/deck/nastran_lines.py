@@ -169,8 +169,11 @@ def _property(card: Card, materials: Materials, deck: Deck) -> tuple[Material, S
 def _section(card: Card, factor: float, deck: Deck, **values) -> Section:
     """Return a section; constants that the card gives as zero become nearly zero, which the inventory tells."""
     area, iy, iz, j = (values.pop(k) for k in ("area", "inertia_y", "inertia_z", "torsion"))
-    if min(area, iy, iz, j) < 0.0 or not area > 0.0:
-        raise card.refused(f"A = {area:g}, I1 = {iz:g}, I2 = {iy:g}, J = {j:g}", "A > 0, I1, I2, J >= 0")
+    if min(area, iy, iz, j) < 0.0 or not max(area, iy, iz, j) > 0.0:
+        raise card.refused(f"A = {area:g}, I1 = {iz:g}, I2 = {iy:g}, J = {j:g}", "A, I1, I2, J >= 0, and one above")
+    if area == 0.0:
+        deck.inventory.approximated[f"{card.name} {card.text(1)}: A = 0, taken as nearly zero"] += 1
+        area = NEARLY_NONE * max(iy, iz, j) ** 0.5
     size = max(iy, iz, j) or NEARLY_NONE * area**2
     for symbol, value in (("I1", iz), ("I2", iy), ("J", j)):
         if value == 0.0:

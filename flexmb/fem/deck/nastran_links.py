@@ -34,8 +34,11 @@ def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
 
 
 def components(card: Card, i: int) -> list[int]:
-    """Return the directions 0..5 of a field such as "123456"; a blank or "0" names the one freedom of a scalar."""
-    word = card.text(i)
+    """Return the directions 0..5 of a field such as "123456"; a blank or "0" names the one freedom of a scalar.
+
+    Blanks between the digits do not count: "12 456".
+    """
+    word = "".join(card.text(i).split())
     if not word or not set(word) <= set("123456"):
         if word in ("", "0"):
             return [0]
