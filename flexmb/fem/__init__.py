@@ -9,6 +9,7 @@ from flexmb.fem.links.connectors import with_mass, with_spring, with_supports
 from flexmb.fem.links.links import with_averaging_link, with_node, with_rigid_link
 from flexmb.fem.matrices.from_matrices import from_matrices
 from flexmb.fem.matrices.read_matrices import read_matrices, write_matrices
+from flexmb.fem.measured_modes import MeasuredModes, modal_assurance, read_measured_modes
 from flexmb.fem.meshes.mesh import Mesh, MeshWarning
 from flexmb.fem.meshes.read_mesh import read_mesh
 from flexmb.fem.shells.shell import shell
@@ -26,6 +27,7 @@ __all__ = [
     "DeckChecks",
     "ElementBlock",
     "FEModel",
+    "MeasuredModes",
     "Mesh",
     "MeshWarning",
     "Modes",
@@ -39,9 +41,11 @@ __all__ = [
     "frame",
     "from_matrices",
     "joined",
+    "modal_assurance",
     "pressure_load",
     "read_deck",
     "read_matrices",
+    "read_measured_modes",
     "read_mesh",
     "read_surface",
     "shell",

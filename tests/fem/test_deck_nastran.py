@@ -587,3 +587,47 @@ def test_materials_without_density_are_named(tmp_path):
     with pytest.warns(fem.MeshWarning, match=r"materials without density, .*: MAT1 2$"):
         fe = deck(tmp_path, "\n".join(rows))
     assert mass_and_center(fe)[0] == pytest.approx(27.0)
+
+
+def test_permanent_supports_of_grdset(tmp_path):
+    """GRDSET holds 1345 of all grid points without supports of their own: a beam that bends in one plane only."""
+    rows = beam(10).replace("SPC1,1,123456,1", "SPC,1,1,123456").replace("GRID,5,,0.8,0.,0.", "GRID,5,,0.8,0.,0.,,5")
+    fe = deck(tmp_path, "GRDSET,,,,,,,1345\n" + rows, "SPC = 1", lumped=False)
+    held = {tuple(row) for row in fe.supports["grid_ps"].tolist()}
+    assert held == {(n, d) for n in range(11) if n != 4 for d in (0, 2, 3, 4)} | {(4, 4)}
+    whole = "GRDSET,,,,,,,1345\n" + beam(40).replace("SPC1,1,123456,1", "SPC,1,1,123456")
+    found = fem.eigenmodes(deck(tmp_path, whole, "SPC = 1", lumped=False), "spc", 3).frequencies
+    np.testing.assert_allclose(found, bernoulli(WIDTH * HEIGHT**3 / 12, WIDTH * HEIGHT), rtol=3e-2)
+
+
+def test_bars_without_area_are_a_shear_frame(tmp_path):
+    """Three storeys of bars with A = 0 and I1 = 50, 100, 150: k = 12 E I / l^3 = 600, 1200, 1800, no shear deformation.
+
+    Masses 1, 1.5, 2: 14.5217, 31.0477, 46.0995 rad/s (R. W. Clough, J. Penzien, Dynamics of Structures, example of
+    chapter 12; computed here from the matrices).
+    """
+    rows = ["GRID,1,,0.,300.,0.", "GRID,2,,0.,200.,0.", "GRID,3,,0.,100.,0.", "GRID,4,,0.,0.,0.", "MAT1,1,1.+6"]
+    for k, (inertia, mass) in enumerate(((50.0, 1.0), (100.0, 1.5), (150.0, 2.0)), 1):
+        rows += [f"PBAR,{k},1,0.,{inertia}", f"CBAR,{k},{k},{k},{k + 1},1.,0.,0.", f"CONM2,{k + 10},{k},,{mass}"]
+    fe = deck(tmp_path, "\n".join([*rows, "SPC1,1,123456,4", "SPC1,1,23456,1,2,3"]), "SPC = 1")
+    stiff = np.array([[600.0, -600.0, 0.0], [-600.0, 1800.0, -1200.0], [0.0, -1200.0, 3000.0]])
+    mass = np.array([1.0, 1.5, 2.0])
+    exact = np.sqrt(np.linalg.eigvalsh(stiff / np.sqrt(np.outer(mass, mass)))) / (2 * np.pi)
+    np.testing.assert_allclose(2 * np.pi * exact, [14.5217, 31.0477, 46.0995], rtol=1e-4)
+    np.testing.assert_allclose(fem.eigenmodes(fe, "spc", 3).frequencies, exact, rtol=1e-5)
+
+
+def test_coupled_mass_of_rods_and_blanks_between_components(tmp_path):
+    """COUPMASS of a CROD as MSC Nastran has it: 5/12 and 1/12 along, one half at each end across."""
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,2.,0.,0.\nCROD,1,1,1,2\nPROD,1,1,3.-4\nMAT1,1,2.1+11,,.3,7850.\nPARAM,COUPMASS,1\n"
+    )
+    fe = deck(tmp_path, bulk + "SPC1    1       12 456  1\nSPC1    1       3       1", "SPC = 1")
+    row = {(int(n), int(d)): k for k, (n, d) in enumerate(fe.dofs)}
+    mass = RHO * 3e-4 * 2.0
+    m = fe.M.toarray()
+    along = m[np.ix_([row[0, 0], row[1, 0]], [row[0, 0], row[1, 0]])]
+    across = m[np.ix_([row[0, 1], row[1, 1]], [row[0, 1], row[1, 1]])]
+    np.testing.assert_allclose(along, mass * np.array([[5, 1], [1, 5]]) / 12, rtol=1e-12)
+    np.testing.assert_allclose(across, mass * np.eye(2) / 2, rtol=1e-12, atol=1e-15)
+    np.testing.assert_array_equal(fe.supports["spc"], [[0, k] for k in range(6)])

@@ -174,6 +174,7 @@ def _section(card: Card, factor: float, deck: Deck, **values) -> Section:
     if area == 0.0:
         deck.inventory.approximated[f"{card.name} {card.text(1)}: A = 0, taken as nearly zero"] += 1
         area = NEARLY_NONE * max(iy, iz, j) ** 0.5
+        values |= {"shear_y": STIFF_SHEAR / NEARLY_NONE, "shear_z": STIFF_SHEAR / NEARLY_NONE}  # K A G = 0: no shear
     size = max(iy, iz, j) or NEARLY_NONE * area**2
     for symbol, value in (("I1", iz), ("I2", iy), ("J", j)):
         if value == 0.0:

@@ -291,6 +291,10 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
             card = table.card(int(row))
             if card.text(7) != "0":
                 permanent.append((_node(card, deck, 1), components(card, 7)))
+        base = bulk.of("GRDSET")[:1]
+        if base and base[0].text(7) not in ("", "0"):
+            others = deck.numbers(table.integers(1)[table.blank(7)], "GRID cards")
+            permanent += [(int(node), components(base[0], 7)) for node in np.unique(others)]
     for number, pairs in held.items():
         keep_supports(deck, f"spc_{number}", pairs, frames, across.get(number, ()))
     if permanent:

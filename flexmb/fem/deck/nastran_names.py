@@ -39,4 +39,7 @@ TRIM2 TRIMFLT TRIMFNC TSTEP TSTEP1 TSTEPNL TTEMP UNBALNC UNGLUE USET USET1 UXVEC
 WETLOAD WETSURF WIND YPARAM YZONEY
 """.split()  # noqa: SIM905
 )
-"""From the quick reference guides of MSC and NX Nastran, and two of MYSTRAN (DEBUG, YPARAM); names that are missing here are told as not known."""
+"""From the quick reference guides of MSC and NX Nastran, and two of MYSTRAN (DEBUG, YPARAM).
+
+Names that are missing here are told as not known.
+"""

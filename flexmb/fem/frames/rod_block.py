@@ -28,7 +28,8 @@ class RodBlock:
         axial is E A, torsion G J, polar the polar mass inertia per length.
     number_of_nodes : int
     point_masses : bool
-        Lumped masses have no inertia about the bar, as those of Nastran.
+        Masses as those of Nastran: lumped ones have no inertia about the bar; coupled ones are lumped across it, and
+        the mean of lumped and consistent along it (MSC Nastran, Dynamic Analysis User's Guide, coupled mass of CROD).
     """
 
     connectivity: np.ndarray
@@ -63,8 +64,10 @@ class RodBlock:
                 stiffness[:, a, 0, b, 0] = sign * self.axial / self.lengths
                 stiffness[:, a, 3, b, 3] = sign * self.torsion / self.lengths
                 share = (0.5 if a == b else 0.0) if lumped else (1.0 / 3.0 if a == b else 1.0 / 6.0)
+                half = 0.5 if a == b else 0.0
+                along, across = (0.5 * (share + half), half) if self.point_masses else (share, share)
                 for k in range(3):
-                    mass[:, a, k, b, k] = share * self.mass_per_length * self.lengths
+                    mass[:, a, k, b, k] = (across if k else along) * self.mass_per_length * self.lengths
                 if not (lumped and self.point_masses):
                     mass[:, a, 3, b, 3] = share * self.polar * self.lengths
         return self._summed(stiffness, dofs), self._summed(mass, dofs)

@@ -16,7 +16,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 
-__all__ = ["BEAMS", "Group", "UniversalFile", "universal_file"]
+__all__ = ["BEAMS", "Group", "UniversalFile", "damaged", "datasets", "universal_file"]
 
 POSITIONS = (15, 781, 2411)
 """Datasets of nodes; the coordinates of 15 and 781 refer to a system that each node names."""
@@ -57,7 +57,7 @@ class UniversalFile:
 def universal_file(path: Path) -> UniversalFile:
     """Read the datasets of a mesh; the numbers of the others are in ``skipped``."""
     found, part = UniversalFile(), f"Mesh file '{path}'"
-    for number, lines in _datasets(path, part):
+    for number, lines in datasets(path, part):
         if number in POSITIONS:
             _nodes(part, number, lines, found)
         elif number == 2412:
@@ -71,7 +71,7 @@ def universal_file(path: Path) -> UniversalFile:
     return found
 
 
-def _datasets(path: Path, part: str):
+def datasets(path: Path, part: str):
     """Yield the number and the lines of every dataset; binary ones (58b) count their own bytes."""
     data, place = path.read_bytes(), 0
     while begin := DELIMITER.search(data, place):
@@ -79,14 +79,14 @@ def _datasets(path: Path, part: str):
         head = data[begin.end() : head_end].strip()
         word = re.match(rb"(\d{1,6})(b?)", head)
         if word is None:
-            raise _damaged(part, f"a dataset that begins with '{head[:40].decode('ascii', 'replace')}'", "its number")
+            raise damaged(part, f"a dataset that begins with '{head[:40].decode('ascii', 'replace')}'", "its number")
         place = head_end
         if word[2]:
             fields = head[word.end() :].split()
             place += int(fields[3])  # the text before the binary numbers has line ends of its own
         end = DELIMITER.search(data, place)
         if end is None:
-            raise _damaged(part, f"the dataset {int(word[1])} without its end", "a line -1 behind it")
+            raise damaged(part, f"the dataset {int(word[1])} without its end", "a line -1 behind it")
         place = end.end()
         yield int(word[1]), [] if word[2] else data[head_end : end.start()].decode("utf-8", "replace").splitlines()[1:]
 
@@ -95,9 +95,9 @@ def _nodes(part: str, number: int, lines: list[str], found: UniversalFile) -> No
     step = 1 if number == 15 else 2
     for k in range(0, len(lines), step):
         widths = [10] * 4 + [13] * 3 if step == 1 else [10] * 4
-        words = _fields(part, number, lines[k], widths)
+        words = fields_of(part, number, lines[k], widths)
         if step == 2:
-            words += _fields(part, number, lines[k + 1] if k + 1 < len(lines) else "", [25] * 3)
+            words += fields_of(part, number, lines[k + 1] if k + 1 < len(lines) else "", [25] * 3)
         label, system = int(words[0]), int(words[1])
         if number != 2411 and system > 1:
             raise MeshError(
@@ -113,7 +113,7 @@ def _nodes(part: str, number: int, lines: list[str], found: UniversalFile) -> No
 def _elements(part: str, lines: list[str], found: UniversalFile) -> None:
     k = 0
     while k < len(lines):
-        label, descriptor, family, _, _, count = map(int, _fields(part, 2412, lines[k], [10] * 6))
+        label, descriptor, family, _, _, count = map(int, fields_of(part, 2412, lines[k], [10] * 6))
         if descriptor in PIPES:
             raise MeshError(
                 part,
@@ -122,13 +122,13 @@ def _elements(part: str, lines: list[str], found: UniversalFile) -> None:
                 remedy="Write the pipes as beams, or leave them out",
             )
         if not 1 <= count <= 64:
-            raise _damaged(part, f"element {label} with {count} nodes", "1 to 64")
+            raise damaged(part, f"element {label} with {count} nodes", "1 to 64")
         k += 2 if descriptor in BEAMS else 1
         nodes: list[int] = []
         while len(nodes) < count:
             if k >= len(lines):
-                raise _damaged(part, f"element {label} with {len(nodes)} nodes at the end of the dataset", f"{count}")
-            nodes += map(int, _fields(part, 2412, lines[k], [10] * min(8, count - len(nodes))))
+                raise damaged(part, f"element {label} with {len(nodes)} nodes at the end of the dataset", f"{count}")
+            nodes += map(int, fields_of(part, 2412, lines[k], [10] * min(8, count - len(nodes))))
             k += 1
         found.elements.setdefault((descriptor, count), []).append([label, family, *nodes])
 
@@ -136,16 +136,16 @@ def _elements(part: str, lines: list[str], found: UniversalFile) -> None:
 def _groups(part: str, number: int, lines: list[str], found: UniversalFile) -> None:
     k = 0
     while k < len(lines):
-        head = [int(word) for word in _fields(part, number, lines[k], [10] * 8)]
+        head = [int(word) for word in fields_of(part, number, lines[k], [10] * 8)]
         name = lines[k + 1].strip() if k + 1 < len(lines) else ""
         k += 2
         members: list[int] = []
         while len(members) < 4 * head[7]:
             if k >= len(lines):
-                raise _damaged(
+                raise damaged(
                     part, f"group '{name}' with {len(members) // 4} members at the end of the dataset", f"{head[7]}"
                 )
-            members += map(int, _fields(part, number, lines[k], [10] * min(8, 4 * head[7] - len(members))))
+            members += map(int, fields_of(part, number, lines[k], [10] * min(8, 4 * head[7] - len(members))))
             k += 1
         table = np.array(members, np.int64).reshape(-1, 4)
         nodes, elements = (table[table[:, 0] == kind, 1] for kind in (7, 8))
@@ -158,22 +158,22 @@ def _unit(part: str, lines: list[str], found: UniversalFile) -> None:
     words = " ".join(lines[1:]).split()
     factor = float(words[0].upper().replace("D", "E")) if words else 0.0
     if not 1e-12 < factor < 1e12:
-        raise _damaged(part, f"the factor {factor:g} of lengths (dataset 164)", "a number > 0")
+        raise damaged(part, f"the factor {factor:g} of lengths (dataset 164)", "a number > 0")
     if found.unit is not None and abs(found.unit * factor - 1.0) > 1e-6:
-        raise _damaged(part, f"units of {found.unit:g} m and of {1.0 / factor:g} m (dataset 164)", "one unit")
+        raise damaged(part, f"units of {found.unit:g} m and of {1.0 / factor:g} m (dataset 164)", "one unit")
     found.unit = 1.0 / factor
 
 
-def _fields(part: str, number: int, line: str, widths: list[int]) -> list[str]:
+def fields_of(part: str, number: int, line: str, widths: list[int]) -> list[str]:
     """Return the words of a line, as many as there are widths."""
     words = line.split()
     if len(words) != len(widths):
         ends = np.cumsum([0, *widths])
         words = [line[a:b].strip() for a, b in pairwise(ends)]
         if line[ends[-1] :].strip() or not all(words):
-            raise _damaged(part, f"the line '{line.strip()[:90]}' in dataset {number}", f"{len(widths)} fields")
+            raise damaged(part, f"the line '{line.strip()[:90]}' in dataset {number}", f"{len(widths)} fields")
     return words
 
 
-def _damaged(part: str, found: str, expected: str) -> MeshError:
+def damaged(part: str, found: str, expected: str) -> MeshError:
     return MeshError(part, found=found, expected=expected, remedy="The file is cut off or damaged: write it again")
