@@ -170,6 +170,7 @@ def test_forces_of_the_data_set(slow):
     np.testing.assert_allclose(-solution["pendulum force"][checked, 0], CHECK["pendulum_2"], rtol=0.04)
 
 
+@pytest.mark.slow
 def test_both_integrators(station):
     """GeneralizedAlpha and IDA, elastic lever, gravity: every sensor agrees as the tolerances (1e-6) let expect.
 

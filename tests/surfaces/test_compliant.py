@@ -68,7 +68,7 @@ def test_either_surface_may_be_sampled():
     at = fmb.Pose((0, 0, -0.05))
     expected = np.pi * 1e10 * R * d**2
     found = []
-    for floor, ball in ((None, 4e-4), (4e-4, None), (4e-4, 4e-4)):
+    for floor, ball in ((None, 8e-4), (8e-4, None), (8e-4, 8e-4)):
         model = fmb.Model(
             bodies=[
                 fmb.Ground(markers={"o": at}),
