@@ -331,13 +331,14 @@ class SurfaceContact(Force):
     def _check_points(self, groups) -> None:
         """Raise ModelError if surfaces would meet between the points at which a rigid law acts."""
         for own, others in (groups, groups[::-1]):
-            rest = next((s for s in others if _kind(s) not in ("Sphere", "Patch")), None)
             blunt = next((s for s in own if np.isfinite(s.shape.reach) and not len(s.shape.corners()[0])), None)
+            fits = ("Sphere", "Patch", "Plane") if blunt and _kind(blunt) == "Cylinder" else ("Sphere", "Patch")
+            rest = next((s for s in others if _kind(s) not in fits), None)
             if blunt and rest:
                 raise ModelError(
                     self.title,
-                    found=f"'{blunt.name}' is a {_kind(blunt)}, which has no corners, and '{rest.name}' no Sphere",
-                    expected="shapes with corners, or a Sphere, with a rigid law: it acts at points",
+                    found=f"'{blunt.name}' is a {_kind(blunt)}, which has no corners; '{rest.name}' a {_kind(rest)}",
+                    expected="with a rigid law, which acts at points: corners, a Sphere, or a Cylinder on a Plane",
                     remedy="Use a Hull of points on both rims, an ExtrudedProfile of a Disc, or ElasticFoundation",
                 )
         capsules = [next((s.name for s in group if _kind(s) == "Capsule"), "") for group in groups]

@@ -8,6 +8,8 @@ from flexmb.integrate.oversights import oversights
 
 CUBE, BALL = fmb.Cuboid(size=(0.1, 0.1, 0.1)), fmb.Sphere(radius=0.1)
 ROLLER, BAR = fmb.Cylinder(radius=0.1, length=0.2), fmb.Capsule(radius=0.1, length=0.2)
+RING = fmb.Torus(radius=0.1, tube=0.02)
+WEDGE = fmb.Hull(points=[(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)])
 LINES = "edges of 'a' and 'b' that cross are not seen"
 
 
@@ -28,7 +30,7 @@ def scene(first, second, swapped=False):
 @pytest.mark.parametrize(
     ("first", "second", "words"),
     [
-        (fmb.Plane(), ROLLER, "'b' is a Cylinder, which has no corners"),
+        (fmb.Plane(), RING, "'b' is a Torus, which has no corners"),
         (CUBE, ROLLER, "'b' is a Cylinder, which has no corners"),
         (ROLLER, CUBE, "'a' is a Cylinder, which has no corners"),
         (BAR, BAR, "are both capsules"),
@@ -41,7 +43,14 @@ def test_surfaces_without_points_are_refused(first, second, words, swapped):
 
 @pytest.mark.parametrize(
     ("first", "second", "told"),
-    [(fmb.Plane(), CUBE, False), (BALL, ROLLER, False), (CUBE, BALL, False), (CUBE, CUBE, True), (CUBE, BAR, True)],
+    [
+        (fmb.Plane(), CUBE, False),
+        (BALL, ROLLER, False),
+        (CUBE, BALL, False),
+        (CUBE, CUBE, False),
+        (CUBE, BAR, True),
+        (CUBE, WEDGE, True),
+    ],
 )
 def test_edges_are_spoken_of(first, second, told):
     model = scene(first, second)

@@ -11,12 +11,15 @@ from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
 from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH
+from flexmb.surfaces.rod_on_plane import find_rod_on_plane, is_rod_on_plane
 from flexmb.surfaces.skin_surface import pieces_of
 
 __all__ = ["Touching"]
 
 BALL = 1
 """Code of a sphere."""
+MOST_OF_RULES = 16
+"""Points of a pair that has a rule of its own, at most."""
 
 
 @inner_kernel
@@ -89,6 +92,8 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
             continue
         if _by_centre(data, at_a, at_b):
             count = find_closest(data, at_a, at_b, margin, d, Q, contacts)
+        elif is_rod_on_plane(data, at_a, at_b):
+            count = find_rod_on_plane(data, at_a, at_b, margin, d, Q, contacts)
         elif are_boxes(data, at_a, at_b):
             count = find_between_boxes(data, at_a, at_b, margin, d, Q, contacts)
         else:
@@ -181,7 +186,7 @@ class Touching:
         self.thickness = np.array([surface.shape.thickness for surface in self.surfaces])
         self.convex = np.array([surface.shape.convex for surface in self.surfaces])
         corners = max((int(self.data[at + CORNERS]) for at in self.place), default=0)
-        self.contacts = np.zeros(2 * corners + 2, CONTACT)
+        self.contacts = np.zeros(max(2 * corners + 2, MOST_OF_RULES), CONTACT)
         self.groups = [self._group(model, f, number) for _, f in self.forces]
         self.points = np.zeros(64, POINT)
 

@@ -40,6 +40,8 @@ HALF = 0.5
 """Penetration, relative to the same, that a step never exceeds: thin surfaces shorten it."""
 SHORTEST = 1e-9
 """Share of the given step to which thin surfaces may shorten one."""
+LEFT = "largest residual of contacts [m/s]"
+"""Name of what the worst contact of all steps was left off its laws, in the statistics."""
 PUSHES = 60
 """Sweeps in which penetrations are taken back: what is left is taken back in the next step."""
 
@@ -59,6 +61,7 @@ class Stepper:
         self.points, self.P, self.h = np.zeros(0, POINT), np.zeros((0, 6)), settings.step
         self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
         self.counts["impacts without a rebound by Newton's law"] = 0
+        self.counts[LEFT] = 0.0
         self.small = self.touching.small
         self.lever = max(1.0, self.touching.large)  # m, of what accelerations may close
         # springs and modes are implicit; without any, the gravity of turning bodies would only disturb the matrix
@@ -161,6 +164,7 @@ class Stepper:
                 self.counts["impacts without a rebound by Newton's law"] += turned
                 self.counts["sweeps"] += solved.sweeps
                 self.counts["steps of Newton over contacts"] += solved.newton
+                self.counts[LEFT] = max(self.counts[LEFT], solved.residual)
                 if not solved.residual <= goal:
                     return self._fail(self._unsolved(problem, solved, goal))
             self.counts["iterations"] += 1

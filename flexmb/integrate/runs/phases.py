@@ -16,6 +16,7 @@ from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after, refined, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
+from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
@@ -350,8 +351,7 @@ class Phases:
 
     def _count(self) -> None:
         """Add the numbers of the integrator's run to the totals."""
-        for name, count in self.integrator.statistics(self.variables).items():
-            self.statistics[name] = self.statistics.get(name, 0) + count
+        self.statistics = together(self.statistics, self.integrator.statistics(self.variables))
 
     def _divided(self) -> list[str]:
         """Return the sentence about steps of fixed size that could not be taken as they are."""

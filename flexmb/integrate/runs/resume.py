@@ -13,6 +13,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, unless_stiff
+from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.record import Recorder
@@ -92,7 +93,8 @@ def resume(
         recorder.close()
         raise
     spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
-    counts = {name: before.statistics.get(name, 0) + count for name, count in phases.statistics.items()}
+    known_before = {name: before.statistics[name] for name in phases.statistics if name in before.statistics}
+    counts = together(known_before, phases.statistics)
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
     solution = recorder.solution(status, {**counts, **known})
     if status.kind == "failed":
