@@ -1,8 +1,8 @@
 """Where a round bar with flat ends touches a plane: with its rims.
 
 The lowest point of a rim is known in closed form whatever the bar does: it wanders round a disc that rolls on its edge.
-A bar that stands needs three points: the lowest of the rim, and those a third of a turn away. One that lies touches with
-the lowest points of both rims.
+A bar that stands needs three points: the lowest of the rim, and those a third of a turn away. One that lies touches
+with the lowest points of both rims.
 """
 
 from __future__ import annotations
