@@ -30,6 +30,7 @@ from flexmb.cli import (
     locus,
     modes,
     plot,
+    psd,
     reduce,
     render,
     report,
@@ -49,7 +50,7 @@ __all__ = ["VERBS", "main"]
 
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
-    *(statics, modes, linearize, bode, locus),
+    *(statics, modes, linearize, bode, psd, locus),
     *(export, fmu, plot, render, view, report, cache, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""

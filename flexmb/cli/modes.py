@@ -3,6 +3,7 @@
 Examples:
   flexmb modes crane.toml --statics
   flexmb modes crane.toml --vtk crane_modes --count 4
+  flexmb modes crane.toml --picture crane_modes
 """
 
 from __future__ import annotations
@@ -15,12 +16,17 @@ from flexmb.cli.state_arguments import add_state_arguments, model_and_state
 from flexmb.errors import ModelError
 
 NAME = "modes"
-SUMMARY = "print frequencies and damping of a mechanism, write its mode shapes for ParaView"
+SUMMARY = "print frequencies and damping of a mechanism, draw its mode shapes, write them for ParaView"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_state_arguments(parser)
     parser.add_argument("--count", type=int, metavar="N", help="the first so many oscillations; default: all")
+    parser.add_argument(
+        "--picture",
+        metavar="FOLDER",
+        help="draw each oscillation, its ends and the middle over one another: FOLDER/mode_<n>.png",
+    )
     parser.add_argument("--vtk", metavar="FOLDER", help="write each oscillation over one period: FOLDER/mode_<n>.pvd")
 
 
@@ -43,6 +49,15 @@ def execute(arguments: argparse.Namespace) -> int:
     if without:
         print(f"  {without} without oscillation")
     print("stable" if linear.stable else "unstable: a mode grows")
+    if arguments.picture:
+        from flexmb import view
+
+        for n, k in enumerate(chosen, start=1):
+            motion = fmb.mode_motion(model, about, mode=k)
+            half, target = motion.t[len(motion.t) // 2], Path(arguments.picture) / f"mode_{n}.png"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            hertz = f"mode {n}: {linear.frequencies[k]:.4g} Hz"
+            print(f"{hertz}: {view.overlay(motion, target, times=[half, half / 2.0, 0.0])}")
     if arguments.vtk:
         for n, k in enumerate(chosen, start=1):
             motion = fmb.mode_motion(model, about, mode=k)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import math
 from typing import Any
+
+import numpy as np
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
+from flexmb.errors import ModelError
 
-__all__ = ["add_ports", "add_state_arguments", "model_and_state", "plant"]
+__all__ = ["add_band", "add_ports", "add_state_arguments", "band", "model_and_state", "plant"]
 
 
 def add_state_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +34,26 @@ def add_ports(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(
             f"--{what}", action="append", metavar="NAME", help=f"{meaning}; may be given several times; default: all"
         )
+
+
+def add_band(parser: argparse.ArgumentParser) -> None:
+    """Add ``--from``, ``--to`` and ``--points``."""
+    parser.add_argument("--from", dest="first", type=float, default=0.1, metavar="HZ", help="default: 0.1")
+    parser.add_argument("--to", dest="last", type=float, default=100.0, metavar="HZ", help="default: 100")
+    parser.add_argument("--points", type=int, default=600, metavar="N", help="frequencies; default: 600")
+
+
+def band(arguments: argparse.Namespace, verb: str) -> np.ndarray:
+    """Return the frequencies, Hz, that are asked for, evenly on a logarithmic axis."""
+    first, last, points = arguments.first, arguments.last, arguments.points
+    if not (0.0 < first < last and math.isfinite(last) and points >= 2):
+        raise ModelError(
+            verb,
+            found=f"{points} frequencies from {first:g} to {last:g} Hz",
+            expected="at least 2, from above zero upwards",
+            remedy="Write --from 0.1 --to 100",
+        )
+    return np.geomspace(first, last, points)
 
 
 def model_and_state(arguments: argparse.Namespace) -> tuple[fmb.Model, Any]:

@@ -8,7 +8,7 @@ from flexmb.io.model_file import OpenModelFile, load_model, load_simulation, rea
 from flexmb.io.plant_file import write_plant
 from flexmb.io.pole_tables import write_poles
 from flexmb.io.quality_page import report_numbers, write_report
-from flexmb.io.response_tables import write_response
+from flexmb.io.response_tables import write_response, write_spectra
 from flexmb.io.run_motion import motion_of
 from flexmb.io.save_model import model_text, save_model
 from flexmb.io.sensor_tables import labels, write_table
@@ -39,6 +39,7 @@ __all__ = [
     "write_report",
     "write_response",
     "write_sid",
+    "write_spectra",
     "write_table",
     "write_vtk",
 ]

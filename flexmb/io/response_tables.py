@@ -1,4 +1,4 @@
-"""`write_response`: a frequency response as a table."""
+"""`write_response`, `write_spectra`: what stands over the frequency as a table."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.files import replacing
 
-__all__ = ["write_response"]
+__all__ = ["write_response", "write_spectra"]
 
 
 def write_response(plant, frequencies, path: str | Path) -> Path:
@@ -33,6 +33,27 @@ def write_response(plant, frequencies, path: str | Path) -> Path:
         for i, (output, unit) in enumerate(zip(plant.outputs, plant.units, strict=True)):
             titles += [f"gain {output} / {source} [{unit}]", f"phase {output} / {source} [deg]"]
             columns += [np.abs(H[:, i, j]), np.degrees(np.angle(H[:, i, j]))]
+    return _written(path, titles, columns)
+
+
+def write_spectra(plant, frequencies, densities, path: str | Path) -> Path:
+    """Write the power spectral densities of the outputs of a plant to a CSV file and return the path.
+
+    The first column is the frequency in Hz, each output has one more: "psd tip z [(m)^2/Hz]".
+
+    Parameters
+    ----------
+    plant : Plant
+    frequencies : (nf,), Hz
+    densities : (nf, p)
+        The diagonals of `flexmb.spectral_response`.
+    path : path
+    """
+    titles = [f"psd {name} [({unit})^2/Hz]" for name, unit in zip(plant.outputs, plant.units, strict=True)]
+    return _written(Path(path), ["f [Hz]", *titles], [np.asarray(frequencies, float), *np.asarray(densities, float).T])
+
+
+def _written(path: Path, titles: list[str], columns: list[np.ndarray]) -> Path:
     with replacing(path, f"Table '{path}'", folder=True) as part, part.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(titles)

@@ -11,6 +11,7 @@ from flexmb.view.paraview import paraview_script
 from flexmb.view.pictures import overlay, render
 from flexmb.view.plots import plot
 from flexmb.view.report import report
+from flexmb.view.spectra import spectra
 
 __all__ = [
     "KEYS",
@@ -26,5 +27,6 @@ __all__ = [
     "report",
     "require_graphics",
     "root_loci",
+    "spectra",
     "window",
 ]

@@ -174,3 +174,54 @@ def test_what_cannot_be_asked(oscillator, capsys, arguments, told):
     verb, *rest = arguments
     assert main([verb, "oscillator.toml", *rest]) == 2
     assert told in capsys.readouterr().err
+
+
+def test_psd(oscillator, capsys):
+    """White noise G of the force: variance of the place G / (4 c k), density at the bottom G / k^2."""
+    command = ["psd", "oscillator.toml", "--statics", "--input", "push.force.z", "--output", "place z"]
+    assert main([*command, "--density", "0.5", "--from", "1e-3", "--to", "1e3", "--points", "20000"]) == 0
+    said = capsys.readouterr().out
+    root = float(said.split("place z: ")[1].split()[0])
+    assert root == pytest.approx(np.sqrt(0.5 / (4.0 * DAMPING * K)), rel=1e-3)
+    titles, values = rows(oscillator / "oscillator_psd.csv")
+    assert titles == ["f [Hz]", "psd place z [(m)^2/Hz]"]
+    assert values[0, 1] == pytest.approx(0.5 / K**2, rel=1e-6)
+    assert (oscillator / "oscillator_psd.png").stat().st_size > 5000
+
+
+def test_psd_of_a_table(oscillator, capsys):
+    """Between rows the density is a power of the frequency, outside zero."""
+    (oscillator / "push.csv").write_text("f,G\n1.0,2.0\n100.0,0.02\n")
+    command = ["psd", "oscillator.toml", "--statics", "--input", "push.force.z", "--output", "place z"]
+    assert main([*command, "--density", "push.csv", "--from", "0.5", "--to", "50", "--points", "41"]) == 0
+    f, found = rows(oscillator / "oscillator_psd.csv")[1].T
+    w = 2.0 * np.pi * f
+    gain = 1.0 / ((K - MASS * w**2) ** 2 + (DAMPING * w) ** 2)
+    assert found == pytest.approx(np.where(f >= 1.0, 2.0 / f, 0.0) * gain, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("density", "told"),
+    [
+        (["1", "2"], "2 densities"),
+        (["-1"], "density >= 0"),
+        (["none.csv"], "a file with rows"),
+        (["bad.csv"], "1 rows"),
+    ],
+)
+def test_wrong_densities_are_said(oscillator, capsys, density, told):
+    (oscillator / "bad.csv").write_text("1.0,2.0\n")
+    given = [word for value in density for word in ("--density", value)]
+    assert main(["psd", "oscillator.toml", "--input", "push.force.z", *given]) == 2
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.render
+def test_pictures_of_modes(oscillator, capsys):
+    """The ball stands at three heights, so its colours cover more rows than in a picture of one."""
+    from matplotlib.image import imread
+
+    assert main(["modes", "oscillator.toml", "--statics", "--picture", "drawn"]) == 0
+    assert "mode 1: 2.24" in capsys.readouterr().out
+    picture = imread(oscillator / "drawn" / "mode_1.png")[..., :3]
+    assert (np.abs(picture - picture[0, 0]).max(axis=2) > 0.1).mean() > 1e-3
