@@ -38,7 +38,8 @@ def spectra(plant, frequencies, densities, path: str | Path) -> Path:
     path, G = Path(path), np.asarray(densities, float)
     moving = [k for k in range(G.shape[1]) if G[:, k].max() > 0.0]
     units = list(dict.fromkeys(plant.units[k] for k in moving))
-    if not 0 < len(moving) <= len(COLORS) * len(units):
+    of_units = [[k for k in moving if plant.units[k] == unit] for unit in units]
+    if not moving or max(map(len, of_units)) > len(COLORS):
         raise FlexmbError(
             f"Spectra '{path}'",
             found=f"{len(moving)} outputs that move",
@@ -56,8 +57,8 @@ def spectra(plant, frequencies, densities, path: str | Path) -> Path:
                 remedy="Use .png, .svg or .pdf",
             )
         axes = figure.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
-        for ax, unit in zip(axes, units, strict=True):
-            for color, k in zip(COLORS, (k for k in moving if plant.units[k] == unit)):
+        for ax, unit, own in zip(axes, units, of_units, strict=True):
+            for color, k in zip(COLORS, own):
                 ax.plot(
                     frequencies, np.where(G[:, k] > 0.0, G[:, k], np.nan), color=color, lw=1.5, label=plant.outputs[k]
                 )
