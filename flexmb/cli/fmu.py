@@ -5,7 +5,8 @@ Inputs are those of the model (input = { name = "torque" } in place of a signal)
 Examples:
   flexmb fmu crane.toml
   flexmb fmu crane.toml --fmi 2 -o units/crane.fmu
-  flexmb fmu crane.toml --parameter rope=rope.stiffness
+  flexmb fmu crane.toml --parameter rope=rope.stiffness --tunable load=load.mass
+  flexmb fmu crane.toml --linear
 """
 
 from __future__ import annotations
@@ -31,6 +32,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=PART.FIELD",
         help="a number that hosts may set before the start; may be given several times",
     )
+    parser.add_argument(
+        "--tunable",
+        action="append",
+        default=[],
+        metavar="NAME=PART.FIELD",
+        help="a number that hosts may also set between steps; may be given several times",
+    )
+    parser.add_argument(
+        "--linear",
+        action="store_true",
+        help="put the state space at the start as drawn beside the model: resources/plant.mat in the unit",
+    )
     parser.add_argument("--t-end", type=float, metavar="SECONDS", help="about the end; default: as in [simulation]")
     parser.add_argument("-o", "--out", metavar="FILE", help="default: <model>.fmu")
 
@@ -43,23 +56,27 @@ def execute(arguments: argparse.Namespace) -> int:
     inputs, outputs = fmb.fmi.ports(model)
     print(f"Inputs: {', '.join(inputs) or 'none'}")
     print(f"Outputs: {', '.join(outputs) or 'none'}")
-    places = dict(_named(text) for text in arguments.parameter)
-    made = fmb.fmi.write_fmu(model, out, settings=simulation, version=arguments.fmi, parameters=places)
-    if places:
-        print(f"Parameters: {', '.join(places)}")
+    places = dict(_named(text, "parameter") for text in arguments.parameter)
+    changing = dict(_named(text, "tunable") for text in arguments.tunable)
+    plant = fmb.linearize(model, outputs=[sensor.name for sensor in model.sensors]) if arguments.linear else None
+    made = fmb.fmi.write_fmu(
+        model, out, settings=simulation, version=arguments.fmi, parameters=places, tunable=changing, plant=plant
+    )
+    if places or changing:
+        print(f"Parameters: {', '.join((*places, *changing))}")
     print(f"FMI {arguments.fmi} unit: {made}")
     print("  runs in hosts that load Python with flexmb in it, as FMPy does")
     return 0
 
 
-def _named(text: str) -> tuple[str, str]:
+def _named(text: str, option: str) -> tuple[str, str]:
     """Return name and place of "stiffness=spring.stiffness"."""
     name, equals, place = text.partition("=")
     if not equals or not name.strip() or not place.strip():
         raise ModelError(
-            f"--parameter {text}",
+            f"--{option} {text}",
             found="no name and place",
             expected="NAME=PART.FIELD",
-            remedy="Write --parameter stiffness=spring.stiffness",
+            remedy=f"Write --{option} stiffness=spring.stiffness",
         )
     return name.strip(), place.strip()

@@ -11,12 +11,14 @@ from typing import Any
 from flexmb.errors import DataFileError, ModelError
 from flexmb.files import complaints
 from flexmb.fmi.inside import MODEL_FILE, model_inputs, output_names, variable_name
-from flexmb.fmi.unit_parameters import start_values, write_places
-from flexmb.io import Simulation, save_model
+from flexmb.fmi.unit_parameters import TUNABLE_FILE, start_values, write_places
+from flexmb.integrate import Plant
+from flexmb.io import Simulation, save_model, write_plant
 from flexmb.model.model import Model
 
 __all__ = ["ports", "write_fmu"]
 
+PLANT_FILE = "plant.mat"
 SCRIPT = '''"""The unit's entry: flexmb runs the model in this folder."""
 
 from {package} import {slave}
@@ -41,6 +43,8 @@ def write_fmu(
     settings: Simulation | None = None,
     version: int = 3,
     parameters: Mapping[str, str] | None = None,
+    tunable: Mapping[str, str] | None = None,
+    plant: Plant | None = None,
 ) -> Path:
     """Write a model as a unit for co-simulation, and return its path.
 
@@ -61,6 +65,11 @@ def write_fmu(
 
     parameters : mapping of variable to "part.field", optional
         Numbers of parts that a host may set before the start: ``{"stiffness": "spring.stiffness"}``.
+    tunable : mapping of variable to "part.field", optional
+        The same, which a host may also set between steps: the run goes on from its state with the changed part.
+    plant : Plant, optional
+        A linearisation of the model, put beside it as ``resources/plant.mat`` (A, B, C, D, names and units): hosts
+        cannot ask the unit itself for directional derivatives.
 
     Raises
     ------
@@ -82,8 +91,9 @@ def write_fmu(
             remedy="Use letters, digits and underscores",
         )
     inputs, outputs = ports(model)
-    places = {} if parameters is None else parameters
-    names = [*inputs, *outputs, *(variable_name(name) for name in start_values(model, places))]
+    places, changing = parameters or {}, tunable or {}
+    known = [*start_values(model, places), *start_values(model, changing)]
+    names = [*inputs, *outputs, *(variable_name(name) for name in known)]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ModelError(
@@ -99,6 +109,10 @@ def write_fmu(
         save_model(model, parts / MODEL_FILE, settings)  # says what a file cannot hold
         if places:
             write_places(parts, places)
+        if changing:
+            write_places(parts, changing, TUNABLE_FILE)
+        if plant is not None:
+            write_plant(plant, parts / PLANT_FILE)
         script = Path(folder) / f"{path.stem}_fmi{version}.py"
         words = {"package": package, "slave": f"Fmi{version}Slave", "motion": f"Fmi{version}Motion", "name": path.stem}
         script.write_text(SCRIPT.format(**words), encoding="utf-8")

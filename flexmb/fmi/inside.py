@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
-from flexmb.fmi.unit_parameters import read_places, start_values, with_values
+from flexmb.fmi.unit_parameters import TUNABLE_FILE, read_places, start_values, with_values
 from flexmb.integrate import Stepper, stepper
 from flexmb.io import load_model, load_simulation
 from flexmb.model.model import Model
@@ -55,6 +55,8 @@ class Inside:
         The inputs as they are set.
     parameters : dict of name to float
         Numbers of parts, with which the run begins.
+    tunable : set of str
+        Those that may change between steps.
     """
 
     def __init__(self, resources: str | Path):
@@ -63,7 +65,9 @@ class Inside:
         self.settings = load_simulation(path)
         self.start = 0.0
         self.values = model_inputs(self.model)
-        self.places = read_places(path.parent)
+        tunable = read_places(path.parent, TUNABLE_FILE)
+        self.tunable = set(tunable)
+        self.places = {**read_places(path.parent), **tunable}
         self.parameters = start_values(self.model, self.places)
         self.outputs = output_names(self.model)
         self._run: Stepper | None = None
@@ -94,6 +98,25 @@ class Inside:
             self._run.set(name, value)
         self.values[name] = float(value)
 
+    def tune(self, name: str, value: float) -> None:
+        """Set a parameter, from the present time on: the run goes on from its state with the changed model."""
+        before, self.parameters[name] = self.parameters[name], float(value)
+        if self._run is None or self.parameters[name] == before or name not in self.tunable:
+            return
+        run, part = self._run, self.places[name].rpartition(".")[0]
+        try:
+            # as events have changed it so far
+            model = run.model.changed(part, **{self.places[name].rpartition(".")[2]: self.parameters[name]})
+            end = max(self.settings.t_end, run.t + 1e-3)
+            self._run = stepper(
+                model, integrator=self.settings.integrator, t_start=run.t, t_end=end, start=run.state, keep=False
+            )
+        except FlexmbError:
+            self.parameters[name] = before
+            raise
+        self._run.set(self.values)
+        self._read = {}
+
     def output(self, name: str) -> float:
         """Return the value of an output at the present time."""
         sensor, column, _ = self.outputs[name]
@@ -115,12 +138,15 @@ class Inside:
 
     def state(self) -> dict[str, Any]:
         """Return all that the next steps depend on."""
-        return {"moment": self.run.save(), "inputs": dict(self.values)}
+        moment = self.run.save()
+        return {"run": self._run, "moment": moment, "inputs": dict(self.values), "parameters": dict(self.parameters)}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Return to a state."""
+        self._run = state["run"]  # a parameter that was set since has made another one
         self.run.restore(state["moment"])
         self.values.update(state["inputs"])
+        self.parameters.update(state["parameters"])
         self._read = {}
 
     def close(self) -> None:

@@ -45,11 +45,12 @@ class _Motion:
         for name, (_, _, unit) in inside.outputs.items():
             yield name, unit, partial(inside.output, name), None
 
-    def fixed(self) -> Iterator[tuple[str, Callable[[], float], Callable[[float], None]]]:
-        """Return name, getter and setter of the parameters, which are set before the start."""
+    def parameters(self) -> Iterator[tuple[str, bool, Callable[[], float], Callable[[float], None]]]:
+        """Return name, if it may change between steps, getter and setter of the parameters."""
         values = self.inside.parameters
         for name in values:
-            yield variable_name(name), partial(values.__getitem__, name), partial(values.__setitem__, name)
+            tunable = name in self.inside.tunable
+            yield variable_name(name), tunable, partial(values.__getitem__, name), partial(self.inside.tune, name)
 
     def step(self, t: float, h: float, error: Any) -> bool | None:
         """Return if the model goes on after a step, or None if it failed; the message goes to the host's log."""
@@ -87,11 +88,11 @@ class Fmi3Motion(_Motion):
                 known = {"unit": unit}
             causality = Fmi3Causality.input if setter else Fmi3Causality.output
             yield Float64(name, causality=causality, variability=kind, getter=getter, setter=setter, **known)
-        for name, getter, setter in self.fixed():
+        for name, tunable, getter, setter in self.parameters():
             yield Float64(
                 name,
                 causality=Fmi3Causality.parameter,
-                variability=Fmi3Variability.fixed,
+                variability=Fmi3Variability.tunable if tunable else Fmi3Variability.fixed,
                 getter=getter,
                 setter=setter,
             )
@@ -127,11 +128,11 @@ class Fmi2Motion(_Motion):
                 getter=getter,
                 setter=setter,
             )
-        for name, getter, setter in self.fixed():
+        for name, tunable, getter, setter in self.parameters():
             yield Real(
                 name,
                 causality=Fmi2Causality.parameter,
-                variability=Fmi2Variability.fixed,
+                variability=Fmi2Variability.tunable if tunable else Fmi2Variability.fixed,
                 getter=getter,
                 setter=setter,
             )

@@ -11,10 +11,12 @@ from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import check_mapping, is_number
 from flexmb.model.model import Model
 
-__all__ = ["PARAMETERS_FILE", "read_places", "start_values", "with_values", "write_places"]
+__all__ = ["PARAMETERS_FILE", "TUNABLE_FILE", "read_places", "start_values", "with_values", "write_places"]
 
 PARAMETERS_FILE = "parameters.json"
 """Name of their file among the resources of the unit: variable to "part.field"."""
+TUNABLE_FILE = "tunable.json"
+"""The same of those that may be set between steps."""
 FAMILIES = ("bodies", "joints", "forces", "sensors", "events", "surfaces")
 
 
@@ -64,12 +66,12 @@ def with_values(model: Model, places: Mapping[str, str], values: Mapping[str, fl
     return model
 
 
-def write_places(folder: Path, places: Mapping[str, str]) -> None:
+def write_places(folder: Path, places: Mapping[str, str], name: str = PARAMETERS_FILE) -> None:
     """Write the places of parameters into a folder of resources."""
-    (folder / PARAMETERS_FILE).write_text(json.dumps(dict(places)), encoding="utf-8")
+    (folder / name).write_text(json.dumps(dict(places)), encoding="utf-8")
 
 
-def read_places(folder: Path) -> dict[str, str]:
+def read_places(folder: Path, name: str = PARAMETERS_FILE) -> dict[str, str]:
     """Return the places of parameters in a folder of resources; none if there is no such file."""
-    path = folder / PARAMETERS_FILE
+    path = folder / name
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
