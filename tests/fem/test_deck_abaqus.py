@@ -442,3 +442,16 @@ def test_coupling_without_kind(tmp_path):
     text = f"{mesh}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}*COUPLING, REFNODE=REF, SURFACE=TOP\n"
     with pytest.raises(MeshError, match=r"neither \*KINEMATIC nor \*DISTRIBUTING follows it.*one of them"):
         read(tmp_path, text)
+
+
+@pytest.mark.parametrize("kind", ["SPRINGA", "SPRING2"])
+def test_a_spring_between_two_nodes_with_one_is_refused(tmp_path, kind):
+    text = f"*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT, TYPE={kind}, ELSET=S\n7, 2\n*SPRING, ELSET=S\n1, 1\n5.\n"
+    with pytest.raises(MeshError, match=rf"element 7 of type {kind} with 1 nodes"):
+        read(tmp_path, text)
+
+
+def test_a_surface_on_an_element_of_too_few_nodes_is_refused(tmp_path):
+    text = bricks((1, 1, 1), (1, 1, 1)) + "*ELEMENT, TYPE=C3D8, ELSET=BAD\n9, 1, 2, 3\n*SURFACE, NAME=S\nBAD, S2\n"
+    with pytest.raises(MeshError, match=r"Element 9 of type C3D8: 3 nodes, of which a surface asks for face S2"):
+        read(tmp_path, text + STEEL + "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n")

@@ -349,6 +349,9 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
     for k in _once(block, scope, flat):
         element = flat.elements[k]
         nodes = tuple(element.nodes[:2])
+        ends_of = 1 if element.kind.endswith("1") else 2
+        if len(nodes) < ends_of:
+            raise block.wrong(f"element {element.label} of type {element.kind} with {len(nodes)} nodes", f"{ends_of}")
         if element.kind in ("SPRINGA", "DASHPOTA"):
             value = block.reals(next((row for row in rows[::-1] if any(row)), [])[:1], 1)[0]
             along = deck.points[nodes[1]] - deck.points[nodes[0]]

@@ -75,6 +75,13 @@ def face_nodes(element: Element, side: str) -> list[int]:
     if not 0 <= number < len(faces):
         return []
     corners = faces[number]
+    if max(corners) >= len(element.nodes):
+        raise MeshError(
+            f"Element {element.label} of type {element.kind}",
+            found=f"{len(element.nodes)} nodes, of which a surface asks for face {side}",
+            expected=f"{max(corners) + 1} nodes at least",
+            remedy="Complete the element",
+        )
     nodes = [element.nodes[k] for k in corners]
     first = {"tetra": 4, "wedge": 6, "hexahedron": 8}[shape]
     for k, (a, b) in enumerate(EDGES.get(cell, ())):

@@ -116,13 +116,19 @@ def oriented_facet_sets(
             result[name] = trimmed(faces[found[found >= 0]])
     outer = faces[np.bincount(key)[key] == 1]
     member = np.zeros(n_nodes + 1, bool)
+    member[-1] = True  # the filler -1
+    order = np.argsort(outer[:, 0], kind="stable")  # facets by their first node: sets are many, and most are small
+    begin = np.searchsorted(outer[order, 0], np.arange(n_nodes + 1))
     for name, nodes in node_sets.items():
         if name in result:
             continue
-        member[:] = False
-        member[nodes] = True
-        member[-1] = True  # the filler -1
-        inside = member[outer].all(axis=1)
-        if inside.any():
+        own = np.unique(np.asarray(nodes, np.int64))
+        count = begin[own + 1] - begin[own]
+        ahead = np.cumsum(count) - count
+        candidates = np.sort(order[np.repeat(begin[own] - ahead, count) + np.arange(count.sum())])
+        member[own] = True
+        inside = candidates[member[outer[candidates]].all(axis=1)]
+        member[own] = False
+        if len(inside):
             result[name] = trimmed(outer[inside])
     return result
