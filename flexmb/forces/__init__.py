@@ -23,6 +23,7 @@ from flexmb.forces.one_sided_spring import OneSidedSpring
 from flexmb.forces.point_load import PointLoad
 from flexmb.forces.pressure import Pressure
 from flexmb.forces.rigid_law import Rigid
+from flexmb.forces.skin_contact import SkinContact
 from flexmb.forces.solar_pressure import SolarPressure
 from flexmb.forces.spring_damper import SpringDamper
 from flexmb.forces.surface_contact import SurfaceContact

@@ -325,7 +325,7 @@ class SurfaceContact(Force):
                 self.title,
                 found=f"'{a.name}' and '{b.name}' are both points of skins",
                 expected="a Surface on one side: points of a skin need the distance from a solid",
-                remedy="Give one of the bodies a Surface, or join spheres on its markers",
+                remedy="Two skins meet by a SkinContact",
             )
 
     def _check_points(self, groups) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, check_mapping, is_number
 
-__all__ = ["MOST_PATCHES", "Skin", "SkinPatch", "check_count", "checked_skins"]
+__all__ = ["MOST_PATCHES", "Skin", "SkinFacets", "SkinPatch", "check_count", "checked_skins"]
 
 MOST_PATCHES = 5000
 """Each is a marker of its body: its motion and Jacobian are computed in every evaluation."""
@@ -35,6 +35,9 @@ class Skin(metaclass=Described):
         Of a cable or beam: of the round tube about its line. Of a reduced shell: half its thickness.
     between : (float, float)
         Of a cable or beam: from and to, fractions of its length.
+    faces : bool
+        Give it markers at the corners between its points too, so that points of another skin can meet its faces: for
+        the second skin of a `SkinContact`.
     """
 
     _: KW_ONLY
@@ -42,6 +45,7 @@ class Skin(metaclass=Described):
     nodes: Any = None
     radius: float | None = None
     between: Any = WHOLE
+    faces: bool = False
 
     def __post_init__(self):
         for name in ("spacing", "radius"):
@@ -59,6 +63,17 @@ class Skin(metaclass=Described):
                 expected="two fractions of the length, 0 <= from < to <= 1",
                 remedy="Write between=(0.0, 1.0)",
             )
+
+
+class SkinFacets(NamedTuple):
+    """The faces of a skin between markers of its body."""
+
+    corners: tuple[str, ...]
+    """Names of the markers."""
+    facets: np.ndarray
+    """(n, 3), numbers of corners, counter-clockwise from outside; of a line between two corners the last is -1."""
+    radius: float
+    """m, by which faces and lines are thickened to all sides: of a tube, half a thickness, or 0."""
 
 
 class SkinPatch(NamedTuple):

@@ -75,6 +75,9 @@ class Compiler(Protocol):
     def marker_name(self, marker: int) -> str:
         """Return "body.marker" of a number."""
 
+    def span(self, marker: int) -> tuple[int, int, int]:
+        """Return the body whose coordinates move a marker, the first of these, and how many they are."""
+
     def position(self, marker: int) -> np.ndarray:
         """Return the position (3,), m, in W of a marker as described."""
 

@@ -27,7 +27,7 @@ from flexmb.surfaces.records import (
 )
 from flexmb.surfaces.trees import DEPTH, SLAB
 
-__all__ = ["bound_gap", "find_areas", "find_closest", "find_points", "nearest_sample"]
+__all__ = ["bound_gap", "faced", "find_areas", "find_closest", "find_points", "nearest_sample"]
 
 FACING = 0.5
 """Cosine of the angle between opposed normals up to which a sample counts with its full area; behind, it fades out."""
@@ -123,7 +123,7 @@ def _point_of_a(data, at_b, y, radius, d, Q, within, margin, contact):
 
 
 @inner_kernel
-def _faced(cosine):
+def faced(cosine):
     """Return how much of its area a sample counts, and the derivative by the cosine between the opposed normals."""
     s = cosine / FACING
     if s <= 0.0:
@@ -138,7 +138,7 @@ def _weigh_b(contact, area, normal, Q):
     """Give a sample of b its area, by how it faces a; return if any of it counts."""
     m = np.empty(3)
     matvec(Q, normal, m)
-    share, slope = _faced(-dot(m, contact.n))
+    share, slope = faced(-dot(m, contact.n))
     contact.area = area * share
     turn = np.empty(3)
     cross(m, contact.n, turn)
@@ -153,7 +153,7 @@ def _weigh_b(contact, area, normal, Q):
 @inner_kernel
 def _weigh_a(contact, area, normal):
     """Give a sample of a its area, by how it faces b; return if any of it counts."""
-    share, slope = _faced(dot(normal, contact.n))
+    share, slope = faced(dot(normal, contact.n))
     contact.area = area * share
     for j in range(6):
         change = 0.0

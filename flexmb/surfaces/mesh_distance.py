@@ -16,7 +16,7 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import dot
 from flexmb.surfaces.trees import DEPTH, NODE
 
-__all__ = ["TRIANGLE", "mesh_distance"]
+__all__ = ["TRIANGLE", "mesh_distance", "nearest_on_triangle"]
 
 TRIANGLE = 30
 TOUCHING = 1e-12
@@ -24,7 +24,7 @@ TOUCHING = 1e-12
 
 
 @inner_kernel
-def _nearest(data, t, z, p):
+def nearest_on_triangle(data, t, z, p):
     """Write the nearest point of the triangle at t; return 0 on the face, 1 to 3 on ab, bc, ca, 4 to 6 at a, b, c."""
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(3):
@@ -86,7 +86,7 @@ def _search(data, at, z, within, best):
         code = int(data[nodes + NODE * k + 7])
         if code > 0:
             for m in range(code // 16, code // 16 + code % 16):
-                _nearest(data, triangles + TRIANGLE * m, z, p)
+                nearest_on_triangle(data, triangles + TRIANGLE * m, z, p)
                 square = (z[0] - p[0]) ** 2 + (z[1] - p[1]) ** 2 + (z[2] - p[2]) ** 2
                 if square < least or (found < 0 and square <= least):
                     least, found = square, m
@@ -119,7 +119,7 @@ def mesh_distance(data, at, z, within, n, H):
         m = _search(data, at, z, np.inf, p)
     first = at + int(data[at + 2]) + TRIANGLE * m
     tri = data[first : first + TRIANGLE]
-    where = _nearest(data, first, z, p)
+    where = nearest_on_triangle(data, first, z, p)
     mean = tri[9 + 3 * where : 12 + 3 * where]
     H[:] = 0.0
     side, square, size = 0.0, 0.0, 0.0

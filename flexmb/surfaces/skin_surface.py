@@ -37,7 +37,8 @@ class SkinSurface(Part):
     spacing: ClassVar[float] = 1.0
     """It is sampled."""
 
-    def _body(self, model) -> tuple[Any, str]:
+    def body_and_skin(self, model) -> tuple[Any, str]:
+        """Return the body, and the name of its skin; ModelError if it has none of this name."""
         body_name, _, name = str(self.skin).partition(".")
         body = model.body(body_name, self.title)
         known = tuple(getattr(body, "skin_patches", ()))
@@ -52,11 +53,11 @@ class SkinSurface(Part):
 
     def check(self, model) -> None:
         """Raise ModelError if the body has no such skin."""
-        self._body(model)
+        self.body_and_skin(model)
 
     def pieces(self, model) -> tuple[Surface, ...]:
         """Return the surfaces of its patches, each on a marker of its own."""
-        body, name = self._body(model)
+        body, name = self.body_and_skin(model)
         kept = self.__dict__.get("_pieces")
         if kept is None or kept[0] is not body:
             behind = body.skin_thickness[name]

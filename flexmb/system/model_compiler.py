@@ -63,6 +63,10 @@ class ModelCompiler:
         """Return "body.marker" of a number."""
         return self.marker_names[marker]
 
+    def span(self, marker: int) -> tuple[int, int, int]:
+        """Return the number of the body that moves a marker, the first of its velocities that do, and how many."""
+        return self.marker_body[marker], *self.marker_span[marker]
+
     def position(self, marker: int) -> np.ndarray:
         """Return the position (3,), m, in W of a marker as described."""
         return self.start_poses[marker][0]

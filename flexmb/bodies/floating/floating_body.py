@@ -22,7 +22,7 @@ from flexmb.model.kinds import Body
 from flexmb.model.modal_link import ModalLink
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose, as_pose, vector3
-from flexmb.model.skin import SkinPatch, checked_skins
+from flexmb.model.skin import SkinFacets, SkinPatch, checked_skins
 from flexmb.model.table import Table
 
 __all__ = ["FloatingBody"]
@@ -97,8 +97,8 @@ class FloatingBody(Body):
             known = {"expected": error.expected, "remedy": error.remedy}
             raise ModelError(self.title, found=f"modes = {modes!r:.200}", **known) from None
         object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=("between",)))
-        found: Any = with_skins(reduced, self.skins, self.title) if self.skins else (reduced, {}, {})
-        for name, value in zip(("_reduced", "_patches", "_thickness"), found, strict=True):
+        found: Any = with_skins(reduced, self.skins, self.title) if self.skins else (reduced, {}, {}, {})
+        for name, value in zip(("_reduced", "_patches", "_facets", "_thickness"), found, strict=True):
             object.__setattr__(self, name, value)
         m = reduced.n_modes
         damping = finite_array(self.damping)
@@ -204,6 +204,11 @@ class FloatingBody(Body):
     def skin_patches(self) -> Mapping[str, tuple[SkinPatch, ...]]:
         """The pieces of every skin."""
         return self._patches  # type: ignore[attr-defined]
+
+    @property
+    def skin_facets(self) -> Mapping[str, SkinFacets]:
+        """The faces of the skins that have them."""
+        return self._facets  # type: ignore[attr-defined]
 
     @property
     def skin_thickness(self) -> Mapping[str, float]:

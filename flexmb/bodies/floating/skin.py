@@ -15,24 +15,26 @@ from flexmb.errors import ModelError
 from flexmb.fem.meshes.skin_triangles import skin_triangles
 from flexmb.math.triangles import centres_of_parts
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.model.skin import Skin, SkinPatch, check_count
+from flexmb.model.skin import Skin, SkinFacets, SkinPatch, check_count
 
 __all__ = ["with_skins"]
 
 
 def with_skins(data: ModalNeutralData, skins, title: str):
-    """Return the data with a station for every point of the skins, their patches by name, and the thickness, m.
+    """Return the data with a station for every point of the skins, their patches and faces by name, and the thickness, m.
 
     The thickness is twice the volume per area of the solid, as that of `Shape`.
     """
-    patches, thickness = {}, {}
+    patches, faces, thickness = {}, {}, {}
     outer, sheets = skin_triangles(data.cells) if len(data.nodes) else (np.zeros((0, 3), int),) * 2
     for name, skin in skins.items():
         solid = skin.radius is None
         triangles = _chosen(data, outer if solid else sheets, skin, name, title)
         data, patches[name] = _stationed(data, triangles, skin, name, title)
+        if skin.faces:
+            data, faces[name] = _with_corners(data, triangles, skin, name, title)
         thickness[name] = _thickness(data.nodes, outer) if solid else 2.0 * skin.radius
-    return data, patches, thickness
+    return data, patches, faces, thickness
 
 
 def _chosen(data, triangles, skin: Skin, name: str, title: str) -> np.ndarray:
@@ -69,15 +71,9 @@ def _thickness(nodes, triangles) -> float:
 
 def _stationed(data, triangles, skin: Skin, name: str, title: str):
     """Return the data with stations at the points of the triangles, and their patches."""
-    x, s = data.nodes, data.shapes
-    a, b, c = (x[triangles[:, k]] for k in range(3))
-    da, db, dc = (s[triangles[:, k]] for k in range(3))
-    N = np.cross(b - a, c - a)
-    size = np.linalg.norm(N, axis=1)
-    n = N / size[:, None]
-    dN = np.cross(db - da, (c - a)[:, :, None], axis=1) + np.cross((b - a)[:, :, None], dc - da, axis=1)
-    dn = (dN - n[:, :, None] * np.einsum("ti,tim->tm", n, dN)[:, None]) / size[:, None, None]
-    turn = np.cross(n[:, :, None], dn, axis=1)
+    a, b, c = (data.nodes[triangles[:, k]] for k in range(3))
+    da, db, dc = (data.shapes[triangles[:, k]] for k in range(3))
+    size, n, turn = _turns(a, b, c, da, db, dc)
     longest = np.max([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
     cuts = np.maximum(1, np.ceil(longest / skin.spacing)).astype(int)
     check_count(np.sum(cuts.astype(float) ** 2), name, title)
@@ -92,16 +88,53 @@ def _stationed(data, triangles, skin: Skin, name: str, title: str):
             areas.append(0.5 * size[own] / k**2)
     normal, area = np.concatenate(normals), np.concatenate(areas)
     names = tuple(f"{name}[{k}]" for k in range(len(area)))
-    more = replace(
-        data,
-        marker_names=(*data.marker_names, *names),
-        marker_positions=np.concatenate([data.marker_positions.reshape(-1, 3), *places]),
-        marker_translations=np.concatenate([data.marker_translations, *shapes]),
-        marker_rotations=np.concatenate([data.marker_rotations, *turns]),
-    )
+    more = _with_markers(data, names, *(np.concatenate(parts) for parts in (places, shapes, turns)))
     r = skin.radius or 0.0
     sides = np.array([1.0, -1.0]) if r else np.array([1.0])
     return more, tuple(
         SkinPatch(marker, r * sides[:, None] * n, sides[:, None] * n, np.full(len(sides), part), r)
         for marker, n, part in zip(names, normal, area)
     )
+
+
+def _turns(a, b, c, da, db, dc):
+    """Return twice the areas (n,) of triangles, their normals (n, 3), and how these turn with the modes (n, 3, m)."""
+    N = np.cross(b - a, c - a)
+    size = np.linalg.norm(N, axis=1)
+    n = N / size[:, None]
+    dN = np.cross(db - da, (c - a)[:, :, None], axis=1) + np.cross((b - a)[:, :, None], dc - da, axis=1)
+    dn = (dN - n[:, :, None] * np.einsum("ti,tim->tm", n, dN)[:, None]) / size[:, None, None]
+    return size, n, np.cross(n[:, :, None], dn, axis=1)
+
+
+def _with_markers(data, names, places, shapes, turns):
+    """Return the data with more stations."""
+    return replace(
+        data,
+        marker_names=(*data.marker_names, *names),
+        marker_positions=np.concatenate([data.marker_positions.reshape(-1, 3), places]),
+        marker_translations=np.concatenate([data.marker_translations, shapes]),
+        marker_rotations=np.concatenate([data.marker_rotations, turns]),
+    )
+
+
+def _with_corners(data, triangles, skin: Skin, name: str, title: str):
+    """Return the data with stations at the corners of the triangles, and the faces between them.
+
+    Forces on faces with a thickness have a lever about the corners, which turn with the mean of the faces around them.
+    """
+    nodes, facets = np.unique(triangles, return_inverse=True)
+    facets = facets.reshape(-1, 3)
+    check_count(len(nodes), name, title)
+    turns = np.zeros((len(nodes), 3, data.n_modes))
+    if skin.radius is not None:
+        corners = [data.nodes[triangles[:, k]] for k in range(3)], [data.shapes[triangles[:, k]] for k in range(3)]
+        size, _, turn = _turns(*corners[0], *corners[1])
+        total = np.zeros(len(nodes))
+        for k in range(3):
+            np.add.at(total, facets[:, k], size)
+            np.add.at(turns, facets[:, k], size[:, None, None] * turn)
+        turns /= total[:, None, None]
+    names = tuple(f"{name} corner[{k}]" for k in range(len(nodes)))
+    more = _with_markers(data, names, data.nodes[nodes], data.shapes[nodes], turns)
+    return more, SkinFacets(names, facets, skin.radius or 0.0)

@@ -20,7 +20,7 @@ from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import rotation3
-from flexmb.model.skin import SkinPatch, checked_skins
+from flexmb.model.skin import SkinFacets, SkinPatch, checked_skins
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
@@ -90,9 +90,10 @@ class AncfLine(Body):
         self._doubt(curve.length)
         own = {name: self._place(name, value) for name, value in {"start": 0.0, "end": 1.0, **self.markers}.items()}
         object.__setattr__(self, "skins", checked_skins(self.skins, self.title, needs=("radius",), lacks=("nodes",)))
-        places, patches = tube_patches(self.skins, curve.length, self.title)
+        places, patches, facets = tube_patches(self.skins, curve.length, self.title)
         object.__setattr__(self, "_places", own | places_of(stretches) | places)
         object.__setattr__(self, "_patches", patches)
+        object.__setattr__(self, "_facets", facets)
 
     def _doubt(self, length: float) -> None:
         """Warn of a material, or of sections beside the length, m, that can hardly be meant."""
@@ -146,6 +147,11 @@ class AncfLine(Body):
     def skin_patches(self) -> Mapping[str, tuple[SkinPatch, ...]]:
         """The pieces of every skin."""
         return self._patches  # type: ignore[attr-defined]
+
+    @property
+    def skin_facets(self) -> Mapping[str, SkinFacets]:
+        """The faces of the skins that have them."""
+        return self._facets  # type: ignore[attr-defined]
 
     @property
     def skin_thickness(self) -> Mapping[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.model.skin import SkinPatch, check_count
+from flexmb.model.skin import SkinFacets, SkinPatch, check_count
 
 __all__ = ["tube_patches"]
 
@@ -13,8 +13,11 @@ FEWEST = 8
 
 
 def tube_patches(skins, length: float, title: str):
-    """Return the places of the rings on a line of the length, m, as drawn, by marker, and the patches of every skin."""
-    places, patches = {}, {}
+    """Return the places of the rings on a line of the length, m, as drawn, by marker, and the patches of every skin.
+
+    Last, the lines between rings by which other skins see those with faces.
+    """
+    places, patches, facets = {}, {}, {}
     for name, skin in skins.items():
         low, high = skin.between
         n = max(1, round(length * (high - low) / skin.spacing))
@@ -26,4 +29,9 @@ def tube_patches(skins, length: float, title: str):
         own = {f"{name}[{k}]": (low + (high - low) * (k + 0.5) / n, None) for k in range(n)}
         places |= own
         patches[name] = tuple(SkinPatch(m, skin.radius * normals, normals, areas, skin.radius) for m in own)
-    return places, patches
+        if skin.faces:
+            ends = {f"{name} corner[{k}]": (low + (high - low) * k / n, None) for k in range(n + 1)}
+            places |= ends
+            lines = np.column_stack([np.arange(n), np.arange(1, n + 1), np.full(n, -1)])
+            facets[name] = SkinFacets(tuple(ends), lines, skin.radius)
+    return places, patches, facets

@@ -37,7 +37,7 @@ from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import Pose
-from flexmb.model.skin import SkinPatch, checked_skins
+from flexmb.model.skin import SkinFacets, SkinPatch, checked_skins
 from flexmb.model.table import Table
 
 __all__ = ["AncfPlate"]
@@ -158,9 +158,10 @@ class AncfPlate(Body):
         object.__setattr__(
             self, "skins", checked_skins(self.skins, self.title, needs=(), lacks=("nodes", "radius", "between"))
         )
-        more, patches = face_patches(self, self.skins)
+        more, patches, facets = face_patches(self, self.skins)
         object.__setattr__(self, "_places", places | more)
         object.__setattr__(self, "_patches", patches)
+        object.__setattr__(self, "_facets", facets)
         object.__setattr__(self, "lumped_masses", checked_masses(self.lumped_masses, self.title))
         heads, element_points = (shell_elements if self.shear else thin_elements)(
             self.surface, self._nodal_vectors(), self
@@ -222,6 +223,11 @@ class AncfPlate(Body):
     def skin_patches(self) -> Mapping[str, tuple[SkinPatch, ...]]:
         """The pieces of every skin."""
         return self._patches  # type: ignore[attr-defined]
+
+    @property
+    def skin_facets(self) -> Mapping[str, SkinFacets]:
+        """The faces of the skins that have them."""
+        return self._facets  # type: ignore[attr-defined]
 
     @property
     def skin_thickness(self) -> Mapping[str, float]:
