@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
@@ -9,13 +10,17 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.contact_laws import ElasticFoundation
+from flexmb.forces.skin_matrix import add_to_pair, own_parts, projected
 from flexmb.forces.skin_wrench import COLUMNS, SPOT, act_on_skins
+from flexmb.math.energies import Energy
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.switches import GAP, IDLE, SLIP, sweep_kernel, switch_kernel
-from flexmb.math.tables import DIRECT, row_kernel
+from flexmb.math.tables import DIRECT, MARKER, row_kernel
 from flexmb.math.vectors import cross, dot, matvec
 from flexmb.model.kinds import Force
+from flexmb.model.spots import Spots
 from flexmb.model.table import Table
+from flexmb.surfaces.detection import faced
 from flexmb.surfaces.skin_faces import FACET, PLACE, corner_boxes, nearest_face, packed_faces, signed_place
 from flexmb.surfaces.skin_surface import SkinSurface
 
@@ -91,67 +96,30 @@ def find_spot(row, data, markers, X, boxes, k, within, place, spot):
 
 
 @inner_kernel
-def _add_block(code, first, second, K, D, work):
-    """Add J_a^T (ck K + cd D) J_b of two markers to the iteration matrix, at a block of a pair."""
-    ck, cd = work.weights[0].stiffness, work.weights[0].damping
-    pair, block = work.pairs[code // 4], code % 4
-    if first.nu == 0 or second.nu == 0:
-        return
-    a, b = work.markers[pair.a], work.markers[pair.b]
-    start = pair.iS
-    for k in range(block):
-        before, after = (a if k < 2 else b), (a if k % 2 == 0 else b)
-        if before.nu > 0 and after.nu > 0:
-            start += before.nu * (after.nu // after.width)
-    column = np.empty(second.nu)
-    blocks = second.nu // second.width
-    for k in range(6):
-        used = False
-        for m in range(6):
-            x = ck * K[k, m] + cd * D[k, m]
-            if x == 0.0:
-                continue
-            if not used:
-                column[:] = 0.0
-                used = True
-            at = second.iJ + m * second.nu
-            for j in range(second.nu):
-                column[j] += x * work.J[at + j]
-        if not used:
-            continue
-        for i in range(first.nu):
-            x = work.J[first.iJ + k * first.nu + i]
-            if x != 0.0:
-                for n in range(blocks):
-                    at = work.pair_rows[start + i * blocks + n]
-                    for j in range(second.width):
-                        work.S[at + j] += x * column[n * second.width + j]
-
-
-@inner_kernel
 def _spread(row, data, k, place, wrench, K, D, wanted, work):
     """Let the wrenches of a spot act on its markers, and add its derivatives to the iteration matrix."""
-    numbers, spans = np.empty(4, np.int64), np.empty(4, np.int64)
+    numbers, spans, firsts = np.empty(4, np.int64), np.empty(4, np.int64), np.empty(4, np.int64)
     point = row.points + POINT * k
     numbers[0], spans[0] = int(data[point]), int(data[point + 8])
     for c in range(3):
         corner = max(int(data[row.facets + FACET * place.facet + c]), 0)
         numbers[1 + c], spans[1 + c] = int(data[row.corners + 2 * corner]), int(data[row.corners + 2 * corner + 1])
     for c in range(4):
-        if c == 0 or place.share[c - 1] != 0.0:
-            marker = work.markers[numbers[c]]
-            for i in range(6):
-                marker.wrench[i] += wrench[c, i]
+        marker = work.markers[numbers[c]]
+        for i in range(6):
+            marker.wrench[i] += wrench[c, i]
     if not wanted:
         return
+    total = own_parts(spans, numbers, work.markers, firsts)
+    M = projected(numbers, firsts, total, K, D, work)
     for c in range(4):
         for d in range(4):
+            again = False
+            for e in range(4):
+                again = again or (e < c and spans[e] == spans[c]) or (e < d and spans[e] == spans[d])
             code = int(data[row.spans + row.n_spans * spans[c] + spans[d]])
-            if code >= 0:
-                own, other = slice(6 * c, 6 * c + 6), slice(6 * d, 6 * d + 6)
-                _add_block(
-                    code, work.markers[numbers[c]], work.markers[numbers[d]], K[own, other], D[own, other], work
-                )
+            if code >= 0 and not again:
+                add_to_pair(code, M, firsts[c], firsts[d], work)
 
 
 @row_kernel
@@ -236,6 +204,33 @@ def sweep(raw, data, now, then, h, floor, part):
                 break
 
 
+@kernel
+def _touching(rows, data, markers, energy):
+    """Return number, depth, pressure, slip and area of all points that touch."""
+    row = rows[0]
+    places, spots = np.zeros(1, PLACE), np.zeros(1, SPOT)
+    place, spot = places[0], spots[0]
+    wrench = np.empty((4, 6))
+    unused = np.empty((0, 0))
+    point = np.empty(row.count, np.int64)
+    found = np.empty((4, row.count))
+    X = np.empty((row.n_corners, 3))
+    boxes = moved_corners(row, data, markers, X)
+    n = 0
+    for k in range(row.count):
+        if not find_spot(row, data, markers, X, boxes, k, row.radius + row.depth, place, spot):
+            continue
+        if place.distance >= row.radius:
+            continue
+        share, _ = faced(-dot(spot.m, place.n))
+        if share > 0.0:
+            depth, pressure, slip = act_on_skins(row, place, spot, False, wrench, unused, unused, energy)
+            point[n], found[0, n], found[1, n], found[2, n] = k, depth, pressure, slip
+            found[3, n] = spot.area * share
+            n += 1
+    return point[:n], found[0, :n], found[1, :n], found[2, :n], found[3, :n]
+
+
 @dataclass(frozen=True, eq=False)
 class SkinContact(Force):
     """Let the skins of two deforming bodies touch: the points of the first and the faces of the second.
@@ -258,9 +253,7 @@ class SkinContact(Force):
     surfaces: Any
     law: Any
 
-    table: ClassVar[Table] = Table(
-        "SkinContact", ROW, {"apply": apply, "switch": switch, "sweep": sweep}, switches=2
-    )
+    table: ClassVar[Table] = Table("SkinContact", ROW, {"apply": apply, "switch": switch, "sweep": sweep}, switches=2)
     strikes: ClassVar[bool] = True
     impulsive: ClassVar[bool] = False
 
@@ -338,31 +331,54 @@ class SkinContact(Force):
 
     def record(self, compiler) -> dict[str, Any]:
         """Return the row: points, corners, faces with their tree, and the places of all blocks."""
-        _, (body, skin) = self.sides(compiler.model)
-        names, table = self.points(compiler.model)
-        facets = body.skin_facets[skin]
-        points = np.array([compiler.marker(name) for name in names])
-        corners = np.array([compiler.marker(f"{body.name}.{corner}") for corner in facets.corners])
+        tables, facets, numbers = self._packed(compiler.model, compiler.marker)
+        points, corners = (tables[name][:, 0].astype(int) for name in ("points", "corners"))
         groups = {compiler.span(k): int(k) for k in [*corners[::-1], *points[::-1]]}
         number = {span: k for k, span in enumerate(groups)}
-        own = [np.array([number[compiler.span(k)] for k in markers]) for markers in (points, corners)]
-        places = np.array([compiler.position(k) for k in corners])
-        faces, nodes, _ = packed_faces(places, facets.facets)
-        codes = self._blocks(compiler, list(groups.values()), own, facets.facets)
-        return {
-            "points": compiler.bulk(np.column_stack([points, table, own[0]])),
-            "count": len(points),
-            "corners": compiler.bulk(np.column_stack([corners, own[1]])),
-            "n_corners": len(corners),
-            "facets": compiler.bulk(faces),
-            "nodes": compiler.bulk(nodes),
-            "n_nodes": len(nodes),
-            "spans": compiler.bulk(codes),
-            "n_spans": len(groups),
-            "radius": facets.radius,
-            "depth": body.skin_thickness[skin] if facets.radius == 0.0 else 0.0,
-            **{name: value for name, value in self.law.numbers().items() if name != "restitution"},
+        for name, markers in (("points", points), ("corners", corners)):
+            tables[name][:, -1] = [number[compiler.span(k)] for k in markers]
+        own = [tables[name][:, -1].astype(int) for name in ("points", "corners")]
+        tables["spans"] = self._blocks(compiler, list(groups.values()), own, facets)
+        return {**numbers, "n_spans": len(groups), **{name: compiler.bulk(table) for name, table in tables.items()}}
+
+    def _packed(self, model, number) -> tuple[dict[str, np.ndarray], np.ndarray, dict[str, Any]]:
+        """Return the tables of points, corners, faces and nodes, the corners of the faces, and the numbers of the row.
+
+        `number` gives that of a marker; the groups of coordinates are left 0.
+        """
+        _, (body, skin) = self.sides(model)
+        names, table = self.points(model)
+        own = body.skin_facets[skin]
+        places = np.array([model.marker(f"{body.name}.{corner}")[1].at for corner in own.corners])
+        faces, nodes, _ = packed_faces(places, own.facets)
+        corners = np.array([number(f"{body.name}.{corner}") for corner in own.corners])
+        tables = {
+            "points": np.column_stack([[number(name) for name in names], table, np.zeros(len(table))]),
+            "corners": np.column_stack([corners, np.zeros(len(corners))]),
+            "facets": faces,
+            "nodes": nodes,
         }
+        sizes = {"count": len(table), "n_corners": len(corners), "n_nodes": len(nodes)}
+        depth = body.skin_thickness[skin] if own.radius == 0.0 else 0.0
+        law = {name: value for name, value in self.law.numbers().items() if name != "restitution"}
+        return tables, own.facets, {**sizes, "radius": own.radius, "depth": depth, **law}
+
+    def spots(self, series) -> Iterator[Spots]:
+        """Yield what touches at every sample of a phase."""
+        model = series.model
+        names = list(dict.fromkeys(self.touching_markers(model)))
+        tables, _, numbers = self._packed(model, {name: k for k, name in enumerate(names)}.__getitem__)
+        starts = np.cumsum([0] + [table.size for table in tables.values()])
+        data = np.concatenate([table.ravel() for table in tables.values()])
+        row = np.zeros(1, ROW)
+        for name, value in {**numbers, **dict(zip(tables, starts.tolist(), strict=False))}.items():
+            row[name] = value
+        motions, energy = [series.marker(name) for name in names], np.zeros(1, Energy.dtype)
+        for k in range(len(series.t)):
+            markers = np.zeros(len(names), MARKER)
+            for field in ("r", "R", "v", "w"):
+                markers[field] = [getattr(motion, field)[k] for motion in motions]
+            yield Spots(*_touching(row, data, markers, energy))
 
     def _blocks(self, compiler, markers: list[int], own, facets) -> np.ndarray:
         """Return for every two groups of coordinates where their block of the matrix is, -1 where none is needed."""
@@ -372,12 +388,14 @@ class SkinContact(Force):
                 self.title,
                 found=f"skins moved by {n} groups of coordinates (elements)",
                 expected=f"at most {MOST_SPANS}: each with each has its places in the iteration matrix",
-                remedy="Let the skins cover the parts that can meet: between=(0.4, 0.6), a set of nodes, fewer elements",
+                remedy="Let the skins cover what can meet: between=(0.4, 0.6), a set of nodes, fewer elements",
             )
         codes = np.full((n, n), -1.0)
         needed = {(int(a), int(b)) for a in np.unique(own[0]) for b in np.unique(own[1])}
         ends = own[1][np.where(facets < 0, facets[:, :1], facets)]
-        needed |= {(min(a, b), max(a, b)) for row in np.unique(ends, axis=0).tolist() for a in row for b in row if a != b}
+        needed |= {
+            (min(a, b), max(a, b)) for row in np.unique(ends, axis=0).tolist() for a in row for b in row if a != b
+        }
         for a, b in sorted(needed):
             pair = compiler.pair(markers[a], markers[b], DIRECT)
             for k, (i, j) in enumerate(((a, a), (a, b), (b, a), (b, b))):

@@ -40,7 +40,7 @@ SPOT = np.dtype(
 
 @inner_kernel
 def _tangents(place, spot, a, ends):
-    """Write the edges (2, 3) that place may slide along, with the corners (2, 2) between which they run; their count."""
+    """Write the edges (2, 3) along which the place may slide, with the corners (2, 2) at their ends; how many."""
     if place.where >= 4:
         return 0
     if place.where >= 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
@@ -11,11 +12,13 @@ from flexmb.errors import ModelError
 from flexmb.forces.contact_laws import ContactLaw
 from flexmb.forces.contact_wrench import act_at_contact
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.forces.surface_spots import sampled_points, surface_spots
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.switches import GAP, IDLE, SLIP, sweep_kernel, switch_kernel
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Force
+from flexmb.model.spots import Spots
 from flexmb.model.table import Table
 from flexmb.surfaces.advancement import first_touch
 from flexmb.surfaces.detection import find_areas, find_closest, nearest_sample
@@ -369,6 +372,14 @@ class SurfaceContact(Force):
         """Return the marker of the second surface, where `ForceOf` reports; None if there are several."""
         markers = {surface.marker for surface in self._surfaces(model)[1]}
         return markers.pop() if len(markers) == 1 else None
+
+    def points(self, model) -> tuple[list[str], np.ndarray]:
+        """Return the markers of all sampled points, and their places, normals and areas (n, 7) in the axes of these."""
+        return sampled_points(self, model)
+
+    def spots(self, series) -> Iterator[Spots]:
+        """Yield what touches at every sample of a phase."""
+        return surface_spots(self, series)
 
     @property
     def groups(self) -> tuple[tuple[str, ...], tuple[str, ...]]:

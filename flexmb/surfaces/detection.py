@@ -264,6 +264,7 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
                     if of_b
                     else _weigh_a(contact, share * own[6], own[3:6])
                 )
+                contact.sample = 1 + m if of_b else -1 - m
                 found += 1 if counts else 0
     return found
 

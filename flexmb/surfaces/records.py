@@ -43,6 +43,7 @@ CONTACT = np.dtype(
         ("X", float, (3, 6)),  # derivative of x by (d, psi)
         ("N", float, (3, 6)),  # derivative of n
         ("A", float, 6),  # derivative of the area
+        ("sample", np.int64),  # of an area: 1 + the number of the sample of b in its table, or -1 - that of a
     ],
     align=True,
 )

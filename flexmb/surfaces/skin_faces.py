@@ -17,8 +17,11 @@ from flexmb.surfaces.trees import DEPTH, built
 __all__ = ["FACET", "KNOT", "PLACE", "corner_boxes", "nearest_face", "packed_faces", "signed_place"]
 
 FACET, KNOT = 9, 2
-"""Numbers of a face (corners; 1 where the edges ab, bc, ca, and where a, b, c, are on a rim of the skin) and of a node of
-the tree (the node that follows when it is passed over; 16 times the first face plus their number, 0 if it is no leaf)."""
+"""Numbers of a face and of a node of the tree.
+
+A face has three corners, then 1 where the edges ab, bc, ca, and where a, b, c, are on a rim of the skin; a node the one
+that follows when it is passed over, and 16 times the first face plus their number, or 0 if it is no leaf.
+"""
 
 PLACE = np.dtype(
     [

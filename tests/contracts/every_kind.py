@@ -40,7 +40,7 @@ MORE = {
         "rotation": (0.1, 0.2, 0.3),
         "markers": {"mid": 0.5, "tip": (1.0, (0, 0, 1.0))},
         "stretches": {"wind": (0.1, 0.6)},
-        "skins": {"coat": fmb.Skin(spacing=0.1, radius=0.02, between=(0.2, 1.0))},
+        "skins": {"coat": fmb.Skin(spacing=0.1, radius=0.02, between=(0.2, 1.0), faces=True)},
     },
     "AncfBeam": {
         "points": ((0, 0, 0), (1, 0.1, 0), (2, 0, 0)),
@@ -63,6 +63,7 @@ MORE = {
         "lumped_masses": [((0.5, 0.25), 2.0)],
         "rotation": (0.1, 0.2, 0.3),
         "markers": {"mid": (0.5, 0.5), "tip": ((1.0, 0.0), (0, 0, 1.0)), "edge": (1.0, "mean")},
+        "skins": {"both": fmb.Skin(spacing=0.5)},
     },
     "Event": {
         "sensor": "s",
@@ -137,6 +138,7 @@ MORE = {
     "SectionStrains": {"body": "rope"},
     "StrainGauge": {"markers": ("flexible.a", "flexible.b"), "offset": (0, 1 / 3, 0)},
     "ContactState": {"force": "touch"},
+    "SkinContact": {"surfaces": ("sheet faces", "coat")},
     "LineContact": {
         "stretch": "rope.wind",
         "marker": "ground.origin",
@@ -190,6 +192,8 @@ def stage(data: fmb.ModalNeutralData) -> fmb.Model:
             fmb.Surface("floor", marker="ground.A", shape=fmb.Plane()),
             fmb.Surface("ball", marker="b.A", shape=fmb.Sphere(0.1), spacing=0.05),
             fmb.Surface("box", marker="c.center", shape=fmb.Cuboid(size=(0.1, 0.2, 0.3)), spacing=0.1),
+            fmb.SkinSurface("coat", skin="rope.coat"),
+            fmb.SkinSurface("sheet faces", skin="sheet.both"),
         ],
         joints=[
             fmb.Revolute("A", markers=("ground.A", "b.A")),

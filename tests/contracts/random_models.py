@@ -167,6 +167,7 @@ OF_NO_PAIR = (
     "SolarPressure",
     "ThinDrag",
     "ThirdBody",
+    "SkinContact",
 )
 FORCES = [name for name in forces.KINDS if name not in OF_NO_PAIR]
 

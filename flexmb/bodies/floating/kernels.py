@@ -12,7 +12,7 @@ from flexmb.bodies.floating.inertia import (
     rates,
 )
 from flexmb.bodies.floating.loads import add_loads, add_loads_tangent
-from flexmb.bodies.floating.markers import add_marker_stiffness, place_flexible_marker
+from flexmb.bodies.floating.markers import add_marker_stiffness, loaded, place_flexible_marker
 from flexmb.bodies.floating.row import ROW, geometry, invariants, mean_motion, stiffness_matrices
 from flexmb.bodies.floating.stiffness import add_stiffening, add_stiffening_tangent, load_scales, mean_acceleration
 from flexmb.bodies.rows import add_own_block, add_to_residual
@@ -28,14 +28,18 @@ __all__ = ["energy", "inertia", "place"]
 def place(raw, data, state, work):
     """Write the kinematics of all markers of floating bodies."""
     rows = raw.view(ROW)
+    R = np.empty((3, 3))
+    vectors = np.empty((12, 3))
+    matrices = np.empty((4, 3, 3))
     for n in range(rows.shape[0]):
         row = rows[n]
         m = row.modes
         q = state.q[row.iq : row.iq + 7 + m]
         u = state.u[row.iu : row.iu + 6 + m]
+        euler_to_matrix(q[3:7], R)
         for k in range(row.n_markers):
-            s, axes, translation, rotation = geometry(data, row.geometry, k, m)
-            place_flexible_marker(work.markers[row.marker + k], work.J, q, u, m, s, axes, translation, rotation)
+            at = row.geometry + k * (12 + 6 * m)
+            place_flexible_marker(work.markers[row.marker + k], work.J, q, u, R, m, data, at, vectors, matrices)
 
 
 @inner_kernel
@@ -133,6 +137,8 @@ def inertia(raw, data, state, work):
                     a, b = (j + 1) % 3, (j + 2) % 3
                     B[i, 3 + j] -= weights.stiffness * (M[i, a] * fall[b] - M[i, b] * fall[a])
             for k in range(row.n_markers):
+                if not loaded(work.markers[row.marker + k].wrench):
+                    continue
                 r, _, translation, rotation = geometry(data, row.geometry, k, m)
                 add_marker_stiffness(
                     B,

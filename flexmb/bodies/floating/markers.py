@@ -13,14 +13,15 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix, exp_euler, rotation_tangent
 from flexmb.math.vectors import add_combination, cross, dot, matvec, rotate_columns
 
-__all__ = ["add_marker_stiffness", "place_flexible_marker"]
+__all__ = ["add_marker_stiffness", "loaded", "place_flexible_marker"]
 
 
 @inner_kernel
-def _tangent_rate(theta, rate, out):
+def _tangent_rate(theta, rate, c, d, e, out):
     """Write T' rate to `out`, where T' is the rate of the left tangent while theta changes with `rate`.
 
     With T = I + a theta~ + b theta~^2: T' rate = a' theta x rate + b' theta x (theta x rate) + b rate x (theta x rate).
+    c, d, e (3,) are overwritten.
     """
     x2 = dot(theta, theta)
     if x2 < 2.5e-3:
@@ -33,9 +34,6 @@ def _tangent_rate(theta, rate, out):
         da = (x * np.sin(x) - 2.0 * (1.0 - np.cos(x))) / (x2 * x2)
         db = (3.0 * np.sin(x) - 2.0 * x - x * np.cos(x)) / (x2 * x2 * x)
     speed = dot(theta, rate)
-    c = np.empty(3)
-    d = np.empty(3)
-    e = np.empty(3)
     cross(theta, rate, c)
     cross(theta, c, d)
     cross(rate, c, e)
@@ -44,39 +42,42 @@ def _tangent_rate(theta, rate, out):
 
 
 @kernel
-def place_flexible_marker(marker, J, q, u, m, s, axes, translation, rotation):
-    """Write position, axes, twist, Jacobian and bias acceleration of a marker of a deformed body."""
-    R = np.empty((3, 3))
-    euler_to_matrix(q[3:7], R)
-    scratch = np.empty((2, 3))
-    place = np.empty(3)
-    slide = np.zeros(3)
-    theta = np.zeros(3)
-    rate = np.zeros(3)
+def place_flexible_marker(marker, J, q, u, R, m, data, at, vectors, matrices):
+    """Write position, axes, twist, Jacobian and bias acceleration of a marker of a deformed body.
+
+    `at` is where its place (3), axes (9), translation and rotation shapes (3 m each) begin in the data, R (3, 3) the
+    axes of the body. `vectors` (12, 3) and `matrices` (4, 3, 3) are overwritten: arrays made for every marker cost
+    more than all the rest.
+    """
+    place, slide, theta, rate = vectors[0], vectors[1], vectors[2], vectors[3]
+    axes, E, turned, T = matrices[0], matrices[1], matrices[2], matrices[3]
+    first, second = at + 12, at + 12 + 3 * m
+    still = True
     for i in range(3):
-        place[i] = s[i]
+        place[i], slide[i], theta[i], rate[i] = data[at + i], 0.0, 0.0, 0.0
+        for j in range(3):
+            axes[i, j] = data[at + 3 + 3 * i + j]
         for j in range(m):
-            place[i] += translation[i, j] * q[7 + j]
-            slide[i] += translation[i, j] * u[6 + j]
-            theta[i] += rotation[i, j] * q[7 + j]
-            rate[i] += rotation[i, j] * u[6 + j]
-    p = np.empty(4)
-    E = np.empty((3, 3))
-    turned = np.empty((3, 3))
-    T = np.empty((3, 3))
-    exp_euler(theta, p)
-    euler_to_matrix(p, E)
-    rotate_columns(E, axes, turned)
+            translation, rotation = data[first + i * m + j], data[second + i * m + j]
+            place[i] += translation * q[7 + j]
+            slide[i] += translation * u[6 + j]
+            theta[i] += rotation * q[7 + j]
+            rate[i] += rotation * u[6 + j]
+        still = still and theta[i] == 0.0
     rotation_tangent(theta, T)
-    place_marker(marker, J, q[0:3], R, u, place, turned, scratch)
+    if still:
+        turned[:] = axes
+    else:
+        p = vectors[4:6].reshape(6)
+        exp_euler(theta, p)
+        euler_to_matrix(p, E)
+        rotate_columns(E, axes, turned)
+    place_marker(marker, J, q[0:3], R, u, place, turned, vectors[4:6])
     # what deformation adds: velocities, 2 w x (Phi_t eta'), and the spin of the material
-    spin = np.empty(3)
+    spin, t, extra, swing = vectors[4], vectors[5], vectors[6], vectors[7]
     matvec(T, rate, spin)
-    t = np.empty(3)
     cross(u[3:6], slide, t)
-    extra = np.empty(3)
-    _tangent_rate(theta, rate, extra)
-    swing = np.empty(3)
+    _tangent_rate(theta, rate, vectors[8], vectors[9], vectors[10], extra)
     cross(u[3:6], spin, swing)
     for i in range(3):
         for k in range(3):
@@ -85,14 +86,25 @@ def place_flexible_marker(marker, J, q, u, m, s, axes, translation, rotation):
             marker.bias[i] += 2.0 * R[i, k] * t[k]
             marker.bias[3 + i] += R[i, k] * (extra[k] + swing[k])
     start, nu = marker.iJ, marker.nu
-    for j in range(m):
+    for i in range(3):
         for k in range(3):
-            t[k] = T[k, 0] * rotation[0, j] + T[k, 1] * rotation[1, j] + T[k, 2] * rotation[2, j]
-        for i in range(3):
-            J[start + i * nu + 6 + j] = (
-                R[i, 0] * translation[0, j] + R[i, 1] * translation[1, j] + R[i, 2] * translation[2, j]
+            E[i, k] = R[i, 0] * T[0, k] + R[i, 1] * T[1, k] + R[i, 2] * T[2, k]
+    for i in range(3):
+        top, bottom = start + i * nu + 6, start + (3 + i) * nu + 6
+        for j in range(m):
+            J[top + j] = R[i, 0] * data[first + j] + R[i, 1] * data[first + m + j] + R[i, 2] * data[first + 2 * m + j]
+            J[bottom + j] = (
+                E[i, 0] * data[second + j] + E[i, 1] * data[second + m + j] + E[i, 2] * data[second + 2 * m + j]
             )
-            J[start + (3 + i) * nu + 6 + j] = R[i, 0] * t[0] + R[i, 1] * t[1] + R[i, 2] * t[2]
+
+
+@kernel
+def loaded(wrench):
+    """Does a wrench (6,) act?"""
+    largest = 0.0
+    for i in range(6):
+        largest = max(largest, abs(wrench[i]))
+    return largest != 0.0
 
 
 @kernel
@@ -102,8 +114,6 @@ def add_marker_stiffness(B, scale, R, q, m, s, translation, rotation, wrench):
     The change of T with theta is kept to first order: dT^T N = 1/2 N x dtheta, an error of second order in the small
     rotation of the marker, in the Newton matrix only.
     """
-    if not np.any(wrench):
-        return
     F = np.empty(3)
     N = np.empty(3)
     place = np.empty(3)

@@ -21,7 +21,7 @@ __all__ = ["with_skins"]
 
 
 def with_skins(data: ModalNeutralData, skins, title: str):
-    """Return the data with a station for every point of the skins, their patches and faces by name, and the thickness, m.
+    """Return the data with a station for every point of the skins, their patches and faces, and the thickness, m.
 
     The thickness is twice the volume per area of the solid, as that of `Shape`.
     """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.errors import ModelError
 from flexmb.bodies.plate.places import Place, functional
+from flexmb.errors import ModelError
 from flexmb.model.skin import SkinFacets, SkinPatch, check_count
 
 __all__ = ["face_patches"]
@@ -60,7 +60,9 @@ def _faces(plate, counts, name: str, places) -> SkinFacets:
     for (i, j), k in np.ndenumerate(number):
         places[names[k]] = Place(grid[0][i, j].item(), grid[1][i, j].item(), None)
     a, b, c, d = (x.ravel() for x in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
-    return SkinFacets(names, np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]), half.flat[0].item())
+    return SkinFacets(
+        names, np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]), half.flat[0].item()
+    )
 
 
 def _position(plate, s: float, t: float) -> np.ndarray:
