@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class ContactState(Sensor):
 def compliant_contact(model, name: str, title: str, sampled: bool = False):
     """Return the contact of surfaces of this name; ModelError if it is none, rigid, or with `sampled` without areas."""
     force = model.force(name, title)
-    law = getattr(force, "law", None)
+    law: Any = getattr(force, "law", None)
     if not hasattr(force, "spots") or getattr(law, "code", 9) > 1 or (sampled and not law.sampled):
         raise ModelError(
             title,
