@@ -57,7 +57,7 @@ class Part(metaclass=Described):
     residual_vectors : list of str, or "all"
     geometric_stiffness, stress : bool
     frame : str
-    damping, preload : as in `reduce`
+    damping, preload, contact : as in `reduce`
     compare : int
     error_up_to : float, Hz, optional
     parameters, model : mapping of name to value, and name of the model file
@@ -85,6 +85,7 @@ class Part(metaclass=Described):
     frame: str = "buckens"
     damping: Any = None
     preload: Mapping[str, float] = field(default_factory=dict)
+    contact: Any = None
     compare: int = 6
     error_up_to: float | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -246,6 +247,7 @@ class Part(metaclass=Described):
                 stress=self.stress,
                 residual_vectors=tuple(self.residual_vectors),
                 preload=self.preload,
+                contact=self.contact,
                 compare=self.compare,
                 error_up_to=self.error_up_to,
                 progress=say,

@@ -5,6 +5,7 @@ from flexmb.model.changed_data import mirrored, moved, rescaled
 from flexmb.model.modal_neutral_report import report
 from flexmb.reduction.assembled import assembled
 from flexmb.reduction.bases import Balanced, CharacteristicModes, CraigBampton, Krylov, Pod, Rubin
+from flexmb.reduction.contact_zone import ContactZone
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.damping import Bands, Rayleigh
 from flexmb.reduction.interfaces import Averaging, Nodes, Rigid
@@ -23,6 +24,7 @@ __all__ = [
     "Bands",
     "CharacteristicModes",
     "Cholmod",
+    "ContactZone",
     "CraigBampton",
     "Krylov",
     "LineLoad",

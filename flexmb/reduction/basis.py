@@ -17,6 +17,8 @@ __all__ = ["Basis", "NormalModes", "free_modes", "normal_modes", "orthonormal_ba
 HELD = 1e-10
 """A response whose part outside the modes is smaller than this, in mass norms, is held by them: the rest is what the
 factorisation rounds."""
+ALIKE = 1e-12
+"""Square of the part of a response, of unit mass, that others do not hold, below which it is left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +89,20 @@ def with_residuals(body: HeldBody, modes: NormalModes, forces: np.ndarray) -> No
     for _ in range(2):  # twice: what a mode takes from a response that it nearly holds leaves rounding along the mode
         response = response - modes.vectors @ (modes.vectors.T @ (fe.M @ response))
     rest, left = _unit_mass(fe, response)
-    trial = np.hstack([modes.vectors, rest[:, (known > 0.0) & (left > HELD)]])
+    trial = np.hstack([modes.vectors, _independent(fe, rest[:, (known > 0.0) & (left > HELD)])])
     K, M = trial.T @ (fe.K @ trial), trial.T @ (fe.M @ trial)
     mu, turn = eigh(0.5 * (M + M.T), 0.5 * (K + K.T))
     order = np.flatnonzero(mu > 1e-14 * mu.max())[::-1]
     return NormalModes(trial @ (turn[:, order] / np.sqrt(mu[order])), 1.0 / mu[order])
+
+
+def _independent(fe, vectors: np.ndarray) -> np.ndarray:
+    """Return the vectors of unit mass (ndof, k), or fewer that span the same where some hold others."""
+    if vectors.shape[1] < 2:
+        return vectors
+    size, turn = eigh(vectors.T @ (fe.M @ vectors))
+    kept = size > ALIKE * size[-1]
+    return vectors if kept.all() else vectors @ (turn[:, kept] / np.sqrt(size[kept]))
 
 
 def orthonormal_basis(body: HeldBody, modes: NormalModes, frame: int | None, within: np.ndarray | None = None) -> Basis:

@@ -24,9 +24,9 @@ MOST_FACETS = 2000
 
 @dataclass(frozen=True)
 class ContactZone(metaclass=Described):
-    """Facets that can touch: static responses to pressures on patches of them join the basis.
+    """Facets that can touch: static responses to a pressure on each of them join the basis, as far as they differ.
 
-    There is a patch around each corner, of all facets that meet there. With normal modes alone the dent under a contact
+    With normal modes alone the dent under a contact
     comes from a series that converges slowly, and the body is too stiff where it is touched.
 
     Parameters
@@ -57,9 +57,8 @@ class ContactZone(metaclass=Described):
             )
 
     def patches(self, fe: FEModel) -> np.ndarray:
-        """Return the nodal forces of unit forces on all patches, along the inward normal, (ndof, n), N."""
+        """Return the nodal forces of a pressure on each facet, of a unit force in all, (ndof, n), N."""
         part = f"Contact '{self.where}'"
-        alone, corners = [], []
         groups = facets_of(fe, self.where, part)
         if (count := sum(len(facets) for facets in groups)) > MOST_FACETS:
             raise ReductionError(
@@ -68,16 +67,10 @@ class ContactZone(metaclass=Described):
                 expected=f"at most {MOST_FACETS}: each has a static response of the full model",
                 remedy="Name the part of the surface that can touch",
             )
-        for facets in groups:
-            sides = facets.shape[1] if facets.shape[1] < 5 else facets.shape[1] // 2
-            for facet in facets:
-                field = pressure_field(fe, facet[None], 1.0)
-                alone.append(fe.forces(field)[:, 0])
-                corners.append((facet[:sides], np.linalg.norm(field[:, :3, 0].sum(axis=0))))
-        forces, found = np.array(alone), []
-        for corner in np.unique(np.concatenate([own for own, _ in corners])):
-            near = [k for k, (own, _) in enumerate(corners) if corner in own]
-            found.append(forces[near].sum(axis=0) / sum(corners[k][1] for k in near))
+        found = []
+        for facet in (facet for facets in groups for facet in facets):
+            field = pressure_field(fe, facet[None], 1.0)
+            found.append(fe.forces(field)[:, 0] / np.linalg.norm(field[:, :3, 0].sum(axis=0)))
         return np.array(found).T
 
 
@@ -89,7 +82,7 @@ def zones_of(contact: Any) -> dict[str, ContactZone]:
 
 
 def contact_forces(body: HeldBody, zones: Mapping[str, ContactZone]) -> tuple[np.ndarray, dict[str, Any]]:
-    """Return the combinations of patch loads whose static responses join the basis (ndof, k), and what the report says."""
+    """Return the patch loads whose static responses join the basis (ndof, k), and what the report says of them."""
     chosen, told = [np.zeros((body.fe.ndof, 0))], {}
     for name, zone in zones.items():
         unit = zone.patches(body.fe)

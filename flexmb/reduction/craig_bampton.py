@@ -20,6 +20,7 @@ from flexmb.reduction.assembled import check_within
 from flexmb.reduction.bases import CraigBampton
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis
 from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
+from flexmb.reduction.contact_zone import ContactZone, contact_forces, zones_of
 from flexmb.reduction.damping import damping_ratios, one_ratio
 from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
@@ -54,6 +55,7 @@ def reduce(
     stress: bool = True,
     residual_vectors: Sequence[str] = (),
     preload: Mapping[str, float] | None = None,
+    contact: Any = None,
     compare: int = 6,
     error_up_to: float | None = None,
     backend: Backend | None = None,
@@ -86,6 +88,9 @@ def reduce(
         Proposed fraction of critical damping.
     residual_vectors, preload : names of load shapes; mapping of load name to factor
         Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
+    contact : name of a facet set, `ContactZone`, or several
+        Where others will press: responses to pressures on patches there join the basis, so that the body gives way
+        below a contact as the full model does.
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
     error_up_to : float, Hz, optional
@@ -119,6 +124,7 @@ def reduce(
         stress,
         tuple(residual_vectors),
         preload or {},
+        zones_of(contact),
         compare,
         error_up_to,
     )
@@ -149,6 +155,7 @@ class _Settings:
     stress: bool
     residual_vectors: tuple[str, ...]
     preload: Mapping[str, float]
+    contact: Mapping[str, ContactZone]
     compare: int
     error_up_to: float | None
 
@@ -171,7 +178,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
     residual = forces[:, [names.index(name) for name in asked.residual_vectors]]
-    joining = np.hstack([residual, joining_forces(body, forces, names, tracks)])
+    pressed, zones = contact_forces(body, asked.contact)
+    joining = np.hstack([residual, joining_forces(body, forces, names, tracks), pressed])
     clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
     framed = FramedBody(body, clamped, markers, forces, joining)
     chosen = choose_basis(framed, asked.basis, asked.modes, joining, asked.damping)
@@ -190,6 +198,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     quality = quality_numbers(body, chosen, basis, exact, error, clamped, markers[len(couplings) :], band)
     if tracks:
         quality["tracks"] = tracks
+    if zones:
+        quality["contact"] = zones
     if words := middle_surface(fe) if asked.stress else "":
         warnings.warn(words, UserWarning, stacklevel=3)
         quality["warnings"].append(words)

@@ -16,7 +16,7 @@ from flexmb.reduction.loads import NodalForces
 from flexmb.reduction.selection import nodes_of
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["Track", "expanded", "joining_forces"]
+__all__ = ["Track", "expanded", "joining_forces", "principal_forces"]
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,14 @@ def joining_forces(body: HeldBody, forces: np.ndarray, names: list[str], tracks:
     chosen = [np.zeros((len(forces), 0))]
     for track in tracks.values():
         unit = forces[:, [names.index(name) for name in track["loads"]]]
-        energy, combined = _principal(body, unit)
-        left = 1.0 - np.cumsum(energy) / max(energy.sum(), 1e-300)
-        count = 0 if track["rest"] >= 1.0 else int(np.sum(left > track["rest"])) + 1
-        chosen.append(unit @ combined[:, : min(count, int(np.sum(energy > 1e-14 * energy[0])))])
+        chosen.append(principal_forces(body, unit, track["rest"]))
         track["shapes"] = chosen[-1].shape[1]
     return np.hstack(chosen)
+
+
+def principal_forces(body: HeldBody, unit: np.ndarray, rest: float) -> np.ndarray:
+    """Return the combinations of unit forces (ndof, n) that hold all but `rest` of the strain energies, (ndof, k)."""
+    energy, combined = _principal(body, unit)
+    left = 1.0 - np.cumsum(energy) / max(energy.sum(), 1e-300)
+    count = 0 if rest >= 1.0 else int(np.sum(left > rest)) + 1
+    return unit @ combined[:, : min(count, int(np.sum(energy > 1e-14 * energy[0])))]
