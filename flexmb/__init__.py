@@ -32,7 +32,7 @@ _ROOMS = {
     "resume root_locus simulate spectral_response statics stepper variances",
     "flexmb.tree": "JointTree Recursive RelativeState",
     "flexmb.profiles": "Arc Cam Disc Involute Line Outline Profile Slot SmoothOutline Spline",
-    "flexmb.results": "Solution Status",
+    "flexmb.results": "Solution Status wear",
     "flexmb.trust": "Verification verify",
     "flexmb.study": "sweep",
     "flexmb.io": "Simulation load_model load_simulation model_text read_model_text save_model write_table write_vtk",

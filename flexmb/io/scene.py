@@ -15,6 +15,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.io import solids
 from flexmb.io.cell_types import skin_cells
+from flexmb.io.contact_tiles import tiled_contacts
 from flexmb.io.joint_glyphs import joint_glyphs, spring_glyph
 from flexmb.io.plate_surfaces import PlateSurface
 from flexmb.io.shape_surfaces import shape_surface
@@ -50,6 +51,8 @@ class DrawnPart:
         Those of its nodes that are the points; default: all.
     line : SweptLine or PlateSurface, optional
         Surface of a cable, beam or plate, which moves the points itself.
+    tiles : ContactTiles, optional
+        The points of a contact, which it moves.
     """
 
     name: str
@@ -61,13 +64,14 @@ class DrawnPart:
     data: Any = None
     nodes: Any = None
     line: Any = None
+    tiles: Any = None
 
 
 class Snapshot(NamedTuple):
     """Where a part is at one sample.
 
     points : (n, 3), m, in W. displacement : (n, 3), m, elastic part in W, or None. von_mises : (n,), Pa, or None.
-    line : section forces of a cable, beam or plate by name, (n,), or None.
+    line : section forces of a cable, beam or plate, or the fields of a contact, by name, (n,), or None.
     """
 
     points: np.ndarray
@@ -136,7 +140,7 @@ class Scene:
         if np.any(np.diff(self.times) < 0.0):
             self.times = np.arange(len(self.samples), dtype=float)
         self.size = _size(model, self.solution)
-        self.parts = tuple(_parts(model, _joint_size(model, self.size), self.surface))
+        self.parts = (*_parts(model, _joint_size(model, self.size), self.surface), *_contacts(self.solution, model))
 
     def part(self, name: str) -> DrawnPart:
         """Return the part of this name."""
@@ -149,6 +153,8 @@ class Scene:
     def snapshot(self, part: DrawnPart, frame: int) -> Snapshot:
         """Return where the part is at one frame (index into `times`)."""
         phase, k = self.samples[frame]
+        if part.tiles is not None:
+            return Snapshot(part.tiles.points(phase, k), line=part.tiles.values(phase, k))
         if part.line is not None:
             q = self.solution.series(phase).coordinates(part.name)[0][k]
             return Snapshot(part.line.points(q), line=part.line.values(q))
@@ -168,6 +174,8 @@ class Scene:
     def points(self, part: DrawnPart, frame: int, ids: np.ndarray, scale: float = 1.0) -> np.ndarray:
         """Return where some points of a part are at one frame, (len(ids), 3), m; `scale` magnifies elastic motion."""
         phase, k = self.samples[frame]
+        if part.tiles is not None:
+            return part.tiles.points(phase, k)[ids]
         if part.line is not None:
             return part.line.points(self.solution.series(phase).coordinates(part.name)[0][k])[ids]
         maps = [self._map(carrier, phase) for carrier in part.carriers]
@@ -305,6 +313,16 @@ def _surfaces(model, e):
         name = f"{own.name}_surface" if own.name in taken else own.name
         look = "rigid" if model.marker(own.marker)[0].n_velocities else "supports"
         yield _fixed(name, look, [(("marker", own.marker, None), drawn)])
+
+
+def _contacts(solution, model):
+    """Yield the contacts with areas, as squares at their points."""
+    taken = {part.name for part in (*model.bodies, *model.surfaces)}
+    for tiles in tiled_contacts(solution):
+        name = f"{tiles.name}_contact" if tiles.name in taken else tiles.name
+        count = 4 * len(tiles.chosen)
+        places = tiles.corners.reshape(-1, 3)
+        yield DrawnPart(name, "contact", places, np.zeros(count, int), (), tiles.cells, tiles=tiles)
 
 
 def _has_surface(model, body) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from flexmb import hdf5
 from flexmb.errors import DataFileError
 from flexmb.io.cell_types import flat_cells, mixed_topology
+from flexmb.io.contact_tiles import FIELDS
 from flexmb.io.scene import Scene
 from flexmb.io.vtkhdf import VtkHdfSeries
 from flexmb.io.vtu import VtuSeries, write_collection
@@ -25,7 +26,9 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
     Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
     ``von_mises`` (Pa). Bodies of a deck carry the numbers of their nodes, ``node``, and elements, ``element`` (0 for
     what is not in it; ``instance`` counts part instances from 0). Cables and beams have their sections and carry the
-    section forces (N, N m); rigid bodies, joints, springs and supports are drawn as simple solids. Numbers are float32.
+    section forces (N, N m); rigid bodies, joints, springs and supports are drawn as simple solids. Contacts with areas
+    are small squares at the points that touch at some sample, with ``pressure`` (Pa), ``slip`` (m/s) and
+    ``pressure_times_way`` (N/m). Numbers are float32.
 
     Parameters
     ----------
@@ -80,6 +83,8 @@ def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True
 
 def _fields(scene, part) -> dict[str, int]:
     """Return the fields of a part with their numbers of components."""
+    if part.tiles is not None:
+        return dict.fromkeys(FIELDS, 1)
     if part.line is not None:
         return dict.fromkeys(part.line.fields, 1)
     if part.data is None:

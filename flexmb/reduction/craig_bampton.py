@@ -89,8 +89,7 @@ def reduce(
     residual_vectors, preload : names of load shapes; mapping of load name to factor
         Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
     contact : name of a facet set, `ContactZone`, or several
-        Where others will press: responses to pressures on patches there join the basis, so that the body gives way
-        below a contact as the full model does.
+        Where others will press: responses to pressures on its facets join the basis.
     compare : int
         How many free-free frequencies of the full model are computed for the quality report.
     error_up_to : float, Hz, optional

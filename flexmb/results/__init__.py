@@ -7,6 +7,7 @@ from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import MarkerMotion, Series
 from flexmb.results.solution import SHARED, Solution
 from flexmb.results.status import Status
+from flexmb.results.wear import Wear, wear
 
 __all__ = [
     "SHARED",
@@ -17,7 +18,9 @@ __all__ = [
     "Series",
     "Solution",
     "Status",
+    "Wear",
     "floating_data",
     "recover",
     "stored_body",
+    "wear",
 ]

@@ -18,10 +18,11 @@ VIEW_ANGLE = 20.0  # degrees; a long lens keeps parallel links nearly parallel
 FRAMING, DIRECTIONS = 60, 400  # frames and points by which the camera is placed
 
 MEGA = 1e-6
-COLORS = {"flexible": "#6f9fc8", "joints": "#33404d", "springs": "#c98a2b", "supports": "#8b949d"}
+COLORS = {"flexible": "#6f9fc8", "joints": "#33404d", "springs": "#c98a2b", "supports": "#8b949d", "contact": "#26303a"}
 RIGID = ("#9fb1c2", "#c98f5a", "#7fa593", "#e9e6dd", "#9d93b4", "#c7b979")
 """Rigid bodies take these colours one after the other, so that neighbours differ."""
 ELASTIC_LABEL = "von Mises stress [MPa]"
+CONTACT_LABEL = "contact pressure [MPa]"
 
 
 class Look(NamedTuple):
@@ -89,6 +90,8 @@ class Stage:
             surface.compute_normals(inplace=True, split_vertices=False)
             if mises is not None:
                 surface.point_data[ELASTIC_LABEL] = mises[ids]
+            if part.tiles is not None:
+                surface.point_data[CONTACT_LABEL] = MEGA * self.scene.snapshot(part, frame).line["pressure"][ids]
             for line, line_ids in edges:
                 line.points = points[line_ids]
 
@@ -159,7 +162,16 @@ class Stage:
         surface = grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=1)
         ids = np.rint(surface.point_data.pop("number")).astype(int)
         shading: dict[str, Any] = {"color": look.color or part_color(self.scene, part)}
-        if mises is not None and look.color is None and self.largest_stress > 0.0:
+        if part.tiles is not None:
+            surface.point_data[CONTACT_LABEL] = MEGA * self.scene.snapshot(part, frame).line["pressure"][ids]
+            largest = max(tiles.largest() for tiles in (other.tiles for other in self.scene.parts) if tiles)
+            shading = {
+                "scalars": CONTACT_LABEL,
+                "cmap": "inferno",
+                "clim": (0.0, MEGA * largest),
+                "scalar_bar_args": {**_bar(), "position_x": 0.03},
+            }
+        elif mises is not None and look.color is None and self.largest_stress > 0.0:
             surface.point_data[ELASTIC_LABEL] = mises[ids]
             shading = {
                 "scalars": ELASTIC_LABEL,
