@@ -10,8 +10,6 @@ __all__ = ["FIELDS", "ContactTiles", "tiled_contacts"]
 
 FIELDS = ("pressure", "slip", "pressure_times_way")
 """Pa; m/s; N/m, which times the coefficient of wear, m2/N, is the depth worn off."""
-LIFT = 0.02
-"""How far a square stands off its surface, in lengths of its side: it would vanish in it."""
 
 
 class ContactTiles:
@@ -88,5 +86,4 @@ def _squares(table: np.ndarray) -> np.ndarray:
     x = np.cross(least, normals)
     x *= (0.5 * side / np.linalg.norm(x, axis=1))[:, None]
     y = np.cross(normals, x)
-    middle = places + LIFT * side[:, None] * normals
-    return np.stack([middle - x - y, middle + x - y, middle + x + y, middle - x + y], axis=1)
+    return np.stack([places - x - y, places + x - y, places + x + y, places - x + y], axis=1)

@@ -169,7 +169,8 @@ class Stage:
                 "scalars": CONTACT_LABEL,
                 "cmap": "inferno",
                 "clim": (0.0, MEGA * largest),
-                "scalar_bar_args": {**_bar(), "position_x": 0.03},
+                "scalar_bar_args": {**_bar(), "title": CONTACT_LABEL + "\n", "position_x": 0.03},
+                "lighting": False,
             }
         elif mises is not None and look.color is None and self.largest_stress > 0.0:
             surface.point_data[ELASTIC_LABEL] = mises[ids]
@@ -193,7 +194,10 @@ class Stage:
             line_width=6 if thin else 1,
             **shading,
         )
-        if look.opacity < 1.0:  # a face that coincides with another state's is behind it, not half of it
+        if part.tiles is not None:  # they lie in the surfaces, and are to be seen
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-8.0, -800.0)
+        elif look.opacity < 1.0:  # a face that coincides with another state's is behind it, not half of it
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.5, 1.0)
         edges = []
