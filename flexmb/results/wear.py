@@ -87,7 +87,7 @@ def sliding_of(solution, force: str) -> Iterator[np.ndarray]:
     for number, phase in enumerate(solution.phases):
         if not _has(phase.model, force):
             for _ in phase.t:
-                yield 0.0 if total is None else total
+                yield np.zeros(1) if total is None else total
             continue
         series, own = solution.series(number), phase.model.force(force)
         area = own.points(phase.model)[1][:, 6]

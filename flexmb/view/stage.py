@@ -91,7 +91,7 @@ class Stage:
             if mises is not None:
                 surface.point_data[ELASTIC_LABEL] = mises[ids]
             if part.tiles is not None:
-                surface.point_data[CONTACT_LABEL] = MEGA * self.scene.snapshot(part, frame).line["pressure"][ids]
+                surface.point_data[CONTACT_LABEL] = self._pressure(part, frame)[ids]
             for line, line_ids in edges:
                 line.points = points[line_ids]
 
@@ -149,6 +149,10 @@ class Stage:
             points = points + (self.scale - 1.0) * snapshot.displacement
         return points, None if snapshot.von_mises is None else MEGA * snapshot.von_mises
 
+    def _pressure(self, part, frame) -> np.ndarray:
+        """Return the pressure of a contact at its points, MPa."""
+        return MEGA * part.tiles.values(*self.scene.samples[frame])["pressure"]
+
     def _add(self, part, frame, look):
         import pyvista
 
@@ -163,7 +167,7 @@ class Stage:
         ids = np.rint(surface.point_data.pop("number")).astype(int)
         shading: dict[str, Any] = {"color": look.color or part_color(self.scene, part)}
         if part.tiles is not None:
-            surface.point_data[CONTACT_LABEL] = MEGA * self.scene.snapshot(part, frame).line["pressure"][ids]
+            surface.point_data[CONTACT_LABEL] = self._pressure(part, frame)[ids]
             largest = max(tiles.largest() for tiles in (other.tiles for other in self.scene.parts) if tiles)
             shading = {
                 "scalars": CONTACT_LABEL,
