@@ -21,7 +21,7 @@ from flexmb.model.kinds import Force
 from flexmb.model.spots import Spots
 from flexmb.model.table import Table
 from flexmb.surfaces.detection import faced
-from flexmb.surfaces.skin_faces import FACET, PLACE, corner_boxes, nearest_face, packed_faces, signed_place
+from flexmb.surfaces.skin_faces import FACET, PLACE, TOUCHING, corner_boxes, nearest_face, packed_faces, signed_place
 from flexmb.surfaces.skin_surface import SkinSurface
 
 __all__ = ["SkinContact", "find_spot", "moved_corners"]
@@ -81,7 +81,7 @@ def find_spot(row, data, markers, X, boxes, k, within, place, spot):
     solid = row.radius == 0.0
     signed_place(data, row.facets, X, z, solid, place)
     # beyond the rim of an open skin there is nothing, and in the edge itself no normal
-    if (solid and place.free == 1) or (place.where > 0 and abs(place.distance) < 1e-14):
+    if (solid and place.free == 1) or (place.where > 0 and abs(place.distance) <= TOUCHING * point[7] ** 0.5):
         return False
     matvec(marker.R, point[4:7], spot.m)
     spot.area, spot.radius = point[7], row.radius

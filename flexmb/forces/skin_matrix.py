@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.forces.skin_wrench import COLUMNS
-from flexmb.math.kernel import inner_kernel
+from flexmb.math.kernel import kernel
 
 __all__ = ["add_to_pair", "own_parts", "projected"]
 
 
-@inner_kernel
+@kernel
 def own_parts(spans, numbers, markers, firsts):
     """Write where the coordinates of each of the four markers begin among those of all; return how many these are.
 
@@ -28,7 +28,7 @@ def own_parts(spans, numbers, markers, firsts):
     return total
 
 
-@inner_kernel
+@kernel
 def projected(numbers, firsts, total, K, D, work):
     """Return J^T (ck K + cd D) J over the coordinates of four markers."""
     ck, cd = work.weights[0].stiffness, work.weights[0].damping
@@ -57,7 +57,7 @@ def projected(numbers, firsts, total, K, D, work):
     return M
 
 
-@inner_kernel
+@kernel
 def add_to_pair(code, M, first, second, work):
     """Add a block of M to the iteration matrix: that of a pair and its number there, aa, ab, ba, bb."""
     pair, block = work.pairs[code // 4], code % 4

@@ -14,7 +14,7 @@ from flexmb.math.vectors import dot
 from flexmb.surfaces.mesh_distance import nearest_on_triangle
 from flexmb.surfaces.trees import DEPTH, built
 
-__all__ = ["FACET", "KNOT", "PLACE", "corner_boxes", "nearest_face", "packed_faces", "signed_place"]
+__all__ = ["FACET", "KNOT", "PLACE", "TOUCHING", "corner_boxes", "nearest_face", "packed_faces", "signed_place"]
 
 FACET, KNOT = 9, 2
 """Numbers of a face and of a node of the tree.
