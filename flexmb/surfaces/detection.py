@@ -122,7 +122,7 @@ def _point_of_a(data, at_b, y, radius, d, Q, within, margin, contact):
     return True
 
 
-@inner_kernel
+@kernel
 def faced(cosine):
     """Return how much of its area a sample counts, and the derivative by the cosine between the opposed normals."""
     s = cosine / FACING

@@ -23,7 +23,7 @@ TOUCHING = 1e-12
 """Distance, relative to the size of the triangle, below which the normal is that of the mesh."""
 
 
-@inner_kernel
+@kernel
 def nearest_on_triangle(data, t, z, p):
     """Write the nearest point of the triangle at t; return 0 on the face, 1 to 3 on ab, bc, ca, 4 to 6 at a, b, c."""
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

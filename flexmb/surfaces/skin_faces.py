@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import dot
 from flexmb.surfaces.mesh_distance import nearest_on_triangle
 from flexmb.surfaces.trees import DEPTH, built
@@ -84,7 +84,7 @@ def corner_boxes(data, facets, nodes, count, X, boxes):
                         box[i], box[3 + i] = min(box[i], X[corner, i]), max(box[3 + i], X[corner, i])
 
 
-@kernel
+@inner_kernel
 def _apart(box, z):
     """Return the square of the distance of a point from a box."""
     square = 0.0
@@ -94,7 +94,7 @@ def _apart(box, z):
     return square
 
 
-@kernel
+@inner_kernel
 def _facing(triangle, z, p):
     """Return the cosine, times the distance, between the normal of a triangle and the way from p to z."""
     N = np.empty(3)
@@ -108,7 +108,7 @@ def _facing(triangle, z, p):
     return along / max(dot(N, N) ** 0.5, 1e-300)
 
 
-@kernel
+@inner_kernel
 def _nearest_on(data, facet, X, triangle, z, p):
     """Write the corners and the nearest point of a face or line; return where on it that is."""
     line = data[facet + 2] < 0.0
