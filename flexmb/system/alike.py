@@ -9,6 +9,7 @@ returned has the same digits as there.
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,7 @@ from flexmb.system.program import constraint_acceleration, constraint_velocity, 
 from flexmb.system.projection import project
 from flexmb.system.system import System
 
-__all__ = ["Alike"]
+__all__ = ["Alike", "Alikes"]
 
 SMALL = 200
 """Velocities and equations up to which dense matrices are quicker than sparse ones."""
@@ -45,6 +46,33 @@ LEFT = 1e-6
 """Of the terms of a derivative of an equation: a tenth of what a consistent start may leave."""
 ROUND = 1e-11
 """Largest residual of the constraints (m or rad), as in `assemble`."""
+
+
+MOST = 64
+"""Structures that are remembered, as many as patterns."""
+
+
+class Alikes:
+    """Assembles models of the structures that were assembled before: variants may choose one of several parts."""
+
+    def __init__(self):
+        self._known: list[Alike] = []
+        self._noting = threading.Lock()
+
+    def assembled(self, model: Model, t: float) -> tuple[System, State] | None:
+        """Return what `assemble_as_drawn` returns, or None where no such model is known."""
+        if not self._known:
+            return None
+        require_fit(model)
+        system = compile(model)
+        alike = next((one for one in self._known if one.same(system)), None)
+        return None if alike is None else alike.assembled(system, t)
+
+    def note(self, system: System) -> None:
+        """Remember an assembled system, of which nothing had to be told."""
+        with self._noting:
+            if len(self._known) < MOST and not any(one.same(system) for one in self._known):
+                self._known.append(Alike(system))
 
 
 class Alike:
@@ -96,12 +124,13 @@ class Alike:
         evaluate(self.system.program, self.system.state(), work)
         return np.diag(self._matrices(work.S)[0])
 
-    def assembled(self, model: Model, t: float) -> tuple[System, State] | None:
-        """Return what `assemble_as_drawn` returns, or None where it may have something to say."""
-        require_fit(model)
-        system = compile(model)
-        if not self.applies or not self._same(system):
+    def assembled(self, system: System, t: float) -> tuple[System, State] | None:
+        """Return what `assemble_as_drawn` returns of a compiled model of this structure, or None where it may have
+        something to say.
+        """
+        if not self.applies:
             return None
+        model = system.model
         redundant, drawn_alike = bool(self.system.redundant), self._drawn_alike(system)
         work, state = system.workspace(), system.state(t)
         weigh_mass(work.weights)
@@ -179,7 +208,7 @@ class Alike:
         no_matrix(work.weights)
         return system, state
 
-    def _same(self, system: System) -> bool:
+    def same(self, system: System) -> bool:
         """Has a system the tables of this one, but for numbers?"""
         one, two = self.system, system
         return (

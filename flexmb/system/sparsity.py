@@ -14,8 +14,8 @@ from flexmb.system.pattern import block_pattern
 
 __all__ = ["sparsity"]
 
-KEPT = 4
-"""Structures whose patterns are kept."""
+FEW, KEPT, KEPT_OF_MANY = 500, 64, 4
+"""Velocities and equations of structures of which KEPT patterns are kept; of larger ones so many."""
 
 
 class Structure(NamedTuple):
@@ -217,9 +217,13 @@ def _in_order(pattern, nu: int) -> dict[str, np.ndarray]:
     return found
 
 
-@lru_cache(maxsize=KEPT)
 def _found(of: Structure):
     """Return pattern and tables of a structure: the phases of a run and the variants of a mechanism share them."""
+    return (_of_few if of.iu[-1] + len(of.owners) <= FEW else _of_many)(of)
+
+
+def _made(of: Structure):
+    """Make pattern and tables of a structure."""
     nodes = _Nodes(of)
     pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(), nodes.waiting)
     nu = of.iu[-1]
@@ -238,6 +242,9 @@ def _found(of: Structure):
         **_in_order(pattern, nu),
     }
     return pattern, tables
+
+
+_of_few, _of_many = lru_cache(maxsize=KEPT)(_made), lru_cache(maxsize=KEPT_OF_MANY)(_made)
 
 
 def sparsity(model, compiler, layout, constraints, markers):

@@ -95,8 +95,14 @@ def long_table():
     return fe, {f"n{k}": [k] for k in range(0, 25, 3)}, band
 
 
+def edge():
+    """The plate fastened at the eight nodes of its short edge: 48 freedoms of interfaces."""
+    fe, _, _ = plate()
+    return fe, {f"n{k}": [k] for k in range(8)}, 200.0
+
+
 BODIES = {"beam": beam, "plate": plate, "crank": crank, "wing": wing}
-OTHERS = {"short crank": short_crank, "long table": long_table}
+OTHERS = {"short crank": short_crank, "long table": long_table, "edge": edge}
 
 
 def _quads(nx, ny):

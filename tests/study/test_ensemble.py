@@ -127,14 +127,43 @@ def test_what_is_known_of_the_first_variant_is_used():
     """Else all is as slow as before, and nobody notices."""
     family = Family()
     family.solution(four_bar(), 0.01, samples=2)
-    known = family._alike
+    known = family._alikes
     assert known.assembled(four_bar(mass=0.7, stiffness=5.0), 0.0) is not None
     assert known.assembled(four_bar(reach=0.35), 0.0) is None  # a loop that is drawn otherwise is looked at again
     assert known.assembled(four_bar(mass=1e-6), 0.0) is None
     family = Family()
     family.solution(cart(), 0.01, samples=2)
-    assert family._alike.assembled(cart(length=0.7), 0.0) is not None
-    assert family._alike.assembled(bouncing(), 0.0) is None
+    assert family._alikes.assembled(cart(length=0.7), 0.0) is not None
+    assert family._alikes.assembled(bouncing(), 0.0) is None
+
+
+def test_variants_of_six_alternating_structures_share_what_is_known(monkeypatch):
+    """In the second round no pattern is sought and nothing is assembled from the start; the digits are the same."""
+    from flexmb.integrate.runs import family as runs
+    from flexmb.system import sparsity
+
+    def variant(k, mass):
+        springs = [
+            fmb.SpringDamper(f"more {n}", markers=("ground.rail", "pole.tip"), stiffness=0.1, damping=0.01, length=0.4)
+            for n in range(k % 3)
+        ]
+        model = cart(mass=mass)
+        more = [fmb.PointMass(f"bob {n}", mass=0.1, at=(0.0, 1.0 + n, 0.0)) for n in range(k // 3)]
+        return model.with_parts(bodies=more, forces=springs)
+
+    begun = []
+    drawn = runs.assemble_as_drawn
+    monkeypatch.setattr(runs, "assemble_as_drawn", lambda *a, **k: begun.append(a) or drawn(*a, **k))
+    family = Family()
+    for k in range(6):
+        family.solution(variant(k, 0.5), 0.02, samples=2)
+    first, sought = len(begun), sparsity._of_few.cache_info().misses
+    assert first == 6
+    for k in range(6):
+        found = family.solution(variant(k, 0.6), 0.02, samples=2)
+        np.testing.assert_array_equal(found.final.q, fmb.simulate(variant(k, 0.6), 0.02, samples=2).final.q)
+    assert len(begun) == first
+    assert sparsity._of_few.cache_info().misses == sought
 
 
 def test_variants_that_need_a_word_get_it():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -16,7 +15,7 @@ from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.results import Solution
 from flexmb.system import assemble, assemble_as_drawn
-from flexmb.system.alike import Alike
+from flexmb.system.alike import Alikes
 from flexmb.system.branching import require_motion_to_begin
 
 __all__ = ["Family"]
@@ -29,8 +28,7 @@ class Family:
     """
 
     def __init__(self):
-        self._alike: Alike | None = None
-        self._first = threading.Lock()
+        self._alikes = Alikes()
 
     def solution(
         self,
@@ -62,9 +60,7 @@ class Family:
         times = sample_times(0.0, t_end, samples)
         require_orbit(model, float(times[-1]))
         clock, told = time.perf_counter(), []
-        assembled = None
-        if start is None and self._alike is not None:
-            assembled = self._alike.assembled(model, 0.0)
+        assembled = self._alikes.assembled(model, 0.0) if start is None else None
         if assembled is None:
             compile_ahead(getattr(integrator, "entries", ()))
             state = None if start is None else state_at(start, model, 0.0)
@@ -72,9 +68,8 @@ class Family:
                 assemble_as_drawn(model, tell=told.extend) if state is None else assemble(model, t=0.0, state=state)
             )
             told += require_motion_to_begin(*assembled, assembled[0].workspace())
-            with self._first:
-                if self._alike is None and not told:
-                    self._alike = Alike(assembled[0])
+            if not told:
+                self._alikes.note(assembled[0])
         return run_assembled(integrator, assembled, times, told, clock, progress=progress, regular=True)
 
 
