@@ -41,9 +41,10 @@ def test_gs02_spin_up_of_one_body(integrator, reference):
         assert across[np.searchsorted(t, float(time) - 1e-9)] == pytest.approx(expected, abs=4e-3)
 
 
+@pytest.mark.slow
 def test_gs03_spin_up_beside_the_coordinates_of_the_body(reference):
-    """Simo & Vu-Quoc's case: the elastica's lag, and over the whole run what `GeneralizedAlpha` gives in the coordinates
-    of the body, whose residual vibration at the end differs in phase."""
+    """Simo & Vu-Quoc's case: the lag of the elastica, and over the whole run what `GeneralizedAlpha` gives in the
+    coordinates of the body, to 0.03 % of the lag."""
     case, length = reference("GS03")["reference"], 10.0
     data = spin_up_beam(length, 2.8e7, 1.4e4, 1.2)
     model = on_hub(
@@ -56,7 +57,7 @@ def test_gs03_spin_up_beside_the_coordinates_of_the_body(reference):
     stretch = case["steady_stretch_first_order_rho_w2_L3_over_3EA"]
     assert u[motion.t > 16.0, 0].mean() == pytest.approx(stretch, rel=0.01)
     _, absolute = spin_up(data, length)
-    np.testing.assert_allclose(u[motion.t < 15.0], absolute[motion.t < 15.0], rtol=0, atol=1e-3)
+    np.testing.assert_allclose(u, absolute, rtol=0, atol=4e-4)
 
 
 @pytest.mark.slow
