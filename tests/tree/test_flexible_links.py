@@ -123,6 +123,32 @@ def test_random_trees(seed):
     assert_same_rates(random_tree(rng), rng, spread=0.02)
 
 
+@pytest.mark.parametrize(
+    ("options", "free"),
+    [
+        ({"modes": 12}, False),
+        ({"modes": 4, "frame": "root"}, False),
+        ({"modes": 4}, True),
+        ({"modes": 6, "basis": "Rubin"}, False),
+        ({"basis": "Krylov frequencies=0,200"}, False),
+    ],
+    ids=["one mode", "clamped frame", "free chain", "Rubin", "Krylov"],
+)
+def test_chains_of_other_bases_and_of_one_mode(options, free):
+    """Whatever the shapes are, links take them as they come."""
+    points = np.column_stack([np.linspace(0.0, 1.0, 21), np.zeros(21), np.zeros(21)])
+    fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.03), material=fmb.MATERIALS["aluminium"])
+    ends = {"root": [0], "tip": [20]}
+    data = reduction.reduce(fe, ends, **options, geometric_stiffness=True, compare=0, stress=False)
+    if options.get("modes") == 12:
+        data = data.selected([0])
+    bodies = [fmb.FloatingBody(f"b{k}", data=data, at=(k, 0, 0)) for k in range(3)]
+    hinges = [("ground.origin", "b0.root"), ("b0.tip", "b1.root"), ("b1.tip", "b2.root")][1 if free else 0 :]
+    joints = [fmb.Revolute(f"j{k}", markers=pair) for k, pair in enumerate(hinges)]
+    model = fmb.Model(gravity=(0, -9.81, 1.0), bodies=[fmb.Ground(), *bodies], joints=joints)
+    assert_same_rates(model, np.random.default_rng(3), spread=0.005)
+
+
 @cache
 def panel() -> fmb.ModalNeutralData:
     """Return a prestressed strip with a load shape that turns with it."""
