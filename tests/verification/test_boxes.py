@@ -75,6 +75,15 @@ def test_overhang(beyond, falls):
     assert found["w box 1"][-1, 1] == pytest.approx(0.05 * rate, rel=0.06)
 
 
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-3])
+def test_contacts_that_are_not_solved_end_the_run(tolerance):
+    """Two sweeps do not carry eight cubes: the contact, by how much it misses its law, and what was asked for."""
+    tower = [cube((0, 0, 0.1 + SIDE * k), turned((0, 0, 1), 0.3 * k)) for k in range(8)]
+    method = fmb.MoreauJean(step=5e-3, tolerance=tolerance, sweeps=2)
+    with pytest.raises(fmb.IntegrationError, match=r"laws of contact between .* are missed by .* after 2 sweeps"):
+        fmb.simulate(boxes(*tower), 0.1, integrator=method, samples=3)
+
+
 def test_a_bar_lands_on_the_edge_of_another():
     """A bar on edge across a beam on edge: one point, where two edges cross, and no rebound."""
     beam, bar = (1.0, 0.2, 0.2), (0.8, 0.05, 0.05)

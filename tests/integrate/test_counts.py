@@ -1,0 +1,15 @@
+"""Numbers of a run in several parts."""
+
+from flexmb.integrate.runs.counts import together
+
+
+def test_counts_add_up_and_the_most_is_the_most():
+    before = {"steps": 3, "most contacts": 8, "largest residual of contacts [m/s]": 1e-9}
+    after = {"steps": 4, "most contacts": 5, "largest residual of contacts [m/s]": 2e-9, "sweeps": 7}
+    assert together(before, after) == {
+        "steps": 7,
+        "most contacts": 8,
+        "largest residual of contacts [m/s]": 2e-9,
+        "sweeps": 7,
+    }
+    assert together({}, after) == after
