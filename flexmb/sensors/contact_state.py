@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Sensor
 
-__all__ = ["ContactState", "compliant_contact"]
+__all__ = ["ContactState"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,16 @@ class ContactState(Sensor):
 
     def check(self, model) -> None:
         """Raise ModelError if the force is no compliant contact of surfaces."""
-        compliant_contact(model, self.force, self.title)
+        force = model.force(self.force, self.title)
+        law: Any = getattr(force, "law", None)
+        if not hasattr(force, "spots") or getattr(law, "code", 9) > 1:
+            raise ModelError(
+                self.title,
+                found=f"force = '{self.force}', a {type(force).__name__}"
+                + (f" by {type(law).__name__}" if law else ""),
+                expected="a SurfaceContact by ElasticFoundation or Hertz, or a SkinContact",
+                remedy="Use ForceOf for other forces",
+            )
 
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the markers of the surfaces."""
@@ -64,17 +73,3 @@ class ContactState(Sensor):
             row[3], row[4] = spots.depth.max(), spots.slip.max()
             row[5] = np.sum(law["friction"] * forces * spots.slip**2 / np.hypot(spots.slip, law["transition"]))
         return out
-
-
-def compliant_contact(model, name: str, title: str, sampled: bool = False):
-    """Return the contact of surfaces of this name; ModelError if it is none, rigid, or with `sampled` without areas."""
-    force = model.force(name, title)
-    law: Any = getattr(force, "law", None)
-    if not hasattr(force, "spots") or getattr(law, "code", 9) > 1 or (sampled and not law.sampled):
-        raise ModelError(
-            title,
-            found=f"force = '{name}', a {type(force).__name__}" + (f" by {type(law).__name__}" if law else ""),
-            expected="a contact of surfaces by ElasticFoundation" + ("" if sampled else " or Hertz"),
-            remedy="Use ForceOf for other forces",
-        )
-    return force
