@@ -19,6 +19,7 @@ __all__ = [
     "on_disk",
     "remove_parts",
     "replacing",
+    "resolved",
     "text_of",
     "write_text",
 ]
@@ -84,6 +85,11 @@ def write_text(
     return Path(path)
 
 
+def resolved(path: str | Path) -> Path:
+    """Return the absolute path behind all links; of links that lead in a circle the first, which cannot be opened."""
+    return Path(os.path.realpath(path))
+
+
 def on_disk(path: str | Path) -> None:
     """Come back when the disk has the content of a file."""
     with Path(path).open("r+b") as stream:
@@ -100,8 +106,9 @@ def text_of(path: str | Path, most: int = 64_000_000) -> str:
 
 def remove_parts(folder: str | Path) -> None:
     """Remove the unfinished files that killed processes have left in a folder."""
-    for left in Path(folder).glob(f"{_PREFIX}*{_SUFFIX}*"):
-        left.unlink(missing_ok=True)
+    for pattern in (f"{_PREFIX}*{_SUFFIX}*", f".{_PREFIX}*{_SUFFIX}*.lock"):
+        for left in Path(folder).glob(pattern):
+            left.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """The command ``flexmb``: reads the arguments, runs a verb, turns errors into messages and exit codes.
 
-Exit codes: 0 done, 1 what `verify` looked at does not hold, 2 an error that the message explains, 130 interrupted.
+Exit codes: 0 done, 1 what `verify` looked at does not hold, 2 an error that the message explains, 124 a run that its
+limit of time has ended, 130 interrupted.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from pathlib import Path
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.run_folder import open_run
+from flexmb.files import resolved
 
 NAME = "export"
 SUMMARY = "write ParaView files or the sensor table of a run folder"
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     solution = open_run(arguments.run, trust=arguments.trust)
-    name = Path(arguments.run).resolve().name
+    name = resolved(arguments.run).name
     target = Path(arguments.to) if arguments.to else Path(arguments.run)
     target.mkdir(parents=True, exist_ok=True)
     nothing = not (arguments.vtk or arguments.vtkhdf or arguments.csv)

@@ -11,6 +11,7 @@ from pathlib import Path
 from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.picture_arguments import add_look_arguments, add_picture_arguments, look_settings, picture_settings
 from flexmb.cli.run_folder import open_run
+from flexmb.files import resolved
 
 NAME = "render"
 SUMMARY = "draw a run folder: picture (png) or animation (gif, mp4)"
@@ -44,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from flexmb import view
 
     solution = open_run(arguments.run, trust=arguments.trust)
-    name = Path(arguments.run).resolve().name
+    name = resolved(arguments.run).name
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{name}.png"
     common = {**picture_settings(arguments), **look_settings(arguments)}
     times = arguments.times

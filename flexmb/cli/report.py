@@ -16,6 +16,7 @@ from flexmb.cli.model_arguments import add_trust
 from flexmb.cli.picture_arguments import direction
 from flexmb.cli.run_folder import open_run, stored_verification
 from flexmb.errors import FlexmbError, ModelError
+from flexmb.files import resolved
 
 NAME = "report"
 SUMMARY = "write a run folder, or several compared, as a web page"
@@ -76,8 +77,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _name(path: str, all_paths: list[str]) -> str:
     """Return the name of a run folder, with as much of its path as tells it from the others."""
-    parts = Path(path).resolve().parts
-    others = [Path(other).resolve().parts for other in all_paths if Path(other).resolve().parts != parts]
+    parts = resolved(path).parts
+    others = [resolved(other).parts for other in all_paths if resolved(other).parts != parts]
     for count in range(1, len(parts)):
         if all(other[-count:] != parts[-count:] for other in others):
             return "/".join(parts[-count:])

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_trust
-from flexmb.cli.run import computed, exit_code, kept, summary
+from flexmb.cli.run import chosen_settings, computed, exit_code, kept, summary
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, alone, open_run
 from flexmb.files import check_regular
 
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_trust(parser)
     parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in the run")
     parser.add_argument("--samples", type=int, metavar="N", help="number of samples of the whole run")
+    parser.add_argument("--time-limit", type=float, metavar="SECONDS", help="as run")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -40,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _continued(folder: Path, arguments: argparse.Namespace) -> int:
     before = open_run(folder, trust=arguments.trust)
-    simulation = fmb.load_simulation(folder / MODEL, {}, t_end=arguments.t_end, samples=arguments.samples)
+    simulation = fmb.load_simulation(folder / MODEL, {}, **chosen_settings(arguments))
     settings = {name: value for name, value in simulation.keywords().items() if name != "start"}
     files = {"read_model": partial(fmb.read_model_text, trust=arguments.trust), "write_model": fmb.model_text}
     with Log(folder / LOG, goes_on=True) as log:

@@ -12,6 +12,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
@@ -22,7 +23,8 @@ from flexmb.errors import DataFileError, IntegrationError
 NAME = "run"
 SUMMARY = "simulate a model file and write a run folder"
 
-FAILED, INTERRUPTED = 2, 130
+CODES = {"interrupted": 130, "limited": 124}
+FAILED = 2
 ZERO = 1e-9  # of the largest component of a sensor: what is less is rounding
 
 
@@ -32,14 +34,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace the run that the folder holds")
     parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in [simulation]")
     parser.add_argument("--samples", type=int, metavar="N", help="number of samples; default: as in [simulation]")
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="end the run after so much clock time, with what it has reached (resume continues it)",
+    )
     parser.add_argument("--vtk", action="store_true", help="write ParaView files too")
+
+
+def chosen_settings(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what replaces settings of ``[simulation]``; None leaves them as they are."""
+    return {"t_end": arguments.t_end, "samples": arguments.samples, "time_limit": arguments.time_limit}
 
 
 def execute(arguments: argparse.Namespace) -> int:
     path = Path(arguments.model)
     given = settings(arguments)
     model = fmb.load_model(path, given, trust=arguments.trust)
-    simulation = fmb.load_simulation(path, given, t_end=arguments.t_end, samples=arguments.samples)
+    simulation = fmb.load_simulation(path, given, **chosen_settings(arguments))
     out = Path(arguments.out) if arguments.out else Path("runs") / path.stem
     with new_run(out, path, overwrite=arguments.overwrite) as folder, Log(folder / LOG) as log:
         solution = record(model, simulation, folder, log)
@@ -51,7 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def exit_code(solution: fmb.Solution) -> int:
     """Return how the command ends after a simulation."""
-    return 0 if solution.status.ok else INTERRUPTED if solution.status.kind == "interrupted" else FAILED
+    return 0 if solution.status.ok else CODES.get(solution.status.kind, FAILED)
 
 
 def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log) -> fmb.Solution:

@@ -12,7 +12,7 @@ from types import TracebackType
 
 import flexmb as fmb
 from flexmb.errors import DataFileError, ModelError, did_you_mean
-from flexmb.files import complaints, remove_parts
+from flexmb.files import complaints, remove_parts, resolved
 from flexmb.lock import Lock
 
 __all__ = [
@@ -71,7 +71,7 @@ def alone(folder: Path) -> Iterator[None]:
 
 def _clear(folder: Path, model_file: Path, overwrite: bool) -> None:
     """Remove the files of an earlier run if that is allowed."""
-    if (folder / MODEL).resolve() == model_file.resolve():
+    if resolved(folder / MODEL) == resolved(model_file):
         raise ModelError(
             f"Run folder '{folder}'",
             found="the model file lies in it",

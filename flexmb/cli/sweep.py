@@ -63,6 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler, instead of processes of this machine")
     parser.add_argument("--t-end", type=float, metavar="SECONDS", help="end time; default: as in [simulation]")
     parser.add_argument("--samples", type=int, metavar="N", help="default: as in [simulation]")
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="end a variant's run after so much clock time: its row has failed",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -85,6 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 trust=arguments.trust,
                 t_end=arguments.t_end,
                 samples=arguments.samples,
+                time_limit=arguments.time_limit,
                 folder=folder,
                 keep_runs=arguments.keep,
                 retry=arguments.retry,

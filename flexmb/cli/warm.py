@@ -18,12 +18,14 @@ import platform
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 
 from flexmb.cli.progress import ProgressBar
-from flexmb.errors import ModelError
+from flexmb.errors import FlexmbError, ModelError
+from flexmb.files import complaints, resolved
 from flexmb.math import SWITCH, cores, ship_kernels, shipped_level
 
 NAME = "warm"
@@ -50,6 +52,8 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="a number of processes, 1 or more",
             remedy="Omit it for one per core",
         )
+    if arguments.into:
+        _require_folder(arguments.into)
     began = time.perf_counter()
     if arguments.ship:
         count = _ship(jobs, arguments)
@@ -80,7 +84,7 @@ def _ship(jobs: int, arguments: argparse.Namespace) -> int:
 @contextmanager
 def _environment(into: str | None, processor: str | None) -> Iterator[None]:
     """Let the processes that are started meanwhile compile for a processor and keep kernels below a folder."""
-    wanted = {"NUMBA_CACHE_DIR": str(Path(into).resolve())} if into else {}
+    wanted = {"NUMBA_CACHE_DIR": str(resolved(into))} if into else {}
     wanted |= {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""} if processor else {}
     wanted |= {name: os.environ.get(name, "1") for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
     wanted[SWITCH] = "0"  # all cores are in use
@@ -103,7 +107,7 @@ def _in_processes(jobs: int) -> int:
     spawning = multiprocessing.get_context("spawn")
     tasks = len(ANALYSES) + jobs
     count = 0
-    with ProgressBar() as progress, ProcessPoolExecutor(jobs, mp_context=spawning) as pool:
+    with _complete(), ProgressBar() as progress, ProcessPoolExecutor(jobs, mp_context=spawning) as pool:
         done = 0
         for wave in (
             [pool.submit(_declared, part, jobs) for part in range(jobs)],
@@ -114,6 +118,28 @@ def _in_processes(jobs: int) -> int:
                 count += one.result()
                 progress("compiling kernels", done / tasks)
     return count
+
+
+@contextmanager
+def _complete() -> Iterator[None]:
+    """Say it if a process that compiles is ended from outside."""
+    try:
+        yield
+    except BrokenProcessPool:
+        raise FlexmbError(
+            "flexmb warm",
+            found="a process that compiles was ended, often because memory ran out",
+            expected="about 1 GB for each process",
+            remedy="Use --jobs 1; what was compiled until then is kept",
+        ) from None
+
+
+def _require_folder(into: str) -> None:
+    """Raise DataFileError unless kernels can be kept below a folder: compiling takes minutes."""
+    with complaints(f"Folder '{into}'", "write into"):
+        resolved(into).mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=resolved(into)) as file:
+            file.write(bytes(1 << 16))
 
 
 def _declared(part: int, parts: int) -> int:

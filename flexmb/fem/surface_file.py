@@ -103,6 +103,14 @@ def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """Return points (n, 3), triangles (m, 3), and the block of cells of each group of them in their order."""
     triangles, blocks = [], []
     for k, block in enumerate(mesh.cells):
+        wanted = {"triangle": 3, "quad": 4}.get(block.type, 0)
+        if wanted and np.shape(block.data)[1:] != (wanted,):
+            raise MeshError(
+                part,
+                found=f"cells of the kind '{block.type}' with {np.shape(block.data)[1:]} corners",
+                expected=f"{wanted} each",
+                remedy="Export the file again",
+            )
         for corner in {"triangle": [(0, 1, 2)], "quad": [(0, 1, 2), (0, 2, 3)]}.get(block.type, []):
             triangles.append(block.data[:, corner])
             blocks.append(k)

@@ -18,6 +18,7 @@ import numpy as np
 
 from flexmb.bodies.line.chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.files import resolved
 from flexmb.io.limits import check_extent, named_file
 from flexmb.model import expression
 from flexmb.model.foreign import Foreign
@@ -116,7 +117,7 @@ class Context:
         make = find_kind(values.pop("kind"), self.kinds, where)
         for name in getattr(make, "files", ()):
             if isinstance(values.get(name), str):
-                values[name] = named_file(self.path.parent, values[name], f"{where}.{name}").resolve()
+                values[name] = resolved(named_file(self.path.parent, values[name], f"{where}.{name}"))
         return call(make, values, where)
 
     def line(self, raw: str, where: str) -> tuple[Any, bool]:
@@ -126,7 +127,7 @@ class Context:
         from flexmb import fem
 
         name, _, group = raw.partition("#")
-        mesh = fem.read_mesh(named_file(self.path.parent, name, where).resolve())
+        mesh = fem.read_mesh(resolved(named_file(self.path.parent, name, where)))
         mesh = mesh.only(group) if group else mesh
         return single_chain(mesh.points, mesh.cells_of("line"), f"{where} = '{raw}'")
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.files import resolved
 from flexmb.io import kind_lists
 from flexmb.io.limits import CHAIN, named_file
 from flexmb.io.toml_text import read_toml
@@ -39,7 +40,7 @@ def read_tables(path: Path, chain: tuple[Path, ...] = ()) -> dict[str, Any]:
     base = tables.pop("base", None)
     if base is None:
         return tables
-    return _joined(read_tables(_base_path(base, path, chain), (*chain, path.resolve())), tables)
+    return _joined(read_tables(_base_path(base, path, chain), (*chain, resolved(path))), tables)
 
 
 def _base_path(base: Any, path: Path, chain: tuple[Path, ...]) -> Path:
@@ -59,8 +60,8 @@ def _base_path(base: Any, path: Path, chain: tuple[Path, ...]) -> Path:
             expected="a few",
             remedy="Put what they change into one file",
         )
-    circle = (*chain, path.resolve())
-    if found.resolve() in circle:
+    circle = (*chain, resolved(path))
+    if resolved(found) in circle:
         raise ModelError(
             where,
             found=f"the files form a circle: {' -> '.join(p.name for p in (*circle, found))}",

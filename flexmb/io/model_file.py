@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.files import resolved
 from flexmb.io import kind_lists
 from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.file_parameters import resolve
@@ -80,11 +81,9 @@ class OpenModelFile:
         )
         return _load(dict(self.tables), context, ())
 
-    def simulation(
-        self, parameters: Mapping[str, Any] | None = None, *, t_end: float | None = None, samples: int | None = None
-    ) -> Simulation:
+    def simulation(self, parameters: Mapping[str, Any] | None = None, **own: float | None) -> Simulation:
         """Return the settings of the table ``[simulation]``; see `load_simulation`."""
-        return _simulation(self.tables, self.path, parameters or {}, t_end, samples)
+        return _simulation(self.tables, self.path, parameters or {}, own)
 
 
 def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None, *, trust: bool = False) -> Model:
@@ -102,17 +101,20 @@ def load_simulation(
     *,
     t_end: float | None = None,
     samples: int | None = None,
+    time_limit: float | None = None,
 ) -> Simulation:
     """Return the settings of the table ``[simulation]`` of a model file.
 
-    A given `t_end` (s) or number of `samples` replaces the file's; with `t_end` the table may be missing.
+    A given `t_end` (s), number of `samples` or `time_limit` (s) replaces the file's; with `t_end` the table may be
+    missing.
     """
-    return _simulation(read_tables(Path(path)), Path(path), parameters or {}, t_end, samples)
+    own = {"t_end": t_end, "samples": samples, "time_limit": time_limit}
+    return _simulation(read_tables(Path(path)), Path(path), parameters or {}, own)
 
 
-def _simulation(tables: dict[str, Any], path: Path, parameters, t_end, samples) -> Simulation:
+def _simulation(tables: dict[str, Any], path: Path, parameters, own: Mapping[str, Any]) -> Simulation:
     where = f"{path.name}, [simulation]"
-    own = {name: value for name, value in (("t_end", t_end), ("samples", samples)) if value is not None}
+    own = {name: value for name, value in own.items() if value is not None}
     raw = tables.get("simulation", {})
     if not isinstance(raw, dict) or not (raw or "t_end" in own):
         raise ModelError(
@@ -151,7 +153,7 @@ def _integrator(raw: Any, context: Context, integrators: Mapping[str, type], whe
 def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Model:
     """Return the model of a file's tables; `given` has the overriding parameters, `chain` the files around this one."""
     path = given.path
-    own = path.resolve()
+    own = resolved(path)
     if own in chain:
         circle = " -> ".join(p.name for p in (*chain[chain.index(own) :], own))
         raise ModelError(

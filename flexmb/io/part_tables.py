@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.files import resolved
 from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.limits import named_file
 from flexmb.io.run_motion import motion_of
@@ -73,7 +74,7 @@ def body_data(context: Context, raw: Any, where: str, name: str) -> Any:
     if context.stored is not None and value in context.stored:
         return context.stored[value]
     name, _, body = value.partition("#")  # a body of a run: "solution.h5#lever"
-    path = named_file(context.path.parent, name, where).resolve()
+    path = resolved(named_file(context.path.parent, name, where))
     if not path.is_file():
         held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
         raise ModelError(
@@ -111,7 +112,7 @@ def described_part(raw: Mapping[str, Any], where: str, name: str, context: Conte
         else:
             values[field] = inner.value(entry, place)
     if isinstance(values.get("deck"), str):
-        values["deck"] = named_file(context.path.parent, values["deck"], f"{where}.deck").resolve()
+        values["deck"] = resolved(named_file(context.path.parent, values["deck"], f"{where}.deck"))
     for reserved in ("parameters", "model"):
         values.pop(reserved, None)
     used = {n: context.parameters[n] for n in sorted(_names(raw)) if n in context.parameters}
@@ -164,7 +165,7 @@ def _piece(raw: Any, where: str, kinds: Mapping[str, type], context: Context) ->
     }
     for field in getattr(make, "files", ()):
         if isinstance(values.get(field), str):
-            values[field] = named_file(context.path.parent, values[field], f"{where}, {field}").resolve()
+            values[field] = resolved(named_file(context.path.parent, values[field], f"{where}, {field}"))
     return call(make, values, where)
 
 

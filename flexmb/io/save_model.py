@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import ModelError
-from flexmb.files import complaints, write_text
+from flexmb.files import complaints, resolved, write_text
 from flexmb.io import kind_lists
 from flexmb.io.field_values import own_kind, toml_fields
 from flexmb.io.simulation_settings import Simulation
@@ -71,7 +71,7 @@ def _text(
 
     def written(value: Any) -> str:
         if isinstance(value, Path):
-            return _relative(value.resolve(), folder)
+            return _relative(resolved(value), folder)
         return blocks.get(id(value), ("", value))[0] if isinstance(value, Signal) else data_name(value)
 
     top: dict[str, Any] = {"name": model.name}
@@ -109,9 +109,9 @@ def _text(
 
 def _relative(file: Path, folder: Path | None) -> str:
     """Return how a file is named in a folder; on another drive it has no relative name."""
-    if folder is None or file.drive != folder.resolve().drive:
+    if folder is None or file.drive != resolved(folder).drive:
         return file.as_posix()
-    return Path(os.path.relpath(file, folder.resolve())).as_posix()
+    return Path(os.path.relpath(file, resolved(folder))).as_posix()
 
 
 def _shared_blocks(model: Model) -> dict[int, tuple[str, Block]]:

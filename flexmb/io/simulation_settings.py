@@ -7,7 +7,7 @@ from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
-from flexmb.model.methods import is_integrator
+from flexmb.model.methods import is_integrator, require_time_limit
 from flexmb.results.phase import MOST_SAMPLES
 
 __all__ = ["Simulation"]
@@ -26,12 +26,15 @@ class Simulation(metaclass=Described):
         In a file: ``integrator = {kind = "GeneralizedAlpha", rho_inf = 0.8}``.
     start : "equilibrium", optional
         Begin in equilibrium with the loads of the start, instead of as described.
+    time_limit : float, s, optional
+        Clock time after which the run ends with what it has reached; see `flexmb.simulate`.
     """
 
     t_end: float
     samples: int | None = None
     integrator: Any = None
     start: str | None = None
+    time_limit: float | None = None
 
     def __post_init__(self):
         t_end, samples = self.t_end, self.samples
@@ -65,6 +68,7 @@ class Simulation(metaclass=Described):
                 expected='"equilibrium"',
                 remedy="Leave it out to begin as described",
             )
+        require_time_limit(self.time_limit, "Simulation")
         object.__setattr__(self, "t_end", float(t_end))
         object.__setattr__(self, "samples", None if samples is None else int(samples))
 

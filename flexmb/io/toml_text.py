@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flexmb.errors import ModelError
+from flexmb.files import resolved
 from flexmb.io.limits import check_plain, check_size
 
 __all__ = ["inline", "parse_toml", "read_toml", "table_lines"]
@@ -33,7 +34,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         text = path.read_bytes().decode("utf-8")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-        where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {path.parent.resolve()}"
+        where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {resolved(path.parent)}"
         raise ModelError(part, found="the file does not exist", expected=where, remedy="Correct the path") from None
     except (OSError, ValueError) as error:
         if isinstance(error, UnicodeDecodeError):
@@ -71,7 +72,7 @@ def _require_no_deck(path: Path, part: str) -> None:
 def parse_toml(text: str, part: str) -> dict[str, Any]:
     """Return the tables of a TOML text; `part` names it in messages."""
     try:
-        tables = tomllib.loads(text)
+        tables = tomllib.loads(text.removeprefix("\ufeff"))  # a mark that editors of Windows put first
         check_plain(tables, part)
         return tables
     except RecursionError:

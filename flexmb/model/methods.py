@@ -7,7 +7,10 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-__all__ = ["Formulation", "Integrator", "is_formulation", "is_integrator"]
+from flexmb.errors import ModelError
+from flexmb.model.described import is_number
+
+__all__ = ["Formulation", "Integrator", "is_formulation", "is_integrator", "require_time_limit"]
 
 
 @runtime_checkable
@@ -47,3 +50,14 @@ def is_integrator(value: Any) -> bool:
 def is_formulation(value: Any) -> bool:
     """Is it a formulation, made and not only named?"""
     return not isinstance(value, type) and isinstance(value, Formulation)
+
+
+def require_time_limit(limit: float | None, part: str) -> None:
+    """Raise ModelError unless a limit of time is None or a positive number."""
+    if limit is not None and not (is_number(limit) and limit > 0.0):
+        raise ModelError(
+            part,
+            found=f"time_limit = {limit!r}",
+            expected="a positive number of seconds, or nothing",
+            remedy="Leave it out for a run without a limit",
+        )

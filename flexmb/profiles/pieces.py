@@ -14,6 +14,8 @@ from flexmb.profiles.segments import ARC, CUBIC, INVOLUTE, LARGEST, LINE
 __all__ = ["Arc", "Involute", "Line", "Spline", "cubics", "point_of"]
 
 Segments = list[tuple[float, np.ndarray]]
+MOST_ROLL = 628.0
+"""rad: roll of the string over a piece of an involute, 100 turns; of a tooth it is below 1, of a scroll below 40."""
 
 
 def point_of(value: Any, title: str, field: str) -> np.ndarray:
@@ -173,6 +175,14 @@ class Involute(metaclass=Described):
                 remedy="An involute begins on its base circle",
             )
         first, last = (max((r / self.base_radius) ** 2 - 1.0, 0.0) ** 0.5 for r in radii)
+        if abs(last - first) > MOST_ROLL:
+            raise ModelError(
+                "Involute",
+                found=f"a piece from radius {radii[0]:.6g} to {radii[1]:.6g} m that winds "
+                f"{abs(last - first) / 6.28:.3g} times around its base circle of {self.base_radius:.6g} m",
+                expected=f"at most {MOST_ROLL / 6.28:.0f} turns",
+                remedy="Are all radii and points in m?",
+            )
         root = float(np.arctan2(ray[1], ray[0])) - self.side * (first - np.arctan(first))
         angle = root + self.side * (last - np.arctan(last))
         end = np.array(self.center) + radii[1] * np.array([np.cos(angle), np.sin(angle)])

@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
 from flexmb.profiles.feet import FOOT, MOST_FEET, find_feet
-from flexmb.profiles.segments import LARGEST, evaluate_segment, pack_segments
+from flexmb.profiles.segments import INVOLUTE, LARGEST, evaluate_segment, pack_segments, place_of
 
 __all__ = ["Profile"]
 
@@ -57,7 +57,10 @@ class Profile(metaclass=Described):
 
     def _points_of(self, i: int, chord: float) -> np.ndarray:
         """Return points of a segment, without its end."""
-        tangents = np.array([self._at(i, h)[1] for h in np.linspace(0.0, 1.0, 9)])
+        segment = self.table[place_of(i) :]
+        rolled = abs(segment[11] - segment[10]) if segment[0] == INVOLUTE else 0.0
+        places = np.linspace(0.0, 1.0, 9 + int(rolled))  # an angle is told from its neighbour up to half a turn
+        tangents = np.array([self._at(i, h)[1] for h in places])
         angles = np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))
         count = 1 + int(np.abs(np.diff(angles)).sum() / chord)
         return np.array([self._at(i, h)[0] for h in np.arange(count) / count])

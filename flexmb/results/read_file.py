@@ -17,7 +17,7 @@ from flexmb.model import modal_neutral_file
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.results.phase import INPUTS, Phase
 from flexmb.results.run_file import SCHEMA, VERSION, read_written
-from flexmb.results.status import Status
+from flexmb.results.status import SHARED, Status
 from flexmb.results.written import Written, WrittenPhase
 
 __all__ = ["read_solution_file", "stored_body"]
@@ -58,7 +58,7 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
             phases.append(_read_phase(phase, stream, own))
             columns.update(phase.columns)
         status = Status.from_text(written.status) if written.status is not None else None
-        statistics, lost = json.loads(written.statistics), _lost(written)
+        statistics, lost = _statistics(written.statistics), _lost(written)
     phases = [phase for phase in phases if len(phase.t)]
     running = holder(path)
     if not phases:
@@ -80,6 +80,20 @@ def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[st
         t = float(phases[-1].t[-1])
         status = Status.running(t, running) if running else Status.interrupted(t)
     return tuple(phases), status, statistics, columns
+
+
+def _statistics(text: str) -> dict[str, Any]:
+    """Return the statistics of a run; ValueError where lists of sentences and names are something else.
+
+    Numbers that are none are left out: what was not counted, a resumed run cannot count on.
+    """
+    found = json.loads(text)
+    if not isinstance(found, dict):
+        raise ValueError("its statistics are no table")
+    for name in ("warnings", "notes", SHARED):
+        if not (isinstance(found.get(name, []), list) and all(isinstance(one, str) for one in found.get(name, []))):
+            raise ValueError(f"its statistics have '{name}' that are no texts")
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def _lost(written: Written) -> str:

@@ -85,6 +85,8 @@ class RunFile:
         See `floating_data`.
     rows, seconds : int, float
         Samples are written after so many rows, or so many seconds.
+    part : str
+        How messages call it; "Solution file 'path'" unless given.
 
     Raises
     ------
@@ -103,12 +105,21 @@ class RunFile:
             run.finish(Status.finished(t), {"steps": 100})
     """
 
+    _part: str
+    _lock: Lock
     _journal: Journal | None = None
 
     def __init__(
-        self, path: str | Path, bodies: Mapping[str, Any] | None = None, *, rows: int = ROWS, seconds: float = SECONDS
+        self,
+        path: str | Path,
+        bodies: Mapping[str, Any] | None = None,
+        *,
+        rows: int = ROWS,
+        seconds: float = SECONDS,
+        part: str = "",
     ):
         self._open(path, rows, seconds, "create")
+        self._part = part or self._part
         try:
             with hdf5.writing(self.path, schema=SCHEMA, version=VERSION, part=self._part, doing="create") as file:
                 self._write_bodies(file, bodies or {})

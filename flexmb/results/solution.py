@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, ValidityWarning, did_you_mean, listed
+from flexmb.files import check_folder, complaints, replacing
+from flexmb.lock import Lock
 from flexmb.model.kinds import Sensor
 from flexmb.results.interpolation import instant_at
 from flexmb.results.phase import INPUTS, Instant, Phase
 from flexmb.results.read_file import read_solution_file
-from flexmb.results.run_file import RunFile, floating_data
+from flexmb.results.run_file import FIELDS, RunFile, floating_data
 from flexmb.results.series import Series
-from flexmb.results.status import Status
+from flexmb.results.status import SHARED, Status
 
 __all__ = ["SHARED", "Solution"]
 
-SHARED = "reactions not unique"
-"""Name of the statistic that lists the joints, with their equations, between which reactions are not unique."""
 NEGLIGIBLE = 1e-9
 """Multipliers that are so small relative to the largest one carry no load."""
 
@@ -223,6 +223,9 @@ class Solution:
     def save(self, path: str | Path, write_model: Callable[[Any], str] | None = None) -> Path:
         """Write the solution with the values of all its sensors to an HDF5 file and return the path.
 
+        The file takes the place of an older one when it is complete: a program that saves again and again what it has
+        reached has at any time, also when it is killed, the one or the other.
+
         Parameters
         ----------
         path : path
@@ -233,18 +236,25 @@ class Solution:
         bodies = floating_data(self.model) if self.model is not None else {}
         values = {name: self[name] for name in self.sensor_names}
         columns = {name: self.column_titles(name) for name in values}
-        start = 0
-        with RunFile(path, bodies) as run:
+        start, part = 0, f"Solution file '{path}'"
+        check_folder(Path(path), part)
+        with complaints(part, "write"):
+            lock = Lock(path, part)
+        with lock, replacing(path, part) as temporary, RunFile(temporary, bodies, part=part) as run:
             for phase in self.phases:
                 rows = slice(start, start + len(phase.t))
                 start = rows.stop
                 run.begin(write_model(phase.model) if write_model is not None and phase.model is not None else "")
-                run.append(phase.t, phase.q, phase.u, phase.a, phase.lam, phase.works)
+                samples = len(phase.t) - phase.cut_off  # its last row is no sample
+                run.append(*(getattr(phase, name)[:samples] for name in FIELDS))
+                if phase.cut_off:
+                    run.reached(*(getattr(phase, name)[-1] for name in FIELDS))
                 tables, titles = {name: array[rows] for name, array in values.items()}, dict(columns)
                 if phase.inputs is not None and phase.inputs.size:
                     tables[INPUTS], titles[INPUTS] = phase.inputs, tuple(phase.system.inputs)
                 run.end(phase.ended, tables, titles)
-            return run.finish(self.status, self.statistics)
+            run.finish(self.status, self.statistics)
+        return Path(path)
 
     @staticmethod
     def load(path: str | Path, *, model=None, read_model: Callable[[str, dict], Any] | None = None) -> Solution:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 
-__all__ = ["Status"]
+__all__ = ["SHARED", "Status"]
+
+SHARED = "reactions not unique"
+"""Name of the statistic that lists the joints, with their equations, between which reactions are not unique."""
 
 
 @dataclass(frozen=True)
@@ -15,7 +18,8 @@ class Status:
     Parameters
     ----------
     kind : str
-        "finished", "stopped", "interrupted", "failed" or "running"; make a status with the method of that name.
+        "finished", "stopped", "interrupted", "limited", "failed" or "running"; make a status with the method of that
+        name.
     message : str
         What happened, with its time.
     remedy : str
@@ -49,6 +53,12 @@ class Status:
         """The user, or the end of the process, cut the run off; all samples so far are there."""
         when = "" if t is None else f" after t = {t:.6g} s"
         return Status("interrupted", f"the run was cut off{when}", "What was computed is complete and can be read")
+
+    @staticmethod
+    def limited(seconds: float, t: float) -> Status:
+        """The run has used up the time that it was given; all samples so far are there."""
+        found = f"the limit of {seconds:g} s of clock time was reached at t = {t:.6g} s"
+        return Status("limited", found, "What was computed is complete; resume the run to go on from there")
 
     @staticmethod
     def running(t: float, who: str = "another process") -> Status:

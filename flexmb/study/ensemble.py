@@ -13,6 +13,7 @@ from flexmb.integrate import Family
 from flexmb.study.cluster import rows_by_executor
 from flexmb.study.outputs import columns
 from flexmb.study.processes import Pending
+from flexmb.study.sources import require_end
 from flexmb.study.table import Row
 from flexmb.study.variants import Task, warnings_by_thread
 
@@ -37,8 +38,7 @@ class Ensemble:
         model, settings = self.described(parameters)
         wanted = columns(outputs, model)
         solution = self.family.solution(model, **settings, progress=self._look)
-        if solution.status.kind == "interrupted":
-            raise KeyboardInterrupt
+        require_end(solution)
         return {column.title: column.value(solution) for column in wanted}
 
     def _look(self, t: float, t_end: float) -> None:

@@ -14,12 +14,13 @@ from typing import Any
 
 import flexmb as fmb
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
+from flexmb.files import resolved
 from flexmb.io import OpenModelFile
 from flexmb.model import Model
 from flexmb.results import Solution
 from flexmb.study.outputs import columns
 
-__all__ = ["FunctionSource", "ModelFile", "function_in"]
+__all__ = ["FunctionSource", "ModelFile", "function_in", "require_end"]
 
 MODEL, SOLUTION, TABLE = "model.toml", "solution.h5", "sensors.csv"
 """The files of a run folder, as `flexmb run` writes them."""
@@ -36,6 +37,7 @@ class ModelFile:
         Values that replace the file's in all variants.
     t_end : float, s, optional
     samples : int, optional
+    time_limit : float, s, optional
         Replace the values of ``[simulation]``.
     """
 
@@ -43,10 +45,11 @@ class ModelFile:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     t_end: float | None = None
     samples: int | None = None
+    time_limit: float | None = None
     trust: bool = False
 
     def __post_init__(self):
-        object.__setattr__(self, "path", str(Path(self.path).resolve()))
+        object.__setattr__(self, "path", str(resolved(self.path)))
 
     def check(self, names: Sequence[str], outputs: Sequence[str] | None, first: Mapping[str, Any]) -> None:
         """Raise FlexmbError unless the file can be read, and has the parameters and the sensors.
@@ -76,6 +79,7 @@ class ModelFile:
             if data is not None:
                 digest.update(data.frequencies.tobytes() + data.nodes.tobytes() + data.shapes.tobytes())
         simulation = {name: repr(value) for name, value in self._simulation({}).keywords().items()}
+        simulation.pop("time_limit", None)  # a study goes on with more time
         return {"model": digest.hexdigest()[:20], **simulation}
 
     def values(self, parameters: Mapping[str, Any], outputs, folder: Path | None) -> dict[str, float]:
@@ -96,7 +100,7 @@ class ModelFile:
 
         def described(parameters: Mapping[str, Any]) -> tuple[Model, dict[str, Any]]:
             given = {**self.parameters, **parameters}
-            return file.model(given), file.simulation(given, t_end=self.t_end, samples=self.samples).keywords()
+            return file.model(given), file.simulation(given, **self._own()).keywords()
 
         return described
 
@@ -112,7 +116,10 @@ class ModelFile:
 
     def _simulation(self, parameters: Mapping[str, Any]):
         given = {**self.parameters, **parameters}
-        return fmb.load_simulation(self.path, given, t_end=self.t_end, samples=self.samples)
+        return fmb.load_simulation(self.path, given, **self._own())
+
+    def _own(self) -> dict[str, Any]:
+        return {"t_end": self.t_end, "samples": self.samples, "time_limit": self.time_limit}
 
 
 @dataclass(frozen=True)
@@ -127,14 +134,16 @@ class FunctionSource:
     parameters : mapping
         Arguments that stay the same.
     t_end : float, s, optional
-        For functions that return a Model.
     samples : int, optional
+    time_limit : float, s, optional
+        For functions that return a Model.
     """
 
     function: Callable[..., Any]
     parameters: Mapping[str, Any] = field(default_factory=dict)
     t_end: float | None = None
     samples: int | None = None
+    time_limit: float | None = None
 
     @property
     def title(self) -> str:
@@ -199,7 +208,8 @@ class FunctionSource:
                 expected="t_end in seconds",
                 remedy="Give t_end, or let the function simulate and return the solution",
             )
-        return {"t_end": self.t_end} | ({} if self.samples is None else {"samples": self.samples})
+        given = {"samples": self.samples, "time_limit": self.time_limit}
+        return {"t_end": self.t_end} | {name: value for name, value in given.items() if value is not None}
 
     def values(self, parameters: Mapping[str, Any], outputs, folder: Path | None) -> dict[str, float]:
         """Return the numbers of one variant."""
@@ -224,7 +234,7 @@ class FunctionSource:
 def function_in(text: str) -> Callable[..., Any]:
     """Return the function that ``"path/of/module.py:name"`` names; workers import it from the same file."""
     path, _, name = text.rpartition(":")
-    file = Path(path).resolve()
+    file = resolved(path)
     if not file.is_file():
         raise ModelError(
             f"Function '{text}'",
@@ -258,11 +268,23 @@ def _simulated(model: Model, settings: Mapping[str, Any], outputs, folder: Path 
     wanted = columns(outputs, model)
     stored = {} if folder is None else {"output": folder / SOLUTION, "write_model": fmb.model_text}
     solution = fmb.simulate(model, **settings, **stored)
+    if folder is not None and solution.status.kind != "interrupted":
+        fmb.write_table(solution, folder / TABLE)
+    require_end(solution)
+    return {column.title: column.value(solution) for column in wanted}
+
+
+def require_end(solution: Solution) -> None:
+    """Raise what it means for a variant that its run was ended before its time."""
     if solution.status.kind == "interrupted":
         raise KeyboardInterrupt
-    if folder is not None:
-        fmb.write_table(solution, folder / TABLE)
-    return {column.title: column.value(solution) for column in wanted}
+    if solution.status.kind == "limited":
+        raise FlexmbError(
+            f"Model '{getattr(solution.model, 'name', '?')}'",
+            found=solution.status.message,
+            expected="a run that comes to its end",
+            remedy="Give a larger time_limit, and compute the rows that failed once more",
+        )
 
 
 def _reduced(solution: Solution, outputs, folder: Path | None) -> dict[str, float]:

@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 
 from flexmb.broken_pipes import keep_broken_pipes_errors
 from flexmb.errors import FlexmbError, ModelError
+from flexmb.files import resolved
 from flexmb.math import cores
+from flexmb.model.methods import require_time_limit
 from flexmb.parts.watchers import Count, watching
 from flexmb.study.cluster import rows_by_executor
 from flexmb.study.ensemble import Ensemble, require_plain, rows_by_threads
@@ -45,6 +47,7 @@ def sweep(
     parameters: Mapping[str, Any] | None = None,
     t_end: float | None = None,
     samples: int | None = None,
+    time_limit: float | None = None,
     folder: str | Path | None = None,
     keep_runs: bool = False,
     trust: bool = False,
@@ -71,9 +74,8 @@ def sweep(
         May functions be imported that a model file names? See `flexmb.load_model`.
     parameters : mapping, optional
         Parameters that have the same other value in all variants.
-    t_end : float, s, optional
-    samples : int, optional
-        Replace the values of the model file.
+    t_end, samples, time_limit : float, s; int; float, s; optional
+        Replace the values of the model file. A variant that needs more clock time than its limit is a row that failed.
     folder : path, optional
         Where the table and all rows are stored. If it holds this very study already, only missing rows are computed.
     keep_runs : bool
@@ -83,7 +85,7 @@ def sweep(
     jobs : int, optional
         Processes; as many as there are cores unless given. They have one BLAS thread each.
     timeout : float, s, optional
-        Time that a variant may take on a process.
+        Time that a variant may take on a process, which is ended then, whatever it does.
     executor : Executor, optional
         Of `concurrent.futures`, instead of processes of this machine: `dask_executor`, mpi4py's, threads.
     engine : "processes" or "compiled"
@@ -108,8 +110,9 @@ def sweep(
             keep_runs=(keep_runs, "files are written under one lock"),
             executor=(executor, "its workers would be given variants one by one"),
         )
-    common = (dict(parameters or {}), t_end, samples)
-    origin = FunctionSource(source, *common) if callable(source) else ModelFile(str(source), *common, trust)
+    require_time_limit(time_limit, "Study")
+    common = (dict(parameters or {}), t_end, samples, time_limit)
+    origin = FunctionSource(source, *common) if callable(source) else ModelFile(str(source), *common, trust=trust)
     count = Count()
     with watching(count):  # the first variant is looked at here, and its parts are reduced for it
         origin.check(plan.names, outputs, plan.variant(0))
@@ -117,7 +120,7 @@ def sweep(
     known = {} if kept is None else {k: row for k, row in kept.rows.items() if not _again(row, retry)}
     pending = [(k, plan.variant(k - 1)) for k in range(1, len(plan) + 1) if k not in known]
     keep_broken_pipes_errors()  # a worker that dies must not take this process with it
-    task = Task(origin, outputs, str(kept.runs.resolve()) if kept is not None and keep_runs else "")
+    task = Task(origin, outputs, str(resolved(kept.runs)) if kept is not None and keep_runs else "")
     rows: Iterator[Row] = iter(())
     if engine == COMPILED and pending:
         rows = rows_by_threads(Task(Ensemble(origin), outputs), pending, jobs or cores())

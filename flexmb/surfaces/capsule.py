@@ -35,7 +35,7 @@ class Capsule(Bar):
         r, h = self.radius, 0.5 * self.length
         side = frustum((r, -h), (r, h), spacing)
         area = 4.0 * np.pi * r * r
-        n = on_unit_sphere(2 * max(2, round(0.5 * area / spacing**2)))
+        n = on_unit_sphere(2 * max(2, round(0.5 * area / spacing / spacing)))
         ends = r * n + np.where(n[:, 2:] > 0.0, h, -h) * (0, 0, 1)
         return (
             np.concatenate([side[0], ends]),

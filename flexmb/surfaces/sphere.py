@@ -49,7 +49,7 @@ class Sphere(Shape):
     def samples(self, spacing: float) -> Points:
         """Return points of equal areas."""
         area = 4.0 * np.pi * self.radius**2
-        normals = on_unit_sphere(max(4, round(area / spacing**2)))
+        normals = on_unit_sphere(max(4, round(area / spacing / spacing)))
         return self.radius * normals, normals, np.full(len(normals), area / len(normals))
 
     def drawing(self) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from flexmb.surfaces.trees import built, slabs
 
 __all__ = ["Surface"]
 
-MOST_SAMPLES = 2_000_000
+MOST_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Surface(Part):
             )
         if self.spacing is not None:
             self.require_positive("spacing")
-            if np.isfinite(self.shape.reach) and (self.shape.reach / self.spacing) ** 2 > MOST_SAMPLES:
+            if np.isfinite(self.shape.reach) and 4.0 * np.pi * (self.shape.reach / self.spacing) ** 2 > MOST_SAMPLES:
                 raise ModelError(
                     self.title,
                     found=f"spacing = {self.spacing} m on a shape that reaches {self.shape.reach:.3g} m",

@@ -269,7 +269,15 @@ def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     evaluate(system.program, state, work)
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
     spans = {body: system.body_slices[body.name][1] for body in system.model.bodies}
-    body, first = next((b, span.start) for b, span in spans.items() if span.start <= unknown < span.stop)
+    of_bodies = [(b, span.start) for b, span in spans.items() if span.start <= unknown < span.stop]
+    if not of_bodies:
+        return CompileError(
+            system.owner(unknown),
+            found=f"the rate of its state is no finite number at t = {state.t:.6g} s",
+            expected="states with finite rates",
+            remedy="Correct its numbers and signals",
+        )
+    body, first = of_bodies[0]
     if not body.has_frame or unknown - first >= 6:
         return CompileError(
             body.title,

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import FlexmbError
 from flexmb.integrate import simulate
 from flexmb.integrate.impulsive import rigid_contacts
+from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import Instant, Phase, Solution
 from flexmb.system import compile as compile_model
@@ -44,7 +45,8 @@ def whole_window(solution: Solution, window) -> tuple[float, float]:
     first, last = float(solution.t[0]), float(solution.t[-1])
     if window is not None:
         return float(window[0]), float(window[1])
-    if solution.statistics.get("steps", 0) <= COSTLY:
+    steps = solution.statistics.get("steps", 0)
+    if not is_number(steps) or steps <= COSTLY:
         return first, last
     kinetic = np.concatenate([solution.series(k).energy[:, 0] for k in range(len(solution.phases))])
     middle = float(solution.t[int(np.argmax(kinetic))])

@@ -1,6 +1,7 @@
 """Kernels are compiled ahead: those with a declared signature, and what the small analyses need."""
 
 import os
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
@@ -53,3 +54,19 @@ def test_jobs_are_at_least_one(capsys):
 def test_kernels_to_ship_have_one_place(capsys):
     assert main(["warm", "--ship", "--into", "elsewhere"]) == 2
     assert "--into or --processor. Expected: one of x86_64, aarch64, and no other folder" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_named_before_compiling(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["warm", "--into", str(tmp_path / "file")]) == 2
+    assert "cannot write into it" in capsys.readouterr().err
+
+
+def test_a_process_that_is_ended_while_it_compiles(monkeypatch, capsys):
+    class Broken:
+        def __init__(self, *_, **__):
+            raise BrokenProcessPool
+
+    monkeypatch.setattr(warm, "ProcessPoolExecutor", Broken)
+    assert main(["warm", "--jobs", "1"]) == 2
+    assert "a process that compiles was ended" in capsys.readouterr().err

@@ -24,6 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from faults.bench import SAMPLES, SCENES, Bench, Counts
 from faults.children import begin, ended, shim
+from faults.saves import kill_saves
 from faults.verbs import all_verbs
 
 from flexmb import fmi, io, study, view
@@ -246,6 +247,7 @@ CAMPAIGNS: dict[str, Callable[[Bench], Counts]] = {
     "read-only folder": read_only,
     "deleted folder": deleted_folder,
     "two processes": two_at_a_time,
+    "kill a loop of saves": kill_saves,
 }
 
 

@@ -69,8 +69,8 @@ def shim():
     return library if hasattr(library, "faults_begin") else None
 
 
-def begin(arguments: Sequence[str], before: Callable[[], None] = lambda: None) -> Child:
-    """Start ``flexmb`` with these arguments in a fork, after `before` has been called there."""
+def begin(arguments: Sequence[str], before: Callable[[], None] = lambda: None, act: Callable[..., int] = main) -> Child:
+    """Start ``flexmb``, or another function, with these arguments in a fork, after `before` has been called there."""
     handle, text = tempfile.mkstemp(suffix=".txt")
     reading, writing = os.pipe()
     pid = os.fork()
@@ -86,7 +86,7 @@ def begin(arguments: Sequence[str], before: Callable[[], None] = lambda: None) -
         signal.signal(signal.SIGINT, signal.default_int_handler)
         _report_to(writing)
         before()
-        code = main(list(arguments))
+        code = act(list(arguments))
         library = shim()
         if library is not None:
             os.write(2, f"\ncalls: {library.faults_count()}\n".encode())

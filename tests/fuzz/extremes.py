@@ -127,6 +127,9 @@ t_end = 0.2
 samples = 21
 """
 
+TIME_LIMIT = 10.0
+"""s, of a run: what is long and honest work ends there, and may be continued."""
+
 INTEGRATORS = (
     "",
     "integrator = { kind = 'GeneralizedAlpha', rho_inf = 0.8, step = 1e-3 }\n",
@@ -181,6 +184,6 @@ def use(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error", fmb.SlowRunWarning)  # it says that it takes long, and how long
         try:
-            fmb.simulate(model, **settings.keywords())
+            fmb.simulate(model, **settings.keywords(), time_limit=TIME_LIMIT)
         except fmb.SlowRunWarning as told:
             raise IntegrationError(f"Model '{model.name}'", found=str(told)) from None

@@ -30,3 +30,23 @@ def test_a_run_folder(tmp_path, capsys):
         text = stream.read()
     first = text.partition(b'file="')[2].partition(b'"')[0]
     assert os.path.isfile(os.path.join(os.fsencode(name), first))  # as ParaView will look for it
+
+
+def test_a_mark_of_the_byte_order_before_a_model_file(tmp_path):
+    """Editors of Windows put it first, and end lines by two characters."""
+    path = tmp_path / "model.toml"
+    path.write_bytes('\ufeffname = "stone"\r\n[[body]]\r\nkind = "Ground"\r\n'.encode())
+    assert fmb.load_model(path).name == "stone"
+
+
+@pytest.mark.parametrize("field", ['base = "ring.toml"', 'parameters_from = [{ file = "ring.toml", table = "a" }]'])
+def test_links_that_lead_in_a_circle(tmp_path, field):
+    (tmp_path / "ring.toml").symlink_to("back.toml")
+    (tmp_path / "back.toml").symlink_to("ring.toml")
+    path = tmp_path / "model.toml"
+    path.write_text(f'{field}\n[[body]]\nkind = "Ground"\n')
+    with pytest.raises(fmb.FlexmbError, match=r"ring\.toml"):
+        fmb.load_model(path)
+    path.write_text('[[body]]\nkind = "FloatingBody"\nname = "f"\ndata = "ring.toml"\n')
+    with pytest.raises(fmb.FlexmbError, match=r"ring\.toml"):
+        fmb.load_model(path)

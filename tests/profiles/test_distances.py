@@ -166,8 +166,19 @@ def _square(*corners):
             lambda: fmb.Outline(start=(0.5, 0), pieces=[fmb.Involute(base_radius=1.0, radius=2.0, side=1)]),
             "base circle",
         ),
+        (
+            lambda: fmb.Outline(start=(1, 0), pieces=[fmb.Involute(base_radius=1.0, radius=2e9, side=1)], ends=True),
+            "winds 3.*e.08 times around its base circle",
+        ),
     ],
 )
 def test_bad_curves_are_refused_by_name(make, words):
     with pytest.raises(ModelError, match=words):
         make()
+
+
+def test_an_involute_of_many_turns_is_drawn_as_finely_as_one_of_few():
+    """The tangent turns as the string rolls: ten turns of it have at least that many chords."""
+    radius = float(np.hypot(1.0, 20.0 * np.pi))
+    scroll = fmb.Outline(start=(1, 0), pieces=[fmb.Involute(base_radius=1.0, radius=radius, side=1)], ends=True)
+    assert len(scroll.points(0.1)) >= 20.0 * np.pi / 0.1

@@ -511,3 +511,25 @@ def test_records_without_numbers_are_read(tmp_path, monkeypatch):
     path.write_bytes(whole[: ends[1]] + whole[ends[2] :])
     with pytest.warns(UserWarning, match=r"behind t = 10 s, and 1 samples that follow"):
         assert len(Solution.load(path).t) == 7
+
+
+@pytest.mark.parametrize("name", ["warnings", "notes", "reactions not unique"])
+@pytest.mark.parametrize("value", [None, 1, "text", [1, 2], {"a": 1}])
+def test_statistics_of_another_kind_are_refused(tmp_path, name, value):
+    """Lists of sentences and names are read later, by reports and resumed runs, which would end in a traceback."""
+    with RunFile(tmp_path / "run.h5") as run:
+        run.begin("")
+        run.append(0.0, [1.0], [0.0], [0.0], [], [0.0, 0.0, 0.0])
+        run.end("finished")
+        run.finish(Status.finished(0.0), {name: value})
+    with pytest.raises(DataFileError, match="damaged"):
+        Solution.load(tmp_path / "run.h5")
+
+
+def test_what_was_not_counted_is_left_out(tmp_path):
+    with RunFile(tmp_path / "run.h5") as run:
+        run.begin("")
+        run.append(0.0, [1.0], [0.0], [0.0], [], [0.0, 0.0, 0.0])
+        run.end("finished")
+        run.finish(Status.finished(0.0), {"steps": None, "seconds": 2.0})
+    assert Solution.load(tmp_path / "run.h5").statistics == {"seconds": 2.0}

@@ -1,5 +1,7 @@
 """`Solution`: samples, phases, states in between; its file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from results.spinning import angle_at, observe, spinning_model, spinning_phase, split
@@ -7,7 +9,7 @@ from tolerances import MACHINE
 
 from flexmb import sensors
 from flexmb.errors import DataFileError, FlexmbError
-from flexmb.results import Phase, Solution, Status
+from flexmb.results import Phase, RunFile, Solution, Status
 
 SENSORS = (
     sensors.Position("tip", marker="rod.end"),
@@ -130,6 +132,30 @@ def test_saved_and_loaded(tmp_path):
         np.testing.assert_array_equal(getattr(bare.phases[0], name), getattr(solution.phases[0], name))
     with pytest.raises(FlexmbError, match=r"the model is not known.*read_model"):
         bare.series(0).energy  # noqa: B018
+
+
+def test_what_was_saved_before_is_there_until_the_new_file_is_complete(tmp_path, monkeypatch):
+    """A program that saves again and again what it has reached, and is ended while it does."""
+    path, solution = tmp_path / "run.h5", make(status=Status.stopped("end", 1.0))
+    solution.save(path)
+    before = path.read_bytes()
+    monkeypatch.setattr(RunFile, "append", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        solution.save(path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_a_state_that_is_no_sample_stays_one_that_is_none(tmp_path):
+    """The last row of a run that was cut off between two samples: a resumed run forgets it."""
+    solution = make()
+    cut = replace(solution, phases=(replace(solution.phases[0], cut_off=True),))
+    loaded = Solution.load(cut.save(tmp_path / "run.h5"))
+    assert loaded.phases[0].cut_off
+    for name in ("t", "q", "u", "a", "lam", "works"):
+        np.testing.assert_array_equal(getattr(loaded.phases[0], name), getattr(solution.phases[0], name))
+    for name in solution.sensor_names:
+        np.testing.assert_array_equal(loaded[name], solution[name])
 
 
 def test_the_model_comes_back_through_a_reader(tmp_path):

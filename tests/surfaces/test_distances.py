@@ -119,6 +119,7 @@ def test_drawn_triangles_lie_on_the_surface_and_face_outward(name):
         (lambda: fmb.Surface("s", marker="b.m", shape="Sphere"), "shape = 'Sphere'"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=0.0), "spacing = 0.0"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=1e-6), "at most about"),
+        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(16.0), spacing=0.05), "at most about"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Plane(), spacing=0.1).points, "finite area"),
     ],
 )
@@ -178,3 +179,11 @@ def test_height_field():
 def test_refused_shapes(make, message):
     with pytest.raises(fmb.ModelError, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    "shape", [fmb.Sphere(0.1), fmb.Capsule(radius=0.1, length=0.2)], ids=lambda s: type(s).__name__
+)
+def test_a_spacing_beyond_all_sizes_gives_the_fewest_points(shape):
+    surface = fmb.Surface("s", marker="b.m", shape=shape, spacing=1e300)
+    assert 4 <= len(surface.points[0]) < 20

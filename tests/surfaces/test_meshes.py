@@ -292,6 +292,22 @@ def test_no_sample_is_left_out(rng):
             assert found[0]["gap"] == pytest.approx(every[0], abs=1e-12)
 
 
+PLY = """ply
+format ascii 1.0
+element vertex 4
+property double x
+property double y
+property double z
+element face 2
+property list uint8 int32 vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+"""
+
+
 @pytest.mark.parametrize(
     ("head", "message"),
     [
@@ -314,6 +330,7 @@ def test_damaged_headers(tmp_path, head, message):
         ("solid.off", "OFF\n# 4 4 6\n\n", "no line of counts"),
         ("solid.off", "OFF\n400000000 1 0\n", "more than it holds"),
         ("solid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 " + "9" * 400 + "\n", "not numbers"),
+        ("solid.ply", PLY + "3   2 4\n3 0 1 2\n", "'triangle' with"),
         ("solid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "corners of cells.* 8. Expected: .* from 0 to 2"),
         ("solid.obj", "v 0 0 0 1 0\nv 1 0 0 1 0\nv 0 1 0 1 0\nf 1 2 3\n", r"points of the shape \(3, 5\)"),
     ],

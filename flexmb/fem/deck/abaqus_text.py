@@ -7,6 +7,7 @@ from pathlib import Path
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import HUGE, beside, deck_bytes
+from flexmb.files import resolved
 
 __all__ = ["Block", "is_number", "read_blocks"]
 
@@ -129,6 +130,6 @@ def _include(
 ) -> None:
     name = block.need("INPUT").replace("\\", "/")
     if (found := beside(name, main, path)) is not None:
-        _read(found, main, blocks, (*above, path.resolve()), read)
+        _read(found, main, blocks, (*above, resolved(path)), read)
         return
     raise block.wrong(f"INPUT={name[:120]}: no such file", f"a file beside '{main}'", "Put the included file there")

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from flexmb.errors import MeshError
+from flexmb.files import resolved
 
 __all__ = ["HUGE", "beside", "deck_bytes"]
 
@@ -32,11 +33,11 @@ def deck_bytes(path: Path, above: tuple[Path, ...], read: list[Path]) -> bytes:
             expected="files that are included a few times",
             remedy="Remove the INCLUDE that repeat each other",
         )
-    if path.resolve() in above or len(above) > DEEPEST:
+    if resolved(path) in above or len(above) > DEEPEST:
         raise MeshError(
             f"Deck '{path}'",
             found=f"files that include each other: {' -> '.join(each.name for each in (*above, path))}"
-            if path.resolve() in above
+            if resolved(path) in above
             else f"more than {DEEPEST} files deep",
             expected="INCLUDE files that end",
             remedy="Remove the INCLUDE that leads back",

@@ -11,6 +11,7 @@ from pathlib import Path
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import beside, deck_bytes
 from flexmb.fem.deck.nastran_replication import Replication
+from flexmb.files import resolved
 
 __all__ = ["Lines", "Places", "control", "deck_lines"]
 
@@ -138,7 +139,7 @@ def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None
             if name[:1] in (b"'", b'"') and name.count(name[:1]) < 2 and begin < last:
                 waiting = (line, place)
                 continue
-            _read(_included(name, path, main, place), main, lines, (*above, path.resolve()))
+            _read(_included(name, path, main, place), main, lines, (*above, resolved(path)))
             continue
         if line and line[:1] != b"$" and b"$" in line:
             line = line[: line.index(b"$")].rstrip()

@@ -106,6 +106,9 @@ class _Run:
         self.solver = self._solver(settings)
         self.solver.init_step(state.t, self.y, self.yp)
 
+    def __deepcopy__(self, memo):
+        raise TypeError("the solver keeps what it knows to itself: a copy of it knows nothing")
+
     def _yielding(self, state) -> np.ndarray:
         """Return the compliance of the constraints (2, ng), s: zero unless equations depend on each other."""
         system = self.system

@@ -11,6 +11,7 @@ from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.runs.simulate import chosen_integrator, run_assembled, sample_times, state_at
 from flexmb.math.ahead import compile_ahead
 from flexmb.model.block import Block
+from flexmb.model.methods import require_time_limit
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.results import Solution
@@ -39,6 +40,7 @@ class Family:
         samples: Any = 201,
         start: Any = None,
         progress: Callable[[float, float], None] | None = None,
+        time_limit: float | None = None,
     ) -> Solution:
         """Return the motion of a variant; arguments and errors are those of `simulate`.
 
@@ -57,6 +59,7 @@ class Family:
             )
         _require_no_python(model)
         require_method(model, integrator, "sweep")
+        require_time_limit(time_limit, "sweep")
         times = sample_times(0.0, t_end, samples)
         require_orbit(model, float(times[-1]))
         clock, told = time.perf_counter(), []
@@ -70,7 +73,9 @@ class Family:
             told += require_motion_to_begin(*assembled, assembled[0].workspace())
             if not told:
                 self._alikes.note(assembled[0])
-        return run_assembled(integrator, assembled, times, told, clock, progress=progress, regular=True)
+        return run_assembled(
+            integrator, assembled, times, told, clock, progress=progress, regular=True, time_limit=time_limit
+        )
 
 
 def _require_no_python(model: Model) -> None:

@@ -1,9 +1,14 @@
-"""Ctrl-C and a polite kill, noticed where nothing is half written."""
+"""Ctrl-C, a polite kill and the limit of time of a run, noticed where nothing is half written."""
 
 from __future__ import annotations
 
 import signal
+import time
 from types import FrameType
+
+import numpy as np
+
+from flexmb.results import Status
 
 __all__ = ["Interruption"]
 
@@ -17,10 +22,17 @@ class Interruption:
 
     Only what would raise KeyboardInterrupt is taken over: Ctrl-C where Python's own handler is installed, and a kill
     where a handler turns it into one, as the command line does. Handlers of the caller's own stay.
+
+    Parameters
+    ----------
+    limit : float, s, optional
+        Clock time from the first look on after which it ends the simulation in the same way; what is compiled before
+        does not count.
     """
 
-    def __init__(self):
-        self._asked = self._looked = False
+    def __init__(self, limit: float | None = None):
+        self._asked = self._looked = self._over = False
+        self._limit, self._until = limit, np.inf
         self._before: dict[int, object] = {}
 
     def __enter__(self) -> Interruption:
@@ -42,14 +54,26 @@ class Interruption:
 
     @property
     def asked(self) -> bool:
-        """Has the user asked for the end?"""
-        return self._asked
+        """Has the user asked for the end, or was the time used up at the last look at the clock?"""
+        return self._asked or self._over
+
+    def look_at_clock(self) -> None:
+        """Find out whether the time is used up."""
+        if self._limit is not None and not self._looked:
+            self._until = time.monotonic() + self._limit
+        self._over = time.monotonic() >= self._until
 
     def look(self) -> None:
-        """Raise KeyboardInterrupt if the user has asked for the end."""
+        """Raise KeyboardInterrupt if the user has asked for the end, or the time is used up."""
         self._looked = True
-        if self._asked:
+        if self.asked:
             raise KeyboardInterrupt
+
+    def status(self, t: float) -> Status:
+        """Return how a run has ended that it has stopped at t."""
+        if self._over and not self._asked and self._limit is not None:
+            return Status.limited(self._limit, t)
+        return Status.interrupted(t)
 
 
 def _taken() -> list[int]:

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWarning
-from flexmb.integrate.extent import extents
 from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
-from flexmb.integrate.runs.breaks import jumps_at_once, just_after, refined, with_breaks, with_fine
+from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.fastest import fastest, unchanged
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.integrate.runs.marks import SAME, marks_to
 from flexmb.integrate.runs.pace import REMEDY as REMEDY_OF_PACE
 from flexmb.integrate.runs.pace import Pace
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
@@ -49,8 +48,6 @@ LASTING = (
     "Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
     "the run by an event with Stop"
 )
-SAME = 1e-13
-"""Times that differ by less, relative to them, are the same."""
 CHUNK = 0.2
 """Seconds between looks at progress, interruption and the file, where samples come in time."""
 PATIENCE = 0.3
@@ -62,11 +59,24 @@ HOLD = 10.0
 class Phases:
     """A run through the phases that events divide it into.
 
-    `before` are the statistics of the run that is continued, if one is; `whole` asks for all samples at once.
+    `before` are the statistics of the run that is continued, if one is, and `planned` all its samples; `whole` asks for
+    all samples at once; after `time_limit` seconds of the clock it ends.
     """
 
-    def __init__(self, integrator, recorder: Recorder, times: np.ndarray, progress, before=None, whole=False):
+    def __init__(
+        self,
+        integrator,
+        recorder: Recorder,
+        times: np.ndarray,
+        progress,
+        before=None,
+        whole=False,
+        planned=None,
+        time_limit=None,
+    ):
         self.integrator, self.recorder, self.times, self.progress = integrator, recorder, times, progress
+        self.planned = times if planned is None else planned
+        self.span = float(self.planned[-1] - self.planned[0])
         self.statistics: dict[str, Any] = {}
         self.variables: Any = None
         self.validity = Validity(before)
@@ -76,7 +86,7 @@ class Phases:
         self.jumps: list[PrescribedJump] = []
         self.t = float(times[0])
         self.recording = False
-        self.interruption = Interruption()
+        self.interruption = Interruption(time_limit)
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
         self.pace = Pace(float(times[0]), float(times[-1]))
@@ -93,9 +103,10 @@ class Phases:
         except KeyboardInterrupt:
             if not self.recorder.phases and not self.recorder.rows:
                 raise
+            status = self.interruption.status(self.t)
             if self.recording:
-                self.recorder.end("interrupted")
-            return Status.interrupted(self.t)
+                self.recorder.end(status.kind)
+            return status
         except (ModelError, CompileError, IntegrationError) as error:
             if not self.recorder.phases and not self.recorder.rows:
                 raise
@@ -147,7 +158,7 @@ class Phases:
         """Has the event happened so often lately that hardly a share of the time of the run passes between?"""
         self.happened.append((event.name, t))
         times = [moment for name, moment in self.happened if name == event.name]
-        return len(times) > OFTEN and t - times[-OFTEN] < (self.times[-1] - self.times[0]) * share
+        return len(times) > OFTEN and t - times[-OFTEN] < self.span * share
 
     def _switched(self, event, row, system, work, times) -> tuple[np.ndarray, Any]:
         """Let a held value change at a row, and begin anew there; return the works until then, and the row."""
@@ -186,10 +197,11 @@ class Phases:
         same = SAME * max(abs(self.t), abs(end))
         times = self.times[(self.times > self.t + same) & (self.times < end - same)]
         times = np.concatenate([[self.t], times, [end] if end > self.t + same else []])
-        marks, breaks = with_breaks(system, times, getattr(self.integrator, "remembers", False))
-        marks = with_fine(system, marks)
         self.validity.tell(missed_times(system, times))
-        marks = refined(marks, (self.times[-1] - self.times[0]) / LOOKS) if watch.events else marks
+        begun_at = self.t if goes_on is None else float(goes_on.t[0])
+        longest = self.span / LOOKS if watch.events else None
+        remembers = getattr(self.integrator, "remembers", False)
+        marks, breaks = marks_to(system, end, self.t, self.planned, begun_at, remembers, longest)
         first, block, last_row, begun = 0, self._first_block(marks), None, -1
         try:
             while first < len(marks):
@@ -237,6 +249,7 @@ class Phases:
                 now = max(self.t, outcome.reached)
                 if self.progress is not None:
                     self.progress(now, float(self.times[-1]))
+                self.interruption.look_at_clock()
                 self._hold(last_row if watch.events else now, system, work, works)
                 if hopeless := self._hopeless(now, system, work):
                     return hopeless
@@ -246,7 +259,7 @@ class Phases:
         except KeyboardInterrupt:
             if not self.recorder.phases and not self.recorder.rows:
                 raise
-            return Status.interrupted(self.t)
+            return self.interruption.status(self.t)
         finally:
             self._tell(system)
         return (due, last_row, watch) if due is not None else Status.finished(end)
@@ -271,30 +284,15 @@ class Phases:
         """
         self.pace.look(now, self.integrator.statistics(self.variables))
         if self.pace.hopeless:
-            return Status.failed(f"{self.pace.sentence()}{self._fastest(now, system, work)}", REMEDY_OF_PACE)
+            worst = fastest(self.integrator, system, work, self.variables, now)
+            return Status.failed(f"{self.pace.sentence()}{worst}", REMEDY_OF_PACE)
         if self.pace.long():
+            worst = fastest(self.integrator, system, work, self.variables, now)
             where = f"Model '{system.model.name}', {type(self.integrator).__name__}"
-            sentence = (
-                f"{where}: {self.pace.sentence()}{self._fastest(now, system, work)}. Ctrl-C keeps what is computed."
-            )
+            sentence = f"{where}: {self.pace.sentence()}{worst}. Ctrl-C keeps what is computed."
             warnings.warn(sentence, SlowRunWarning, stacklevel=2)
             self.validity.note([sentence])
         return None
-
-    def _fastest(self, now: float, system, work) -> str:
-        """Return the part whose acceleration is largest at present, for which steps are short."""
-        with _unchanged(system, work):  # the run must not depend on when the clock has struck
-            rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
-            if not len(rows["t"]):
-                return ""
-            q, u, a = (np.ascontiguousarray(rows[name][-1]) for name in "qua")
-            extent, _ = extents(system, system.state(now, q, u), work)
-        size = np.where(np.isfinite(a), np.abs(a) * extent, np.inf)
-        if not len(size) or not size.max() > 0.0:
-            return ""
-        worst = int(np.argmax(size))
-        unit = "rad" if system.is_turn(worst) else "m"
-        return f"; the fastest is {system.owner(worst)} ({u[worst]:.3g} {unit}/s, {a[worst]:.3g} {unit}/s2)"
 
     def _hold(self, now, system, work, works) -> None:
         """Keep the state that has been reached: now and then while no samples come, and where the user asks for the
@@ -312,7 +310,7 @@ class Phases:
             latest = float(self.recorder.rows[-1]["t"][-1])
             if now <= latest + 1e-11 * max(abs(latest), 1e-6):  # at a sample, or just after it, where a signal jumps
                 return
-            with _unchanged(system, work):  # the run must not depend on when the clock has struck
+            with unchanged(system, work):  # the run must not depend on when the clock has struck
                 rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
             now = {**rows, "works": rows["works"] + works}
         if now is not None and len(now["t"]):
@@ -412,17 +410,6 @@ class Phases:
             raise IntegrationError(
                 apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
             )
-
-
-@contextmanager
-def _unchanged(system, work) -> Iterator[None]:
-    """Give the scratch arrays of a system back as they were, and the factors of its matrix."""
-    pattern = system.program.pattern
-    arrays = (*work, pattern.inverse, pattern.scratch, pattern.softness)
-    before = [array.copy() for array in arrays]
-    yield
-    for array, kept in zip(arrays, before, strict=True):
-        array[...] = kept
 
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:

@@ -19,6 +19,8 @@ from flexmb.integrate.runs.phases import Phases, carried
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.watch import next_phase
+from flexmb.model.described import is_number
+from flexmb.model.methods import require_time_limit
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.results import RunFile, Series, Solution, Status
@@ -27,7 +29,7 @@ from flexmb.system import compile as compile_model
 
 __all__ = ["resume"]
 
-CONTINUES = ("finished", "interrupted", "failed")
+CONTINUES = ("finished", "interrupted", "limited", "failed")
 """What ends a phase without a change of the model."""
 
 
@@ -40,6 +42,7 @@ def resume(
     read_model: Callable[[str, dict], Any] | None = None,
     write_model: Callable[[Model], str] | None = None,
     progress: Callable[[float, float], None] | None = None,
+    time_limit: float | None = None,
 ) -> Solution:
     """Continue a simulation from its last sample, or the state that it had reached since, to `t_end`.
 
@@ -60,8 +63,8 @@ def resume(
         As `simulate`, over the whole run from its first start; those that are there already are not computed again.
     read_model : callable (text, {body name: ModalNeutralData}) -> Model
         Makes the model from the text in the file (`flexmb.read_model_text`); needed with a path.
-    write_model, progress
-        As `simulate`.
+    write_model, progress, time_limit
+        As `simulate`; the limit is that of the continued part.
 
     Raises
     ------
@@ -78,23 +81,26 @@ def resume(
         return _ended(before, path)
     integrator = default_integrator(model) if integrator is None else integrator
     require_method(model, integrator, "resume")
-    times = sample_times(float(before.t[0]), t_end, samples)
-    require_orbit(model, float(times[-1]))
-    times = np.concatenate([[last.t], times[times > last.t * (1.0 + 1e-14)]])
+    require_time_limit(time_limit, "resume")
+    planned = sample_times(float(before.t[0]), t_end, samples)
+    require_orbit(model, float(planned[-1]))
+    times = np.concatenate([[last.t], planned[planned > last.t * (1.0 + 1e-14)]])
     assembled = assemble(model, t=last.t, state=state)
     integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
-    phases = Phases(integrator, recorder, times, progress, before.statistics)
+    phases = Phases(integrator, recorder, times, progress, before.statistics, planned=planned, time_limit=time_limit)
     phases.validity.tell(stiff)
     try:
         status = phases.run(model, assembled, last.works, goes_on=before.phases[-1] if merge else None)
     except BaseException:
         recorder.close()
         raise
-    spent = before.statistics.get("seconds", 0.0) + time.perf_counter() - clock
-    known_before = {name: before.statistics[name] for name in phases.statistics if name in before.statistics}
-    counts = together(known_before, phases.statistics)
+    known_before = {name: value for name, value in before.statistics.items() if is_number(value)}
+    spent = known_before.get("seconds", 0.0) + time.perf_counter() - clock
+    counts = together(
+        {name: known_before[name] for name in phases.statistics if name in known_before}, phases.statistics
+    )
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
     solution = recorder.solution(status, {**counts, **known})
     if status.kind == "failed":

@@ -22,7 +22,7 @@ from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
 from flexmb.integrate.runs.record import Recorder
 from flexmb.math.ahead import compile_ahead
 from flexmb.model.described import check_kind, is_number
-from flexmb.model.methods import is_integrator
+from flexmb.model.methods import is_integrator, require_time_limit
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.results import Solution
@@ -139,6 +139,7 @@ def simulate(
     output: str | Path | None = None,
     write_model: Callable[[Model], str] | None = None,
     progress: Callable[[float, float], None] | None = None,
+    time_limit: float | None = None,
 ) -> Solution:
     """Integrate the equations of motion from the assembled start to `t_end`.
 
@@ -165,6 +166,9 @@ def simulate(
         Makes the text of the model that is stored in the file (`flexmb.io.model_text`).
     progress : callable (t, t_end), optional
         Called a few times per second.
+    time_limit : float, s, optional
+        Clock time after which the run ends with the status "limited" and what it has reached; compiling before the
+        first sample does not count. `resume` goes on from there.
 
     Returns
     -------
@@ -182,6 +186,7 @@ def simulate(
     """
     integrator = chosen_integrator(model, integrator, formulation)
     require_method(model, integrator, "simulate")
+    require_time_limit(time_limit, "simulate")
     times = sample_times(t_start, t_end, samples)
     require_orbit(model, float(times[-1]))
     compile_ahead(getattr(integrator, "entries", ()))
@@ -195,7 +200,9 @@ def simulate(
     )
     if state is None and rigid_contacts(model):
         require_drawn_apart(*assembled, integrator.step)
-    return run_assembled(integrator, assembled, times, told, clock, output, write_model, progress)
+    return run_assembled(
+        integrator, assembled, times, told, clock, output, write_model, progress, time_limit=time_limit
+    )
 
 
 def run_assembled(
@@ -208,6 +215,7 @@ def run_assembled(
     write_model=None,
     progress=None,
     regular=False,
+    time_limit=None,
 ) -> Solution:
     """Integrate from an assembled start to the last of `times`; see `simulate`.
 
@@ -229,7 +237,7 @@ def run_assembled(
     integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1] - times[0]))
     told += [*stiff, *far_from_origin(system), *overlaps(system, begin)]
     recorder = Recorder(model, output, write_model)
-    phases = Phases(integrator, recorder, times, progress, whole=regular)
+    phases = Phases(integrator, recorder, times, progress, whole=regular, time_limit=time_limit)
     phases.validity.tell(told)
     phases.validity.note([*oversights(model), *system.unlocated])
     try:
