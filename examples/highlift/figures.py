@@ -17,9 +17,9 @@ STOPS = tomllib.loads((FOLDER / "parameters.toml").read_text())["trailing_edge"]
 FAILURE = 1.8  # s, until the stationary values after the failure show
 
 
-def run(case: str, rigid: bool, t_end: float = 1.0) -> fmb.Solution:
-    """Return the solution of a case, a thousand samples a second."""
-    given = {"rigid": rigid}
+def run(case: str, rigid: bool, t_end: float = 1.0, **others) -> fmb.Solution:
+    """Return the solution of a case with parameters set, a thousand samples a second."""
+    given = {"rigid": rigid, **others}
     settings = fmb.load_simulation(FOLDER / f"{case}.toml", given, t_end=t_end, samples=round(1000 * t_end) + 1)
     return fmb.simulate(fmb.load_model(FOLDER / f"{case}.toml", given), **settings.keywords())
 

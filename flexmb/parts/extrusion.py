@@ -77,7 +77,8 @@ class Extrusion(metaclass=Described):
     around : int
         Elements around a full circle, at least.
     name : str
-        Goes before the names of the sets: "bottom" (z = 0), "top" (z = depth), "sides", and the bores'.
+        Goes before the names of the sets: "bottom" (z = 0), "top" (z = depth), "sides", the bores', and the straight
+        sides one by one: "side_1" from the first to the second corner of the outline, and so on.
     """
 
     depth: float
@@ -97,7 +98,10 @@ class Extrusion(metaclass=Described):
     @classmethod
     @named_arguments
     def plate(cls, *, length: float, width: float, thickness: float, **others) -> Extrusion:
-        """Return a rectangular plate (m), x from 0 to `length`, y from 0 to `width`; `bores` may be given as well."""
+        """Return a rectangular plate (m), x from 0 to `length`, y from 0 to `width`; `bores` may be given as well.
+
+        Its narrow sides are "side_1" (y = 0), "side_2" (x = length), "side_3" (y = width) and "side_4" (x = 0).
+        """
         _check_lengths("Extrusion.plate", length=length, width=width, thickness=thickness)
         corners = [[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]]
         return cls(depth=thickness, outline=corners, **others)
@@ -120,7 +124,8 @@ class Extrusion(metaclass=Described):
     @classmethod
     @named_arguments
     def lug(cls, *, length: float, width: float, thickness: float, bore: float, **others) -> Extrusion:
-        """Return a lug (m): round about the bore "bore" at the origin, with a foot of the same width at x = -length."""
+        """Return a lug (m): round about the bore "bore" at the origin, with a foot "side_4" of the same width at
+        x = -length."""
         _check_lengths("Extrusion.lug", length=length, width=width, thickness=thickness, bore=bore)
         half = width / 2.0
         corners = [[-length, -half], [0.0, -half], [0.0, half], [-length, half]]
@@ -180,12 +185,13 @@ class Extrusion(metaclass=Described):
                 remedy="Look at the corners, and at the parameters that give them",
             )
         names = [bore.name for bore in self.bores]
-        twice = next((name for name in names if names.count(name) > 1 or name in ("bottom", "top", "sides")), None)
+        taken = ("bottom", "top", "sides", *(f"side_{k}" for k in range(1, len(outline) + 1)))
+        twice = next((name for name in names if names.count(name) > 1 or name in taken), None)
         if twice is not None:
             raise ModelError(
                 f"{self.title}, bore '{twice}'",
                 found="a name that is taken",
-                expected="a name of its own, not bottom, top or sides",
+                expected="a name of its own, not bottom, top, sides or side_1",
                 remedy="Rename the bore",
             )
         for k, bore in enumerate(self.bores):
@@ -236,6 +242,7 @@ class Extrusion(metaclass=Described):
             outline=self.outline,
             bosses=tuple(circle(boss) for boss in self.bosses),
             bores={bore.name: circle(bore) for bore in self.bores},
+            edges=tuple(f"side_{k}" for k in range(1, len(self.outline) + 1)),
         )
         mesh = extruded(figure, float(self.depth), float(self.size), int(self.around), self.title)
         return solid(mesh, self.material)

@@ -5,25 +5,16 @@ The accepted ranges are those of the rigid variant (tests of operation and failu
 
 import numpy as np
 import pytest
-from highlift_runs import DATA, FOLDER
+from highlift_runs import DATA, FOLDER, run
 
 import flexmb as fmb
 
 STOP = DATA["trailing_edge"]["interconnection_strut"]["free_travel"][0]
 
 
-@pytest.fixture(scope="module")
-def elastic():
-    """Simulate a case with elastic flaps and tracks."""
-    done = {}
-
-    def simulate(case):
-        if case not in done:
-            path, given = FOLDER / f"{case}.toml", {"rigid": False}
-            done[case] = fmb.simulate(fmb.load_model(path, given), **fmb.load_simulation(path, given).keywords())
-        return done[case]
-
-    return simulate
+def elastic(case):
+    """Return a case with elastic flaps and tracks."""
+    return run(case, ("rigid", False))
 
 
 def test_one_parameter_makes_the_model_elastic():
@@ -41,7 +32,7 @@ def test_one_parameter_makes_the_model_elastic():
 
 
 @pytest.mark.slow
-def test_operation(elastic):
+def test_operation():
     """5.1, 5.2, 5.3 at full speed: zeros and dip, the interconnection strut free, strut 2 over strut 1."""
     solution = elastic("operation")
     progress = solution["inboard_t2_lever angle"] / solution["inboard_t2_lever angle"][-1]
@@ -64,7 +55,7 @@ def test_operation(elastic):
 
 
 @pytest.mark.slow
-def test_failure(elastic):
+def test_failure():
     """5.4 to 5.10 in the accepted ranges."""
     solution = elastic("strut_2_breaks")
     t, one = solution.t, solution["inboard_t1_strut force"][:, 0]

@@ -91,6 +91,24 @@ def test_rigid_variants_agree():
             np.testing.assert_allclose(solution[name], prescribed[name], atol=1e-6)
 
 
+def test_a_lever_out_of_step():
+    """The gear of actuator 2 leaves its lever behind by 2 %, as the prescribed lever does: the shafts turn alike."""
+    for variant in (0, 1):
+        solution = run("driven", ("transmission", variant), ("asymmetry", 0.02), t_end=0.8, samples=9)
+        one, two, three = (solution[name][-1] for name in LEVERS[:3])
+        assert two / three == pytest.approx(0.98, rel=1e-4)
+        assert one / three == pytest.approx(RATIO[1] / RATIO[0], rel=1e-4)
+
+
+def test_the_motor_turns_as_far_as_the_levers_go():
+    """The range of the levers is a parameter of the linkage; the transmission had a number of its own."""
+    for given, degrees in (({}, 117.128438), ({"outboard_mechanism_lever_range_deg": 100.0}, 100.0)):
+        model = fmb.load_model(FOLDER / "driven.toml", {"transmission": 1, **given})
+        target = model.force("drive_motor").target.sample(1e3)[0]
+        assert target == pytest.approx(RATIO[1] * np.radians(degrees), rel=1e-9)
+    assert fmb.load_model(FOLDER / "shaft_ruptures.toml").events
+
+
 def test_elastic_variants_lag_by_their_springs():
     """Shafts that wind up by hundredths of a radian move the levers by less than a thousandth of that."""
     for variant in (4, 5, 6):

@@ -5,6 +5,7 @@ References: closed forms of beams; the same body reduced by hand with `flexmb.fe
 
 import multiprocessing
 import os
+import resource
 import warnings
 from dataclasses import replace
 
@@ -245,6 +246,29 @@ def test_a_full_disk_loses_nothing(monkeypatch):
         assert beam().reduced().n_modes == 10
     assert told.count == 1
     assert "cannot be kept" in told.troubles[0]
+
+
+def _reduce_on_a_small_disk(queue):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+    with parts.watching(Told()) as told:
+        data = beam().reduced()
+    queue.put((data.n_modes, told.count, told.troubles))
+
+
+def test_a_disk_that_fills_during_the_write(folder):
+    """The body is made and used, it is said that it could not be kept, and nothing half written is left to be read."""
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    process = context.Process(target=_reduce_on_a_small_disk, args=(queue,))
+    process.start()
+    n_modes, made, troubles = queue.get(timeout=60)
+    process.join()
+    assert (n_modes, made) == (10, 1)
+    assert "could not be kept" in troubles[0]
+    assert "File too large" in troubles[0]
+    assert not list(folder.iterdir())
+    assert counted(beam())[1:] == (1, 0)
+    assert counted(beam())[1:] == (0, 1)
 
 
 def _reduce_in_a_process(ready, queue):

@@ -103,7 +103,11 @@ def test_extrusions():
         assert fe.M[::3, ::3].sum() == pytest.approx(STEEL.density * volume, rel=1e-4)
     radius = np.linalg.norm(fe.nodes[fe.node_sets["bore"]][:, :2], axis=1)
     assert np.allclose(radius, 0.0125, rtol=1e-9)
-    assert set(fe.facet_sets) >= {"bore", "bottom", "top", "sides"}
+    assert set(fe.facet_sets) >= {"bore", "bottom", "top", "sides", "side_1", "side_4"}
+    foot = fe.nodes[fe.node_sets["side_4"]]
+    assert np.ptp(foot, axis=0) == pytest.approx([0.0, 0.06, 0.02], abs=1e-9)
+    assert foot[:, 0] == pytest.approx(-0.1, abs=1e-9)
+    assert "side_2" not in fe.facet_sets  # the boss covers it
 
 
 def test_a_broken_pipe_is_an_error_after_a_mesh_too():

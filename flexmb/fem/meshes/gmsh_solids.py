@@ -23,17 +23,18 @@ Circle = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
-    """A plane figure: outline (n, 2), m, and bosses together, without the bores."""
+    """A plane figure: outline (n, 2), m, and bosses together, without the bores; names of the edges of the outline."""
 
     outline: np.ndarray
     bosses: tuple[Circle, ...]
     bores: Mapping[str, Circle]
+    edges: tuple[str, ...] = ()
 
 
 def extruded(figure: Profile, depth: float, size: float, around: int, part: str) -> Mesh:
     """Return quadratic tetrahedra of a figure extruded from z = 0 to `depth` (m), largest element `size` (m).
 
-    The surfaces of the bores, "bottom", "top" and "sides" are groups.
+    The surfaces of the bores, "bottom", "top" and "sides" are groups, and of the sides those on a named edge.
     """
     with _session(part) as gmsh, tempfile.TemporaryDirectory() as folder:
         occ = gmsh.model.occ
@@ -62,7 +63,31 @@ def extruded(figure: Profile, depth: float, size: float, around: int, part: str)
         path = Path(folder) / "part.msh"
         gmsh.write(str(path))
         mesh = read_mesh(path)
-    return replace(mesh, name="extrusion")
+    sides = _sides_of(mesh, figure)
+    nodes = {name: np.unique(facets) for name, facets in sides.items()}
+    return replace(
+        mesh,
+        name="extrusion",
+        facet_sets={**mesh.facet_sets, **sides},
+        node_sets={**mesh.node_sets, **nodes},
+    )
+
+
+def _sides_of(mesh: Mesh, figure: Profile) -> dict[str, np.ndarray]:
+    """Return the facets of "sides" on each named edge of the outline; an edge that a boss covers has none."""
+    found, facets = {}, mesh.facet_sets.get("sides", np.zeros((0, 6), int))
+    for name, start, end in zip(figure.edges, figure.outline, np.roll(figure.outline, -1, axis=0)):
+        along = end - start
+        length = np.linalg.norm(along)
+        if not length:
+            continue
+        places = mesh.points[facets][:, :, :2] - start
+        far = np.abs(places @ [-along[1], along[0]]) / length  # from the line
+        share = places @ along / length**2
+        on = np.all((far < 1e-6 * length) & (share > -1e-6) & (share < 1.0 + 1e-6), axis=1)
+        if np.any(on):
+            found[name] = facets[on]
+    return found
 
 
 def _polygon(occ, corners: np.ndarray) -> int:

@@ -114,9 +114,22 @@ def _check_numbers(t, tolerance, iterations) -> None:
             )
 
 
+def _places(model, t, state) -> dict:
+    """Return where `assemble` begins: the places of the given state, which may be far from the drawing, and the
+    described velocities."""
+    system = compile_model(model)
+    given, described = given_state(state, system, "statics"), system.state(t)
+    places = {name: (given.q[q], described.u[u]) for name, (q, u) in system.slices.items()}
+    return places | {
+        ("branch", name): given.q[system.program.branches + k] for k, name in enumerate(system.branch_names)
+    }
+
+
 def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold_states: bool = False) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
-    system, start = (assemble_as_drawn if state is None else assemble)(model, t=t)
+    system, start = (
+        assemble_as_drawn(model, t=t) if state is None else assemble(model, t=t, state=_places(model, t, state))
+    )
     refuse_holds(system, "statics")
     work = system.workspace()
     q = start.q.copy()
