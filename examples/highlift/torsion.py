@@ -10,7 +10,7 @@ So the effect of GJ ends where c1 + c2 exceeds length/GJ, and it has the size an
 leave nothing to share. d0, c1 + c2 and the forces per torque follow from two equilibria with the stiffness as it is,
 the second with a pair of couples on the ends; the estimate then gives the forces with any other stiffness.
 
-Run it with: python examples/highlift/torsion.py   (half a minute)
+Run it with: python examples/highlift/torsion.py   (two minutes)
 """
 
 from dataclasses import replace
