@@ -83,8 +83,9 @@ def _sides_of(mesh: Mesh, figure: Profile) -> dict[str, np.ndarray]:
             continue
         places = mesh.points[facets][:, :, :2] - start
         far = np.abs(places @ [-along[1], along[0]]) / length  # from the line
-        share = places @ along / length**2
-        on = np.all((far < 1e-6 * length) & (share > -1e-6) & (share < 1.0 + 1e-6), axis=1)
+        ahead = places @ along / length
+        outside = np.maximum(np.maximum(-ahead, ahead - length), far)
+        on = np.all(outside < 1e-6 * length, axis=1)
         if np.any(on):
             found[name] = facets[on]
     return found
