@@ -18,6 +18,7 @@ from flexmb.math.tables import STIFF, row_kernel
 from flexmb.math.vectors import dot, norm
 from flexmb.model.kinds import Force
 from flexmb.model.orbit import elements_of
+from flexmb.model.signal import Constant
 from flexmb.model.table import Table
 
 __all__ = ["SolarPressure"]
@@ -172,6 +173,13 @@ class SolarPressure(Force):
         self.require_positive("pressure")
         check_shares(self)
         store_three_signals(self, "sun")
+        if all(isinstance(one, Constant) and one.value == 0.0 for one in self.sun):
+            raise ModelError(
+                self.title,
+                found="sun = (0, 0, 0), which has no direction",
+                expected="a vector towards the sun, of any length, in the axes of W",
+                remedy="Write sun=(1, 0, 0)",
+            )
         self.require_positive("shadow", "sun_angle", zero=True)
         if self.sun_angle > LARGEST:
             raise ModelError(

@@ -22,6 +22,21 @@ FAR = 0.02
 """Motion of a body in assembly, relative to the model's size, that is no small misfit of a drawing."""
 
 
+OTHERS = {
+    "Distance": "force along the line",
+    "NoTwist": "moment about the line",
+    "Angle": "moment of the drive",
+    "Coupled": "force or moment of the coupling",
+    "Formula": "force of its equation",
+    "Loop": "force or moment around the loop",
+    "Meshing": "force between the teeth",
+    "OnCurve": "force across the curve",
+    "OnPath": "force across the path",
+    "Touching": "force of the contact",
+}
+"""What other equations hold."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Report:
     """The findings of `check`.
@@ -79,6 +94,11 @@ class Report:
             found.setdefault(joint, []).append(kind)
         return found
 
+    @property
+    def shared_loads(self) -> dict[str, list[str]]:
+        """What these equations hold, as forces and moments, by joint: "force along z", "moment about y"."""
+        return {joint: [_load(kind) for kind in kinds] for joint, kinds in self.shared_reactions.items()}
+
     def __repr__(self) -> str:
         return str(self)
 
@@ -92,9 +112,9 @@ class Report:
         ]
         if self.redundant:
             lines.append(f"  {len(self.redundant)} dependent equations:")
-            lines += [f"    {name}" for name in self.redundant]
+            lines += [f"    {joint}: {_load(kind)}" for joint, _, kind in (n.partition(": ") for n in self.redundant)]
             lines.append("  Reactions that are not unique with them (least norm is given), by joint:")
-            lines += [f"    {joint}: {', '.join(kinds)}" for joint, kinds in self.shared_reactions.items()]
+            lines += [f"    {joint}: {', '.join(kinds)}" for joint, kinds in self.shared_loads.items()]
             lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")
             lines.append("  for example a Revolute by a Cylindrical, Universal or Spherical joint.")
         if self.misfits:
@@ -111,6 +131,18 @@ class Report:
         return "\n".join(lines)
 
 
+def _load(kind: str) -> str:
+    """Return what an equation holds, in the axes of the joint's first marker; of a point on a point those of W."""
+    name, _, axes = kind.partition(" ")
+    if name.startswith("Coincident"):
+        return f"force along {name[-2]} of W"
+    if name == "InPlane":
+        return f"force along {axes}"
+    if name == "Perpendicular" and len(axes) == 3:
+        return f"moment about {next((x for x in 'xyz' if x not in axes), axes)}"
+    return OTHERS.get(name.partition("[")[0], kind)
+
+
 def described_error(system: System) -> float:
     """Return the largest residual of the constraints at the described configuration."""
     work = system.workspace()
@@ -124,12 +156,17 @@ def check(model: Model) -> Report:
     Raises
     ------
     CompileError
-        If the mechanism cannot be assembled, or a joint is described open by a tenth of the model's size.
+        If the mechanism cannot be assembled, if its drives contradict each other where nothing is singular, or if a
+        joint is described open by a tenth of the model's size.
     """
     told: list[str] = []
-    system, state = assemble_as_drawn(model, tell=told.extend)
+    stuck: list[CompileError] = []
+    system, state = assemble_as_drawn(model, tell=told.extend, stuck=stuck)
     counts = mobility(system, state, system.workspace())
     singular = branching(system, state, system.workspace())
+    if stuck and singular is None:
+        raise stuck[0]
+    told += [f"no motion goes on from this start, and nothing can be simulated: {error}" for error in stuck]
     if not np.all(np.isfinite(state.q)):
         raise CompileError(
             f"Model '{model.name}'",

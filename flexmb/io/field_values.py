@@ -55,7 +55,7 @@ class Context:
         Bodies reduced from descriptions so far: equal ones share their data.
     read_model : callable, optional
         Makes the model of a stored run from its text: see `Solution.load`.
-    kept : dict of (Path, place) to (table, part), optional
+    kept : dict of (Path, place) to (text of the table, part), optional
         Parts without expressions that were made before, from equal tables.
     """
 
@@ -69,7 +69,7 @@ class Context:
     assemblies: list[str] = field(default_factory=list)
     made: dict[str, ModalNeutralData] = field(default_factory=dict)
     read_model: Callable[..., Any] | None = None
-    kept: dict[tuple[Path, str], tuple[dict[str, Any], Any]] | None = None
+    kept: dict[tuple[Path, str], tuple[str, Any]] | None = None
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""

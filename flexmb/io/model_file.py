@@ -71,7 +71,7 @@ class OpenModelFile:
     def __init__(self, path: str | Path, *, trust: bool = False):
         self.path, self.trust = Path(path), trust
         self.tables = read_tables(self.path)
-        self._kept: dict[tuple[Path, str], tuple[dict[str, Any], Any]] = {}
+        self._kept: dict[tuple[Path, str], tuple[str, Any]] = {}
 
     def model(self, parameters: Mapping[str, Any] | None = None) -> Model:
         """Return the model; parts without expressions are the same objects every time."""
@@ -276,9 +276,9 @@ def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
     place = context.path, where
     if context.kept is None or _computed(raw):
         return _made(where, raw, context)
-    known = context.kept.get(place)
-    if known is None or known[0] != raw:  # of two tables of one name, `if` and `unless` choose one
-        known = context.kept[place] = raw, _made(where, raw, context)
+    known, written = context.kept.get(place), repr(raw)  # a text: true and 1 are equal, and mean different things
+    if known is None or known[0] != written:  # of two tables of one name, `if` and `unless` choose one
+        known = context.kept[place] = written, _made(where, raw, context)
     return known[1]
 
 

@@ -54,7 +54,9 @@ ROUNDS = 3
 """Times that assembly looks for dependent equations: the drawing and the mechanism may have different ones."""
 
 
-def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-11) -> tuple[System, State]:
+def assemble(
+    model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-11, stuck: list[CompileError] | None = None
+) -> tuple[System, State]:
     """Compile a model, find dependent equations and assemble its initial configuration and velocity.
 
     Parameters
@@ -66,6 +68,8 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
         Where bodies are and how they move, instead of what is described; ("branch", name) gives the value of a branch.
     tolerance : float, m or rad
         Largest residual of the constraints.
+    stuck : list, optional
+        Takes the error about a start that no motion has, which is raised without it; accelerations are zero then.
 
     Returns
     -------
@@ -92,11 +96,18 @@ def assemble(model: Model, *, t: float = 0.0, state=None, tolerance: float = 1e-
     if flat is not None:
         raise flat
     system = replace(system, misfits=_misfits(system, work, tolerance))
-    residual = np.zeros(system.ng)
-    constraint_velocity(work, state.u, residual)
-    fastest = np.maximum(np.abs(state.u), np.abs(system.u0))
-    _require_motion(system, state, work, residual, np.abs(work.equations["rate"]), fastest, "first")
-    return system, consistent_start(system, state, work)
+    try:
+        residual = np.zeros(system.ng)
+        constraint_velocity(work, state.u, residual)
+        fastest = np.maximum(np.abs(state.u), np.abs(system.u0))
+        _require_motion(system, state, work, residual, np.abs(work.equations["rate"]), fastest, "first")
+        return system, consistent_start(system, state, work)
+    except CompileError as error:
+        if stuck is None:
+            raise
+        stuck.append(error)
+    state.a[:], state.lam[:] = 0.0, 0.0
+    return system, state
 
 
 def _assemble(system: System, state: State, work, tolerance: float) -> System:

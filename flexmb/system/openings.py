@@ -36,7 +36,9 @@ def _warn(sentences: list[str]) -> None:
         warnings.warn(sentence, ValidityWarning, stacklevel=4)
 
 
-def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None] = _warn) -> tuple[System, State]:
+def assemble_as_drawn(
+    model, *, t: float = 0.0, tell: Callable[[list[str]], None] = _warn, stuck: list[CompileError] | None = None
+) -> tuple[System, State]:
     """Assemble a model from its description, and return its system and consistent start.
 
     Parameters
@@ -46,6 +48,8 @@ def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None
         Time of the start.
     tell : callable (sentences), optional
         Takes what is worth knowing about the drawing; without it, that is warned of.
+    stuck : list, optional
+        See `assemble`.
 
     Raises
     ------
@@ -55,7 +59,7 @@ def assemble_as_drawn(model, *, t: float = 0.0, tell: Callable[[list[str]], None
         same, and every number that follows would look sound. As `assemble` besides.
     """
     require_fit(model)
-    system, state = assemble(model, t=t)
+    system, state = assemble(model, t=t, stuck=stuck)
     size = system.lengths.whole
     work = system.workspace()
     for name, metres, radians in sorted(_drawn_open(system, work, t), key=lambda found: max(found[1:]), reverse=True):

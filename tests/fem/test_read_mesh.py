@@ -44,6 +44,7 @@ def test_three_formats_give_the_same_model(part):
         assert abs(fe.K - reference.K).max() < 1e-7 * abs(reference.K).max()
         assert abs(fe.M - reference.M).max() < 1e-7 * abs(reference.M).max()
         assert set(fe.facet_sets) == set(reference.facet_sets)
+        assert fe.facet_sets
         for name, facets in fe.facet_sets.items():
             expected = reference.facet_sets[name]
             assert {frozenset(f) for f in facets.tolist()} == {frozenset(f) for f in expected.tolist()}

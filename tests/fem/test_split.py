@@ -70,6 +70,7 @@ def test_sets_and_cuts():
 def test_labels_instead_of_planes():
     parts = fem.split(bar(), labels=[1, 1, 2, 2, 2, 2, 3, 3])
     planes = fem.split(bar(), at=(0.5, 1.5))
+    assert len(parts) == 3
     for a, b in zip(parts, planes, strict=True):
         np.testing.assert_array_equal(a.nodes, b.nodes)
 

@@ -141,6 +141,8 @@ def test_drag_shrinks_a_circular_orbit():
 def test_shares_are_shares():
     with pytest.raises(ModelError, match=r"mirrored = 0\.7, diffuse = 0\.5.*sum of at most 1"):
         fmb.SolarPressure("f", marker="b.center", area=1.0, sun=(1, 0, 0), mirrored=0.7, diffuse=0.5)
+    with pytest.raises(ModelError, match=r"sun = \(0, 0, 0\), which has no direction"):
+        fmb.SolarPressure("f", marker="b.center", area=1.0, sun=(0, 0, 0))
     with pytest.raises(ModelError, match="area = 0"):
         fmb.ThinDrag("f", marker="b.center", area=0.0, density=1e-12)
     with pytest.raises(ModelError, match="leaving = -1"):

@@ -1,7 +1,7 @@
 """What the errors of the steps add up to: the estimate beside the true error, and runs that warn or do not.
 
-References: closed forms (oscillator, bell of force); steady precession of a heavy top (Goldstein, section 5.7); for the
-closed rings `Explicit` at a tolerance a hundred times smaller than its default.
+References: closed forms (oscillator, bell of force, free flight, overdamped oscillator); steady precession of a heavy
+top (Goldstein, section 5.7); for the closed rings `Explicit` at a tolerance a hundred times smaller than its default.
 """
 
 import warnings
@@ -52,6 +52,73 @@ def test_estimate_of_a_phase(integrator, warns):
         assert f"{100 * run.statistics[ADDED_UP]:.2g} % of the largest motion" in sentences[0]
 
 
+@pytest.mark.parametrize(
+    ("integrator", "t_end", "warns"),
+    [
+        (fmb.Implicit(), 20.0, False),
+        (fmb.Implicit(), 100.0, False),
+        (fmb.Implicit(rtol=1e-5), 20.0, False),
+        (fmb.Implicit(rtol=1e-4), 20.0, True),
+        (fmb.Implicit(step=0.03), 20.0, False),
+    ],
+    ids=["default", "160 periods", "1e-5", "coarse", "step"],
+)
+def test_estimate_of_a_phase_by_implicit(integrator, t_end, warns):
+    """Of the closed form of an oscillator, over 32 and 160 periods."""
+    run, sentences = told(oscillator(), t_end, integrator=integrator, samples=201)
+    true = np.abs(run["x"][:, 0] - 1.0 - 0.2 * np.cos(10.0 * run.t)).max() / 0.4
+    assert run.statistics[ADDED_UP] == pytest.approx(true, rel=0.6 if warns else 0.3)
+    assert bool(sentences) == warns == (true > 0.05)
+    if warns:
+        assert sentences[0].startswith("Implicit: the errors of its steps have added up")
+
+
+def test_growth_in_a_ring_is_told_by_implicit():
+    """The ring of uneven masses is off by half of its motion after five seconds (see below for the reference)."""
+    run, sentences = told(uneven(2), 5.0, integrator=fmb.Implicit(), samples=41)
+    assert len(sentences) == 1
+    assert run.statistics[ADDED_UP] > 0.1
+
+
+@pytest.mark.parametrize("integrator", [fmb.IDA(), fmb.Explicit(), fmb.Explicit(method="RK45")], ids=repr)
+def test_who_does_not_know_says_so(integrator):
+    """No number stands for what has not been looked at."""
+    assert fmb.simulate(oscillator(), 1.0, samples=5, integrator=integrator).statistics[ADDED_UP] == "not estimated"
+
+
+def test_implicit_is_silent_on_what_is_right():
+    """A body that spins freely and flies, a mass on a stiff damped spring that comes to rest."""
+    flying = fmb.Model(
+        bodies=[
+            fmb.RigidBody("b", mass=2.0, inertia=(0.1, 0.1, 0.2), angular_velocity=(0, 0, 50.0), velocity=(1, 2, 3))
+        ],
+        sensors=[fmb.Position("p", marker="b.center")],
+    )
+    run, sentences = told(flying, 10.0, integrator=fmb.Implicit(), samples=11)
+    assert not sentences
+    true = np.abs(run["p"] - np.outer(run.t, (1, 2, 3))).max() / 30.0
+    assert run.statistics[ADDED_UP] == pytest.approx(true, rel=0.3)
+
+    damped = oscillator()
+    damped = replace(damped, forces=[replace(damped.forces[0], stiffness=1e6, damping=1e4), damped.forces[1]])
+    run, sentences = told(damped, 20.0, integrator=fmb.Implicit(), samples=11)
+    assert not sentences
+    # overdamped: the slow root of s^2 + 1e4 s + 1e6 is -101 1/s
+    assert run["x"][-1, 0] == pytest.approx(1.0, abs=1e-7)
+    assert run.statistics[ADDED_UP] == "not estimated" or run.statistics[ADDED_UP] < 0.01
+
+
+def test_errors_of_implicit_stay_known_where_a_run_begins_anew():
+    """At a kink of a load, and after an event."""
+    integrator = fmb.Implicit(rtol=1e-5)
+    whole = fmb.simulate(oscillator(), 20.0, samples=11, integrator=integrator).statistics[ADDED_UP]
+    kinked = oscillator((fmb.table([0.0, 9.0, 9.1, 20.0], [0.0, 0.0, 1e-9, 1e-9], kind="linear"), 0, 0))
+    event = fmb.Event("half", at=10.0, then=fmb.Change("f", force=(1e-9, 0, 0)))
+    for model in (kinked, replace(oscillator(), events=[event])):
+        again = fmb.simulate(model, 20.0, samples=11, integrator=integrator).statistics[ADDED_UP]
+        assert again == pytest.approx(whole, rel=0.25)
+
+
 def test_a_run_that_is_not_followed_says_nothing():
     """The motion is the same, and nobody is told of 6.5 %."""
     followed, _ = told(oscillator(), 20.0, integrator=fmb.GeneralizedAlpha(rtol=1e-5), samples=201)
@@ -72,11 +139,12 @@ def test_errors_stay_known_where_a_run_begins_anew():
         assert fmb.simulate(model, 20.0, samples=11).statistics[ADDED_UP] == pytest.approx(whole, rel=0.1)
 
 
-def test_precession_of_a_small_fast_top_is_told():
-    """Twenty turns of its spin move the top by 1 % of its size only, and the errors are 18 % of that."""
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Implicit()], ids=repr)
+def test_precession_of_a_small_fast_top_is_told(integrator):
+    """Twenty turns of its spin move the top by 1 % of its size only, and the errors are 18 or 12 % of that."""
     model, rate = top(50e-6)
     turns = 20 * 2 * np.pi / float(np.linalg.norm(model.body("top").angular_velocity))
-    run, sentences = told(model, turns, samples=5)
+    run, sentences = told(model, turns, samples=5, integrator=integrator)
     r = float(np.linalg.norm(run["p"][0, :2]))
     exact = np.stack([r * np.cos(rate * run.t), r * np.sin(rate * run.t), 0 * run.t + run["p"][0, 2]], axis=1)
     moved = np.abs(run["p"] - run["p"][0]).max()

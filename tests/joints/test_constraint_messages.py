@@ -106,7 +106,7 @@ def test_an_equation_that_ends_where_a_point_comes_is_named(integrator):
     assert "c0: Formula" in text
     assert "nan" in text
     ended = float(re.search(r"at t = ([0-9.]+) s", text)[1])
-    assert ended == pytest.approx((2 / 9.81) ** 0.5, rel=0.01 if isinstance(integrator, fmb.IDA) else 1e-4)
+    assert ended == pytest.approx((2 / 9.81) ** 0.5, rel=1e-4)
 
 
 def test_a_stepped_run_names_the_equation_that_ends():

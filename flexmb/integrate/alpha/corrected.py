@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates
+from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import State
@@ -20,11 +21,6 @@ __all__ = ["follow", "follow_anew", "local_errors"]
 
 CORRECTIONS, ENOUGH = 6, 0.1
 """Corrections of a step at most, and what they may leave, relative to the tolerance of a step."""
-EVERY = 4
-"""Steps from one look at the distance to the next."""
-LOST, ANGLE = 0.1, 0.1
-"""Share of the largest motion so far, of an angle of so many rad at least, from which on the second motion is too far
-away to follow."""
 
 
 @kernel
@@ -111,7 +107,7 @@ def follow(program, work, motions, c, h, t, short):
         _carry(v, s, apart, False)
     s.run[0].steps += 1
     if s.run[0].steps % EVERY == 0:
-        _measure(program, v, s, apart.run, apart.q_start, t)
+        measure(program, v.q, s.q, v.extent, apart.run, apart.q_start, t)
 
 
 @inner_kernel
@@ -155,48 +151,6 @@ def _solved(program, work, s, c, h, t, rate):
             return True
         before = size
     return False
-
-
-@inner_kernel
-def _turn_between(q, p, iq):
-    """Return the angle (rad) between two orientations."""
-    same, other = 0.0, 0.0
-    for i in range(4):
-        same += (q[iq + i] - p[iq + i]) ** 2
-        other += (q[iq + i] + p[iq + i]) ** 2
-    return 4.0 * np.arcsin(min(0.5 * min(same, other) ** 0.5, 1.0))
-
-
-@inner_kernel
-def _measure(program, v, s, run, start, t):
-    """Keep the largest displacement and rotation of the run, and the largest distance and angle between the motions."""
-    far, at, wide, about = 0.0, 0, 0.0, 0
-    for n in range(len(program.frames)):
-        iq, iu = program.frames[n, 0], program.frames[n, 1]
-        for i in range(3):
-            run[0].moved = max(run[0].moved, abs(v.q[iq + i] - start[iq + i]))
-            distance = abs(v.q[iq + i] - s.q[iq + i])
-            if distance > far:
-                far, at = distance, iu + i
-        run[0].turned = max(run[0].turned, _turn_between(v.q, start, iq + 3))
-        angle = _turn_between(v.q, s.q, iq + 3)
-        if angle > wide:
-            wide, about = angle, iu + 3
-    for n in range(len(program.vectors)):
-        iq, iu, size, kind = program.vectors[n]
-        if kind > 1:  # integrals of states
-            continue
-        for i in range(size):
-            run[0].moved = max(run[0].moved, abs(v.q[iq + i] - start[iq + i]) * v.extent[iu + i])
-            distance = abs(v.q[iq + i] - s.q[iq + i]) * v.extent[iu + i]
-            if distance > far:
-                far, at = distance, iu + i
-    if far > run[0].far:
-        run[0].far, run[0].far_t, run[0].far_place = far, t, at
-    if wide > run[0].wide:
-        run[0].wide, run[0].wide_t, run[0].wide_place = wide, t, about
-    if not (far < LOST * max(run[0].moved, run[0].short) and wide < LOST * max(run[0].turned, ANGLE)):
-        run[0].followed = 0
 
 
 @kernel

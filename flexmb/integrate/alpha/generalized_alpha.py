@@ -8,13 +8,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.integrate.alpha.added_errors import added_error, beside, taken_over
+from flexmb.integrate.alpha.added_errors import beside, taken_over
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
 from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.runs.added_error import AddedError
+from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.switches import new_switching

@@ -6,10 +6,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from flexmb.integrate.runs.gap import Gap
 from flexmb.integrate.runs.switches import Switching
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
 
-__all__ = ["COUNTED", "AlphaRun", "Apart", "Controls", "Gap", "Motions", "Variables"]
+__all__ = ["COUNTED", "AlphaRun", "Apart", "Controls", "Motions", "Variables"]
 
 
 class AlphaRun(Record):
@@ -113,31 +114,6 @@ class Variables(NamedTuple):
     body_a: Floats
     """(nu,) a1, likewise"""
     switching: Switching
-
-
-class Gap(Record):
-    """How far the motion without known local errors has been from that of the run, and how far the run has moved."""
-
-    followed: int
-    """1 while it is followed"""
-    blind: int
-    """steps with something in contact, whose errors are not known"""
-    far: float
-    """m, largest distance of places and deflections"""
-    far_t: float
-    """s, when"""
-    far_place: int
-    """its velocity"""
-    wide: float
-    """rad, largest angle"""
-    wide_t: float
-    wide_place: int
-    moved: float
-    """m, largest displacement, or the least with which distances are compared"""
-    turned: float
-    """rad, largest rotation, or the least"""
-    short: float
-    """m, displacement below which it is too early to say that the motions are lost to each other"""
 
 
 @structure

@@ -47,6 +47,8 @@ FARTHER, LEAST = 10.0, 1e-7
 """Distance from the origin, in lengths of the model, from which tolerances are closer, and by how much at the most."""
 SHORTEST = 1e-15
 """Of the run: no step is shorter. Near a dead centre time would stand still for all steps that are allowed."""
+RESOLVED = 1e-9
+"""Of the run: times at which the equations of motion end are known to within this part."""
 LONGEST = 1e300
 """s: no limit, for a solver that wants a number."""
 FRICTION = 1e-3
@@ -232,12 +234,14 @@ class _Run:
     def _step(self, t: float, how: str) -> str:
         """Take a step towards `t`, or return to it from beyond; return what went wrong, or an empty text."""
         before, stop = (self.t, self.y, self.yp), self._stop(t)
-        if self.meeting:  # steps do not go beyond a sample, so that they can be taken back
+        if self.meeting or self.landing is not None:  # such steps stay before a sample, and can be taken back
             stop = min(x for x in (t, stop, self.landing) if x is not None)
         try:
             with redirect_stdout(_WithoutErrors(sys.stdout)):
                 result = self.solver.step(t, method=how, tstop=stop)
         except _NotFinite as error:
+            if self._shortened(error.args[0], before):
+                return ""
             where = f" at t = {error.args[0]:.9g} s{self.cause}" if self.cause else self._where()
             return f"the equations of motion are not finite{where}"
         for name, count in (("residuals", result.nfev), ("factorisations", result.njev)):
@@ -252,11 +256,26 @@ class _Run:
         if self.beyond <= t or how == "normal":
             self.t = min(self.beyond, t)
             self.y, self.yp = np.array(result.y).ravel(), np.array(result.yp).ravel()
+            if self.landing is not None and self.t >= self.landing and not len(self.switching.now):
+                self.landing = None
             if len(self.switching.now):
                 self._meet(before)
             if self.drives.act and self.t > self.drives.t:
                 self.drives.go_on(self._state(self.t))
         return ""
+
+    def _shortened(self, failed: float, before: tuple[float, np.ndarray, np.ndarray]) -> bool:
+        """Go back to where the equations of motion had values, half way to a time without; False where both are one.
+
+        The solver gives up at the first trial that has none, however long its step.
+        """
+        t, y, yp = before
+        if not failed - t > RESOLVED * max(self.span, abs(t)):
+            return False
+        self.landing = t + 0.5 * (failed - t)
+        self.before, self.beyond, self.tried = dict(self.counts), t, t
+        self.solver.init_step(t, y, yp)
+        return True
 
     def _meet(self, before: tuple[float, np.ndarray, np.ndarray]) -> None:
         """Go back to the start of a step that went over the begin or end of a contact, to land there."""

@@ -9,8 +9,11 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, reaches
+from flexmb.integrate.implicit.added_errors import carry, follow, known, new_beside
 from flexmb.integrate.implicit.stages import COUNTED, STAGES, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.integrate.motion import Motion, run_samples
+from flexmb.integrate.runs.added_error import AddedError
+from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
 from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
@@ -63,6 +66,7 @@ class _Run:
             self.unknowns, system.state(state.t), extent, reach, system.nu - int(np.sum(system.is_state))
         )
         r.L[0], r.A[0] = state.lam, a
+        self.beside = new_beside(system, self.unknowns, state, settings.follow_errors)
         self.motion.sample(self.t, self.x, self.v)
         r.W[0] = powers(work.energy)
         self._begin()
@@ -137,6 +141,7 @@ class _Run:
             self.next = part * h
             return
         keep_switches(self.switching, h)
+        self._follow(h)
         self.t += h
         self.works += h * WEIGHTS[-1] @ r.W
         self.turned = max(self.turned, abs(float(self.works[1])))
@@ -159,6 +164,25 @@ class _Run:
             growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
             self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
             self.next = min(self.next, part * h) if part < 2.0 else self.next
+
+    def _follow(self, h: float) -> None:
+        """Take the motion without known errors over the step that has just been accepted."""
+        if self.beside.run["followed"][0]:
+            touched = len(self.switching.now) > 0 and int(self.switching.limits["closed"][0])
+            follow(
+                self.unknowns.chart,
+                self.system.program,
+                self.work,
+                self.stages,
+                self.beside,
+                self.x,
+                self.v,
+                self.t,
+                h,
+                WEIGHTS,
+                THIRD,
+                int(touched),
+            )
 
     def _error_of_work(self, h: float) -> float:
         """Return the error of the work of drives in a step, relative to its tolerance: coordinates that are driven have
@@ -233,6 +257,8 @@ class Implicit(metaclass=Described):
         relative to the fastest marker.
     formulation : Recursive
         The tree, and by which joints loops are opened.
+    follow_errors : bool
+        Whether the run tells what the errors of its steps add up to, by a second motion without them.
 
     Source: Kennedy & Carpenter 2003 (ESDIRK4(3)6L[2]SA).
     """
@@ -243,7 +269,8 @@ class Implicit(metaclass=Described):
     largest: float | None = None
     drift: float = 1e-10
     formulation: Any = RECURSIVE
-    entries: ClassVar[tuple] = (run_step,)
+    follow_errors: bool = True
+    entries: ClassVar[tuple] = (run_step, follow)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
 
     def __post_init__(self):
@@ -278,6 +305,17 @@ class Implicit(metaclass=Described):
     def jumped(self, system, work, variables: _Run) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         return variables.jumped()
+
+    @staticmethod
+    def taken_over(system, before: _Run, variables: _Run) -> _Run:
+        """Return the variables of a new start with what the errors of the steps before have added up to."""
+        carry(before.beside, variables.beside)
+        return variables
+
+    def added_error(self, system, variables: _Run) -> AddedError | None:
+        """Return what the errors of the steps have added up to so far; None if they are not followed."""
+        follows = self.follow_errors and known(variables.beside)
+        return added_error(system, variables.beside.run[0]) if follows else None
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

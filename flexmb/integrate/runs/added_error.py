@@ -9,12 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["ADDED_UP", "AddedError", "started_again", "tell_of", "told_of"]
+__all__ = ["ADDED_UP", "UNKNOWN", "AddedError", "started_again", "tell_of", "told_of"]
 
 SHARE = 0.05
 """Of the largest motion, from which on a run warns."""
 ADDED_UP = "errors added up"
 """Name in the statistics: the largest share."""
+UNKNOWN = "not estimated"
+"""There, where an integrator does not tell."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,12 +52,16 @@ class AddedError:
         """Return the warning, if the share is too large."""
         if not self.share > SHARE:
             return []
-        less = "a smaller step" if integrator.step is not None else f"a smaller rtol than {integrator.rtol:g}"
+        less = (
+            "a smaller step"
+            if getattr(integrator, "step", None) is not None
+            else f"a smaller rtol than {integrator.rtol:g}"
+        )
         more = "and more later" if self.lost else "at the most"
         return [
             f"{type(integrator).__name__}: the errors of its steps have added up to about {self.error:.2g} {self.unit} "
             f"of {self.owner} at t = {self.t:.4g} s, {more}; that is {100.0 * self.share:.2g} % of the largest motion; "
-            f"expected: less than {100.0 * SHARE:g} %. Give {less}, or compare with Explicit(); a motion "
+            f"expected: less than {100.0 * SHARE:g} %. Give {less}, or compare with another integrator; a motion "
             "that lets small disturbances grow has no course that holds for long: see flexmb.verify."
         ]
 
@@ -85,7 +91,11 @@ def started_again(integrator: Any, before: Any, start: Sequence[Any]) -> Any:
 def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, Any], validity: Any) -> None:
     """Write the largest share to the statistics of a run, and give its warning and note."""
     error = told_of(integrator, system, variables)
-    if error is not None:
+    if error is None:
+        if getattr(integrator, "follow_errors", True) and system.nu:
+            statistics[ADDED_UP] = UNKNOWN
+        return
+    if statistics.get(ADDED_UP) != UNKNOWN:
         statistics[ADDED_UP] = max(error.share, statistics.get(ADDED_UP, 0.0))
-        validity.tell(error.sentences(integrator))
-        validity.note(error.notes())
+    validity.tell(error.sentences(integrator))
+    validity.note(error.notes())
