@@ -158,6 +158,8 @@ def body_force(chosen, label, values, fe) -> np.ndarray:
 
 def held(flat, first, fe) -> np.ndarray:
     """Return the prescribed displacements (ndof,) of the step and its model, nan where free."""
+    if "boundary" in fe.slanted:
+        raise ValueError("supports across the axes")
     value = np.full(fe.ndof, np.nan)
     value[fem.fixed_freedoms(fe, "boundary") if "boundary" in fe.supports else np.zeros(fe.ndof, bool)] = 0.0
     row_of = {(int(n), int(d)): k for k, (n, d) in enumerate(fe.dofs)}
