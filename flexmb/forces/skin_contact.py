@@ -165,7 +165,9 @@ def switch(raw, data, state, work, out):
         boxes = moved_corners(row, data, work.markers, X)
         least = np.inf
         for k in range(row.count):
-            if not find_spot(row, data, work.markers, X, boxes, k, least + row.radius, place, spot):
+            # deeper points of a solid are farther from its faces
+            within = max(least + row.radius, row.radius + row.depth)
+            if not find_spot(row, data, work.markers, X, boxes, k, within, place, spot):
                 continue
             if dot(spot.m, place.n) >= 0.0 or place.distance < -row.depth:
                 continue

@@ -56,7 +56,10 @@ class Surface(Part):
             )
         if self.spacing is not None:
             self.require_positive("spacing")
-            if np.isfinite(self.shape.reach) and 4.0 * np.pi * (self.shape.reach / self.spacing) ** 2 > MOST_SAMPLES:
+            if (
+                np.isfinite(self.shape.reach)
+                and self.shape.reach / self.spacing > (MOST_SAMPLES / (4.0 * np.pi)) ** 0.5
+            ):
                 raise ModelError(
                     self.title,
                     found=f"spacing = {self.spacing} m on a shape that reaches {self.shape.reach:.3g} m",

@@ -13,3 +13,8 @@ def test_counts_add_up_and_the_most_is_the_most():
         "sweeps": 7,
     }
     assert together({}, after) == after
+
+
+def test_what_is_not_known_of_one_part_is_not_known_of_both():
+    share, unknown = {"errors added up": 0.01}, {"errors added up": "not estimated"}
+    assert together(share, unknown) == together(unknown, share) == together(unknown, unknown) == unknown

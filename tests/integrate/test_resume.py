@@ -237,3 +237,14 @@ def test_a_run_that_lost_samples_from_its_middle_is_computed_again_from_there(wh
         found = resume(path, 2.0, samples=101, read_model=fmb.read_model_text, write_model=fmb.model_text)
     assert_same(found, whole)
     assert_same(fmb.Solution.load(path, read_model=fmb.read_model_text), whole)
+
+
+@pytest.mark.parametrize("order", [0, 1], ids=["then unknown", "unknown first"])
+def test_errors_that_one_part_does_not_know_are_not_known(order):
+    """IDA does not tell what its errors add up to."""
+    integrators = [fmb.GeneralizedAlpha(), fmb.IDA()]
+    first, second = integrators[:: -1 if order else 1]
+    part = fmb.simulate(pendulum(), 0.1, samples=3, integrator=first)
+    whole = fmb.resume(part, 0.2, samples=5, integrator=second)
+    assert whole.statistics["errors added up"] == "not estimated"
+    assert whole.statistics["steps"] > part.statistics["steps"]

@@ -86,6 +86,19 @@ def test_enough_time_changes_nothing():
     np.testing.assert_array_equal(runs[0]["place"], runs[1]["place"])
 
 
+def test_what_is_complete_when_the_time_is_over_is_not_cut_off(slow_clock):
+    """The last look at the clock comes after the last sample."""
+    run = partial(fmb.simulate, stone(), 1.0, integrator=INTEGRATORS["GeneralizedAlpha"], samples=11)
+    clock = interruption.time
+    before = clock.t
+    run()
+    looks = clock.t - before
+    assert run(time_limit=looks - 1.0).status.kind == "limited"
+    whole = run(time_limit=looks)
+    assert whole.status.kind == "finished"
+    assert len(whole.t) == 11
+
+
 @pytest.mark.parametrize("limit", [0.0, -1.0, np.nan, "5", True])
 def test_what_is_no_limit_is_refused(limit):
     for ask in (

@@ -120,6 +120,7 @@ def test_drawn_triangles_lie_on_the_surface_and_face_outward(name):
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=0.0), "spacing = 0.0"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=1e-6), "at most about"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(16.0), spacing=0.05), "at most about"),
+        (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Sphere(1.0), spacing=1e-200), "at most about"),
         (lambda: fmb.Surface("s", marker="b.m", shape=fmb.Plane(), spacing=0.1).points, "finite area"),
     ],
 )

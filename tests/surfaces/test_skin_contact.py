@@ -1,5 +1,7 @@
 """Skins of two deforming bodies: derivatives, momenta, energy, and loads against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from contracts import test_tangents
@@ -12,8 +14,12 @@ import flexmb as fmb
 from flexmb import fem, reduction
 from flexmb.forces.skin_contact import ROW
 from flexmb.forces.skin_wrench import COLUMNS, SPOT, act_on_skins
+from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.energies import Energy
+from flexmb.math.switches import GAP
 from flexmb.surfaces.skin_faces import FACET, PLACE, corner_boxes, nearest_face, packed_faces, signed_place
+from flexmb.system import compile as compile_model
+from flexmb.system.program import evaluate
 
 L, B, HIGH = 0.4, 0.04, 0.01
 LAW = fmb.ElasticFoundation(modulus=2e9, thickness=0.01, friction=0.3, damping=0.2)
@@ -131,6 +137,27 @@ def test_tangent_of_two_bodies(beam, rng, monkeypatch):
     state = state._replace(q=q, a=rest)
     assert_tangent(system, state._replace(u=0.01 * rng.standard_normal(system.nu)), 1e-6, blocks=("D",))
     assert_tangent(system, state._replace(u=rest), 1e-6, blocks=("K",))
+
+
+@pytest.mark.parametrize("tilt", [5e-3, -5e-3])
+def test_least_gap_is_that_of_the_deepest_point(beam, tilt):
+    """Of points that are apart or less deep, too, whichever comes first: z of every point over a plane top."""
+    turned = Rotation.from_rotvec((tilt, 0, 0)) * Rotation.from_rotvec((0, 0, np.pi / 2))
+    model = crossing(beam)
+    upper = model.body("b").replaced(at=(0.2513, -0.1513, HIGH - 0.17 * tilt), rotation=turned.as_rotvec())
+    model = replace(model, bodies=[model.bodies[0], model.body("a"), upper])
+    system = compile_model(model)
+    work, state = system.workspace(), system.state()
+    evaluate(system.program, state, work)
+    gap = new_switching(system, state, work, floor=0.0).now[0]
+    names, table = model.force("touch").points(model)
+    markers = [work.markers[system.marker_index[name]] for name in names]
+    z = np.array([m["r"] + m["R"] @ y for m, y in zip(markers, table[:, :3], strict=True)])
+    over = z[(z[:, 1] > 0.0) & (z[:, 1] < B)]
+    assert (over[:, 2] > HIGH).any()
+    assert gap[0] == GAP
+    assert gap[1] == pytest.approx(over[:, 2].min() - HIGH, rel=1e-6)
+    assert gap[1] < -5e-5
 
 
 def test_momentum_and_energy(beam):

@@ -135,6 +135,8 @@ def carry(before: Beside, now: Beside) -> None:
         return
     for name in ("dx", "dv", "start", "run"):
         getattr(now, name)[:] = getattr(before, name)
+    for name in ("stiff", "steps"):
+        now.own[name] = before.own[name]
 
 
 def known(beside: Beside) -> bool:
@@ -362,11 +364,8 @@ def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
     done = _half(chart, program, work, b, b.x1, r.V[1], r.A[1], r.L[1], r.K[1], t + 2.0 * shift, shift, False)
     _bent(b, 2.0)
     done = done and _half(chart, program, work, b, r.x, r.V[end], r.A[end], r.L[end], r.K[end], t + h, shift, closes)
-    if not done:
-        b.run[0].followed = 0
-        return
     _bent(b, -1.0)
-    if not _straightened(b, h):
+    if not done or not _straightened(b, h):
         b.own[0].stiff += 1
         b.dx[:], b.dv[:] = b.x0, b.v0
         _hold(b)

@@ -1,4 +1,7 @@
-"""Numbers of an integrator over several starts: counts add up, the largest and most are the greatest."""
+"""Numbers of an integrator over several starts: counts add up, the largest and most are the greatest.
+
+A word in the place of a number, of what is not known of one part, holds for all.
+"""
 
 from __future__ import annotations
 
@@ -15,5 +18,8 @@ def together(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, A
     found = dict(before)
     for name, number in after.items():
         known = before.get(name, 0)
+        if isinstance(known, str) or isinstance(number, str):
+            found[name] = known if isinstance(known, str) else number
+            continue
         found[name] = max(known, number) if name.startswith(GREATEST) else known + number
     return found

@@ -253,7 +253,8 @@ class Phases:
                 self._hold(last_row if watch.events else now, system, work, works)
                 if hopeless := self._hopeless(now, system, work):
                     return hopeless
-                self.interruption.look()
+                if first < len(marks) or due is not None:  # what is complete is not cut off
+                    self.interruption.look()
                 spent = time.perf_counter() - clock
                 block = min(len(marks), max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4)))))
         except KeyboardInterrupt:

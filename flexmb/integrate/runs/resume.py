@@ -98,9 +98,8 @@ def resume(
         raise
     known_before = {name: value for name, value in before.statistics.items() if is_number(value)}
     spent = known_before.get("seconds", 0.0) + time.perf_counter() - clock
-    counts = together(
-        {name: known_before[name] for name in phases.statistics if name in known_before}, phases.statistics
-    )
+    told_before = {name: value for name, value in before.statistics.items() if isinstance(value, str)} | known_before
+    counts = together({name: told_before[name] for name in phases.statistics if name in told_before}, phases.statistics)
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
     solution = recorder.solution(status, {**counts, **known})
     if status.kind == "failed":

@@ -18,6 +18,7 @@ from flexmb.math.switches import (
     CROSSING,
     DISTANCE,
     FORMULA,
+    GAP,
     KINK,
     OF_LENGTHS,
     PIECE,
@@ -392,7 +393,8 @@ def keep_switches(sw, h):
                 g0, g1 = _gap(a, b, h, 0.0)[0], _gap(a, b, h, 1.0)[0]
                 changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0))
                 if g0 < 0.0 or g1 < 0.0:
-                    sw.limits[0].closed = 1
+                    if a[0] == GAP or a[0] == DISTANCE:
+                        sw.limits[0].closed = 1
                     sw.touched[n] += abs(_rate(b) - _rate(a))
         sw.now[n] = b
     return JUMPED if jumped else BENT if changed else SAME
