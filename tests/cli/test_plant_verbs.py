@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.io
 
+import flexmb as fmb
 from flexmb.cli import main
 
 K, DAMPING, MASS, GRAVITY = 400.0, 3.0, 2.0, 9.81
@@ -217,6 +218,19 @@ def test_wrong_densities_are_said(oscillator, capsys, density, told):
 
 
 @pytest.mark.render
+@pytest.mark.parametrize("stiffness", [400.0, 0.04])
+def test_a_mode_begins_at_an_end(oscillator, stiffness):
+    """Ends at the begin and after half a period, whatever phase the eigenvector has: pictures show these."""
+    text = OSCILLATOR.replace("stiffness = 400.0", f"stiffness = {stiffness}").replace(
+        "damping = 3.0", "damping = 0.01"
+    )
+    (oscillator / "oscillator.toml").write_text(text.replace("-9.81", "0"))
+    model = fmb.load_model("oscillator.toml")
+    mode = int(np.flatnonzero(fmb.linearize(model).frequencies > 0.0)[0])
+    z = fmb.mode_motion(model, mode=mode)["place"][:, 2]
+    assert abs(z[0] - z[12]) == pytest.approx(np.ptp(z), rel=1e-6)
+
+
 def test_pictures_of_modes(oscillator, capsys):
     """The ball stands at three heights, so its colours cover more rows than in a picture of one."""
     from matplotlib.image import imread

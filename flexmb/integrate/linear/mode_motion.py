@@ -22,8 +22,8 @@ __all__ = ["mode_motion"]
 def mode_motion(model: Model, about: Any = None, *, mode: int = 0, frames: int = 25, amplitude: float = 0.1):
     """Return one mode over a period of its frequency, without its growth or decay, for `write_vtk` and `view.render`.
 
-    The configuration follows the straight mode shape, Re(shape exp(i w t)): joints open with the square of the
-    amplitude. Velocities and reactions are not those of a motion; read no sensors of it.
+    The configuration follows the straight mode shape, Re(shape exp(i w t)), from an end of the motion on: joints open
+    with the square of the amplitude. Velocities and reactions are not those of a motion; read no sensors of it.
 
     Parameters
     ----------
@@ -53,7 +53,9 @@ def mode_motion(model: Model, about: Any = None, *, mode: int = 0, frames: int =
     if about is not None:
         state = given_state(about, system, "mode_motion")
     shape = linear.modes[:, mode]
-    shape = shape * (amplitude / _size(system, shape))
+    sizes = shape * system.units
+    start = np.exp(-0.5j * np.angle(np.sum(sizes * sizes)))  # an eigenvector has any phase: begin at an end
+    shape = shape * (start * amplitude / _size(system, shape))
     q = np.tile(state.q, (frames, 1))
     phases = np.linspace(0.0, 2.0 * np.pi, frames)
     for row, angle in zip(q, phases, strict=True):
