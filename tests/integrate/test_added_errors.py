@@ -119,20 +119,6 @@ def test_errors_of_implicit_stay_known_where_a_run_begins_anew():
         assert again == pytest.approx(whole, rel=0.25)
 
 
-def sampled(period: float) -> fmb.Model:
-    """The oscillator with a controller that does nothing, period by period."""
-    model = oscillator()
-    nothing = fmb.Sampled(fmb.harmonic(amplitude=1e-12, frequency=0.3), period=period)
-    return replace(model, forces=[model.forces[0], replace(model.forces[1], force=(nothing, 0, 0))])
-
-
-def test_errors_of_implicit_stay_known_between_samples_of_a_controller():
-    """It begins anew at each: after one or two steps."""
-    run = fmb.simulate(sampled(0.05), 5.0, samples=201, integrator=fmb.Implicit(rtol=1e-4))
-    true = np.abs(run["x"][:, 0] - 1.0 - 0.2 * np.cos(10.0 * run.t)).max() / 0.4
-    assert run.statistics[ADDED_UP] == pytest.approx(true, rel=0.6)
-
-
 @pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rtol=1e-5), fmb.Implicit(rtol=1e-4)], ids=repr)
 def test_a_number_that_changes_its_sign_is_no_contact(integrator):
     """A force with a switch, of the sign of the displacement, that does nothing: errors stay known on both sides."""

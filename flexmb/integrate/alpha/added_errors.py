@@ -42,5 +42,4 @@ def taken_over(system, before: Motions, now: Motions) -> Motions:
         getattr(now.corrected, name)[:] += getattr(before.corrected, name) - getattr(before.own, name)
     now.apart.q_start[:] = before.apart.q_start
     now.apart.run[:] = before.apart.run
-    now.corrected.run["steps"] = before.corrected.run["steps"]
     return now

@@ -135,8 +135,6 @@ def carry(before: Beside, now: Beside) -> None:
         return
     for name in ("dx", "dv", "start", "run"):
         getattr(now, name)[:] = getattr(before, name)
-    for name in ("stiff", "steps"):
-        now.own[name] = before.own[name]
 
 
 def known(beside: Beside) -> bool:
