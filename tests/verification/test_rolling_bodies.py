@@ -111,8 +111,9 @@ def test_a_cradle_of_different_masses():
     x, v, t = np.arange(5) * (0.1 + gap), np.array([1.0, 0, 0, 0, 0]), 0.0
     start = x.copy()
     while True:
-        nearing = np.maximum(v[:-1] - v[1:], 1e-12)
-        times = np.maximum(x[1:] - x[:-1] - 0.1, 0.0) / nearing
+        nearing, apart = v[:-1] - v[1:], np.maximum(x[1:] - x[:-1] - 0.1, 0.0)
+        # two that have just met part, whatever rounding leaves between them
+        times = np.where(nearing > 1e-9, apart / np.maximum(nearing, 1e-9), np.inf)
         k = int(np.argmin(times))
         if t + times[k] > t_end:
             break
