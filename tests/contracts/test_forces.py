@@ -26,6 +26,8 @@ OF_GEARS = {"Gears"}
 """Examined in forces/test_gears.py: teeth do not mesh at random places."""
 OF_WAYS = {"Muscle"}
 """Examined in forces/test_muscle.py: ways over cylinders do not exist at random places."""
+OF_SKINS = {"SkinContact"}
+"""Examined in surfaces/test_skin_contact.py: skins do not meet at random places."""
 
 
 def wrenches(kind, pair, rng):
@@ -38,7 +40,7 @@ def wrenches(kind, pair, rng):
 
 
 def test_every_force_is_examined():
-    assert set(FORCES) | EXTERNAL | ON_LINES | OF_GEARS | OF_WAYS == set(forces.KINDS)
+    assert set(FORCES) | EXTERNAL | ON_LINES | OF_GEARS | OF_WAYS | OF_SKINS == set(forces.KINDS)
 
 
 @pytest.mark.parametrize("kind", [name for name in FORCES if name not in EXTERNAL])

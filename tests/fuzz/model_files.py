@@ -258,5 +258,8 @@ def _small(model: fmb.Model, table: str, part) -> fmb.Model:
     for name in ("sheet", "rope", "flexible"):
         if part.name == name or f"{name}." in repr(part.fields()) or getattr(part, "body", "") == name:
             continue
-        model = model.without(name)
+        skins = [s.name for s in model.surfaces if getattr(s, "skin", "").startswith(f"{name}.")]
+        if any(skin in repr(part.fields()) for skin in skins):
+            continue
+        model = model.without(name, *skins)
     return model

@@ -192,7 +192,7 @@ def _close(chart, program, work, b):
     nu, nx = len(b.state.u), len(b.x)
     b.right[:nu] = 0.0
     for n in range(len(b.lam)):
-        b.right[nu + n] = -work.equations[n].g
+        b.right[nu + n] = -work.equations[n].g if program.equation_level[n] == 0 else 0.0
     if not _solve(chart, program, work, b):
         return False
     coordinate_rates(chart.rows, b.x, b.change, b.x)
