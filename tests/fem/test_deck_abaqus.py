@@ -189,6 +189,38 @@ def test_beam_beside_calculix(ccx, tmp_path):
     )
 
 
+def beams_with_a_node_of_direction(place: str, ends: str = "{a}, {b}, 99") -> str:
+    """Return a clamped beam of B31 whose elements name node 99 for the direction of their width."""
+    lines = [
+        "*NODE",
+        f"99, {place}",
+        *(f"{k + 1}, {k / 8}, 0., 0." for k in range(17)),
+        "*ELEMENT, TYPE=B31, ELSET=ALL",
+    ]
+    lines += [f"{k}, " + ends.format(a=k, b=k + 1) for k in range(1, 17)]
+    text = "\n".join(lines) + f"\n{STEEL}*BEAM SECTION, ELSET=ALL, MATERIAL=STEEL, SECTION=RECT\n.05, .08\n"
+    return text + "0., 1., 0.\n*BOUNDARY\n1, 1, 6\n"
+
+
+@pytest.mark.parametrize(("place", "softer"), [("0., 1., 0.", 1), ("0., 0., 1.", 2)])
+def test_a_third_node_of_a_beam_gives_its_direction(tmp_path, place, softer):
+    """Bernoulli's cantilever: the softer bending is along the width of 0.05, towards the node."""
+    fe = read(tmp_path, beams_with_a_node_of_direction(place))
+    modes = fem.eigenmodes(fe, "boundary", 2)
+    height = {softer: 0.05, 3 - softer: 0.08}
+    tip = int(np.argmax(fe.nodes[:, 0]))
+    for k, direction in enumerate((softer, 3 - softer)):
+        exact = (1.8751040687 / 2) ** 2 * np.sqrt(210e9 * height[direction] ** 2 / 12 / 7850) / (2 * np.pi)
+        assert modes.frequencies[k] == pytest.approx(exact, rel=3e-3)
+        moved = np.abs(fe.field(modes.shapes[:, [k]])[tip, :3, 0])
+        assert int(np.argmax(moved)) == direction
+
+
+def test_a_beam_with_one_node_is_named(tmp_path):
+    with pytest.raises(MeshError, match="element 1 of type B31 with 1 nodes"):
+        read(tmp_path, beams_with_a_node_of_direction("0., 1., 0.", "{a}"))
+
+
 def test_sets_and_surfaces_of_all_kinds(tmp_path):
     text = (
         bricks((2, 1, 1), (2, 1, 1))

@@ -22,7 +22,7 @@ __all__ = ["beam_section", "trusses"]
 def trusses(group: list[Element], block: Block, deck: Deck, material: Elastic) -> None:
     rows = block.rows()
     area = block.reals(rows[0][:1], 1, 1.0)[0] if rows else 1.0
-    pairs, labels = _segments(group)
+    pairs, labels, _ = _segments(group, block)
     one = np.ones(len(pairs))
     deck.rods.append(
         Rods(
@@ -37,15 +37,22 @@ def trusses(group: list[Element], block: Block, deck: Deck, material: Elastic) -
     )
 
 
-def _segments(group: list[Element]) -> tuple[np.ndarray, np.ndarray]:
-    """Return pairs of nodes and element numbers; three nodes on a line give two pairs."""
-    pairs, labels = [], []
+def _segments(group: list[Element], block: Block) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pairs of nodes, element numbers, and the nodes that give the direction n1 (-1: none).
+
+    Three nodes on a line give two pairs. A node beyond those of the line gives the direction.
+    """
+    pairs, labels, directions = [], [], []
     for element in group:
-        ends = element.nodes if len(element.nodes) <= 3 else element.nodes[:2]
-        for a, b in pairwise(ends):
+        needed = 3 if shape_of(element.kind)[1] == "line3" else 2
+        if len(element.nodes) < needed:
+            found = f"element {element.label} of type {element.kind} with {len(element.nodes)} nodes"
+            raise block.wrong(found, f"{needed} nodes")
+        for a, b in pairwise(element.nodes[:needed]):
             pairs.append((a, b))
             labels.append(element.label)
-    return np.array(pairs, np.int64), np.array(labels, np.int64)
+            directions.append(element.nodes[needed] if len(element.nodes) > needed else -1)
+    return np.array(pairs, np.int64), np.array(labels, np.int64), np.array(directions, np.int64)
 
 
 def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, materials: Materials) -> None:
@@ -82,12 +89,15 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
         if element not in group:
             raise block.wrong(f"{element.kind} with a beam section", "B31, B32 or B33")
         deck.inventory.read[element.kind] += 1
-    if any(len(element.nodes) == 3 for element in group):
-        deck.inventory.approximated["beams of three nodes, as two beams"] += sum(len(e.nodes) == 3 for e in group)
-    pairs, labels = _segments(group)
+    if of_three := sum(shape_of(element.kind)[1] == "line3" for element in group):
+        deck.inventory.approximated["beams of three nodes, as two beams"] += of_three
+    pairs, labels, towards = _segments(group, block)
     along = deck.points[pairs[:, 1]] - deck.points[pairs[:, 0]]
     y = np.broadcast_to(direction, along.shape).copy()
-    parallel = np.linalg.norm(np.cross(along, y), axis=1) <= 1e-6 * np.linalg.norm(along, axis=1) * np.linalg.norm(y[0])
+    own = towards >= 0
+    y[own] = deck.points[towards[own]] - deck.points[pairs[own, 0]]
+    sizes = np.linalg.norm(along, axis=1) * np.linalg.norm(y, axis=1)
+    parallel = np.linalg.norm(np.cross(along, y), axis=1) <= 1e-6 * sizes
     y[parallel] = [1.0, 0.0, 0.0]
     none: frozenset[int] = frozenset()
     deck.beams.append(
