@@ -17,6 +17,8 @@ from flexmb.cli.state_arguments import add_band, add_ports, add_state_arguments,
 from flexmb.errors import DataFileError, ModelError
 
 NAME = "psd"
+REACH, STEP = 20.0, 0.05
+"""Around a resonance: so many steps of the frequencies asked for, and the step of asinh(distance / half its width)."""
 SUMMARY = "draw the answer to stationary random loads as spectral densities, and write their table"
 
 
@@ -51,15 +53,32 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="one --density for each input, in their order",
             remedy="Name the inputs that are random by --input, and give each a --density",
         )
-    densities = np.column_stack([one(frequencies) for one in given])
-    spectra = np.real(np.einsum("fii->fi", fmb.spectral_response(found, frequencies, densities)))
+    fine = _with_resonances(frequencies, found.poles)
+    densities = np.column_stack([one(fine) for one in given])
+    spectra = np.real(np.einsum("fii->fi", fmb.spectral_response(found, fine, densities)))
     target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_psd.png")
     for output, unit, spectrum in zip(found.outputs, found.units, spectra.T, strict=True):
-        root = math.sqrt(float(np.trapezoid(spectrum, frequencies)))
+        root = math.sqrt(float(np.trapezoid(spectrum, fine)))
         print(f"{output}: {root:.6g} {unit} root mean square between {frequencies[0]:g} and {frequencies[-1]:g} Hz")
-    print(f"Table: {io.write_spectra(found, frequencies, spectra, target.with_suffix('.csv'))}")
-    print(f"Spectra: {view.spectra(found, frequencies, spectra, target)}")
+    asked = np.searchsorted(fine, frequencies)
+    print(f"Table: {io.write_spectra(found, frequencies, spectra[asked], target.with_suffix('.csv'))}")
+    print(f"Spectra: {view.spectra(found, fine, spectra, target)}")
     return 0
+
+
+def _with_resonances(frequencies: np.ndarray, poles: np.ndarray) -> np.ndarray:
+    """Return frequencies, Hz, and more of them around resonances, which may be narrower than their steps.
+
+    There the density is a Lorentzian, 1 / (1 + x^2) of the distance x in half widths: even steps of asinh(x).
+    """
+    found = [frequencies]
+    for pole in poles[(poles.imag > 0.0) & (poles.real < 0.0)]:
+        peak, half = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
+        at = min(max(int(np.searchsorted(frequencies, peak)), 1), len(frequencies) - 1)
+        count = math.ceil(math.asinh(REACH * (frequencies[at] - frequencies[at - 1]) / half) / STEP)
+        found.append(peak + half * np.sinh(STEP * np.arange(-count, count + 1)))
+    every = np.unique(np.concatenate(found))
+    return every[(every >= frequencies[0]) & (every <= frequencies[-1])]
 
 
 def _density(text: str):

@@ -133,7 +133,7 @@ def _pod(raw: Mapping[str, Any], where: str, context: Context) -> Any:
             remedy='Write basis = { kind = "Pod", run = "first.h5#beam", energy = 0.9999 }',
         )
     name, _, body = run.partition("#")
-    path = named_file(context.path.parent, name, f"{where}.run").resolve()
+    path = resolved(named_file(context.path.parent, name, f"{where}.run"))
     return call(reduction.Pod, {**values, "snapshots": motion_of(path, body, context.read_model)}, where)
 
 

@@ -24,6 +24,8 @@ APART = 1e-6
 """How far joined interfaces may lie apart, relative to the size of the whole."""
 INDEPENDENT = 1e-8
 """Smallest singular value, relative to the largest, of interface motions that are independent."""
+ALIKE = 1e-3
+"""Relative difference of masses and stiffnesses from which on data are those of other elements."""
 
 
 def assembled(
@@ -54,7 +56,8 @@ def assembled(
     Raises
     ------
     ReductionError
-        Unknown or distant interfaces, data of other elements, a basis whose interfaces cannot move independently.
+        Unknown or distant interfaces, data of other elements or with a preload, parts that are assemblies themselves, a
+        basis whose interfaces cannot move independently.
     """
     _check(parts)
     pieces = {key: _piece(key, fe, data) for key, (fe, data) in parts.items()}
@@ -127,6 +130,7 @@ def _piece(key: str, fe: FEModel, data: ModalNeutralData) -> _Piece:
             expected="interfaces that move independently: parts are joined there",
             remedy="Reduce the part with CraigBampton(), whose interfaces do",
         )
+    _check_alike(key, fe, data, known)
     rest = (known * scale) @ null_space(read * scale)
     rows = np.sort(qr(rest.T, mode="r", pivoting=True)[1][: 6 + m - 6 * n]) if rest.shape[1] else np.zeros(0, int)
     change = np.linalg.inv(np.vstack([read, known[rows]]) * scale) * scale[:, None]
@@ -143,6 +147,27 @@ def _piece(key: str, fe: FEModel, data: ModalNeutralData) -> _Piece:
         change.T @ damping @ change,
         _held(fe, data),
     )
+
+
+def _check_alike(key: str, fe: FEModel, data: ModalNeutralData, known: np.ndarray) -> None:
+    """Refuse data that are not those of the elements: rescaled, or of another material; known (ndof, 6 + m)."""
+    shapes = known[:, 6:]
+    pairs = {
+        "mass": (known[:, :3], fe.M, np.diag(data.invariants.vv)),
+        "modal mass": (shapes, fe.M, np.diag(data.invariants.nn)),
+        "modal stiffness": (shapes, fe.K, np.diag(data.stiffness)),
+    }
+    for what, (columns, matrix, stored) in pairs.items():
+        own = np.einsum("ij,ij->j", columns, matrix @ columns)
+        apart = np.abs(own - stored) - ALIKE * (np.abs(stored) + 1e-6 * np.abs(stored).max(initial=0.0))
+        if np.any(apart > 0.0):
+            k = int(apart.argmax())
+            raise ReductionError(
+                f"Part '{key}'",
+                found=f"a {what} of {own[k]:.6g} of its elements, of {stored[k]:.6g} in its data",
+                expected="the data that reduce made of these elements",
+                remedy="Reduce the part once more as it is",
+            )
 
 
 def _held(fe: FEModel, data: ModalNeutralData) -> tuple[Coupling, ...]:
@@ -241,6 +266,14 @@ def _check(parts: Any) -> None:
             )
         check_kind(pair[0], FEModel, f"Part '{key}'", "Give the FE model first", ReductionError)
         check_kind(pair[1], ModalNeutralData, f"Part '{key}'", "Make it with reduction.reduce", ReductionError)
+        preloaded = pair[1].geometric is not None and bool(np.any(pair[1].geometric.preload))
+        if preloaded or pair[0].condensed is not None:
+            raise ReductionError(
+                f"Part '{key}'",
+                found="data with a preload, whose stiffness would be lost" if preloaded else "an assembly itself",
+                expected="finite elements, and what reduce made of them without a preload",
+                remedy="Give the preload to the reduction of the whole" if preloaded else "Assemble all parts at once",
+            )
 
 
 def check_within(condensed: Condensed, names: Sequence[str], forces: np.ndarray) -> None:

@@ -190,6 +190,18 @@ def test_psd(oscillator, capsys):
     assert (oscillator / "oscillator_psd.png").stat().st_size > 5000
 
 
+@pytest.mark.parametrize("damping", [0.3, 3e-3, 1e-6])
+def test_root_mean_square_over_a_narrow_resonance(oscillator, capsys, damping):
+    """White noise: G / (4 c k), also where the peak is a thousandth of a step of the frequencies or less."""
+    text = OSCILLATOR.replace("damping = 3.0", f"damping = {damping}")
+    (oscillator / "oscillator.toml").write_text(text)
+    command = ["psd", "oscillator.toml", "--statics", "--input", "push.force.z", "--output", "place z"]
+    assert main([*command, "--density", "0.5", "--from", "0.1", "--to", "50"]) == 0
+    root = float(capsys.readouterr().out.split("place z: ")[1].split()[0])
+    assert root == pytest.approx(np.sqrt(0.5 / (4.0 * damping * K)), rel=1e-3)
+    assert len(rows(oscillator / "oscillator_psd.csv")[1]) == 600
+
+
 def test_psd_of_a_table(oscillator, capsys):
     """Between rows the density is a power of the frequency, outside zero."""
     (oscillator / "push.csv").write_text("f,G\n1.0,2.0\n100.0,0.02\n")

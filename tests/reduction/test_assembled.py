@@ -157,3 +157,31 @@ def test_what_cannot_be_joined_is_named():
         few = reduction.reduce(left[0], {"a": [0], "b": [4]}, 3, basis="Balanced", compare=0)
     with pytest.raises(ReductionError, match="12 motions of its interfaces, of which"):
         reduction.assembled({"left": (left[0], few)})
+
+
+def test_data_of_other_elements_are_refused():
+    """Another material, another unit of mass: the body was a mixture of both."""
+    fe, data = part(beam(0.0, 0.8, 8), 4)
+    steel = fem.frame(points=fe.nodes, section=SECTION, material=STEEL)
+    with pytest.raises(ReductionError, match="a mass of"):
+        reduction.assembled({"left": (steel, data)})
+    with pytest.raises(ReductionError, match="of its elements"):
+        reduction.assembled({"left": (fe, reduction.rescaled(data, mass=2.0))})
+    with pytest.raises(ReductionError, match="modal stiffness"):
+        reduction.assembled({"left": (fem.with_spring(fe, 8, (1e6, 1e6, 1e6, 0, 0, 0)), data)})
+
+
+def test_a_preload_of_a_part_is_not_lost_in_silence():
+    loads = {"pull": reduction.NodalForces({8: [1.0, 0.0, 0.0]})}
+    loaded = part(beam(0.0, 0.8, 8), 4, loads=loads, preload={"pull": 1e5})
+    with pytest.raises(ReductionError, match="a preload"):
+        reduction.assembled({"left": loaded})
+
+
+def test_an_assembly_is_no_part_of_another():
+    """Its inertia would be that of its few freedoms, and not of its elements."""
+    left, right = part(beam(0.0, 0.8, 8), 4), part(beam(0.8, 2.0, 12), 4)
+    fe = reduction.assembled({"left": left, "right": right}, fixed=[("left.b", "right.a")])
+    data = reduction.reduce(fe, {"a": "left.a", "b": "right.b"}, 4, compare=0)
+    with pytest.raises(ReductionError, match="an assembly itself"):
+        reduction.assembled({"both": (fe, data)})
