@@ -13,8 +13,9 @@ from flexmb.fem.deck.abaqus_surfaces import shape_of
 from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.cells import SolidCells, first_order_shells
 from flexmb.fem.deck.contents import Deck, Shells, Solids
-from flexmb.fem.deck.nastran_shells import turned_solid
-from flexmb.fem.shells.laminate_block import laminate, shear_stiffness, turned_plane
+from flexmb.fem.deck.nastran_solids import turned_solid
+from flexmb.fem.shells.laminate_block import laminate, turned_plane
+from flexmb.fem.shells.laminate_shear import shear_compliance
 
 __all__ = ["add_sections"]
 
@@ -149,7 +150,7 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
     membrane = block.name == "MEMBRANE SECTION"
     if membrane:
         b, d = 0.0 * b, 0.0 * d
-    shear = float("inf") if membrane else shear_stiffness(plies, across)
+    shear = np.zeros((2, 2)) if membrane else shear_compliance(plies, across)
     faces = np.stack([turned_plane(plies[k][0], plies[k][2]) for k in (0, -1)])
     for kind, group in _by_kind(elements).items():
         family, count = shape_of(kind)

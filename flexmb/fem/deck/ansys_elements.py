@@ -12,9 +12,10 @@ from flexmb.fem.deck.ansys_materials import AnsysSection, Solid
 from flexmb.fem.deck.ansys_text import Archive, Command
 from flexmb.fem.deck.cells import SolidCells, first_order_shells
 from flexmb.fem.deck.contents import Deck, Inventory, Shells, Solids
-from flexmb.fem.deck.nastran_shells import turned_solid
+from flexmb.fem.deck.nastran_solids import turned_solid
 from flexmb.fem.deck.nastran_systems import System
-from flexmb.fem.shells.laminate_block import laminate, shear_stiffness, turned_plane
+from flexmb.fem.shells.laminate_block import laminate, turned_plane
+from flexmb.fem.shells.laminate_shear import shear_compliance
 
 __all__ = ["Group", "add_shells", "add_solids", "groups"]
 
@@ -242,12 +243,12 @@ def add_shells(group: Group, deck: Deck) -> None:
     a, b, d = laminate(plies, -total / 2.0)
     if np.abs(b).max() < 1e-9 * np.abs(a).max() * total:
         b = 0.0 * b
-    shear = shear_stiffness(plies, across)
+    shear = shear_compliance(plies, across)
     if group.options.get(1, 0) == 1:
-        b, d, shear = 0.0 * b, 0.0 * d, float("inf")
+        b, d, shear = 0.0 * b, 0.0 * d, 0.0 * shear
     controls = [*section.controls, 0.0, 0.0, 0.0, 0.0]
-    if controls[0] > 0.0 and controls[1] > 0.0 and np.isfinite(shear):
-        shear = 0.5 * (controls[0] + controls[1])
+    if controls[0] > 0.0 and controls[1] > 0.0 and shear.any():
+        shear = _given_shear(group, controls)
     count = FAMILIES["shell"][group.element]
     given = group.nodes[:, :count]
     if (given[:, :4] < 0).any():
@@ -283,6 +284,14 @@ def add_shells(group: Group, deck: Deck) -> None:
                     group=f"{group.name} of section {section.where.text(0)}",
                 )
             )
+
+
+def _given_shear(group: Group, controls: list[float]) -> np.ndarray:
+    """Return the transverse shear compliance (2, 2) of the stiffnesses E11, E22, E12."""
+    stiffness = np.array([[controls[0], controls[2]], [controls[2], controls[1]]])
+    if not np.linalg.det(stiffness) > 0.0:
+        raise group.refused(f"E11, E22, E12 = {controls[0]:g}, {controls[1]:g}, {controls[2]:g}", "E12^2 < E11 E22")
+    return np.linalg.inv(stiffness)
 
 
 def _first_axis(group: Group, nodes: np.ndarray, deck: Deck, isotropic: bool) -> np.ndarray:

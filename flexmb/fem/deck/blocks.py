@@ -13,6 +13,7 @@ from flexmb.fem.deck.links import LinkRows
 from flexmb.fem.frames.frame import beam_block
 from flexmb.fem.frames.rod_block import RodBlock
 from flexmb.fem.shells.laminate_block import LaminateBlock, turned_plane
+from flexmb.fem.shells.laminate_shear import turned_compliance
 from flexmb.fem.shells.shell import WARPING, flattened
 from flexmb.fem.solids.block import SolidBlock
 from flexmb.fem.solids.elements import SOLID_ELEMENTS, WEDGE6_COMPATIBLE
@@ -78,7 +79,7 @@ def shell_blocks(deck: Deck, part: str) -> list[Labelled]:
                 membrane=a * stretch,
                 coupling=b * stretch**2,
                 bending=d * stretch**3,
-                shear=group.shear * group.stretch,
+                shear=turned_compliance(group.shear, angle) / stretch,
                 surface_mass=group.mass,
                 faces=np.stack([turned_plane(group.faces[k], angle) for k in range(2)], axis=1),
                 depths=group.depths * group.stretch[:, None],

@@ -68,8 +68,8 @@ class Shells:
         Plane stress elasticity of the bottom and of the top layer, in material axes, for the stress there.
     depths : (2,)
         Height of the bottom and of the top face over the reference plane.
-    shear : float
-        Transverse shear stiffness per width, inf for thin shells.
+    shear : (2, 2)
+        Transverse shear compliance in material axes, length over force; zero for thin shells.
     stretch : (ne,)
         Thickness of the element over the layup's: scales A, B and D by its first, second and third power.
     poisson : float
@@ -93,7 +93,7 @@ class Shells:
     faces: np.ndarray
     depths: np.ndarray
     stretch: np.ndarray
-    shear: float
+    shear: np.ndarray
     poisson: float
     group: str
     spring: float | None = None

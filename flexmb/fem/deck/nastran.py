@@ -18,7 +18,8 @@ from flexmb.fem.deck.nastran_names import NAMES
 from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
 from flexmb.fem.deck.nastran_repeats import without_repeats
 from flexmb.fem.deck.nastran_scalar import add_scalar_points
-from flexmb.fem.deck.nastran_shells import add_shells, add_solids
+from flexmb.fem.deck.nastran_shells import add_shells
+from flexmb.fem.deck.nastran_solids import add_solids
 from flexmb.fem.deck.nastran_systems import Systems, read_grids
 from flexmb.fem.deck.nastran_text import Bulk, read_bulk
 from flexmb.fem.deck.nastran_untaken import tell_untaken

@@ -61,7 +61,7 @@ def converted(deck: Deck, units: str | None, part: str) -> Deck:
             shell.coupling * force,
             shell.bending * force * length,
         )
-        shell.shear, shell.faces = shell.shear * spring, shell.faces * pressure
+        shell.shear, shell.faces = shell.shear / spring, shell.faces * pressure
         shell.offset, shell.thickness, shell.depths = (
             x * length for x in (shell.offset, shell.thickness, shell.depths)
         )

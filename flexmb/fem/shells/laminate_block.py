@@ -15,9 +15,9 @@ import numpy as np
 
 from flexmb.fem.shells.block import ShellBlock
 from flexmb.fem.shells.membrane import strain_rows
-from flexmb.fem.shells.shear import edge_softness, shear_rows
+from flexmb.fem.shells.shear import edge_softness, shear_rows, stiffness_of
 
-__all__ = ["LaminateBlock", "laminate", "shear_stiffness", "turned_plane"]
+__all__ = ["LaminateBlock", "laminate", "turned_plane"]
 
 
 ISOTROPIC = 1e-9
@@ -34,8 +34,8 @@ class LaminateBlock(ShellBlock):
     ----------
     membrane, coupling, bending : (ne, 3, 3), N/m, N, N m
         A, B, D in the local axes of each element, about the reference plane.
-    shear : (ne,), N/m
-        Transverse shear stiffness per width; inf for thin shells.
+    shear : (ne, 2, 2), m/N
+        Transverse shear compliance ``g = S q`` of forces per width, in local axes; zero for thin shells.
     surface_mass : (ne,), kg/m2
     faces : (ne, 2, 3, 3), Pa
         Plane stress elasticity of the bottom and the top layer in local axes.
@@ -96,12 +96,15 @@ class LaminateBlock(ShellBlock):
 
     def _sheared(self, at) -> np.ndarray | float:
         """Return ``g^T H g`` at a point, (ne, 6 c, 6 c)."""
-        finite = np.isfinite(self.shear)
-        if not finite.any():
+        if not self.shear.any():
             return 0.0
         rows = shear_rows(self.corners, at, self.softness)
-        stiff = np.where(finite, self.shear, 0.0)
-        return (at.weight * stiff)[:, None, None] * (rows.swapaxes(1, 2) @ rows)
+        return at.weight[:, None, None] * (rows.swapaxes(1, 2) @ self.shear_stiffness @ rows)
+
+    @cached_property
+    def shear_stiffness(self) -> np.ndarray:
+        """Transverse shear stiffness (ne, 2, 2), N/m, in local axes; zero where nothing shears."""
+        return stiffness_of(self.shear)
 
     def areal_mass(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return mass per area, depth and height of its middle; the mass lies in the middle between bottom and top."""
@@ -135,39 +138,6 @@ def laminate(plies: list[tuple[np.ndarray, float, float]], bottom: float) -> tup
         d += q * (high**3 - low**3) / 3.0
         low = high
     return a, b, d
-
-
-def shear_stiffness(plies: list[tuple[np.ndarray, float, float]], across: list[tuple[float, float]]) -> float:
-    """Return the transverse shear stiffness per width, N/m, of plies as in `laminate`; inf where no ply shears.
-
-    Cylindrical bending about either axis: ``1 / H = int F^2 / G dz / (int E z^2 dz)^2`` with the first moment F(z) of
-    E above z, z from the neutral plane; the mean of both (J. M. Whitney, J. Compos. Mater. 6 (1972) 426-440).
-    `across` are the shear moduli (G_1z, G_2z) of each ply in its own axes, inf for rigid ones.
-    """
-    compliance = []
-    for axis in range(2):
-        low, layers = 0.0, []
-        for (q, thickness, angle), moduli in zip(plies, across, strict=True):
-            modulus = turned_plane(q, angle)[axis, axis]
-            c2 = np.cos(angle) ** 2
-            g1, g2 = moduli if axis == 0 else moduli[::-1]
-            layers.append((modulus, low, low + thickness, c2 / g1 + (1.0 - c2) / g2))
-            low += thickness
-        weight = sum(e * (b - a) for e, a, b, _ in layers)
-        if not weight > 0.0:
-            return float(np.inf)
-        neutral = sum(e * (b**2 - a**2) / 2.0 for e, a, b, _ in layers) / weight
-        inertia = sum(e * ((b - neutral) ** 3 - (a - neutral) ** 3) / 3.0 for e, a, b, _ in layers)
-        moment, energy = 0.0, 0.0
-        points, weights = np.polynomial.legendre.leggauss(3)  # exact: F^2 is of degree 4
-        for e, a, b, soft in layers:
-            z = 0.5 * (a + b) + 0.5 * (b - a) * points - neutral
-            first = moment - e * (z**2 - (a - neutral) ** 2) / 2.0
-            energy += soft * 0.5 * (b - a) * float(weights @ first**2)
-            moment -= e * ((b - neutral) ** 2 - (a - neutral) ** 2) / 2.0
-        compliance.append(energy / inertia**2)
-    mean = 0.5 * sum(compliance)
-    return float(1.0 / mean) if mean > 0.0 else float(np.inf)
 
 
 def turned_plane(elasticity: np.ndarray, angle) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 I. Katili, A new discrete Kirchhoff-Mindlin element based on Mindlin-Reissner plate theory and assumed shear strain
 fields, parts I (triangle) and II (quadrilateral), Int. J. Numer. Meth. Eng. 36 (1993) 1859-1883 and 1885-1908. Each
-edge shears by ``2/3 phi`` of the amplitude of its bow, ``phi = 12 D / (H l^2)``; without shear deformation (phi = 0)
-they are DKT and DKQ.
+edge shears by ``2/3 phi`` of the amplitude of its bow, ``phi = 12 D S / l^2`` with bending stiffness D and shear
+compliance S along it; without shear deformation (phi = 0) they are DKT and DKQ.
 """
 
 from __future__ import annotations
@@ -13,16 +13,23 @@ import numpy as np
 from flexmb.fem.shells.bending import edge_bows
 from flexmb.fem.shells.functions import Functions, edges
 
-__all__ = ["edge_softness", "shear_rows"]
+__all__ = ["edge_softness", "shear_rows", "stiffness_of"]
+
+LEAST = 1e-2
+"""A direction that does not shear, beside one that does, shears by this share of the other: a matrix that is singular
+in part has no stiffness."""
 
 
-def edge_softness(corners: np.ndarray, bending: np.ndarray, shear: np.ndarray) -> np.ndarray:
-    """Return phi (ne, c) of every edge: `bending` (ne, 3, 3), N m, in local axes, `shear` (ne,), N/m, inf for none."""
+def edge_softness(corners: np.ndarray, bending: np.ndarray, compliance: np.ndarray) -> np.ndarray:
+    """Return phi (ne, c) of every edge: `bending` (ne, 3, 3), N m, and shear `compliance` (ne, 2, 2), m/N, in local
+    axes.
+    """
     length, tangent = edges(corners)
     x, y = tangent[..., 0], tangent[..., 1]
     rows = np.stack([x * x, y * y, x * y], axis=2)  # strain along the edge from (e_xx, e_yy, 2 e_xy)
     along = np.einsum("eci,eij,ecj->ec", rows, bending, rows)
-    return 12.0 * along / (shear[:, None] * length**2)
+    soft = np.einsum("eci,eij,ecj->ec", tangent, compliance, tangent)
+    return 12.0 * along * soft / length**2
 
 
 def shear_rows(corners: np.ndarray, at: Functions, softness: np.ndarray) -> np.ndarray:
@@ -47,3 +54,12 @@ def shear_rows(corners: np.ndarray, at: Functions, softness: np.ndarray) -> np.n
         pair = np.stack([tangent[:, corner], tangent[:, before]], axis=1)
         out += value[corner] * np.linalg.solve(pair, np.stack([rows[:, corner], rows[:, before]], axis=1))
     return out
+
+
+def stiffness_of(compliance: np.ndarray) -> np.ndarray:
+    """Return the stiffnesses H (ne, 2, 2), N/m, of compliances; zero where nothing shears."""
+    values, vectors = np.linalg.eigh(compliance)
+    largest = values[:, -1:]
+    floor = np.where(largest > 0.0, LEAST * largest, 1.0)
+    share = np.where(largest > 0.0, 1.0 / np.maximum(values, floor), 0.0)
+    return (vectors * share[:, None, :]) @ vectors.swapaxes(1, 2)
