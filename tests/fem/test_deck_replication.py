@@ -28,6 +28,21 @@ def test_replicated_cards_are_those_written_out(tmp_path):
     np.testing.assert_allclose(plain.K.toarray(), copied.K.toarray())
 
 
+def test_copies_inside_named_lines(tmp_path):
+    """The name may stand before = and ==; a case control with blanks about its = is none of them."""
+    head = "SOL 103\nCEND\nSPC     =       1\nSPC     =       1\nDISP = ALL\n"
+    nodes = "".join(f"GRID,{k},,{0.5 * (k - 1):.1f},0.,0.,,123\n" for k in range(1, 5))
+    bars = "".join(f"CBAR,{k},1,{k},{k + 1},0.,1.,0.\n" for k in range(1, 4))
+    short = "GRID,1,,0.,0.,0.,,123\nGRID,2,=,0.5,==\nGRID    *(1)    =       *(.5)   ==\nGRID,4,,1.5,==\n"
+    short += "CBAR,1,1,1,2,0.,1.,0.\nCBAR,*(1),=,*(1),*(1),==\nCBAR,3,=,3,4,0.,=,=\n"
+    plain = read(tmp_path, nodes + bars + REST)
+    path = tmp_path / "short.bdf"
+    path.write_text(f"{head}BEGIN BULK\n{short}{REST}ENDDATA\n")
+    copied = fem.read_deck(path, show=False)
+    np.testing.assert_allclose(plain.nodes, copied.nodes)
+    np.testing.assert_allclose(plain.K.toarray(), copied.K.toarray())
+
+
 @pytest.mark.parametrize("line", ["=,*(1),=,*(x),==", "=(2)"])
 def test_copies_of_nothing_are_refused(tmp_path, line):
     with pytest.raises(MeshError, match=r"begin with '='|lines that"):

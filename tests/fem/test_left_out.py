@@ -224,3 +224,30 @@ def test_frames_and_matrices_in_millimetres():
         fe = fem.frame(1000.0 * straight(2), section=section, material=STEEL)
     with pytest.warns(fem.MeshWarning, match=r"the diagonal is 1000 m.*length_unit=1e-3"):
         fem.from_matrices(fe.K, fe.M, np.array(fe.nodes))
+
+
+@pytest.mark.parametrize(
+    ("name", "instead"),
+    [
+        ("CBEND", "divide it into CBAR"),
+        ("CBEAM3", "write two CBEAM with the properties at its ends"),
+        ("CWELD", "a CBUSH between two RBE3"),
+    ],
+)
+def test_what_to_write_instead_of_elements(tmp_path, name, instead):
+    """Elements that are left out are named with a way around."""
+    path = tmp_path / "part.bdf"
+    bulk = f"GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,.5,.1,0.\n{name},7,2,1,2,3,0.,1.,0.\nCROD,1,1,1,2\n"
+    path.write_text(f"BEGIN BULK\n{bulk}PROD,1,1,1.-4\nMAT1,1,2.1+11,,.3,7850.\nENDDATA\n")
+    with pytest.warns(fem.MeshWarning, match=rf"left out: {name}: .*{instead} \(1\)"):
+        fem.read_deck(path, show=False)
+
+
+def test_layered_solids_are_refused_with_a_way_around(tmp_path):
+    path = tmp_path / "part.bdf"
+    points = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    rows = [f"GRID,{k + 1},,{x}.,{y}.,{z}." for k, (x, y, z) in enumerate(points)]
+    bulk = "\n".join([*rows, "CHEXA,1,1,1,2,3,4,5,6,+", "+,7,8", "PCOMPS,1", "MAT1,1,2.1+11,,.3,7850."])
+    path.write_text(f"BEGIN BULK\n{bulk}\nENDDATA\n")
+    with pytest.raises(MeshError, match=r"card PCOMPS 1: a property PCOMPS.*one layer of solids with a PSOLID per ply"):
+        fem.read_deck(path, show=False)

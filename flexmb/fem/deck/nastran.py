@@ -14,7 +14,7 @@ from flexmb.fem.deck.nastran_links import add_links, add_references, add_support
 from flexmb.fem.deck.nastran_lumped import add_masses, add_springs, scalar_values
 from flexmb.fem.deck.nastran_materials import Materials
 from flexmb.fem.deck.nastran_mpc import add_mpc
-from flexmb.fem.deck.nastran_names import NAMES
+from flexmb.fem.deck.nastran_names import INSTEAD, NAMES
 from flexmb.fem.deck.nastran_nsm import add_nonstructural_mass
 from flexmb.fem.deck.nastran_repeats import without_repeats
 from flexmb.fem.deck.nastran_scalar import add_scalar_points
@@ -223,7 +223,7 @@ def _tell(bulk: Bulk, deck: Deck) -> None:
         if name in KNOWN or STRUCTURAL.match(name) or name in (*MASS_PARTS, *CURVED) or inventory.read.get(name):
             continue
         if ELEMENT.match(name) and name not in HARMLESS:
-            inventory.left_out[f"{name}: an element that is not known"] += count
+            inventory.left_out[f"{name}: {INSTEAD.get(name, 'an element that is not known')}"] += count
         elif name in ("DMIG", "EXTRN", "MATT1", "SUPORT", "SUPORT1"):
             if name == "DMIG":
                 inventory.left_out[f"{name}: matrices of other parts"] += count

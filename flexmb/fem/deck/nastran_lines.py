@@ -153,7 +153,9 @@ def _property(card: Card, materials: Materials, deck: Deck) -> tuple[Material, S
     material = Material(young=young, poisson=poisson, density=max(density, LOWEST), name=given.name)
     readers = {"PBAR": _pbar, "PBARL": _pbarl, "PBEAM": _pbeam, "PBEAML": _pbeaml}
     if card.name not in readers:
-        raise card.refused(f"a property {card.name}", "PBAR, PBARL, PBEAM or PBEAML", "Replace it by a PBEAM")
+        raise card.refused(
+            f"a property {card.name}", "PBAR, PBARL, PBEAM or PBEAML", "Replace it by a PBEAM of its total A, I and J"
+        )
     deck.inventory.read[card.name] += 1
     stations = readers[card.name](card, factor, deck)
     if len(stations) > 1 and stations[-1][0] < 1.0:

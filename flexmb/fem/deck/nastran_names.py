@@ -1,6 +1,6 @@
 """Names of Nastran's bulk data cards, so that a misspelt card is told apart from one that a structure does not need."""
 
-__all__ = ["NAMES"]
+__all__ = ["INSTEAD", "NAMES"]
 
 NAMES = frozenset(
     """
@@ -43,3 +43,22 @@ WETLOAD WETSURF WIND YPARAM YZONEY
 
 Names that are missing here are told as not known.
 """
+
+INSTEAD = {
+    "CBEND": "a curved beam; divide it into CBAR along its arc",
+    "CBEAM3": "a beam of three nodes; write two CBEAM with the properties at its ends",
+    "CGAP": "contact; give the mechanism a Contact or OneSidedSpring there",
+    "CWELD": "a spot weld; write a CBUSH between two RBE3",
+    "CFAST": "a fastener; write a CBUSH between two RBE3",
+    "CSEAM": "a seam; tie the parts with RBE3 or common nodes",
+    "GENEL": "an element given by its matrix; read it as a matrix (DMIG, op4)",
+    "CAXIF2": "a fluid",
+    "CBUSH2D": "a bearing; give the mechanism a Bushing there",
+    "RSPLINE": "an interpolation; write RBE3",
+    "RBAR1": "a rigid bar with thermal expansion; write RBAR",
+    "RJOINT": "a rigid joint; write RBE2 of the directions that it ties",
+    "CQUADX": "an element of axisymmetric problems",
+    "CTRIAX": "an element of axisymmetric problems",
+    "CTRIAX6": "an element of axisymmetric problems",
+}
+"""Elements that are left out: what they are, and what to write instead."""

@@ -1,19 +1,26 @@
 """Lines of a Nastran deck that repeat the line before: ``=`` copies a field, ``==`` the rest, ``*(x)`` adds x to it.
 
 ``=(n)`` or ``=n`` alone repeats the last such line n times, its additions once more each time (MSC Nastran Quick
-Reference Guide, "Replication").
+Reference Guide, "Replication"). A line that begins with the name of the line before may copy fields too.
 """
 
 from __future__ import annotations
 
 import re
 
-__all__ = ["Replication"]
+__all__ = ["Replication", "replicates"]
 
 TIMES = re.compile(r"=\(?(\d+)\)?")
 ADDED = re.compile(r"\*\(?([^()]+)\)?")
+INSIDE = re.compile(rb"[, ]==?[ ]*(,|$|[ ])|[, ]\*\(", re.MULTILINE)
+"""A field of a named line that copies or adds."""
 MOST = 1_000_000
 """More copies than any deck asks for."""
+
+
+def replicates(data: bytes) -> bool:
+    """Whether lines of a file may stand for others."""
+    return b"\n=" in data or INSIDE.search(data) is not None
 
 
 class Replication:
@@ -27,6 +34,7 @@ class Replication:
         """Return the lines that one stands for: itself, or copies of the line before; it as it is where none is."""
         if line[:1] != b"=" or not self.line:
             if line[:1] not in (b"$", b"") and line[:1] != b"=":
+                line = self._named(line)
                 self.line, self.pattern = line, []
             return [line]
         words = _fields(line)
@@ -45,6 +53,17 @@ class Replication:
             out.append(self.line)
         self.pattern = words
         return out
+
+    def _named(self, line: bytes) -> bytes:
+        """Return a line with a name of its own, what it copies from the line before of that name written out."""
+        if not self.line or INSIDE.search(line) is None:
+            return line
+        words, before = _fields(line), _fields(self.line)
+        copying = any(word in ("=", "==") or word.startswith("*(") for word in words[1:])
+        if not copying or not words[0] or words[0].upper() != before[0].upper():
+            return line
+        made = _copied(words, before)
+        return line if made is None else ",".join(made).encode("latin-1")
 
 
 def _fields(line: bytes) -> list[str]:

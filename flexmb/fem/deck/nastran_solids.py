@@ -25,6 +25,14 @@ ORDER = {
 """Nastran numbers the vertical edges before the edges of the upper face, meshio after."""
 
 
+REMEDIES = {
+    "PCOMPS": "Write one layer of solids with a PSOLID per ply, or shells with a PCOMP",
+    "PCOMPLS": "Write one layer of solids with a PSOLID per ply, or shells with a PCOMP",
+    "PLSOLID": "Give these hyperelastic solids a PSOLID with the MAT1 of small strains",
+    "PMIC": "Fluids are not read: remove them",
+}
+
+
 def add_solids(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -> None:
     """Add tetrahedra, wedges, hexahedra and pyramids of both orders, with midside nodes left out or not."""
     properties = {card.integer(1): card for card in bulk.of("PSOLID", "PLSOLID", "PCOMPS", "PCOMPLS", "PMIC")}
@@ -58,7 +66,8 @@ def add_solids(bulk: Bulk, deck: Deck, materials: Materials, systems: Systems) -
                 raise table.card(int(rows[0])).refused(f"the property {pid}, which does not exist", "a PSOLID card")
             card = properties[int(pid)]
             if card.name != "PSOLID":
-                raise card.refused(f"a property {card.name}", "PSOLID", "Give these solids a linear property")
+                remedy = REMEDIES.get(card.name, "Give these solids a linear property")
+                raise card.refused(f"a property {card.name}", "PSOLID", remedy)
             if card.text(7).upper() in ("FFLUID", "PFLUID") or card.text(3).upper() == "FLUID":
                 raise card.refused("a fluid (FCTN)", "structural solids", "Remove the fluid")
             material = materials.get(card.integer(2), card.where)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import beside, deck_bytes
-from flexmb.fem.deck.nastran_replication import Replication
+from flexmb.fem.deck.nastran_replication import Replication, replicates
 from flexmb.files import resolved
 
 __all__ = ["Lines", "Places", "control", "deck_lines"]
@@ -122,7 +122,7 @@ def _read(path: Path, main: Path, lines: Lines, above: tuple[Path, ...]) -> None
     lines.data += [b""] * (number + 1 - len(lines.data))
     lines.data[number] = data
     waiting: tuple[bytes, int] | None = None
-    copies = Replication() if b"\n=" in data else None
+    copies = Replication() if replicates(data) else None
     k, begin, last = 0, 0, len(data)
     while begin < last:
         k, start = k + 1, begin
