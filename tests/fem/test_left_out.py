@@ -229,7 +229,7 @@ def test_frames_and_matrices_in_millimetres():
 @pytest.mark.parametrize(
     ("name", "instead"),
     [
-        ("CBEND", "divide it into CBAR"),
+        ("CBEND", "divide it into CBAR along its arc"),
         ("CBEAM3", "write two CBEAM with the properties at its ends"),
         ("CWELD", "a CBUSH between two RBE3"),
     ],
