@@ -60,6 +60,21 @@ def test_one_line_of_eleven_fields(tmp_path):
     np.testing.assert_allclose(two.nodes[0], expected)
 
 
+@pytest.mark.parametrize("places", [(1, "-1.25000000000000E+02"), (4001, "-125.0000000000000000000e0")])
+def test_long_numbers_between_commas_keep_their_exponents(tmp_path, places):
+    """A field between commas may have more than 16 characters, in the first of many grid points or in the last."""
+    number, word = places
+    nodes = "".join(f"GRID,{k},,{k}.,0.,0.\n" if k != number else f"GRID,{k},,{word},0.,0.\n" for k in range(1, 4003))
+    bars = "CBAR,1,1,1,2,0.,1.,0.\nCBAR,2,1,2,4001,0.,1.,0.\n"
+    fe = read(tmp_path, nodes + bars + REST)
+    assert fe.nodes[np.flatnonzero(fe.labels == number)[0], 0] == -125.0
+
+
+def test_endless_words_between_commas_are_refused(tmp_path):
+    with pytest.raises(MeshError, match=r"card GRID 1: a field of 70 characters"):
+        read(tmp_path, f"GRID,1,,{'1' * 70},0.,0.\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\n{REST}")
+
+
 def deflection(fe):
     load = np.zeros((len(fe.nodes), 6, 1))
     tip = int(np.flatnonzero(fe.labels == 2)[0])

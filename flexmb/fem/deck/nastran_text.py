@@ -30,6 +30,8 @@ MANY = frozenset(
 """Cards that are cut as tables."""
 FIELDS = 24
 """Columns of such a table, the name included: a CHEXA of 20 nodes has 23."""
+LONGEST = 64
+"""Characters of a field between commas."""
 CHUNK = 4_000
 """Cards that are cut together: their text is copied once more meanwhile."""
 
@@ -271,7 +273,9 @@ def _table(name: str, found: array, lines: Lines) -> FieldTable:
             plain.append(row)
             text.append(b"".join([parts[0][:72].ljust(72), *(p[8:72].ljust(64) for p in parts[1:3])]).ljust(200)[:200])
         raw = np.frombuffer(b"".join(text), "S8").reshape(len(plain), 25)[:, :FIELDS]
-        chunk = np.zeros((len(rows), FIELDS), "S16" if other else "S8")
+        # between commas a field is as long as it likes: one that is cut loses its exponent
+        longest = max((len(word) for words in other.values() for word in words), default=0)
+        chunk = np.zeros((len(rows), FIELDS), f"S{max(longest, 16)}" if other else "S8")
         chunk[plain] = np.char.strip(raw)
         for row, words in other.items():
             chunk[row] = words
@@ -288,6 +292,14 @@ def _table(name: str, found: array, lines: Lines) -> FieldTable:
 def _cut(name: str, parts: list[bytes], where: str) -> list[bytes]:
     """Return the fields of one card of a table."""
     words = _words(parts, where)
+    long = next((word for word in words if len(word) > LONGEST), None)
+    if long is not None:
+        raise MeshError(
+            f"{where}, card {name} {words[1][:LONGEST]}",
+            found=f"a field of {len(long)} characters, '{long[:20]}...'",
+            expected=f"at most {LONGEST}",
+            remedy="Write the deck again",
+        )
     if len(words) > FIELDS and any(words[FIELDS:]):
         raise MeshError(
             f"{where}, card {name} {words[1]}",
