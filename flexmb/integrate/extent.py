@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
-from flexmb.errors import ValidityWarning
 from flexmb.math.weights import weigh_mass
 from flexmb.system.lengths import ROUNDED, displacements
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import evaluate
+from flexmb.told import tell
 
 __all__ = ["absolute_tolerance", "extents", "reaches"]
 
@@ -66,12 +64,10 @@ def reaches(system, reach: np.ndarray, rtol: float) -> np.ndarray:
         span = system.body_slices[body.name][1]
         if body.n_velocities and digits > BEYOND * length:
             far = system.lengths.coordinates[system.model.bodies.index(body)]
-            warnings.warn(
+            tell(
                 f"{body.title} is {far:.3g} m from the origin, where positions are rounded: errors of a step are kept "
                 f"below {rtol * digits:.1g} m, not below the {rtol * length:.1g} m of rtol = {rtol:g}; expected: "
-                "coordinates that have the digits of the tolerance. Put the origin near the bodies, or use Explicit",
-                ValidityWarning,
-                stacklevel=4,
+                "coordinates that have the digits of the tolerance. Put the origin near the bodies, or use Explicit"
             )
         moved = slice(span.start, span.start + 6 if body.has_frame else span.stop)
         reach[moved] = np.maximum(reach[moved], digits)

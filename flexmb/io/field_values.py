@@ -26,6 +26,7 @@ from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.pose import Pose
 from flexmb.model.signal import Constant, Expression, Signal
 from flexmb.model.signal_words import SIGNAL_WORDS
+from flexmb.told import Told
 
 __all__ = ["Context", "call", "find_kind", "located", "own_kind", "same", "toml_fields", "toml_value"]
 
@@ -55,7 +56,7 @@ class Context:
         Bodies reduced from descriptions so far: equal ones share their data.
     read_model : callable, optional
         Makes the model of a stored run from its text: see `Solution.load`.
-    kept : dict of (Path, place) to (text of the table, part), optional
+    kept : dict of (Path, place) to (text of the table, part, what was told as it was made), optional
         Parts without expressions that were made before, from equal tables.
     """
 
@@ -69,7 +70,7 @@ class Context:
     assemblies: list[str] = field(default_factory=list)
     made: dict[str, ModalNeutralData] = field(default_factory=dict)
     read_model: Callable[..., Any] | None = None
-    kept: dict[tuple[Path, str], tuple[str, Any]] | None = None
+    kept: dict[tuple[Path, str], tuple[str, Any, tuple[Told, ...]]] | None = None
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""

@@ -30,6 +30,7 @@ from flexmb.model.model import Model
 from flexmb.model.orbit import Orbit
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import as_signal
+from flexmb.told import Told, listening, repeat
 
 __all__ = ["OpenModelFile", "load_model", "load_simulation", "read_model_text"]
 
@@ -71,7 +72,7 @@ class OpenModelFile:
     def __init__(self, path: str | Path, *, trust: bool = False):
         self.path, self.trust = Path(path), trust
         self.tables = read_tables(self.path)
-        self._kept: dict[tuple[Path, str], tuple[str, Any]] = {}
+        self._kept: dict[tuple[Path, str], tuple[str, Any, tuple[Told, ...]]] = {}
 
     def model(self, parameters: Mapping[str, Any] | None = None) -> Model:
         """Return the model; parts without expressions are the same objects every time."""
@@ -278,7 +279,11 @@ def _part(where: str, raw: dict[str, Any], context: Context) -> Any:
         return _made(where, raw, context)
     known, written = context.kept.get(place), repr(raw)  # a text: true and 1 are equal, and mean different things
     if known is None or known[0] != written:  # of two tables of one name, `if` and `unless` choose one
-        known = context.kept[place] = written, _made(where, raw, context)
+        with listening() as told:
+            part = _made(where, raw, context)
+        context.kept[place] = written, part, tuple(told)
+        return part
+    repeat(known[2])
     return known[1]
 
 

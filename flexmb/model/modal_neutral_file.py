@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TypeVar
@@ -16,7 +17,7 @@ from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, Mod
 from flexmb.model.modal_neutral_checks import checked
 from flexmb.model.numbering import Numbering
 
-__all__ = ["SCHEMA", "VERSION", "load", "read", "save", "write"]
+__all__ = ["SCHEMA", "VERSION", "load", "read", "save", "warnings_in", "write"]
 
 Data = TypeVar("Data", bound=ModalArrays)
 
@@ -25,17 +26,33 @@ VERSION = 1
 PRESSURE, ONTO = "pressure", "onto the surface"
 """Attribute of files whose load shapes of surfaces push onto them; in former times they pulled outwards."""
 
+TOLD = "warnings given"
+"""Dataset of a kept reduction: the warnings that were given as it was made."""
+
 _GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
 _OWN = {"cells", "recipe", "node_sets", "numbering", *_GROUPS}  # written in their own way
 
 
-def save(data: ModalArrays, path: str | Path) -> Path:
-    """Write `data` to `path` and return the path; an existing file is replaced only by a complete one."""
+def save(data: ModalArrays, path: str | Path, told: Sequence[tuple[str, str]] = ()) -> Path:
+    """Write `data` to `path` and return the path; an existing file is replaced only by a complete one.
+
+    With it go categories and texts of warnings that were given as they were made.
+    """
     path = Path(path)
     with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
         write(data, file)
         file.attrs[PRESSURE] = ONTO
+        if told:  # bytes and no attribute, which holds 64 kB at most
+            file.create_dataset(TOLD, data=np.frombuffer(json.dumps(list(told)).encode(), np.uint8))
     return path
+
+
+def warnings_in(path: str | Path) -> list[tuple[str, str]]:
+    """Return categories and texts of the warnings in a file of `save`."""
+    with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
+        if TOLD not in file:
+            return []
+        return [(str(c), str(text)) for c, text in json.loads(np.asarray(file[TOLD][()], np.uint8).tobytes())]
 
 
 def load(path: str | Path, kind: type[Data]) -> Data:

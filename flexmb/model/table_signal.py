@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError, ValidityWarning
+from flexmb.errors import ModelError
 from flexmb.math import operations as op
 from flexmb.model.expression import SignalProgram
 from flexmb.model.input_signal import Input
 from flexmb.model.signal import Constant, Expression, Harmonic, Product, Ramp, Signal, Step, Sum, as_signal
+from flexmb.told import tell
 
 __all__ = ["SIGNALS", "Table", "table"]
 
@@ -138,7 +138,7 @@ class Table(Signal):
         )
         if beyond[side, k] > LEAVES * across:
             raise complaint
-        warnings.warn(str(complaint), ValidityWarning, stacklevel=6)
+        tell(str(complaint))
 
     @property
     def joint(self) -> str | None:

@@ -12,12 +12,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from flexmb.errors import DataFileError
+from flexmb.errors import DataFileError, ValidityWarning
+from flexmb.fem.meshes.mesh import MeshWarning
 from flexmb.files import remove_parts
 from flexmb.lock import Lock
 from flexmb.math.kernel_cache import user_cache
 from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.modal_neutral_file import save, warnings_in
 from flexmb.parts.watchers import tell_made, tell_progress, tell_taken, tell_trouble
+from flexmb.told import Told, listening, repeat
 
 __all__ = ["BodyCache", "body_folder", "clear_bodies", "kept", "kept_bodies"]
 
@@ -25,6 +28,8 @@ ROOMS = ("fem", "math", "model", "parts", "reduction")
 """Rooms whose code decides what a reduction gives."""
 BYTES = 10_000_000_000
 """What the folder may hold; those that were not used for longest go."""
+CATEGORIES: dict[str, type[Warning]] = {kind.__name__: kind for kind in (MeshWarning, ValidityWarning)}
+"""Warnings that are given as parts are made; others are UserWarnings."""
 LOOK = 0.1
 """s between two looks whether another process is done."""
 
@@ -57,7 +62,8 @@ def release() -> str:
 def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]) -> ModalNeutralData:
     """Return the data of a recipe from the cache, or make and keep them.
 
-    Of several processes that want the same part one makes it, the others wait. A damaged entry is made again. Where
+    Of several processes that want the same part one makes it, the others wait. Warnings that were given as it was made
+    are given again whenever it is taken. A damaged entry is made again. Where
     nothing can be kept, because the disk is full or the folder may not be written, the data are made and used.
     """
     recipe["release"] = release()
@@ -73,10 +79,11 @@ def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]
             tell_taken(name)
             return found
         began = time.perf_counter()
-        data = make()
+        with listening() as told:
+            data = make()
         if may_write:
             try:
-                data.save(path)
+                save(data, path, [(category.__name__, text) for category, text in dict.fromkeys(told)])
                 _trim(path)
             except (DataFileError, OSError) as error:
                 tell_trouble(name, f"it could not be kept for the next time: {error}")
@@ -111,7 +118,7 @@ def _stored(name: str, path: Path) -> ModalNeutralData | None:
     if not path.is_file():
         return None
     try:
-        data = ModalNeutralData.load(path)
+        data, told = ModalNeutralData.load(path), warnings_in(path)
     except (DataFileError, OSError) as error:
         with suppress(OSError):
             path.unlink(missing_ok=True)
@@ -119,6 +126,7 @@ def _stored(name: str, path: Path) -> ModalNeutralData | None:
         return None
     with suppress(OSError):
         os.utime(path)
+    repeat(Told(CATEGORIES.get(category, UserWarning), text) for category, text in told)
     return data
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -35,6 +34,7 @@ from flexmb.reduction.statics import HeldBody
 from flexmb.reduction.stress import middle_surface, stress_modes
 from flexmb.reduction.tracks import Track, expanded, joining_forces
 from flexmb.reduction.transfer_error import TransferError, transfer_error
+from flexmb.told import tell
 
 __all__ = ["reduce"]
 
@@ -200,7 +200,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     if zones:
         quality["contact"] = zones
     if words := middle_surface(fe) if asked.stress else "":
-        warnings.warn(words, UserWarning, stacklevel=3)
+        tell(words, UserWarning)
         quality["warnings"].append(words)
     data = _data(fe, markers, basis, names, forces, asked.stress)
     data = replace(

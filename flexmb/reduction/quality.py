@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from flexmb.errors import ValidityWarning
 from flexmb.fem.fe_model import FEModel
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.reduction.basis import Basis, NormalModes, orthonormal_basis
@@ -17,6 +15,7 @@ from flexmb.reduction.interfaces import Coupling
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.statics import HeldBody
 from flexmb.reduction.transfer_error import TransferError
+from flexmb.told import tell
 
 __all__ = ["quality_numbers"]
 
@@ -128,7 +127,7 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
             f"where joints hold more of them they lock the body. Basis {numbers['basis'].partition('(')[0]}: take more "
             "shapes, or one that holds the static responses."
         )
-        warnings.warn(f"Reduction of '{body.fe.name}': {found[-1]}", ValidityWarning, stacklevel=5)
+        tell(f"Reduction of '{body.fe.name}': {found[-1]}")
     row = next((r for r in numbers["frequencies"] if r["error"] > _POOR), None)
     if row is not None and "transfer" not in numbers:
         found.append(
@@ -141,7 +140,7 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
             f"Interface loads meet a static error of {100.0 * numbers['static_error']:.2g} % with {numbers['basis']}. "
             "Take a basis that is exact in statics: Rubin, Krylov with the frequency 0, Pod with statics=True."
         )
-        warnings.warn(f"Reduction of '{body.fe.name}': {found[-1]}", ValidityWarning, stacklevel=5)
+        tell(f"Reduction of '{body.fe.name}': {found[-1]}")
     return found
 
 

@@ -11,7 +11,6 @@ that flies by itself); then the largest distance between all markers; then 1 m.
 
 from __future__ import annotations
 
-import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +18,9 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from flexmb.errors import ModelError, ValidityWarning
+from flexmb.errors import ModelError
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.told import tell
 
 __all__ = [
     "ROUNDED",
@@ -240,10 +240,8 @@ def warn_of_lost_digits(model, lengths: Lengths) -> None:
     if k < 0 or lost[k] <= LOST:
         return
     far, length = lengths.coordinates[k], lengths.bodies[k]
-    warnings.warn(
+    tell(
         f"Model '{model.name}': {model.bodies[k].title} is {far:.3g} m from the origin, and its assembly is "
         f"{length:.3g} m long: positions are rounded to {eps * far:.1g} m, {lost[k]:.1g} of that; relative motion, and "
-        "forces of stiff springs, have no more digits. Put the origin near the bodies",
-        ValidityWarning,
-        stacklevel=4,
+        "forces of stiff springs, have no more digits. Put the origin near the bodies"
     )

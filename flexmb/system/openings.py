@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 
 import numpy as np
 
-from flexmb.errors import CompileError, ValidityWarning
+from flexmb.errors import CompileError
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
 from flexmb.system.assembly import assemble
@@ -15,6 +14,7 @@ from flexmb.system.complaints import gaps
 from flexmb.system.fit import misfits, require_fit
 from flexmb.system.program import constraint_velocity, evaluate
 from flexmb.system.system import System
+from flexmb.told import tell as say
 
 __all__ = ["assemble_as_drawn", "openings"]
 
@@ -33,7 +33,7 @@ CHANGED = 0.01
 
 def _warn(sentences: list[str]) -> None:
     for sentence in sentences:
-        warnings.warn(sentence, ValidityWarning, stacklevel=4)
+        say(sentence)
 
 
 def assemble_as_drawn(

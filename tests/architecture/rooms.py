@@ -3,9 +3,10 @@
 The order is that of docs/architecture.md. Imports point upwards in it, never sideways between kinds.
 """
 
-# room: the rooms (or single modules of them) that it may know. `errors` is open to all.
+# room: the rooms (or single modules of them) that it may know. `errors` and `told` are open to all.
 MAY_KNOW = {
     "errors": (),
+    "told": (),
     "files": (),
     "lock": (),
     "broken_pipes": (),

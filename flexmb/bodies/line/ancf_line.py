@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
@@ -14,13 +13,14 @@ from flexmb.bodies.line.curve import Curve, curve_through
 from flexmb.bodies.line.sections import checked_masses, checked_sections, section_constants
 from flexmb.bodies.line.skin import tube_patches
 from flexmb.bodies.line.stretches import Stretch, checked_stretches, places_of
-from flexmb.errors import ModelError, ValidityWarning
+from flexmb.errors import ModelError
 from flexmb.model.described import is_number
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import rotation3
 from flexmb.model.skin import SkinFacets, SkinPatch, checked_skins
+from flexmb.told import tell
 
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
@@ -103,7 +103,7 @@ class AncfLine(Body):
             # the depth of a rectangle with that radius of gyration
             found += section_doubts(float(np.sqrt(12.0 * max(moments) / section.area)), length, "a section")
         for text in found:
-            warnings.warn(f"{self.title}: {text}", ValidityWarning, stacklevel=6)
+            tell(f"{self.title}: {text}")
 
     def _check_elements(self) -> None:
         least = 3 if self.closed else 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
@@ -32,13 +31,14 @@ from flexmb.bodies.plate.surface import (
     checked_thickness,
     surface_through,
 )
-from flexmb.errors import ModelError, ValidityWarning
+from flexmb.errors import ModelError
 from flexmb.model.kinds import Body
 from flexmb.model.material import Material
 from flexmb.model.plausibility import material_doubts, section_doubts
 from flexmb.model.pose import Pose
 from flexmb.model.skin import SkinFacets, SkinPatch, checked_skins
 from flexmb.model.table import Table
+from flexmb.told import tell
 
 __all__ = ["AncfPlate"]
 
@@ -179,7 +179,7 @@ class AncfPlate(Body):
         found = material_doubts(self.material.young, self.material.density)
         found += section_doubts(float(np.max(self._thickness)), length, "a thickness")  # type: ignore[attr-defined]
         for text in found:
-            warnings.warn(f"{self.title}: {text}", ValidityWarning, stacklevel=6)
+            tell(f"{self.title}: {text}")
 
     @classmethod
     def rectangle(cls, name: str, *, edges, thickness, material, corner=(0.0, 0.0, 0.0), **fields) -> AncfPlate:

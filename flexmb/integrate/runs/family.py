@@ -18,6 +18,7 @@ from flexmb.results import Solution
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.alike import Alikes
 from flexmb.system.branching import require_motion_to_begin
+from flexmb.told import listening
 
 __all__ = ["Family"]
 
@@ -62,19 +63,28 @@ class Family:
         require_time_limit(time_limit, "sweep")
         times = sample_times(0.0, t_end, samples)
         require_orbit(model, float(times[-1]))
-        clock, told = time.perf_counter(), []
+        clock, told, heard = time.perf_counter(), [], []
         assembled = self._alikes.assembled(model, 0.0) if start is None else None
         if assembled is None:
             compile_ahead(getattr(integrator, "entries", ()))
             state = None if start is None else state_at(start, model, 0.0)
-            assembled = (
-                assemble_as_drawn(model, tell=told.extend) if state is None else assemble(model, t=0.0, state=state)
-            )
+            with listening() as heard:
+                assembled = (
+                    assemble_as_drawn(model, tell=told.extend) if state is None else assemble(model, t=0.0, state=state)
+                )
             told += require_motion_to_begin(*assembled, assembled[0].workspace())
-            if not told:
+            if not (told or heard):  # of the next one it would not be said
                 self._alikes.note(assembled[0])
         return run_assembled(
-            integrator, assembled, times, told, clock, progress=progress, regular=True, time_limit=time_limit
+            integrator,
+            assembled,
+            times,
+            told,
+            clock,
+            progress=progress,
+            regular=True,
+            time_limit=time_limit,
+            heard=heard,
         )
 
 

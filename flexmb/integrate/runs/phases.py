@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,7 @@ from flexmb.system import System, assemble
 from flexmb.system.assembly import consistent_start
 from flexmb.system.holds import held_from
 from flexmb.system.mobility import shared_reactions
+from flexmb.told import listening
 
 __all__ = ["Phases", "carried"]
 
@@ -98,7 +100,7 @@ class Phases:
         wrong later (an event leaves a mechanism that cannot move on) ends the run, and what was computed is kept.
         """
         try:
-            with self.interruption:
+            with self.interruption, self._hearing():
                 return self._run(model, assembled, works, goes_on)
         except KeyboardInterrupt:
             if not self.recorder.phases and not self.recorder.rows:
@@ -115,6 +117,14 @@ class Phases:
             return Status.failed(
                 f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}", error.remedy
             )
+
+    @contextmanager
+    def _hearing(self):
+        with listening() as told:
+            try:
+                yield
+            finally:
+                self.validity.keep(told)
 
     def _run(self, model: Model, assembled, works, goes_on) -> Status:
         works = np.zeros(3) if works is None else works

@@ -26,6 +26,7 @@ from flexmb.model.orbit import require_orbit
 from flexmb.results import RunFile, Series, Solution, Status
 from flexmb.system import assemble
 from flexmb.system import compile as compile_model
+from flexmb.told import listening
 
 __all__ = ["resume"]
 
@@ -85,11 +86,13 @@ def resume(
     planned = sample_times(float(before.t[0]), t_end, samples)
     require_orbit(model, float(planned[-1]))
     times = np.concatenate([[last.t], planned[planned > last.t * (1.0 + 1e-14)]])
-    assembled = assemble(model, t=last.t, state=state)
+    with listening() as heard:
+        assembled = assemble(model, t=last.t, state=state)
     integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
     phases = Phases(integrator, recorder, times, progress, before.statistics, planned=planned, time_limit=time_limit)
+    phases.validity.keep(heard)
     phases.validity.tell(stiff)
     try:
         status = phases.run(model, assembled, last.works, goes_on=before.phases[-1] if merge else None)

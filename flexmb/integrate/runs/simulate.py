@@ -30,6 +30,7 @@ from flexmb.results.phase import MOST_SAMPLES
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system import compile as compile_model
 from flexmb.system.branching import require_motion_to_begin
+from flexmb.told import listening
 
 __all__ = ["chosen_integrator", "run_assembled", "sample_times", "simulate", "state_at"]
 
@@ -193,15 +194,16 @@ def simulate(
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []
-    assembled = (  # whatever is wrong shows before a file is made
-        assemble_as_drawn(model, t=t_start, tell=told.extend)
-        if state is None
-        else assemble(model, t=t_start, state=state)
-    )
+    with listening() as heard:
+        assembled = (  # whatever is wrong shows before a file is made
+            assemble_as_drawn(model, t=t_start, tell=told.extend)
+            if state is None
+            else assemble(model, t=t_start, state=state)
+        )
     if state is None and rigid_contacts(model):
         require_drawn_apart(*assembled, integrator.step)
     return run_assembled(
-        integrator, assembled, times, told, clock, output, write_model, progress, time_limit=time_limit
+        integrator, assembled, times, told, clock, output, write_model, progress, time_limit=time_limit, heard=heard
     )
 
 
@@ -216,6 +218,7 @@ def run_assembled(
     progress=None,
     regular=False,
     time_limit=None,
+    heard=(),
 ) -> Solution:
     """Integrate from an assembled start to the last of `times`; see `simulate`.
 
@@ -224,6 +227,8 @@ def run_assembled(
     assembled : System, State
     told : list of str
         What assembly had to say.
+    heard : sequence of Told
+        What it has said.
     clock : float, s
         When the computation began.
     regular : bool
@@ -238,6 +243,7 @@ def run_assembled(
     told += [*stiff, *far_from_origin(system), *overlaps(system, begin)]
     recorder = Recorder(model, output, write_model)
     phases = Phases(integrator, recorder, times, progress, whole=regular, time_limit=time_limit)
+    phases.validity.keep(heard)
     phases.validity.tell(told)
     phases.validity.note([*oversights(model), *system.unlocated])
     try:

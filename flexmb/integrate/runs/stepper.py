@@ -21,6 +21,7 @@ from flexmb.model.orbit import require_orbit
 from flexmb.results import Instant, Series, Solution, Status
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.branching import require_motion_to_begin
+from flexmb.told import listening
 
 __all__ = ["Moment", "Stepper", "stepper"]
 
@@ -322,15 +323,18 @@ def stepper(
     chosen = chosen_integrator(model, integrator, formulation)
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []
-    system, begin = (
-        assemble_as_drawn(model, t=t_start, tell=told.extend)
-        if state is None
-        else assemble(model, t=t_start, state=state)
-    )
+    with listening() as heard:
+        system, begin = (
+            assemble_as_drawn(model, t=t_start, tell=told.extend)
+            if state is None
+            else assemble(model, t=t_start, state=state)
+        )
     told += require_motion_to_begin(system, begin, system.workspace())
     chosen, stiff = unless_stiff(chosen, system, begin, float(t_end) - t_start)
     told += stiff
     validity = Validity()
     validity.tell(told)
-    phase = new_phase(model, system, begin, chosen, float(t_end), keep=keep)
+    with listening() as begun:
+        phase = new_phase(model, system, begin, chosen, float(t_end), keep=keep)
+    validity.keep([*heard, *begun])
     return Stepper(phase, validity, keep)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
 from flexmb.results import SHARED
 from flexmb.system.program import evaluate
+from flexmb.told import Told
 
 __all__ = ["Validity"]
 
@@ -81,6 +83,10 @@ class Validity:
         for sentence in sentences:
             if sentence not in self.sentences:
                 self._warn(sentence)
+
+    def keep(self, told: Iterable[Told]) -> None:
+        """Keep warnings that others have given."""
+        self.sentences += [text for text in dict.fromkeys(t.text for t in told) if text not in self.sentences]
 
     def note(self, sentences: list[str]) -> None:
         """Keep what is worth knowing and needs no warning."""
