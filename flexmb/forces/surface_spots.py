@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexmb.model.spots import Spots
+from flexmb.model.spots import ALONE, Spots
 from flexmb.surfaces.detection import find_areas, find_closest
 from flexmb.surfaces.records import CONTACT, HEADER
 
@@ -35,7 +35,7 @@ def sampled_points(force, model) -> tuple[list[str], np.ndarray]:
 
 
 def surface_spots(force, series) -> Iterator[Spots]:
-    """Yield what touches at every sample of a phase; of a law that acts at points the area is not known, nan."""
+    """Yield what touches at every sample of a phase; a law that acts at one point has no area and no listed points."""
     model, law = series.model, force.law
     own = law.numbers()
     firsts = {name: first for name, (_, first) in _sampled(force, model).items()}
@@ -66,6 +66,7 @@ def surface_spots(force, series) -> Iterator[Spots]:
             slip = np.linalg.norm(u - along[:, None] * found["n"], axis=1)
             of_b = found["sample"] > 0
             number = np.where(of_b, firsts.get(b.name, 0), firsts.get(a.name, 0)) + np.abs(found["sample"]) - 1
+            number = number if law.sampled else np.full(count, ALONE)
             rows.append(np.column_stack([number, -found["gap"], pressure, slip, found["area"]]))
         found = np.concatenate(rows)
         yield Spots(found[:, 0].astype(int), *found[:, 1:].T)

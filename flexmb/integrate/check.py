@@ -90,7 +90,7 @@ class Report:
         """The primitive equations whose reactions are not unique, by joint."""
         found: dict[str, list[str]] = {}
         for name in self.indeterminate:
-            joint, _, kind = name.partition(": ")
+            joint, _, kind = name.rpartition(": ")
             found.setdefault(joint, []).append(kind)
         return found
 
@@ -112,7 +112,7 @@ class Report:
         ]
         if self.redundant:
             lines.append(f"  {len(self.redundant)} dependent equations:")
-            lines += [f"    {joint}: {_load(kind)}" for joint, _, kind in (n.partition(": ") for n in self.redundant)]
+            lines += [f"    {joint}: {_load(kind)}" for joint, _, kind in (n.rpartition(": ") for n in self.redundant)]
             lines.append("  Reactions that are not unique with them (least norm is given), by joint:")
             lines += [f"    {joint}: {', '.join(kinds)}" for joint, kinds in self.shared_loads.items()]
             lines.append("  To make reactions unique, replace one of the joints concerned by one that forbids less,")

@@ -29,15 +29,6 @@ def oversights(model: Model) -> list[str]:
     for force in model.forces:
         if passed_over := force.unseen_in(model):
             unseen.setdefault(passed_over, []).append(force.title)
-    for joint in model.joints:
-        kinks = joint.unseen_kinks(model) if hasattr(joint, "unseen_kinks") else ()
-        if kinks:
-            why = (
-                f"steps do not end where '{kinks[0]}' in its given forces changes; an integrator may fail there as "
-                "at a stiff model, or pass over it; write forces that are smooth (tanh(v/1e-3), smooth), or act by a "
-                "force whose corners are known (JointFriction, OneSidedSpring, UserForce with switches)"
-            )
-            unseen.setdefault(why, []).append(joint.title)
     found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in unseen.items()]
     return found
 

@@ -299,10 +299,12 @@ class Constraint(Joint):
                 remedy="Give the rate a signal of its own, fmb.expression(...) or fmb.table(...), or write it out in t",
             )
 
-    def unseen_kinks(self, model) -> tuple[str, ...]:
-        """Return the functions with a kink, of measured quantities, in its given forces: steps do not end there."""
-        codes = [int(code) for _, program in self._formula(model).given for code in program.ops]
-        return tuple(dict.fromkeys(KINKS[code] for code in codes if code in KINKS))
+    def watched(self, model) -> tuple[tuple[Measured, ...], tuple[SignalProgram, ...]]:
+        """Return what its given forces read, and their programs: steps end where these have kinks."""
+        if not self.forces:
+            return (), ()
+        formula = self._formula(model)
+        return formula.inputs, tuple(program for _, program in formula.given)
 
     def _require_smooth(self, program: SignalProgram) -> None:
         """Raise ModelError for functions of measured quantities that have no second derivative everywhere."""

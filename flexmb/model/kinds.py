@@ -246,6 +246,10 @@ class Joint(Part):
         """Return the joint with its defaults taken from the marker positions (2, 3), m, in W, as described."""
         return self
 
+    def watched(self, model) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Return scalars that forces of the joint read, and their programs: steps end where these are not smooth."""
+        return (), ()
+
     def places(self, model) -> tuple[str, ...]:
         """Return the markers whose coordinates in W it relates: those of joints between bodies do not count."""
         return ()

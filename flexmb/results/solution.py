@@ -81,7 +81,7 @@ class Solution:
         """
         found: dict[str, list[str]] = {}
         for text in self.statistics.get(SHARED, ()):
-            joint, _, kinds = text.partition(": ")
+            joint, _, kinds = text.rpartition(": ")
             found[joint] = kinds.split(", ")
         return found
 

@@ -186,7 +186,7 @@ def _joints(near: Neighbourhood, here, other) -> tuple[str, ...]:
     system, names = near.system, near.system.equation_names
     at = near.at(near.state.q, np.zeros(system.nu))
     M, gradient = near.matrices(at)
-    chosen = {names[k].partition(": ")[0] for k in indeterminate_equations(M, gradient, here)}
+    chosen = {names[k].rpartition(": ")[0] for k in indeterminate_equations(M, gradient, here)}
     if other is not None and system.ng <= SMALL:
         scale = system.lengths.equations
         G, G1 = (near.matrices(state)[1].toarray() / scale[:, None] / system.units for state in (at, other))
@@ -194,7 +194,7 @@ def _joints(near: Neighbourhood, here, other) -> tuple[str, ...]:
         if Y.shape[1]:
             shares = Y @ np.linalg.svd(Y.T @ G1)[0][:, 0]
             own = np.flatnonzero(np.abs(shares) > BENT * np.max(np.abs(shares)))
-            chosen = {names[k].partition(": ")[0] for k in own}
+            chosen = {names[k].rpartition(": ")[0] for k in own}
     return tuple(joint.name for joint in system.model.joints if joint.name in chosen)
 
 

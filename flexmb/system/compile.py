@@ -62,6 +62,9 @@ def _force_items(model: Model, compiler: ModelCompiler) -> list[tuple[Table, tup
     for sensor in model.sensors:
         compiler.writing = sensor.title
         items += [(table, table.filled(sensor, row)) for table, row in sensor.followed(compiler)]
+    for joint in model.joints:
+        compiler.writing = joint.title
+        compiler.loops.watch(*joint.watched(model))
     before, after = compiler.loops.rows()
     return [*before, *items, *after]
 

@@ -26,7 +26,7 @@ from flexmb.model.measurement import Formula, Measurement, input_program
 from flexmb.model.signal import Constant, Signal
 from flexmb.model.table import in_order
 from flexmb.system.holds import HELD, NEVER, Hold, upstream_first
-from flexmb.system.loop_kinks import Kink, kink_rows, located
+from flexmb.system.loop_kinks import Kink, kink_rows, kinks_in, located
 from flexmb.system.loop_programs import LATER, affine_rows, inputs_of, renumbered, with_inputs
 from flexmb.system.wrenches import Wrenches
 
@@ -56,6 +56,7 @@ class Loops:
         self.holds: list[Hold] = []
         self.kinks: list[tuple[int, Kink, str]] = []
         self.unlocated: list[str] = []
+        self._watched: set[int] = set()
         self.wrenches = Wrenches(compiler)
         self.n_channels = 0
 
@@ -74,6 +75,14 @@ class Loops:
         first = len(self.channels)
         self.channels += [(slot, marker) for marker in markers]
         return number, tuple(range(first, len(self.channels)))
+
+    def watch(self, scalars: tuple[Measured, ...], programs: tuple[SignalProgram, ...]) -> None:
+        """Let steps end where forces that others compute of measured scalars have kinks or jump."""
+        for program in programs:
+            if any(True for _ in kinks_in(program, lambda _: True)):
+                read = {k: self._atom(scalars[k]) for k in inputs_of(program)}
+                whole = with_inputs(program, [read.get(k, input_program(0)) for k in range(len(scalars))])
+                self._watched.add(self._slot(whole))
 
     def _slot(self, program: SignalProgram, address: int = 0) -> int:
         """Return the number of the result of a program."""
@@ -297,7 +306,7 @@ class Loops:
 
     def _locate(self) -> None:
         """Let steps end where what acts on forces and states has kinks or jumps."""
-        acting = {slot for slot, *_ in (*self.rates, *self.channels)}
+        acting = {slot for slot, *_ in (*self.rates, *self.channels)} | self._watched
         varying = [atom.what != "held" for atom in self.atoms]
         found, self.unlocated = located(self.programs, self.addresses, self._writers, varying, acting)
         self.kinks += [(self._slot(kink.program), kink, title) for kink, title in found]

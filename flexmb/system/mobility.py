@@ -230,6 +230,6 @@ def shared_reactions(system: System, state=None) -> list[str]:
         names = list(mobility(system, state, system.workspace()).indeterminate)
     found: dict[str, list[str]] = {}
     for name in names:
-        joint, _, kind = name.partition(": ")
+        joint, _, kind = name.rpartition(": ")
         found.setdefault(joint, []).append(kind)
     return [f"{joint}: {', '.join(kinds)}" for joint, kinds in found.items()]

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from integrate.test_redundant_rings import ring
+from scipy.linalg import expm
 from verification.test_very_large_and_small import top
 
 import flexmb as fmb
@@ -117,6 +118,53 @@ def test_errors_of_implicit_stay_known_where_a_run_begins_anew():
     for model in (kinked, replace(oscillator(), events=[event])):
         again = fmb.simulate(model, 20.0, samples=11, integrator=integrator).statistics[ADDED_UP]
         assert again == pytest.approx(whole, rel=0.25)
+
+
+@pytest.mark.parametrize("period", [0.05, 0.1, 0.2])
+def test_errors_between_samples_of_a_controller_are_known(period):
+    """One, two and four steps from sample to sample; between them x'' = 100 (1 - x) - 0.02 v of the sample, by expm."""
+    swing, gain = oscillator(), 0.02
+    speed = fmb.Velocity("v", marker="p.center")
+    held = fmb.Sampled(-gain * fmb.measured(speed), period=period)
+    model = replace(swing, forces=[swing.forces[0], fmb.PointLoad("f", marker="p.center", force=(held, 0, 0))])
+    n = round(20.0 / period)
+    run = fmb.simulate(model, 20.0, samples=n + 1, integrator=fmb.Implicit(step=0.05))
+    over = expm(period * np.array([[0.0, 1.0, 0.0], [-100.0, 0.0, 1.0], [0.0, 0.0, 0.0]]))
+    exact = [np.array([0.2, 0.0, 0.0])]
+    for _ in range(n):
+        x, v, _ = exact[-1]
+        exact.append(over @ (x, v, -gain * v))
+    true = np.abs(run["x"][:, 0] - 1.0 - np.array(exact)[:, 0]).max() / 0.4
+    assert run.statistics[ADDED_UP] == pytest.approx(true, rel=0.2)
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rtol=1e-5), fmb.Implicit(rtol=1e-5)], ids=repr)
+def test_errors_before_a_joint_breaks_count_after_it(integrator):
+    """A pendulum beside the oscillator loses its hinge after half of the time: its errors before and after add up.
+
+    With the oscillator alone the phase lags by the same share in either half.
+    """
+    swing = oscillator()
+    rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=0.02)
+    model = replace(
+        swing,
+        bodies=[*swing.bodies, rod],
+        joints=[fmb.Revolute("pin", markers=("ground.origin", "rod.start"))],
+        events=[fmb.Event("broken", at=10.0, then=fmb.Release("pin"))],
+    )
+    run = fmb.simulate(model, 20.0, samples=201, integrator=integrator)
+    assert len(run.phases) == 2
+    true = np.abs(run["x"][:, 0] - 1.0 - 0.2 * np.cos(10.0 * run.t)).max() / 0.4
+    assert run.statistics[ADDED_UP] == pytest.approx(true, rel=0.3)
+
+
+def test_steps_that_do_not_follow_say_so():
+    """Of 3.6 radians a step of a spinning top, and 280 % of error: not estimated, with a note."""
+    model, _ = top(50e-6)
+    turns = 20 * 2 * np.pi / float(np.linalg.norm(model.body("top").angular_velocity))
+    run = fmb.simulate(model, turns, samples=5, integrator=fmb.Implicit(rtol=1e-4))
+    assert run.statistics[ADDED_UP] == "not estimated"
+    assert any("within less than a step" in note for note in run.statistics["notes"])
 
 
 @pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rtol=1e-5), fmb.Implicit(rtol=1e-4)], ids=repr)

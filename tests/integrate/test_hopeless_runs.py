@@ -6,7 +6,9 @@ import pytest
 
 import flexmb as fmb
 from flexmb.integrate.runs import pace
+from flexmb.integrate.runs.fastest import unchanged
 from flexmb.integrate.runs.pace import Pace
+from flexmb.system import assemble
 
 
 @pytest.fixture
@@ -125,3 +127,14 @@ def test_slow_is_told_once_and_again_when_it_is_much_worse():
 
 def test_a_run_of_minutes_is_not_told():
     assert not run_of((5.0, 0.05, 100, 0)).long()
+
+
+def test_scratch_arrays_are_given_back_where_a_look_fails():
+    """The run goes on with what it had, also after an error in a look at it."""
+    system, _ = assemble(fmb.Model(bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0)]))
+    work = system.workspace()
+    before = work.residual.copy()
+    with pytest.raises(ZeroDivisionError), unchanged(system, work):
+        work.residual[:] = 7.0
+        raise ZeroDivisionError
+    np.testing.assert_array_equal(work.residual, before)

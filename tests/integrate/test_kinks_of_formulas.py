@@ -148,3 +148,29 @@ def test_measured_quantities_are_compared_in_formulas_but_not_in_equations():
             rail(0.0), joints=[*rail(0.0).joints, fmb.Constraint("c", equation="where(x > 0, x, 0)", over={"x": "x"})]
         )
     assert len(assemble(rail(formula("where(x > 0, 1, 2)")))[0].switch_owners) == 1
+
+
+def bead(force: str, x=0.0, v=1.0) -> fmb.Model:
+    """Return a bead on a straight wire, an equation, with what the wire gives along it."""
+    over = {"p": fmb.Position("p", marker="bead.center"), "v": fmb.Velocity("v", marker="bead.center")}
+    wires = [
+        fmb.Constraint("wire", over=over, equation="p[2] = 0", forces={"v[0]": force}),
+        fmb.Constraint("plane", over=over, equation="p[1] = 0"),
+    ]
+    mass = fmb.PointMass("bead", mass=MASS, at=(x, 0, 0), velocity=(v, 0, 0))
+    return fmb.Model(bodies=[fmb.Ground(), mass], joints=wires, sensors=[over["v"]], gravity=(0, 0, -9.81))
+
+
+@pytest.mark.parametrize("integrator", [ALPHA, IMPLICIT, EXPLICIT, IDA], ids=lambda i: type(i).__name__)
+@pytest.mark.parametrize(
+    ("force", "work"),
+    [
+        (f"2000*max(0, 1 - abs(p[0] - 0.5)/{WIDTH})", 2000.0 * WIDTH),
+        (f"where(p[0] > 0.5 - {WIDTH} and p[0] < 0.5 + {WIDTH}, 1000, 0)", 2000.0 * WIDTH),
+    ],
+    ids=["corners", "jumps"],
+)
+def test_kinks_of_the_forces_of_a_constraint_end_steps(integrator, force, work):
+    """A push of 1 ms: its work is kinetic energy, from 1 m/s to 1.4142 m/s."""
+    run = fmb.simulate(bead(force), 1.0, samples=11, integrator=integrator)
+    assert run["v"][-1, 0] == pytest.approx(np.sqrt(1.0 + 2.0 * work / MASS), rel=1e-3)

@@ -10,6 +10,7 @@ from contracts.test_tangents import H, assert_tangent
 import flexmb as fmb
 from flexmb.forces.relative import relative_motion
 from flexmb.forces.surface_contact import ROW
+from flexmb.model.spots import ALONE
 from flexmb.surfaces.detection import find_areas
 from flexmb.surfaces.records import CONTACT
 from flexmb.system import compile
@@ -182,6 +183,16 @@ def test_hertz_equals_contact(rng):
         np.testing.assert_allclose(one[0], two[0], atol=1e-12 * np.abs(two[0]).max())
         assert one[1].potential == pytest.approx(two[1].potential, rel=1e-12)
         assert one[1].dissipation == pytest.approx(two[1].dissipation, rel=1e-12)
+
+
+def test_a_law_at_one_point_names_no_listed_point():
+    """Also where the other surface has points of its own: it has no area, and its pressure is the force."""
+    model = over_the_floor(fmb.Sphere(0.1), 0.0999, law=fmb.Hertz(stiffness=1e6))
+    solution = fmb.simulate(model, t_end=1e-6, samples=2)
+    first = next(iter(model.force("touch").spots(solution.series(0))))
+    assert first.point.tolist() == [ALONE]
+    assert first.area.tolist() == [1.0]
+    assert first.pressure[0] == pytest.approx(1e6 * 1e-4**1.5, rel=1e-9)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [(0.42, False), (0.41, True), (0.2, True)])

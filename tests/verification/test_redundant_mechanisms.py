@@ -6,6 +6,8 @@ and equal those of the same linkage with joints that forbid less; a door with a 
 per extra hinge.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -38,6 +40,19 @@ def test_what_is_said_about_a_parallelogram():
     assert "l0: force along z of W, moment about y, moment about x" in text
     free = fmb.check(parallelogram(free=True))
     assert (free.mobility, free.gruebler, free.redundant, free.indeterminate) == (1, 1, (), ())
+
+
+def test_colons_in_names_of_joints_are_kept():
+    """In the report of `check` and in that of a run."""
+    plain = parallelogram(free=False)
+    names = {joint.name: f"left: {joint.name}" for joint in plain.joints}
+    joints = [replace(joint, name=names[joint.name]) for joint in plain.joints]
+    model = replace(plain, joints=joints, sensors=())
+    wanted = dict.fromkeys((names[name] for name in ("g0", "g1", "l0", "r0")), CROSSWISE)
+    report = fmb.check(model)
+    assert report.shared_reactions == wanted
+    assert "left: l0: force along z of W, moment about y, moment about x" in str(report)
+    assert fmb.simulate(model, 1e-3, samples=2).shared_reactions == wanted
 
 
 @pytest.mark.parametrize(

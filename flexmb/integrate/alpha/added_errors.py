@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.alpha.variables import Apart, Motions, Variables
-from flexmb.integrate.runs.gap import new_gap
+from flexmb.integrate.runs.gap import begin_again, new_gap
 
 __all__ = ["beside", "taken_over"]
 
@@ -35,11 +35,15 @@ def beside(system, own: Variables, followed: bool) -> Motions:
 
 
 def taken_over(system, before: Motions, now: Motions) -> Motions:
-    """Return a new start with the distance that the motions had; of a model with other coordinates it is not known."""
+    """Return a new start with the distance that the motions had; in a model with other coordinates its size alone is
+    known.
+    """
+    now.apart.run[:] = before.apart.run
+    now.corrected.run["steps"] = before.corrected.run["steps"]
     if before.own.q.shape != now.own.q.shape or before.own.u.shape != now.own.u.shape:
+        begin_again(now.apart.run)
         return now
     for name in ("q", "u"):
         getattr(now.corrected, name)[:] += getattr(before.corrected, name) - getattr(before.own, name)
     now.apart.q_start[:] = before.apart.q_start
-    now.apart.run[:] = before.apart.run
     return now

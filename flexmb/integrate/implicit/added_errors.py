@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from flexmb.integrate.implicit.stages import GAMMA, STAGES, Stages
-from flexmb.integrate.runs.gap import EVERY, Gap, measure, new_gap
+from flexmb.integrate.implicit.stages import GAMMA, STAGES, WEIGHTS, Stages
+from flexmb.integrate.runs.gap import EVERY, Gap, begin_again, measure, new_gap
 from flexmb.math.block_lu import lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
@@ -25,15 +25,34 @@ from flexmb.tree.coordinates.settle import unit_length as to_unit_length
 
 __all__ = ["Beside", "carry", "follow", "known", "new_beside"]
 
-FIFTH = -3.794521963824139
-"""Error of a step of y' = f(y), divided by h times the rate of change of what the embedded method differs by:
-both are known for linear f, -8.4635e-4 h^5 and 2.2305e-4 h^4 times derivatives of y."""
-LONG, COARSE = 1.2, 3.0
-"""Change of what the embedded method differs by, relative to it, from which steps are long beside the motion: they turn
-by more than 1.3 rad of it. There so many times the error for linear f is taken: a heavy top at two radians a step errs
-2.8 to 4.6 times as much."""
-FADES = 0.8
-"""Part of that which still counts a step later."""
+LINEAR = -8.463541666666567e-4
+"""Error of a step of y' = f(y) by h^5 times the fifth derivative of y, for linear f."""
+
+
+def _fifth() -> np.ndarray:
+    """Return the weights (6,) by which the rates of the stages give h^4 times the fifth derivative of y in one step.
+
+    The stages of y' = z y are those of (I - z A)^-1: powers of z up to three cancel and the fourth is one; and so do
+    third powers of time in rates that are given. There are as many weights as these conditions.
+    """
+    rows = [np.ones(STAGES)]
+    for _ in range(4):
+        rows.append(WEIGHTS @ rows[-1])
+    rows.append(rows[1] ** 3)
+    return np.linalg.solve(rows, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+
+
+ALONE = _fifth()
+BESIDE = (3.6, 4.7, 8.0)
+"""Error of order five beside what the embedded method differs by: of a vibration by 1.2 and by 2 radians a step, and of
+one that steps do not follow."""
+COARSE = 4.0
+"""By how much the error is larger than that of linear equations at two radians a step: a heavy top errs 1.0 times as
+much at 1.2 radians, 1.7 at 1.4, 4.1 at 2."""
+FADES = 0.9
+"""Part of the size of a step that still counts a step later: what swings passes zero."""
+SEEN = 3
+"""Steps after which that size is known."""
 STRAIGHT = 0.1
 """Largest correction of the trapezoidal rule, relative to the distance."""
 STIFF, MANY = 1.0, 0.1
@@ -45,10 +64,8 @@ TURNS = 3
 class BesideRun(Record):
     """How the motion beside goes on."""
 
-    before: float
-    """s, size of the step before; 0 where there was none to compare with"""
     bent: float
-    """s, the same for the distance"""
+    """s, size of the step before; 0 where there was none to compare how the distance bends with"""
     size: float
     """square of what the embedded method differed by in the rates, the largest of late"""
     wide: float
@@ -74,10 +91,6 @@ class Beside(NamedTuple):
     """(ng,) of the multipliers"""
     dk: Floats
     """(nx,) of the first derivatives of the unknowns"""
-    ex: Floats
-    """(nx,) what the embedded method differed by in the step before, by the fourth power of its size"""
-    ev: Floats
-    """(nv,) likewise"""
     bx: Floats
     """(nx,) by how much the first derivatives of dx bend over a step, by the square of its size, the step before"""
     bv: Floats
@@ -117,8 +130,8 @@ class Beside(NamedTuple):
 def new_beside(system, unknowns, state, followed: bool) -> Beside:
     """Return the motion beside at the start of a run, where it still is the same."""
     nx, nv, nu, ng = unknowns.nx, unknowns.nv, system.nu, system.ng
-    sizes = dict.fromkeys(("dx", "dk", "ex", "bx", "kx", "x", "y", "k", "x0", "x1", "dx1"), nx)
-    sizes |= dict.fromkeys(("dv", "da", "ev", "bv", "kv", "v", "a", "v0", "dv1", "change"), nv)
+    sizes = dict.fromkeys(("dx", "dk", "bx", "kx", "x", "y", "k", "x0", "x1", "dx1"), nx)
+    sizes |= dict.fromkeys(("dv", "da", "bv", "kv", "v", "a", "v0", "dv1", "change"), nv)
     sizes |= {"dlam": ng, "lam": ng, "right": nu + ng}
     return Beside(
         **{name: np.zeros(size) for name, size in sizes.items()},
@@ -130,10 +143,16 @@ def new_beside(system, unknowns, state, followed: bool) -> Beside:
 
 
 def carry(before: Beside, now: Beside) -> None:
-    """Give a new start the distance that the motions had; of a model with other unknowns it is not known."""
+    """Give a new start the distance that the motions had; in a model with other unknowns its size alone is known."""
+    closes = int(now.own["closes"][0])
+    now.own[:] = before.own
+    now.own["closes"] = closes
+    now.run[:] = before.run
     if before.dx.shape != now.dx.shape or before.dv.shape != now.dv.shape or before.start.shape != now.start.shape:
+        now.own["bent"] = 0.0
+        begin_again(now.run)
         return
-    for name in ("dx", "dv", "start", "run"):
+    for name in ("dx", "dv", "da", "dlam", "bx", "bv", "start"):
         getattr(now, name)[:] = getattr(before, name)
 
 
@@ -286,39 +305,49 @@ def _straightened(b, h):
 
 
 @inner_kernel
-def _take_off_errors(r, b, h, weights, third):
-    """Take the local error of a step off the motion beside.
+def _differ(weights, third, r, b, h):
+    """Return the square of what the embedded method of order three differs by in the rates, the largest of late."""
+    size = 0.0
+    for i in range(len(b.dv)):
+        apart = 0.0
+        for j in range(STAGES):
+            apart += (weights[STAGES - 1, j] - third[j]) * r.A[j, i]
+        size += (h * apart) ** 2
+    b.own[0].size = max(size, FADES * b.own[0].size)
+    return b.own[0].size
 
-    What the embedded method of order three differs by is of fourth order; its rate of change, from the step before to
-    this one, tells the error of order five; more of it where steps are long beside the motion.
-    """
-    by, changed, size = h**-3, 0.0, 0.0
-    for i in range(len(b.dx)):
-        b.k[i] = 0.0
-        for j in range(STAGES):
-            b.k[i] += by * (weights[STAGES - 1, j] - third[j]) * r.K[j, i]
+
+@inner_kernel
+def _take_off_errors(r, b, h, weights, third):
+    """Take the local error of a step off the motion beside: that of order five, as the stages of the step tell it."""
+    size = 0.0
     for i in range(len(b.dv)):
-        b.change[i] = 0.0
+        fifth = 0.0
         for j in range(STAGES):
-            b.change[i] += by * (weights[STAGES - 1, j] - third[j]) * r.A[j, i]
-        changed, size = changed + (b.change[i] - b.ev[i]) ** 2, size + b.change[i] ** 2
-    b.own[0].size = max(size, FADES * b.own[0].size)  # one that swings passes zero
-    then = FIFTH * h**5 / (0.5 * (h + b.own[0].before)) if b.own[0].before > 0.0 else 0.0
-    if changed > LONG**2 * b.own[0].size:
-        then *= COARSE
-    for i in range(len(b.dx)):
-        b.dx[i] -= then * (b.k[i] - b.ex[i])
-        b.ex[i] = b.k[i]
+            fifth += ALONE[j] * r.A[j, i]
+        b.change[i] = LINEAR * h * fifth
+        size += b.change[i] ** 2
+    low, high, most = BESIDE
+    differs = _differ(weights, third, r, b, h)
+    seen = b.own[0].steps > SEEN and differs > 0.0
+    if seen and not size <= most**2 * differs:
+        b.own[0].stiff += 1
+        return
+    long = ((size / differs) ** 0.5 - low) / (high - low) if seen else 0.0
+    times = 1.0 + (COARSE - 1.0) * min(max(long, 0.0), 1.0)
     for i in range(len(b.dv)):
-        b.dv[i] -= then * (b.change[i] - b.ev[i])
-        b.ev[i] = b.change[i]
-    b.own[0].before = h
+        b.dv[i] -= times * b.change[i]
+    for i in range(len(b.dx)):
+        fifth = 0.0
+        for j in range(STAGES):
+            fifth += ALONE[j] * r.K[j, i]
+        b.dx[i] -= times * LINEAR * h * fifth
 
 
 @inner_kernel
 def _hold(b):
     """Forget all rates of the distance, which stays as it is."""
-    b.own[0].before, b.own[0].bent = 0.0, 0.0
+    b.own[0].bent = 0.0
     b.da[:] = 0.0
     b.dlam[:] = 0.0
 

@@ -17,6 +17,10 @@ ADDED_UP = "errors added up"
 """Name in the statistics: the largest share."""
 UNKNOWN = "not estimated"
 """There, where an integrator does not tell."""
+TOO_LONG = (
+    "what the errors of steps add up to is not known: something swings, turns or dies away within less than a step, "
+    "which steps do not follow. If it matters to what you look at, give a smaller rtol or step; flexmb.verify compares"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,6 +98,7 @@ def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, 
     if error is None:
         if getattr(integrator, "follow_errors", True) and system.nu:
             statistics[ADDED_UP] = UNKNOWN
+            validity.note([TOO_LONG] if hasattr(integrator, "added_error") else [])
         return
     if statistics.get(ADDED_UP) != UNKNOWN:
         statistics[ADDED_UP] = max(error.share, statistics.get(ADDED_UP, 0.0))

@@ -30,10 +30,12 @@ def fastest(integrator, system, work, variables, now: float) -> str:
 
 @contextmanager
 def unchanged(system, work) -> Iterator[None]:
-    """Give the scratch arrays of a system back as they were, and the factors of its matrix."""
+    """Give the scratch arrays of a system back as they were, and the factors of its matrix, however the block ends."""
     pattern = system.program.pattern
     arrays = (*work, pattern.inverse, pattern.scratch, pattern.softness)
     before = [array.copy() for array in arrays]
-    yield
-    for array, kept in zip(arrays, before, strict=True):
-        array[...] = kept
+    try:
+        yield
+    finally:
+        for array, kept in zip(arrays, before, strict=True):
+            array[...] = kept

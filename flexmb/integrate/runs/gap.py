@@ -8,7 +8,7 @@ from flexmb.integrate.runs.added_error import AddedError
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import Record
 
-__all__ = ["EVERY", "Gap", "added_error", "measure", "new_gap"]
+__all__ = ["EVERY", "Gap", "added_error", "begin_again", "measure", "new_gap"]
 
 LEAST, SHORT = 1e-3, 1e-2
 """Lengths of the largest assembly: the least displacement with which errors are compared, and below which nothing is
@@ -34,11 +34,19 @@ class Gap(Record):
     far_t: float
     """s, when"""
     far_place: int
-    """its velocity"""
+    """its velocity; -1: one of a model before"""
     wide: float
     """rad, largest angle"""
     wide_t: float
     wide_place: int
+    was_far: float
+    """m, distance at the last look"""
+    was_wide: float
+    """rad, likewise"""
+    from_far: float
+    """m, distance before the unknowns became others: all of later ones come on top of it"""
+    from_wide: float
+    """rad, likewise"""
     moved: float
     """m, largest displacement, or the least with which distances are compared"""
     turned: float
@@ -53,6 +61,12 @@ def new_gap(system, followed: bool) -> np.ndarray:
     return Gap.table(followed=int(followed), moved=LEAST * length, turned=TURN, short=SHORT * length)
 
 
+def begin_again(run: np.ndarray) -> None:
+    """Go on with other unknowns: of the distance its size is kept, to which that of the new ones is added."""
+    run["from_far"], run["from_wide"] = run["was_far"], run["was_wide"]
+    run["far_place"] = run["wide_place"] = -1
+
+
 def added_error(system, gap) -> AddedError:
     """Return the larger of the errors of places and of rotations, relative to the motion."""
     far, wide = float(gap["far"] / gap["moved"]), float(gap["wide"] / gap["turned"])
@@ -63,7 +77,7 @@ def added_error(system, gap) -> AddedError:
         motion=float(gap[motion]),
         unit=unit,
         t=float(gap[f"{kind}_t"]),
-        owner=system.owner(int(gap[f"{kind}_place"])) if system.nu else "",
+        owner=system.owner(int(gap[f"{kind}_place"])) if gap[f"{kind}_place"] >= 0 else "its parts",
         lost=not gap["followed"],
         blind=int(gap["blind"]),
     )
@@ -107,6 +121,8 @@ def measure(program, own, near, extent, run, start, t):
             distance = abs(own[iq + i] - near[iq + i]) * extent[iu + i]
             if distance > far:
                 far, at = distance, iu + i
+    far, wide = far + run[0].from_far, wide + run[0].from_wide
+    run[0].was_far, run[0].was_wide = far, wide
     if far > run[0].far:
         run[0].far, run[0].far_t, run[0].far_place = far, t, at
     if wide > run[0].wide:
