@@ -9,8 +9,10 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.fem.deck.abaqus_keywords import told
 from flexmb.fem.deck.abaqus_links import add_abaqus_links, add_boundary
+from flexmb.fem.deck.abaqus_lumped import add_abaqus_lumped
 from flexmb.fem.deck.abaqus_materials import Materials
 from flexmb.fem.deck.abaqus_model import Flat, flattened_deck
+from flexmb.fem.deck.abaqus_parameters import tell_parameters
 from flexmb.fem.deck.abaqus_sections import add_sections
 from flexmb.fem.deck.abaqus_surfaces import facets, surface_nodes
 from flexmb.fem.deck.abaqus_text import read_blocks
@@ -42,6 +44,7 @@ def read_abaqus_deck(path: Path) -> Deck:
     frames = _frames(flat, deck)
     add_sections(flat, deck, materials)
     add_abaqus_links(flat, deck, frames, materials)
+    add_abaqus_lumped(flat, deck, frames, materials)
     add_boundary(flat, deck, frames, steps)
     for name, nodes in flat.node_sets.items():
         if nodes:
@@ -103,6 +106,7 @@ def _model_data(flat: Flat, deck: Deck) -> list:
         else:
             kept.append((block, scope))
             told(block.name, deck.inventory)
+            tell_parameters(block, deck.inventory)
     flat.blocks = kept
     return first
 

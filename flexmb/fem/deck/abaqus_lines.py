@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +17,7 @@ from flexmb.fem.deck.shapes import Constants, constants
 from flexmb.fem.frames.section import Section
 from flexmb.model.material import Material
 
-__all__ = ["beam_section", "trusses"]
+__all__ = ["beam_section", "following", "trusses"]
 
 
 def trusses(group: list[Element], block: Block, deck: Deck, material: Elastic) -> None:
@@ -35,6 +36,17 @@ def trusses(group: list[Element], block: Block, deck: Deck, material: Elastic) -
             group=block.parameters["ELSET"],
         )
     )
+
+
+def following(flat: Flat, section: Block, name: str) -> Block | None:
+    """Return the keyword of a name that belongs to a section: one of those behind it, before another section."""
+    at = next(k for k, (block, _) in enumerate(flat.blocks) if block is section)
+    for block, _ in flat.blocks[at + 1 : at + 6]:
+        if block.name == name:
+            return block
+        if block.name.endswith("SECTION") or block.name == "MATERIAL":
+            return None
+    return None
 
 
 def _segments(group: list[Element], block: Block) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -82,6 +94,7 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
         young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
     if not young > 0.0 or not -1.0 < poisson < 0.5:
         raise block.wrong(f"E = {young:g}, nu = {poisson:g}", "an isotropic material")
+    section = _placed(section, _center(shape, block, flat, rows[0], deck))
     direction = np.array(block.reals(rows[1], 3, 0.0)) if len(rows) > 1 and any(rows[1]) else np.array([0.0, 0.0, -1.0])
     direction = flat.scopes[scope].rotation @ direction
     group = [element for element in elements if shape_of(element.kind)[0] == "beam"]
@@ -98,6 +111,13 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
     y[own] = deck.points[towards[own]] - deck.points[pairs[own, 0]]
     sizes = np.linalg.norm(along, axis=1) * np.linalg.norm(y, axis=1)
     parallel = np.linalg.norm(np.cross(along, y), axis=1) <= 1e-6 * sizes
+    if parallel.any() and _has_sides(section):
+        label = labels[int(parallel.argmax())]
+        if len(rows) > 1 and any(rows[1]):
+            raise block.wrong(f"element {label} along its direction n1", "a direction across the beam")
+        deck.inventory.approximated["beams along -z, the direction n1 where none is given, with n1 = x"] += int(
+            parallel.sum()
+        )
     y[parallel] = [1.0, 0.0, 0.0]
     none: frozenset[int] = frozenset()
     deck.beams.append(
@@ -112,6 +132,51 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
             group=block.parameters["ELSET"],
         )
     )
+
+
+def _has_sides(section: Section) -> bool:
+    """Whether the directions of a section matter."""
+    size = section.inertia_y + section.inertia_z
+    uneven = abs(section.inertia_y - section.inertia_z) + abs(section.product_yz) > 1e-9 * size
+    return uneven or section.area_center != (0.0, 0.0)
+
+
+def _placed(section: Section, center: tuple[float, float]) -> Section:
+    """Return a section whose centres lie at a place (1, 2) from the line of nodes."""
+    return replace(section, area_center=center, shear_center=center, mass_center=center)
+
+
+def _center(shape: str, block: Block, flat: Flat, row: list[str], deck: Deck) -> tuple[float, float]:
+    """Return the area centre (1, 2) from the line of nodes.
+
+    *CENTROID of general sections; the height l of an I, at which its nodes lie; OFFSET1 and OFFSET2 of CalculiX, the
+    place of the nodes over the centre in thicknesses; a box with unlike walls. An L has its centre at the nodes, as a
+    message says.
+    """
+    if block.name == "BEAM GENERAL SECTION":
+        given = following(flat, block, "CENTROID")
+        x1, x2 = given.reals(given.rows()[0] if given is not None and given.rows() else [], 2, 0.0) if given else (0, 0)
+        return float(x1), float(x2)
+    d = block.reals([word for word in row if word])
+    if shape == "I" and len(d) >= 7:
+        low, height, b1, b2, t1, t2, t3 = d[:7]
+        areas = np.array([b1 * t1, b2 * t2, (height - t1 - t2) * t3])
+        middle = float(areas @ [t1 / 2, height - t2 / 2, (height + t1 - t2) / 2] / areas.sum()) - low
+        return 0.0, middle if abs(middle) > 1e-6 * height else 0.0
+    if shape == "L":
+        deck.inventory.approximated["sections L, with their area centres at the nodes"] += 1
+    sizes = [d[0] * (2.0 if shape == "PIPE" or (shape.startswith("CIRC") and len(d) < 2) else 1.0)] * 2
+    if (shape.startswith("RECT") or shape == "BOX") and len(d) > 1:
+        sizes = d[:2]
+    words = [block.parameters.get(name, "0") or "0" for name in ("OFFSET1", "OFFSET2")]
+    first, second = (-x * size for x, size in zip(block.reals(words), sizes, strict=True))
+    if shape == "BOX":
+        right, top, left, bottom = (d + d[2:3] * 4)[2:6]
+        (a, b), inner = sizes, sizes[0] - right - left
+        areas = np.array([right * b, left * b, top * inner, bottom * inner])
+        first += float(areas @ [a - right, left - a, left - right, left - right]) / (2.0 * areas.sum())
+        second += float(areas[2:] @ [b - top, bottom - b]) / (2.0 * areas.sum())
+    return first + 0.0, second + 0.0
 
 
 def _section(shape: str, block: Block, d: list[float]) -> Section:
@@ -155,7 +220,7 @@ def _made(c: Constants) -> Section:
 
 
 def _swapped(c: Constants) -> Section:
-    """Return a shape whose height is along the second local axis."""
+    """Return a shape whose height is along the second local axis and whose width, z, along the first."""
     return Section.values(
         c.area,
         c.inertia_z,
@@ -163,6 +228,6 @@ def _swapped(c: Constants) -> Section:
         c.torsion,
         c.shear_z,
         c.shear_y,
-        product_yz=-c.product_yz,
-        fibres=tuple((-z, y) for y, z in c.fibres),
+        product_yz=c.product_yz,
+        fibres=tuple((z, y) for y, z in c.fibres),
     )

@@ -6,7 +6,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from flexmb.fem.deck.abaqus_lines import beam_section, trusses
+from flexmb.fem.deck.abaqus_lines import beam_section, following, trusses
 from flexmb.fem.deck.abaqus_materials import Elastic, Materials
 from flexmb.fem.deck.abaqus_model import Element, Flat
 from flexmb.fem.deck.abaqus_surfaces import shape_of
@@ -150,7 +150,7 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
     membrane = block.name == "MEMBRANE SECTION"
     if membrane:
         b, d = 0.0 * b, 0.0 * d
-    shear = np.zeros((2, 2)) if membrane else shear_compliance(plies, across)
+    shear = np.zeros((2, 2)) if membrane else _sheared(block, flat, shear_compliance(plies, across))
     faces = np.stack([turned_plane(plies[k][0], plies[k][2]) for k in (0, -1)])
     for kind, group in _by_kind(elements).items():
         family, count = shape_of(kind)
@@ -183,6 +183,18 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
                         spring=TURNLESS if int(count) <= 4 else None,
                     )
                 )
+
+
+def _sheared(block: Block, flat: Flat, of_plies: np.ndarray) -> np.ndarray:
+    """Return the transverse shear compliance (2, 2) of *TRANSVERSE SHEAR STIFFNESS, or that of the plies without it."""
+    given = following(flat, block, "TRANSVERSE SHEAR STIFFNESS")
+    if given is None:
+        return of_plies
+    k11, k22, k12 = given.reals(given.rows()[0] if given.rows() else [], 3, 0.0)
+    k22 = k22 or k11
+    if not (k11 > 0.0 and k11 * k22 > k12**2):
+        raise given.wrong(f"K11, K22, K12 = {k11:g}, {k22:g}, {k12:g}", "K11, K22 > 0, K12^2 < K11 K22")
+    return np.linalg.inv([[k11, k12], [k12, k22]])
 
 
 def _stretch(flat: Flat, deck: Deck, nodes: np.ndarray, total: float, layered: bool, kind: str) -> np.ndarray:

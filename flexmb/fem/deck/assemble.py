@@ -47,7 +47,7 @@ def assembled(deck: Deck, lumped: bool) -> FEModel:
     K, M, C = _sums(blocks, deck, dofs, n, lumped)
     if deck.mass_factor != 1.0:
         M = M * deck.mass_factor
-    mask, transfer = eliminated(part, links, 6 * n)
+    mask, transfer = eliminated(part, links, 6 * n, _numbering(deck).node_name)
     rigid = _rigid_links(ends, K, dofs, points)
     rigid += _rigid_links(links[: len(links) - len(ends)], _with_ends(part, ends, K, dofs, n), dofs, points)
     flat = 6 * dofs[:, 0] + dofs[:, 1]
@@ -74,7 +74,6 @@ def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion, cell_labels)
     if solids:
         facets = oriented_facet_sets(solids, deck.node_sets, facets, len(points))
     every = np.arange(len(points))
-    numbering = Numbering(nodes=deck.labels, instances=deck.instances, instance_of=deck.instance_of)
     return FEModel(
         nodes=points,
         dofs=dofs,
@@ -86,7 +85,7 @@ def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion, cell_labels)
         blocks=tuple(blocks),
         name=deck.name,
         expansion=expansion,
-        numbering=numbering.of(every, cell_labels),
+        numbering=_numbering(deck).of(every, cell_labels),
         supports=dict(deck.supports),
         slanted={name: _rows(pairs, 6 * len(points)) for name, pairs in deck.slanted.items()},
         reference_points={
@@ -94,6 +93,10 @@ def _finished(deck: Deck, points, dofs, K, M, C, blocks, expansion, cell_labels)
             for name, at in deck.references.items()
         },
     )
+
+
+def _numbering(deck: Deck) -> Numbering:
+    return Numbering(nodes=deck.labels, instances=deck.instances, instance_of=deck.instance_of)
 
 
 def _rows(pairs: list[tuple[int, np.ndarray]], size: int) -> sparse.csr_matrix:
@@ -193,7 +196,7 @@ def _with_ends(part: str, ends: list[LinkRows], K: sparse.csr_matrix, dofs: np.n
     """Return K with the forces on offset beam ends passed on to their nodes, which other links may hold."""
     if not ends:
         return K
-    mask, transfer = eliminated(part, ends, 6 * n)
+    mask, transfer = eliminated(part, ends, 6 * n, str)
     flat = 6 * dofs[:, 0] + dofs[:, 1]
     return (transfer[flat][:, flat].T @ K).tocsr() if mask.any() else K
 

@@ -6,7 +6,7 @@ followed to freedoms that are free. A freedom is numbered ``6 node + direction``
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -88,7 +88,9 @@ class LinkRows:
         self.add(columns[chosen], columns[rest], -np.linalg.solve(scaled[:, chosen], scaled[:, rest]))
 
 
-def eliminated(part: str, links: Sequence[LinkRows], size: int) -> tuple[np.ndarray, sparse.csr_matrix]:
+def eliminated(
+    part: str, links: Sequence[LinkRows], size: int, node_name: Callable[[int], str]
+) -> tuple[np.ndarray, sparse.csr_matrix]:
     """Return which freedoms (size,) depend on others, and G (size, size): the motion of all from the rest.
 
     Rows of independent freedoms of G are rows of the identity; columns of dependent ones are empty.
@@ -114,7 +116,7 @@ def eliminated(part: str, links: Sequence[LinkRows], size: int) -> tuple[np.ndar
         return mask, sparse.identity(size, format="csr")
     follows = np.concatenate(dependent)
     of = np.concatenate(owner)
-    _refuse_twice(part, follows, of, names)
+    _refuse_twice(part, follows, of, names, node_name)
     mask[follows] = True
     direct = sparse.csr_matrix(
         (np.concatenate(values), (follows[np.concatenate(rows)], np.concatenate(columns))), shape=(size, size)
@@ -143,7 +145,9 @@ def eliminated(part: str, links: Sequence[LinkRows], size: int) -> tuple[np.ndar
     return mask, (free + sparse.csr_matrix(solved)).tocsr()
 
 
-def _refuse_twice(part: str, follows: np.ndarray, of: np.ndarray, names: list[str]) -> None:
+def _refuse_twice(
+    part: str, follows: np.ndarray, of: np.ndarray, names: list[str], node_name: Callable[[int], str]
+) -> None:
     order = np.argsort(follows, kind="stable")
     twice = np.flatnonzero(np.diff(follows[order]) == 0)
     if len(twice):
@@ -151,7 +155,7 @@ def _refuse_twice(part: str, follows: np.ndarray, of: np.ndarray, names: list[st
         freedom = int(follows[order[twice[0]]])
         raise MeshError(
             part,
-            found=f"direction {freedom % 6 + 1} of the node with index {freedom // 6} depends on {names[first]} "
+            found=f"direction {freedom % 6 + 1} of {node_name(freedom // 6)} depends on {names[first]} "
             f"and on {names[second]}",
             expected="each freedom dependent in one link at most",
             remedy="Remove it from one of the two links",

@@ -1,0 +1,76 @@
+"""Parameters of Abaqus and CalculiX keywords: used, without effect on a linear structure, or left out by name."""
+
+from __future__ import annotations
+
+from flexmb.fem.deck.abaqus_text import Block
+from flexmb.fem.deck.contents import Inventory
+
+__all__ = ["tell_parameters"]
+
+USED = {
+    "SOLID SECTION": "ELSET MATERIAL ORIENTATION",
+    "SHELL SECTION": "ELSET MATERIAL ORIENTATION COMPOSITE OFFSET NODALTHICKNESS",
+    "MEMBRANE SECTION": "ELSET MATERIAL ORIENTATION",
+    "BEAM SECTION": "ELSET MATERIAL SECTION OFFSET1 OFFSET2",
+    "BEAM GENERAL SECTION": "ELSET MATERIAL SECTION DENSITY",
+    "MASS": "ELSET",
+    "ROTARY INERTIA": "ELSET ORIENTATION",
+    "SPRING": "ELSET ORIENTATION",
+    "DASHPOT": "ELSET ORIENTATION",
+    "RIGID BODY": "REFNODE ROTNODE ELSET NSET PINNSET TIENSET",
+    "COUPLING": "REFNODE SURFACE CONSTRAINTNAME ORIENTATION",
+    "KINEMATIC": "",
+    "DISTRIBUTING": "",
+    "KINEMATIC COUPLING": "REFNODE",
+    "DISTRIBUTING COUPLING": "ELSET",
+    "TIE": "NAME POSITIONTOLERANCE CYCLICSYMMETRY MULTISTAGE FLUIDPERIODIC FLUIDCYCLIC",
+    "EQUATION": "REMOVE",
+    "MPC": "",
+    "MATERIAL": "NAME",
+    "ELASTIC": "TYPE",
+    "DENSITY": "",
+    "ORIENTATION": "NAME SYSTEM",
+    "TRANSFORM": "NSET TYPE",
+    "NODAL THICKNESS": "",
+}
+"""By keyword, spaces left away."""
+WITHOUT_EFFECT = {
+    "SOLID SECTION": "CONTROLS STACKDIRECTION SYMMETRIC",
+    "SHELL SECTION": "CONTROLS SECTIONINTEGRATION STACKDIRECTION SYMMETRIC TEMPERATURE LAYUP",
+    "MEMBRANE SECTION": "CONTROLS",
+    "BEAM SECTION": "TEMPERATURE LUMPED",
+    "BEAM GENERAL SECTION": "ZERO LUMPED",
+    "MASS": "ALPHA COMPOSITE",
+    "ROTARY INERTIA": "ALPHA COMPOSITE",
+    "SPRING": "DEPENDENCIES RTOL COMPLEXSTIFFNESS",
+    "DASHPOT": "DEPENDENCIES RTOL",
+    "TIE": "ADJUST TYPE",
+    "MATERIAL": "RTOL SRATETYPE STRAINRATEREGULARIZATION",
+    "ELASTIC": "DEPENDENCIES",
+    "DENSITY": "DEPENDENCIES",
+    "ORIENTATION": "LOCALDIRECTIONS",
+}
+"""Of output, of integration, of tables (by their first line), and defaults."""
+DEFAULTS = {
+    ("SHELL SECTION", "POISSON"): "0",
+    ("MEMBRANE SECTION", "POISSON"): "0",
+    ("ELASTIC", "MODULI"): "LONG",
+    ("ORIENTATION", "DEFINITION"): "COORDINATES",
+    ("RIGID BODY", "POSITION"): "INPUT",
+    ("DISTRIBUTING", "WEIGHTINGMETHOD"): "UNIFORM",
+    ("DISTRIBUTING", "COUPLING"): "CONTINUUM",
+    ("TIE", "CONSTRAINTRATIO"): "0",
+}
+"""Values that ask for what is done anyway, by their beginning."""
+
+
+def tell_parameters(block: Block, inventory: Inventory) -> None:
+    """Note every parameter of a keyword that is read here but is not taken itself."""
+    if block.name not in USED:
+        return
+    taken = {*USED[block.name].split(), *WITHOUT_EFFECT.get(block.name, "").split()}
+    for name, value in block.parameters.items():
+        usual = DEFAULTS.get((block.name, name))
+        if name not in taken and not (usual is not None and value.upper().startswith(usual)):
+            shown = f" = {value:.40}" if value else ""
+            inventory.left_out[f"*{block.name}: the parameter {name}{shown}"] += 1
