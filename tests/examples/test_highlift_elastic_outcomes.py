@@ -33,7 +33,7 @@ STRIPS = np.ptp(FLAP["y_range"]) / 7 * CHORDS
 def test_outcome_5_11_slat():
     """An elastic slat on hinges: its racks turn exactly in proportion to their pinions; the slat itself bends over
     its tracks by less than the half degree that the nose may have."""
-    full, pinion = np.radians(SLATS["max_angle_deg"]), np.radians(SLATS["pinion"]["pinion_range_deg"])
+    full, pinion = (float(np.radians(a)) for a in (SLATS["max_angle_deg"], SLATS["pinion"]["pinion_range_deg"]))
     model = fmb.load_model(FOLDER / "slat.toml", {"rigid": False, "ideal": True})
     turn = fmb.expression(f"{pinion!r}*(10*min(t, 1)**3 - 15*min(t, 1)**4 + 6*min(t, 1)**5)")
     model = model.with_parts(
@@ -46,7 +46,7 @@ def test_outcome_5_11_slat():
     for track in ("t1", "t2"):
         rack = np.abs(solution[f"{track} rack"])
         assert np.abs(rack / full - progress).max() < 1e-6
-    off = np.degrees(solution["angle value"] - full * progress)
+    off = np.degrees(solution["angle"] - full * progress)
     assert 1e-3 < np.abs(off).max() < 0.5
 
 

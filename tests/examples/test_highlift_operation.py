@@ -92,6 +92,32 @@ def test_forces_of_the_data_set():
         np.testing.assert_allclose(torque[used], expected[used], rtol=0.02, atol=0.005 * np.abs(expected).max())
 
 
+def test_the_torque_of_strips_beyond_track_2():
+    """It is held by track 2 alone, whatever the flap; the check values share it by the lever rule, so strut 1 has less.
+
+    By hand: the torque about the shear centre of the strips beyond, times what the rule takes from track 1; virtual work
+    of a flap without torsional stiffness gives the struts' forces.
+    """
+    wing, eta = DATA["trailing_edge"], 0.8
+    flap, air, k = wing["inboard_flap"], DATA["airloads"], CHECK["eta"].index(eta)
+    y = np.array(flap["nose_points_y"])
+    c = np.interp(y, flap["y_range"], flap["chord"])
+    strip = np.ptp(flap["y_range"]) / len(y) * c * air["dynamic_pressure"]
+    CN, CC, XCP = (air["inboard"][name][air["eta"].index(eta)] for name in ("CN", "CC", "XCP"))
+    torque = strip * (CN * (flap["shear_centre_chord_fraction"] - XCP) * c - CC * flap["shear_centre_zeta"])
+    beyond = np.maximum((y - wing["track_2"]["y"]) / (wing["track_2"]["y"] - wing["track_1"]["y"]), 0.0)
+    before = np.maximum((wing["track_1"]["y"] - y) / (wing["track_2"]["y"] - wing["track_1"]["y"]), 0.0)
+    moved = np.sum(torque * (before - beyond))  # N m, nose up: what the rule gives track 1 too much
+    smooth = np.polynomial.Polynomial.fit(CHECK["eta"], np.radians(CHECK["angle_inboard_deg"]), 8)
+    turn = smooth.deriv()(eta)  # rad, a unit of progress
+    one, two = (slow_run(*STIFF, ("data_set_moments", rule)) for rule in (True, False))
+    for track in (1, 2):
+        way = CHECK[f"actuator_torque_{track}"][k] * np.radians(wing[f"track_{track}"]["drive"]["lever_range_deg"])
+        a = abs(turn * CHECK[f"drive_strut_{track}"][k] / way)  # rad/m, pitch of this end for each metre of its strut
+        old, new = (at_stations(s, f"inboard_t{track}_strut force", 0)[k] for s in (one, two))
+        assert new - old == pytest.approx(a * moved, rel=0.02)  # strut 1 pulls more, strut 2 pushes less
+
+
 def test_outcome_5_3():
     """Strut 2 is pressed with about four times the tension of strut 1: 3 to 5 for 0.3 <= progress <= 0.9.
 
