@@ -95,8 +95,8 @@ def test_forces_of_the_data_set():
 def test_the_torque_of_strips_beyond_track_2():
     """It is held by track 2 alone, whatever the flap; the check values share it by the lever rule, so strut 1 has less.
 
-    By hand: the torque about the shear centre of the strips beyond, times what the rule takes from track 1; virtual work
-    of a flap without torsional stiffness gives the struts' forces.
+    By hand: the torque of these strips about the shear centre, times what the rule takes from track 1; virtual work of
+    a flap without torsional stiffness gives the forces of the struts.
     """
     wing, eta = DATA["trailing_edge"], 0.8
     flap, air, k = wing["inboard_flap"], DATA["airloads"], CHECK["eta"].index(eta)
