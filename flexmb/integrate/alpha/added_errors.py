@@ -9,7 +9,7 @@ from flexmb.integrate.runs.gap import begin_again, new_gap
 
 __all__ = ["beside", "taken_over"]
 
-SHARED = ("extent", "reach", "signals", "pace", "world", "switching")
+SHARED = ("extent", "reach", "signals", "pace", "world", "switching", "axes")
 """What both motions have in common."""
 
 

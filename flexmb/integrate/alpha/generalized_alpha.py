@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,8 +19,10 @@ from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
+from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.direct import direct
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
 from flexmb.math.weights import weigh_mass
@@ -39,10 +42,15 @@ the whole, would allow turns that give it more energy than it has; the steps tha
 of all. In 192 runs of chains of 10 to 100 links 0.005 let three gain energy, 0.003 none."""
 
 CUT = "cut at contacts"
+AXES = 6.0
+"""Times the square of the cube root of the tolerance: the part of the motion of a spinning body's axis that local
+errors may be. What they add up to is some ten times that."""
 IMPACT, SLIP = 3.0, 0.5
 """Change of the speed of an impact in a step, relative to it and to the cube root of the tolerance: the error of the
 rebound is of second order. Change of a slip, relative to it: friction that is about to stick, or to break
 away, has several solutions in a long step."""
+
+_CONTROLS: WeakKeyDictionary[Any, tuple[Any, Controls]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +132,7 @@ class GeneralizedAlpha(metaclass=Described):
             beta=beta,
             gamma=gamma,
             tolerance=self.rtol,
+            of_axes=AXES * self.rtol ** (2.0 / 3.0),
             newton=newton,
             settled=settled,
             adaptive=self.step is None,
@@ -133,6 +142,18 @@ class GeneralizedAlpha(metaclass=Described):
             friction=False,
             trend=1.0,
         )
+
+    def _controls_of(self, system) -> Controls:
+        """Return the parameters for a system; they are kept, as runs from outside ask for them in every step."""
+        known = _CONTROLS.get(system)
+        if known is None or known[0] is not self:
+            controls = self.controls()._replace(
+                sweeps=0 if system.ng == 0 else 12 if system.redundant else 2,
+                friction=any(f.reads_reactions for f in system.model.forces),
+                trend=0.0 if system.redundant else 1.0,
+            )
+            known = _CONTROLS[system] = self, controls
+        return known[1]
 
     def start(self, system, state, work, t_end: float) -> Motions:
         """Return the integration variables at the start: consistent accelerations, first step size."""
@@ -192,6 +213,7 @@ class GeneralizedAlpha(metaclass=Described):
                 t=state.t,
                 next_step=first,
                 longest_step=self.step or largest,
+                span=span,
                 first_state=nu - int(np.sum(system.is_state)),
                 convergence=0.05,
                 rounding=max(1e-13 * system.lengths.whole, system.lengths.rounding),
@@ -201,6 +223,7 @@ class GeneralizedAlpha(metaclass=Described):
             body_u=state.u.copy(),
             body_a=state.a.copy(),
             switching=switching,
+            axes=new_axes(system.program),
         )
         self._fit_start(system, state, work, variables, first)
         return beside(system, variables, self.follow_errors)
@@ -295,19 +318,13 @@ class GeneralizedAlpha(metaclass=Described):
             "lam": np.zeros((n, system.ng)),
             "works": np.zeros((n, 3)),
         }
-        controls = self.controls()._replace(
-            sweeps=0 if system.ng == 0 else 12 if system.redundant else 2,
-            friction=any(f.reads_reactions for f in system.model.forces),
-            trend=0.0 if system.redundant else 1.0,
-            smallest=smallest_step(float(variables.own.run["t"][0]), samples[last - 1]),
-        )
-        reached, reason, pace = first, PAUSED, Patience(patience)
+        smallest = smallest_step(float(variables.own.run["t"][0]), float(samples[last - 1]))
+        controls = self._controls_of(system)._replace(smallest=smallest)
+        run_on, (reached, reason), pace = direct(system, run_steps), (first, PAUSED), Patience(patience)
         while reason == PAUSED:
             rest = (array[reached - first :] for array in rows.values())
             trials = pace.steps()
-            reached, reason = run_steps(
-                system.program, work, variables, controls, samples, reached, last, trials, *rest
-            )
+            reached, reason = run_on(system.program, work, variables, controls, samples, reached, last, trials, *rest)
             if pace.used_up:
                 break
         rows = {name: array[: reached - first] for name, array in rows.items()}
@@ -316,7 +333,7 @@ class GeneralizedAlpha(metaclass=Described):
 
     def jumped(self, system, work, variables: Motions) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
-        return take_jump(system.program, work, variables, 12 if system.redundant else 2) < 0
+        return direct(system, take_jump)(system.program, work, variables, 12 if system.redundant else 2) < 0
 
     def held(self, system, work, variables: Motions, t: float, q: np.ndarray) -> bool:
         """Go on from the time t with values that blocks hold from then on, the last of q (nq,); return if it can."""

@@ -25,6 +25,7 @@ from flexmb.integrate.alpha.step_size import (
 )
 from flexmb.integrate.alpha.variables import Controls, Motions
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
+from flexmb.integrate.runs.spin_axes import error_of_axes, keep_axes
 from flexmb.integrate.runs.switches import JUMPED, SAME, keep_switches, part_of_step
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.energies import powers
@@ -175,7 +176,7 @@ def _iterate(program, work, v, c, h):
 
 
 @inner_kernel
-def _step_error(v, c, h):
+def _step_error(program, v, c, h):
     """Estimate the local error of the positions relative to the tolerance.
 
     Taylor expansion of the update with the algorithmic acceleration of time t + (alpha_m - alpha_f) h gives
@@ -192,7 +193,11 @@ def _step_error(v, c, h):
     for i in range(bodies, len(v.u)):
         curvature = 2.0 * ((v.a1[i] - v.a[i]) / h - (v.a[i] - v.a_last[i]) / before) / (h + before)
         v.d[i] = factor * h * h * h * curvature / v.extent[i]
-    return _norm(v, v.d, c.tolerance)
+    whole = _norm(v, v.d, c.tolerance)
+    of_axes = error_of_axes(
+        program.frames, v.axes, v.q1, v.u1, v.a1, v.d, v.extent, v.reach, c.tolerance, c.of_axes, h, v.run[0].span
+    )
+    return max(whole, of_axes**1.5)  # relative to the motion of an axis in the step: of second order
 
 
 @inner_kernel
@@ -316,7 +321,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             error = 0.0
             part = 2.0
             if failure == 0:
-                error = _step_error(v, c, h) if c.adaptive else 0.0
+                error = _step_error(program, v, c, h) if c.adaptive else 0.0
                 if not error > 1.0 and len(v.switching.now) > 0 and h > UNCUT * c.smallest:
                     state = State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
                     part = part_of_step(program, v.switching, state, work, h, c.adaptive)
@@ -338,6 +343,8 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
                 continue
             now = samples[k] if left - h <= 1e-12 * left else v.run[0].t + h
             most = min(part, _largest_growth(v, c, error))
+            if c.adaptive:
+                keep_axes(program.frames, v.axes, v.u1, h)
             local_errors(program, motions, c, h)
             _accept(program, work, v, c, h, planned, powers)
             changed = keep_switches(v.switching, h)

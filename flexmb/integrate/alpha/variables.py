@@ -28,6 +28,8 @@ class AlphaRun(Record):
     """s, of the last step"""
     longest_step: float
     """s"""
+    span: float
+    """s, of the run"""
     convergence: float
     """rate of the iteration with a fresh matrix"""
     rounding: float
@@ -114,6 +116,8 @@ class Variables(NamedTuple):
     body_a: Floats
     """(nu,) a1, likewise"""
     switching: Switching
+    axes: FloatRows
+    """(frames, AXIS) errors of the axes of spinning bodies, see `flexmb.integrate.runs.spin_axes`"""
 
 
 @structure
@@ -160,6 +164,8 @@ class Controls(NamedTuple):
     gamma: float
     tolerance: float
     """of the error of a step"""
+    of_axes: float
+    """part of the motion of an axis that errors which add up may be"""
     newton: float
     """of the iteration, relative to that"""
     settled: float

@@ -16,6 +16,7 @@ from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
+from flexmb.integrate.runs.spin_axes import keep_axes, new_axes
 from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
@@ -62,8 +63,10 @@ class _Run:
         self.turned = 0.0
         self.goal, self.span = state.t, 0.0
         self.x, self.v, a = self.unknowns.of(state)
+        span = max(t_end - state.t, 1e-300)
+        first_state = system.nu - int(np.sum(system.is_state))
         self.stages = r = new_stages(
-            self.unknowns, system.state(state.t), extent, reach, system.nu - int(np.sum(system.is_state))
+            self.unknowns, system.state(state.t), extent, reach, new_axes(system.program), span, first_state
         )
         r.L[0], r.A[0] = state.lam, a
         self.beside = new_beside(system, self.unknowns, state, settings.follow_errors)
@@ -76,7 +79,6 @@ class _Run:
         floor = settings.rtol * system.lengths.whole
         self.switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP)
         self.cut = 0
-        span = max(t_end - state.t, 1e-300)
         self.largest = settings.step or settings.largest or span / 20.0
         self.next = settings.step or min(self.largest, self._first_step(state, extent, reach, SLOW / span))
 
@@ -141,6 +143,7 @@ class _Run:
             self.next = part * h
             return
         keep_switches(self.switching, h)
+        keep_axes(self.system.program.frames, r.axes, r.state.u, h)
         self._follow(h)
         self.t += h
         self.works += h * WEIGHTS[-1] @ r.W

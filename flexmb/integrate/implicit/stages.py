@@ -15,6 +15,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from flexmb.integrate.runs.spin_axes import error_of_axes
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.energies import powers
 from flexmb.math.jets import sample_signals
@@ -60,6 +61,8 @@ SLOW = 0.5
 """Rate of convergence at which the matrix is made anew."""
 STALLED = 0.3
 """Rate of convergence at which, with corrections far below the tolerance, only rounding is left."""
+AXES = 1.0
+"""Times the tolerance to the power of 3/4: the part of the motion of an axis that local errors may be."""
 UNSEEN = 1e-3
 """What the iteration may leave of velocities, relative to their error in a step:
 like the error of positions, it is of order h^4.
@@ -71,6 +74,8 @@ class StageRun(Record):
 
     error: float
     """of the step, relative to its tolerance"""
+    span: float
+    """s, of the run"""
     first_state: int
     """velocities from here on are first-order states"""
     fresh: int
@@ -123,12 +128,16 @@ class Stages(NamedTuple):
     extent: Floats
     """(nu,) see `flexmb.integrate.extent`, as the next"""
     reach: Floats
+    axes: FloatRows
+    """(frames, AXIS) errors of the axes of spinning bodies, see `flexmb.integrate.runs.spin_axes`"""
     run: Annotated[np.ndarray, ArrayOf(StageRun.dtype)]
     """one row: how the steps go on"""
 
 
-def new_stages(unknowns, state, extent, reach, first_state: int) -> Stages:
-    """Return storage for the unknowns of a state; velocities from `first_state` on are first-order states."""
+def new_stages(unknowns, state, extent, reach, axes, span: float, first_state: int) -> Stages:
+    """Return storage for the unknowns of a state, and a run of so many s; velocities from `first_state` on are
+    first-order states.
+    """
     nx, nv, nu = unknowns.nx, unknowns.nv, len(state.u)
     ng = len(state.lam)
     return Stages(
@@ -149,7 +158,8 @@ def new_stages(unknowns, state, extent, reach, first_state: int) -> Stages:
         right=np.zeros(nu + ng),
         extent=extent,
         reach=reach,
-        run=StageRun.table(fresh=1, first_state=first_state),
+        axes=axes,
+        run=StageRun.table(fresh=1, span=span, first_state=first_state),
     )
 
 
@@ -317,7 +327,22 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
     r.change[:] = 0.0
     for j in range(STAGES):
         r.change[:] += h * (weights[STAGES - 1, j] - third[j]) * r.V[j]
-    r.run[0].error = max(
-        _displacement(chart, work, r, 1.0, tolerance), _error_of_states(chart, work, r, h, weights, third, tolerance)
+    error = _displacement(chart, work, r, 1.0, tolerance)
+    of_axes = error_of_axes(
+        program.frames,
+        r.axes,
+        r.state.q,
+        r.state.u,
+        r.state.a,
+        r.right,
+        r.extent,
+        r.reach,
+        tolerance,
+        AXES * tolerance**0.75,
+        h,
+        r.run[0].span,
     )
+    # relative to the motion of an axis in the step: of third order
+    error = max(error, of_axes ** (4.0 / 3.0))
+    r.run[0].error = max(error, _error_of_states(chart, work, r, h, weights, third, tolerance))
     return True

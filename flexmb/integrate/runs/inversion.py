@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexmb.model.kinds import Body
+
 __all__ = ["EXPECTED", "REMEDY", "Inversion", "first_inversion"]
 
 EXPECTED = "elements with a positive length and volume"
@@ -24,6 +26,8 @@ def first_inversion(system, q: np.ndarray) -> Inversion | None:
     """Return the first inversion of an element in the samples q (nt, nq), or None."""
     found = []
     for body in system.model.bodies:
+        if type(body).inversion is Body.inversion:
+            continue
         one = body.inversion(q[:, system.body_slices[body.name][0]]) if len(q) else None
         if one is not None:
             found.append(Inversion(one[0], body.title, one[1]))

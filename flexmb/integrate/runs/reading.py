@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.constraints.measured import MEASURED, measure_scalar
 from flexmb.errors import ModelError
+from flexmb.math.direct import direct
 from flexmb.math.kernel import kernel
 from flexmb.math.tables import State
 from flexmb.model.kinds import Sensor
@@ -22,8 +23,9 @@ KNOWN = ("coordinate", "cosine", "place", "velocity", "spin")
 
 
 @kernel
-def read_scalars(program, state, work, scalars, out):
-    """Place the markers of a state, and write the values of scalars."""
+def read_scalars(program, work, storage, t, scalars, out):
+    """Place the markers of a state at a time, and write the values of scalars."""
+    state = State(t, storage.q, storage.u, storage.a, storage.lam, storage.signals)
     run_kernels(program.place, 0, program, state, work)
     jet, push, slope = np.empty(3), np.empty(12), np.empty(12)
     for k in range(len(out)):
@@ -57,7 +59,7 @@ class Readings:
     def __init__(self, system):
         self.system, self.work = system, system.workspace()
         self.numbers = _Numbers(system)
-        self.signals = np.zeros((max(1, system.n_signals), 3))
+        self.state = system.state()
 
     def reader(self, sensor: Sensor) -> Callable[[Any], Any] | None:
         """Return the function that reads a sensor at a row of one sample; None if it needs more than places and
@@ -73,11 +75,11 @@ class Readings:
         if not rows:
             return None
         table, out, system = np.array(rows, MEASURED), np.empty(len(rows)), self.system
-        none = np.zeros(system.nu), np.zeros(system.ng)
+        call, state = direct(system, read_scalars), self.state
 
         def read(row: Any) -> Any:
-            state = State(float(row["t"][-1]), row["q"][-1], row["u"][-1], *none, self.signals)
-            read_scalars(system.program, state, self.work, table, out)
+            state.q[:], state.u[:] = row["q"][-1], row["u"][-1]
+            call(system.program, self.work, state, float(row["t"][-1]), table, out)
             return float(out[0]) if len(out) == 1 else out.copy()
 
         return read

@@ -14,7 +14,7 @@ from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.continuity import require_continuity
-from flexmb.integrate.runs.contradiction import first_contradiction
+from flexmb.integrate.runs.contradiction import Scratch, first_contradiction
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
@@ -176,7 +176,7 @@ class SteppedPhase:
         if wrong is not None:
             raise IntegrationError(wrong.title, found=wrong.found, expected=inversion.EXPECTED, remedy=inversion.REMEDY)
         if self._looking is None and self.system.redundant:
-            self._looking = self.system.workspace()
+            self._looking = Scratch.of(self.system)
         apart = first_contradiction(self.system, row, self.planned, self._looking)
         if apart is not None:
             raise IntegrationError(

@@ -42,7 +42,7 @@ class Moment:
     _phase: SteppedPhase
     _variables: Any
     _samples: tuple[int, ...]
-    _status: Status
+    _status: Status | None
 
     def __repr__(self):
         return f"Moment(t = {self.t:.9g} s)"
@@ -58,12 +58,13 @@ class Stepper:
     def __init__(self, phase: SteppedPhase, validity: Validity, keep: bool):
         self._phase, self._validity, self._keep = phase, validity, keep
         self._done: list[SteppedPhase] = []
-        self._status = Status.finished(phase.t)
+        self._status: Status | None = None
+        """How the run has ended; None while it can go on."""
         self._closed = False
         self._readers: dict[str, Callable[[], Any]] = {}
 
     def __repr__(self):
-        ended = "" if self._status.kind == "finished" else f", {self._status}"
+        ended = "" if self._status is None else f", {self._status}"
         return f"Stepper(model '{self.model.name}' at t = {self.t:.9g} s{ended})"
 
     def __enter__(self) -> Stepper:
@@ -85,7 +86,7 @@ class Stepper:
     @property
     def status(self) -> Status:
         """How the run stands: "finished" with its present time, "stopped" by an event, or "failed"."""
-        return self._status
+        return Status.finished(self.t) if self._status is None else self._status
 
     @property
     def inputs(self) -> dict[str, float]:
@@ -154,7 +155,7 @@ class Stepper:
             self._done.append(self._phase)
             self._phase = following
             self._readers.clear()
-        self._status = Status.finished(self.t)
+        self._status = None
         return True
 
     def __getitem__(self, sensor: str | Sensor) -> Any:
@@ -211,7 +212,7 @@ class Stepper:
             **self._validity.statistics,
             "integrator": repr(self._phase.integrator),
         }
-        return Solution(phases=tuple(phases), status=self._status, statistics=statistics)
+        return Solution(phases=tuple(phases), status=self.status, statistics=statistics)
 
     def close(self) -> None:
         """End the run; warnings about its energy and validity are given now. States and sensors stay readable."""
@@ -234,7 +235,7 @@ class Stepper:
                 remedy="Write run.advance(to=0.01) or run.advance(by=0.001)",
             )
         goal = self.t + float(by) if by is not None else float(given)  # type: ignore[arg-type]
-        if self._closed or self._status.kind in ("stopped", "failed"):
+        if self._closed or self._status is not None:
             raise ModelError(
                 "Stepper",
                 found="the run is closed" if self._closed else str(self._status),
