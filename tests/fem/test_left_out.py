@@ -251,3 +251,14 @@ def test_layered_solids_are_refused_with_a_way_around(tmp_path):
     path.write_text(f"BEGIN BULK\n{bulk}\nENDDATA\n")
     with pytest.raises(MeshError, match=r"card PCOMPS 1: a property PCOMPS.*one layer of solids with a PSOLID per ply"):
         fem.read_deck(path, show=False)
+
+
+def test_shells_of_second_order_warn(tmp_path):
+    """An S8R becomes flat elements on its eight nodes: coarse meshes of them differ, so a warning says it."""
+    path = tmp_path / "part.inp"
+    places = [(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5)]
+    rows = ["*NODE", *(f"{k}, {x}, {y}, 0." for k, (x, y) in enumerate(places, 1))]
+    rows += ["*ELEMENT, TYPE=S8R, ELSET=P", "1, 1, 2, 3, 4, 5, 6, 7, 8", "*SHELL SECTION, ELSET=P, MATERIAL=S", ".01"]
+    path.write_text("\n".join([*rows, "*MATERIAL, NAME=S", "*ELASTIC", "210e9, .3", "*DENSITY", "7850.", ""]))
+    with pytest.warns(fem.MeshWarning, match=r"S8R of second order, divided into flat elements .*\(1\): where few"):
+        fem.read_deck(path, show=False)

@@ -10,11 +10,14 @@ from flexmb.fem.deck.contents import Deck, Inventory
 from flexmb.fem.deck.links import LinkRows
 from flexmb.fem.solids.elements import HEX_EDGES, TET_EDGES, WEDGE_EDGES
 
-__all__ = ["SolidCells", "first_order_shells", "some"]
+__all__ = ["SECOND_ORDER", "SolidCells", "first_order_shells", "some"]
 
 PYRAMID_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))
 EDGES = {"tetra10": TET_EDGES, "hexahedron20": HEX_EDGES, "wedge15": WEDGE_EDGES, "pyramid13": PYRAMID_EDGES}
 """Corners of the edge on which each midside node lies, by cell type."""
+
+SECOND_ORDER = "of second order, divided into flat elements on all their nodes"
+"""What became of shells, in the inventory and in a warning."""
 
 
 def some(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -120,7 +123,7 @@ def first_order_shells(nodes: np.ndarray, inventory: Inventory, name: str) -> tu
         of.append(rows[~whole])
     full, own = nodes[whole], rows[whole]
     if len(full):
-        inventory.approximated[f"{name} of second order, divided into flat elements on all their nodes"] += len(full)
+        inventory.approximated[f"{name} {SECOND_ORDER}"] += len(full)
         tips = [[0, 3, 5], [1, 4, 3], [2, 5, 4]] if corners == 3 else [[0, 4, 7], [1, 5, 4], [2, 6, 5], [3, 7, 6]]
         triangles = [full[:, tip] for tip in tips] + ([full[:, [3, 4, 5]]] if corners == 3 else [])
         out.append(np.vstack(triangles))

@@ -10,6 +10,7 @@ from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.deck.abaqus import read_abaqus_deck
 from flexmb.fem.deck.ansys import read_ansys_deck
 from flexmb.fem.deck.assemble import assembled
+from flexmb.fem.deck.cells import SECOND_ORDER
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.deck.inventory import inventory_text, mass_and_center, source_of
 from flexmb.fem.deck.nastran import read_nastran_deck
@@ -123,11 +124,15 @@ def read_deck(
 
 
 def _tell(deck: Deck, fe: FEModel, part: str) -> None:
-    """Warn of doubtful units, of what was left out and of materials without density."""
+    """Warn of doubtful units, of what was left out, of shells of second order and of materials without density."""
     if words := doubt(deck, mass_and_center(fe)[0]):
         tell(f"{part}: {words}")
     if deck.inventory.left_out:
         left = "; ".join(f"{what} ({n})" for what, n in sorted(deck.inventory.left_out.items()) if n)
         tell(f"{part}: left out: {left}")
+    divided = {what: n for what, n in deck.inventory.approximated.items() if SECOND_ORDER in what}
+    if divided:
+        kinds = "; ".join(f"{what} ({n})" for what, n in sorted(divided.items()))
+        tell(f"{part}: {kinds}: where few of them stand in the width of a part, refine it and compare")
     if weightless := sorted(deck.inventory.weightless):
         tell(f"{part}: materials without density, whose elements weigh nothing: {', '.join(weightless)}")
