@@ -5,25 +5,32 @@ from __future__ import annotations
 import string
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import numpy as np
 from scipy import sparse
 
 from flexmb.errors import FlexmbError, MeshError
+from flexmb.fem.foreign_memory import memory_for
 
 __all__ = ["read_market", "understood", "understood_matrix", "whole_numbers"]
 
+FULL = (".op2",)
+"""Matrices are made full while they are read; their rows are bounded instead."""
 _CHARACTERS = (string.digits + "+-.eE \t\r\n").encode()
 _FORMATS = (("coordinate", "array"), ("real", "integer", "double"), ("general", "symmetric"))
 
 
 @contextmanager
-def understood(part: str, expected: str, remedy: str) -> Iterator[None]:
-    """Turn whatever a parser raises inside the ``with`` block into a MeshError of the `part`."""
+def understood(part: str, expected: str, remedy: str, path: Path | None = None) -> Iterator[None]:
+    """Turn whatever a parser raises inside the ``with`` block into a MeshError of the `part`.
+
+    With the `path` of the file that is read there, its size bounds the memory that may be taken.
+    """
     try:
-        yield
+        with nullcontext() if path is None else memory_for(path):
+            yield
     except FlexmbError:
         raise
     except (Exception, SystemExit) as error:  # numpy, scipy, meshio raise what they run into; meshio would end us too
@@ -31,7 +38,7 @@ def understood(part: str, expected: str, remedy: str) -> Iterator[None]:
         if isinstance(error, KeyError) and str(error.args[0]).isdigit():  # of the table of node numbers
             text = f"a cell names the node {error.args[0]}, which does not exist"
         if isinstance(error, MemoryError):
-            text = f"it needs more memory than is available; {text}"
+            text = f"it asks for more memory than there is, or than a file of its size needs; {text}"
         raise MeshError(
             part, found=f"the file cannot be read ({text[:200]})", expected=expected, remedy=remedy
         ) from error
@@ -43,6 +50,7 @@ def understood_matrix(path: Path):
         f"Matrix file '{path}'",
         f"a complete file of the format {path.suffix}",
         "Export the matrices again: the file was cut off, or it is of another kind",
+        None if path.suffix.lower() in FULL else path,
     )
 
 

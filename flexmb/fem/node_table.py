@@ -43,7 +43,7 @@ def node_table(source) -> NodeTable:
     if not path.is_file():
         raise MeshError(f"Mesh file '{path}'", found="no such file", expected="a file", remedy="Check the folder")
     read = _abaqus if path.suffix.lower() == ".inp" else _nastran
-    with understood(f"Mesh file '{path}'", "a complete mesh of the matrices", "Write the mesh again"):
+    with understood(f"Mesh file '{path}'", "a complete mesh of the matrices", "Write the mesh again", path):
         labels, positions, sets = read(path)
     if len(labels) == 0:
         raise MeshError(

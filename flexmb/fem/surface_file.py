@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
+from flexmb.fem.announced import require_counts
 from flexmb.fem.foreign_files import understood, whole_numbers
 
 __all__ = ["SurfaceTable", "read_surface", "read_triangles"]
 
-HEADER = 1_000_000
-"""bytes, within which the header of a PLY file ends."""
 TABLES = (".csv", ".txt", ".dat")
+CLOSED = (".xdmf", ".xmf", ".med", ".h5m", ".cgns", ".hmf", ".e", ".ex2", ".exo")
+"""What meshio reads by the libraries of HDF5 and netCDF, which a damaged file can crash, or from files named inside."""
 PRESSURES = ("p", "pressure", "P", "Pressure")
 
 SurfaceTable = dict[str, Any]
@@ -40,8 +41,8 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
     part = f"Surface file '{path.name}'"
     if path.suffix.lower() in TABLES:
         return _table(path, field, scale, part)
-    with understood(part, "a table (.csv) or a mesh that meshio reads", "Export .csv, .vtu or .vtk"):
-        mesh = _read(path)
+    with understood(part, "a table (.csv) or a mesh that meshio reads", "Export .csv, .vtu or .vtk", path):
+        mesh = _read(path, part)
     names = {**mesh.point_data, **mesh.cell_data}
     name = _pressure_name(list(names), field, part)
     points, triangles, blocks = _triangles(mesh, part)
@@ -67,35 +68,30 @@ def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np
     if path.suffix.lower() in (".glb", ".gltf"):
         with understood(part, "a scene that trimesh reads (pip install trimesh)", "Export .stl or .ply"):
             import trimesh
-
+        with understood(part, "a complete scene of glTF 2.0", "Export .stl or .ply", path):
             scene: Any = trimesh.load(path, force="mesh")
-            return scale * np.array(scene.vertices, float), np.array(scene.faces, int)
-    with understood(part, "a mesh that meshio reads", "Export .stl, .ply or .vtk"):
-        mesh = _read(path)
+            points, faces = np.array(scene.vertices, float), np.array(scene.faces, int)
+        if not len(faces):
+            raise MeshError(part, found="no triangles", expected="a surface", remedy="Export .stl or .ply")
+        return scale * points, whole_numbers(part, "corners of triangles", faces, 0, len(points) - 1)
+    with understood(part, "a mesh that meshio reads", "Export .stl, .ply or .vtk", path):
+        mesh = _read(path, part)
     points, triangles, _ = _triangles(mesh, part)
     return scale * points, triangles
 
 
-def _read(path: Path) -> Any:
-    """Return what meshio reads. It seeks the end of a PLY header, and the counts of OFF, for ever: done here before."""
+def _read(path: Path, part: str) -> Any:
+    """Return what meshio reads."""
     import meshio
 
-    if path.suffix.lower() == ".ply":
-        with path.open("rb") as stream:
-            head, ends, _ = stream.read(HEADER).partition(b"end_header")
-        if not ends:
-            raise ValueError("its header has no end")
-        counts = [line.split()[-1] for line in head.splitlines() if line.startswith(b"element ")]
-        if any(int(count) > path.stat().st_size for count in counts):
-            raise ValueError("it announces more than it holds")
-    if path.suffix.lower() == ".off":
-        with path.open(encoding="utf-8") as text:
-            text.readline()
-            sizes = next((line.split() for line in text if line.strip() and line.strip()[0] != "#"), [])
-        if not sizes:
-            raise ValueError("it has no line of counts")
-        if any(int(count) > path.stat().st_size for count in sizes[:2]):
-            raise ValueError("it announces more than it holds")
+    if path.suffix.lower() in CLOSED:
+        raise MeshError(
+            part,
+            found=f"the suffix '{path.suffix}'",
+            expected="a file that is complete in itself, and no HDF5 or netCDF",
+            remedy="Export .vtu, .vtk, .stl or .ply",
+        )
+    require_counts(path)
     return meshio.read(path)
 
 

@@ -11,10 +11,21 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, check_mapping, is_number
 
-__all__ = ["MOST_PATCHES", "Skin", "SkinFacets", "SkinPatch", "check_count", "checked_skins"]
+__all__ = [
+    "MOST_PATCHES",
+    "MOST_POINTS",
+    "Skin",
+    "SkinFacets",
+    "SkinPatch",
+    "check_count",
+    "checked_skins",
+    "count_along",
+]
 
 MOST_PATCHES = 5000
 """Each is a marker of its body: its motion and Jacobian are computed in every evaluation."""
+MOST_POINTS = 1_000_000
+"""Of the rings of a tube, all together."""
 
 
 WHOLE = (0.0, 1.0)
@@ -125,12 +136,18 @@ def _is_given(skin: Skin, field: str) -> bool:
     return tuple(value) != WHOLE if field == "between" else value is not None
 
 
-def check_count(count: float, name: str, title: str) -> None:
-    """Raise ModelError if a skin has more patches than are borne."""
-    if not 1 <= count <= MOST_PATCHES:
+def check_count(count: float, name: str, title: str, most: int = MOST_PATCHES) -> None:
+    """Raise ModelError if a skin has more patches (or points of rings: `most`) than are borne; inf is refused too."""
+    if not 1 <= count <= most:
         raise ModelError(
             title,
             found=f"skin {name} of {count:.0f} points",
-            expected=f"1 to {MOST_PATCHES} points",
+            expected=f"1 to {most} points",
             remedy="Give a larger spacing, or a smaller set of nodes",
         )
+
+
+def count_along(length: float, spacing: float) -> float:
+    """Return how many points at this spacing fit along a length: at least 1, inf beyond all floats."""
+    with np.errstate(over="ignore"):
+        return float(max(1.0, np.round(np.float64(length) / spacing)))

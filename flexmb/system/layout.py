@@ -10,6 +10,7 @@ from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import INTEGRALS
 from flexmb.model.model import Model
+from flexmb.system.lengths import require_places
 from flexmb.system.states import StateGroup
 
 __all__ = ["Layout", "check_size"]
@@ -43,6 +44,7 @@ class Layout:
                 origin = q0[:3]
             elif body.n_vector:
                 origin = q0[:3]
+            first_pose = len(compiler.start_poses)
             blocks, gaps, size = body.marker_blocks(), body.marker_gaps(), body.block_size
             for marker, pose in body.marker_poses().items():
                 compiler.marker_index[f"{body.name}.{marker}"] = len(compiler.marker_index)
@@ -53,6 +55,7 @@ class Layout:
                 first, count = blocks.get(marker, (0, len(u0) // size if size else 0))
                 compiler.marker_span.append((first * size, count * size))
                 compiler.start_poses.append((origin + R @ np.array(pose.at), R @ pose.matrix))
+            require_places([body], [np.array([r for r, _ in compiler.start_poses[first_pose:]])])
             q.append(q0)
             u.append(u0)
             nq, nu = nq + len(q0), nu + len(u0)

@@ -27,6 +27,7 @@ __all__ = [
     "Lengths",
     "described_lengths",
     "displacements",
+    "require_places",
     "unit_lengths",
     "velocity_units",
     "warn_of_lost_digits",
@@ -95,7 +96,7 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     bodies, markers = system.model.bodies, system.tables["markers"]
     own = [markers["r"][markers["body"] == k] for k in range(len(bodies))]
     points = [np.vstack([r, _nodes(system, body)]) for r, body in zip(own, bodies, strict=True)]
-    _require_places(bodies, points)
+    require_places(bodies, points)
     held = np.array([system.marker_index[m] for j in system.model.joints for m in j.places(system.model)], int)
     ties, holds = _ties(system), np.stack([system.tables["pairs"][x] for x in "ab"], axis=1)
     holds = holds[np.all(markers["body"][holds] < len(bodies), axis=1)]  # states are nowhere
@@ -116,7 +117,7 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     return Lengths(found, whole, np.array([np.abs(p).max(initial=0.0) for p in points]), equations, forces)
 
 
-def _require_places(bodies, points: list[np.ndarray]) -> None:
+def require_places(bodies, points: list[np.ndarray]) -> None:
     """Raise unless squares of coordinates are finite: distances could not be distinguished."""
     for body, own in zip(bodies, points, strict=True):
         farthest = float(np.abs(own).max(initial=0.0))

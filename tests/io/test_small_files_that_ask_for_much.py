@@ -53,6 +53,34 @@ material = { kind = "Material", young = 1e8, poisson = 0.3, density = 1000.0 }
 """
 SHAPE = '{{ kind = "Section", area = 1, inertia_y = 1, inertia_z = 1, torsion = 1, shape = {} }}'
 CIRCLE = '{ kind = "Section.solid_circle", diameter = 0.02 }'
+COATED = """
+[[body]]
+kind = "AncfCable"
+name = "rope"
+points = [[0, 0, 0], [1.0, 0, 0]]
+elements = 4
+section = {{ kind = "Section.solid_circle", diameter = 0.02 }}
+material = {{ kind = "Material", young = 1e8, poisson = 0.3, density = 1000.0 }}
+skins = {{ coat = {{ kind = 'Skin', spacing = {}, radius = {} }} }}
+"""
+PATH = """
+[[joint]]
+kind = "PointOnPath"
+name = "path"
+markers = ["ground.A", "b.center"]
+through = ["ground.B", "ground.C"]
+"""
+MUSCLE = """
+[[force]]
+kind = "Muscle"
+name = "pull"
+through = ["ground.A", "ground.B", "b.center"]
+excitation = 1
+strength = 900.0
+fibre = 0.2
+tendon = 1.0
+"""
+PLACES = 'kind = "Ground"\nmarkers = {{ A = [{}, 0, 0], B = [1, 0, 0], C = [1, 1, 0] }}'.format
 COUPLED = '[[joint]]\nkind = "{}"\nname = "part"\njoints = ["A", "slide"]\nmarkers = {}\n{} = 0.25\n'
 
 
@@ -83,6 +111,15 @@ COUPLED = '[[joint]]\nkind = "{}"\nname = "part"\njoints = ["A", "slide"]\nmarke
             ("mass = 1\ninertia = [1.0, 1.0, 2.0]", "mass = 1.7e308\ninertia = [1.0, 1.0, 2.0]"),
             "divided by the roots of the masses",
         ),
+        (COATED, ("{}", "0.1", "2147483648"), "points. Expected: 1 to 1000000 points"),
+        (COATED, ("{}", "1e-300", "1e300"), "skin coat of inf points"),
+        (
+            SHEET,
+            ("[2, 2]", "[2, 2]\nskins = { coat = { kind = 'Skin', spacing = 1e-308 } }"),
+            "skin coat of inf points",
+        ),
+        (HINGES + PATH, ('kind = "Ground"', PLACES("1e300")), "coordinate 1e+300 m"),
+        (HINGES + MUSCLE, ('kind = "Ground"', PLACES("1.7e308")), "coordinate 1.7e+308 m"),
     ],
 )
 def test_refused(tmp_path, text, change, words):

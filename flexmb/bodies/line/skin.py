@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.model.skin import SkinFacets, SkinPatch, check_count
+from flexmb.model.skin import MOST_POINTS, SkinFacets, SkinPatch, check_count, count_along
 
 __all__ = ["tube_patches"]
 
@@ -20,9 +20,11 @@ def tube_patches(skins, length: float, title: str):
     places, patches, facets = {}, {}, {}
     for name, skin in skins.items():
         low, high = skin.between
-        n = max(1, round(length * (high - low) / skin.spacing))
-        check_count(n, name, title)
-        around = max(FEWEST, round(2.0 * np.pi * skin.radius / skin.spacing))
+        rings = count_along(length * (high - low), skin.spacing)
+        check_count(rings, name, title)
+        ring = max(FEWEST, count_along(2.0 * np.pi * skin.radius, skin.spacing))
+        check_count(rings * ring, name, title, MOST_POINTS)
+        n, around = int(rings), int(ring)
         angle = 2.0 * np.pi * (np.arange(around) + 0.5) / around
         normals = np.column_stack([np.zeros(around), np.cos(angle), np.sin(angle)])
         areas = np.full(around, 2.0 * np.pi * skin.radius / around * length * (high - low) / n)

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.bodies.plate.places import Place, functional
 from flexmb.errors import ModelError
-from flexmb.model.skin import SkinFacets, SkinPatch, check_count
+from flexmb.model.skin import SkinFacets, SkinPatch, check_count, count_along
 
 __all__ = ["face_patches"]
 
@@ -21,8 +21,9 @@ def face_patches(plate, skins):
     for name, skin in skins.items():
         grid = plate.surface.r.reshape(*(n + 1 for n in plate.elements), 3)
         edges = [np.linalg.norm(np.diff(grid, axis=k), axis=2).sum(axis=k).max() for k in (0, 1)]
-        counts = [max(1, round(edge / skin.spacing)) for edge in edges]
-        check_count(float(counts[0]) * counts[1], name, plate.title)
+        along = [count_along(edge, skin.spacing) for edge in edges]
+        check_count(along[0] * along[1], name, plate.title)
+        counts = [int(count) for count in along]
         corners = np.array(
             [
                 [_position(plate, s, t) for t in np.linspace(0.0, 1.0, counts[1] + 1)]

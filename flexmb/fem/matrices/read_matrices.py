@@ -11,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
+from flexmb.fem.announced import require_unpacked
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.foreign_files import read_market, understood, understood_matrix, whole_numbers
 from flexmb.fem.matrices.abaqus import read_abaqus
@@ -189,8 +190,10 @@ def _read_market(path: Path, mass: Path | None) -> FileMatrices:
 
 
 def _read_npz(path: Path, mass: Path | None) -> FileMatrices:
+    require_unpacked(path)
     if mass is not None:
         with understood_matrix(mass):
+            require_unpacked(mass)
             M = _sound(mass, sparse.load_npz(mass))
         return FileMatrices(K=_sound(path, sparse.load_npz(path)), M=M)
     with np.load(path) as file:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.announced import require_counts
 from flexmb.fem.meshes.abaqus_cards import read_abaqus_cards
 from flexmb.fem.meshes.abaqus_surfaces import surface_facets
 from flexmb.fem.meshes.facets import without_copies
@@ -182,6 +183,7 @@ def from_vtu(path: Path) -> GroupedMesh:
     cell array "part" gives one set per value, "part_3".
     """
     meshio = _meshio()
+    require_counts(path)
     mesh = (meshio.vtu if path.suffix.lower() == ".vtu" else meshio.vtk).read(str(path))
     blocks = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     nodes = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _is_flag([values])}

@@ -105,7 +105,10 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
             remedy="Convert the mesh, or build a fem.Mesh from arrays",
         )
     with understood(
-        part, f"a complete file of the format {path.suffix}", "Open it in the program that wrote it, and write it again"
+        part,
+        f"a complete file of the format {path.suffix}",
+        "Open it in the program that wrote it, and write it again",
+        path,
     ):
         grouped = reader(path)
         mesh = to_mesh(grouped, path.stem, part)

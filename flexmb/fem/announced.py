@@ -1,0 +1,58 @@
+"""What a text or header announces against what the file holds, for readers that believe it: looked at before them."""
+
+from __future__ import annotations
+
+import math
+import re
+import zipfile
+from pathlib import Path
+
+__all__ = ["require_counts", "require_unpacked"]
+
+HEADER = 1_000_000
+"""bytes, within which the header of a PLY file, and the dimensions of a grid in a VTK file, stand."""
+GRID = 1_000_000
+"""Points of a regular grid in a file of any size: they need no bytes."""
+PER_BYTE, FEW = 100, 100_000_000
+"""Bytes of all unpacked arrays for a byte of an .npz file, and of any file."""
+DIMENSIONS = re.compile(rb"^DIMENSIONS[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)", re.MULTILINE | re.IGNORECASE)
+
+
+def require_counts(path: Path) -> None:
+    """Raise ValueError if a PLY, OFF or VTK file lacks its counts, or if they cannot be true.
+
+    meshio seeks the end of a PLY header, and the counts of OFF, for ever, and makes all points of a regular grid.
+    """
+    suffix, size = path.suffix.lower(), path.stat().st_size
+    if suffix == ".ply":
+        with path.open("rb") as stream:
+            head, ends, _ = stream.read(HEADER).partition(b"end_header")
+        if not ends:
+            raise ValueError("its header has no end")
+        _require([int(line.split()[-1]) for line in head.splitlines() if line.startswith(b"element ")], size)
+    elif suffix == ".off":
+        with path.open(encoding="utf-8") as text:
+            text.readline()
+            sizes = next((line.split() for line in text if line.strip() and line.strip()[0] != "#"), [])
+        if not sizes:
+            raise ValueError("it has no line of counts")
+        _require([int(count) for count in sizes[:2]], size)
+    elif suffix == ".vtk":
+        with path.open("rb") as stream:
+            grid = DIMENSIONS.search(stream.read(HEADER))
+        if grid is not None:
+            _require([math.prod(map(int, grid.groups()))], max(size, GRID))
+
+
+def require_unpacked(path: Path) -> None:
+    """Raise ValueError if the arrays of an .npz file are far larger than it."""
+    with zipfile.ZipFile(path) as archive:
+        unpacked = sum(file.file_size for file in archive.infolist())
+    most = FEW + PER_BYTE * path.stat().st_size
+    if unpacked > most:
+        raise ValueError(f"its arrays unpack to {unpacked / 1e6:.4g} MB; at most {most / 1e6:.4g} MB are read")
+
+
+def _require(counts: list[int], most: int) -> None:
+    if any(count > most for count in counts):
+        raise ValueError(f"it announces {max(counts)} points or cells, more than it holds")

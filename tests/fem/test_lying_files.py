@@ -1,0 +1,234 @@
+"""Files that announce more than they hold, or unpack to far more: a message, and no memory taken for it."""
+
+import base64
+import io
+import json
+import resource
+import struct
+import sys
+import zipfile
+import zlib
+
+import h5py
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb import fem, fmi
+from flexmb.errors import FlexmbError
+from flexmb.fem.foreign_memory import memory_for
+from flexmb.fem.surface_file import read_triangles
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
+MANY = 10**8
+"""Points: 2.4 GB, which most machines would give."""
+VTK = b"# vtk DataFile Version 3.0\nx\n%s\nDATASET %s\n"
+GMSH = b"$MeshFormat\n%s 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
+VTU = (
+    '<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+    'header_type="UInt64" {}><UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="1"><Points>'
+    '<DataArray type="Float64" NumberOfComponents="3" {}</DataArray></Points><Cells>'
+    '<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 3</DataArray>'
+    '<DataArray type="Int64" Name="offsets" format="ascii">4</DataArray>'
+    '<DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells></Piece></UnstructuredGrid>{}</VTKFile>'
+)
+
+
+def coded(*numbers, behind=b""):
+    return base64.b64encode(struct.pack(f"<{len(numbers)}Q", *numbers) + behind).decode()
+
+
+def appended(offset, size):
+    return VTU.format(
+        "",
+        f'format="appended" offset="{offset}">',
+        f'<AppendedData encoding="base64">_{coded(size, behind=b"x" * 96)}</AppendedData>',
+    ).encode()
+
+
+def unpacking(size):
+    """Blocks of zeros, each of them in some kilobytes."""
+    block = zlib.compress(bytes(size // 8), 9)
+    head = coded(8, size // 8, 0, *[len(block)] * 8)
+    body = base64.b64encode(8 * block).decode()
+    return VTU.format('compressor="vtkZLibDataCompressor"', f'format="binary">{head}{body}', "").encode()
+
+
+def scene(count, length):
+    views = [{"buffer": 0, "byteOffset": 0, "byteLength": length}] * 2
+    kinds = ((5126, "VEC3"), (5125, "SCALAR"))
+    text = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": length}],
+        "bufferViews": views,
+        "accessors": [
+            {"bufferView": k, "componentType": code, "count": count, "type": kind}
+            for k, (code, kind) in enumerate(kinds)
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
+    }
+    code = json.dumps(text).encode()
+    code += b" " * (-len(code) % 4)
+    head = b"glTF" + struct.pack("<III", 2, 28 + len(code) + 64, len(code)) + b"JSON"
+    return head + code + struct.pack("<I", length) + b"BIN\0" + bytes(64)
+
+
+def record(*parts):
+    data = b"".join(parts)
+    return struct.pack("<i", len(data)) + data + struct.pack("<i", len(data))
+
+
+def output4(rows, start, words):
+    """A matrix in OUTPUT4 whose only column begins at a row and has so many words."""
+    head = record(struct.pack("<4i", 4, rows, 2, 2), b"KGG     ")
+    column = record(struct.pack("<3i", 1, start, words), bytes(16))
+    return head + column + record(struct.pack("<3i", 5, 1, 1), bytes(8))
+
+
+BLOCK = b"    -1\n%s\n    -1\n"
+NODE = BLOCK % b"  2411\n         1         1         1         1\n   0.0   0.0   0.0"
+MESHES = {
+    "points.vtk": VTK % (b"BINARY", b"UNSTRUCTURED_GRID") + b"POINTS %d double\n" % MANY + bytes(96),
+    "text.vtk": VTK % (b"ASCII", b"UNSTRUCTURED_GRID") + b"POINTS %d double\n0 0 0\n" % MANY,
+    "grid.vtk": VTK % (b"ASCII", b"STRUCTURED_POINTS") + b"DIMENSIONS %d 2 2\nORIGIN 0 0 0\nSPACING 1 1 1\n" % MANY,
+    "offset.vtu": appended(4 * 10**9, 96),
+    "before.vtu": appended(-40, 96),
+    "size.vtu": appended(0, 10**15),
+    "blocks.vtu": VTU.format(
+        'compressor="vtkZLibDataCompressor"', f'format="binary">{coded(10**15, 1 << 20, 0)}', ""
+    ).encode(),
+    "unpacks.vtu": unpacking(1 << 30),
+    "nodes.msh": GMSH % b"4.1" + b"$Nodes\n" + struct.pack("<QQQQiiiQ", 1, MANY, 1, MANY, 3, 1, 0, MANY) + bytes(100),
+    "nodes2.msh": GMSH % b"2.2" + b"$Nodes\n%d\n" % MANY + bytes(280),
+    "entities.msh": GMSH % b"4.1" + b"$Entities\n" + struct.pack("<QQQQ", 10**15, 0, 0, 0) + bytes(64),
+    "text.msh": b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 %d 1 9\n3 1 0 %d\n1\n0 0 0\n" % (MANY, MANY),
+    "binary.unv": BLOCK % (b"    58b     1     2 %d %d 0 0 0 0 0\n" % (10**18, 10**18) + b"x" * 50),
+    "corners.unv": NODE + BLOCK % (b"  2412\n 1 111 1 1 7 %d\n 1 1 1 1" % 10**9),
+    "members.unv": NODE + BLOCK % (b"  2467\n 1 0 0 0 0 0 0 %d\nname\n 8 1 0 0" % 10**9),
+}
+SURFACES = {
+    "count.stl": bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(200),
+    "count.glb": scene(10**9, 4 * 10**9),
+    "length.glb": b"glTF" + struct.pack("<III", 2, 100, 4 * 10**9) + b"JSON{}",
+    "circle.gltf": b'{"asset": {"version": "2.0"}, "nodes": [{"children": [0]}], "scenes": [{"nodes": [0]}]}',
+    "other.xdmf": b'<Xdmf Version="3.0"><Domain></Domain></Xdmf>',
+    "points.vtk": MESHES["points.vtk"],
+    "grid.vtk": MESHES["grid.vtk"],
+    "size.vtu": MESHES["size.vtu"],
+}
+MATRICES = {
+    "mark.op2": struct.pack("<4i", 4, 3, 4, 2**31 - 5) + bytes(100),
+    "mark.op4": struct.pack("<i", 2**31 - 1) + bytes(30),
+    "rows.op4": output4(2**31 - 1, 1, 4),
+    "start.op4": output4(4, 10**9, 4),
+    "words.op4": output4(4, 1, 10**9),
+}
+ARCHIVE = b"/PREP7\nET,1,185\nNBLOCK,6,SOLID,%d,%d\n(%di9,6e21.13e3)\n        1        0        0 0.0\nN,R5.3,LOC,-1,\n"
+CORNERS = b"EBLOCK,19,SOLID,%d,%d\n(19i9)\n" % (MANY, MANY) + b"%9d" * 12 % (*[1] * 8, MANY, 0, 1, 1) + b"\n       -1\n"
+DECKS = {
+    "nodes.cdb": ARCHIVE % (10**18, 10**18, 3),
+    "format.cdb": ARCHIVE % (1, 1, 10**9),
+    "corners.cdb": ARCHIVE % (1, 1, 3) + CORNERS,
+    "members.cdb": ARCHIVE % (1, 1, 3) + b"CMBLOCK,A,NODE,%d\n(8i10)\n         1%10d\n" % (MANY, -MANY),
+}
+
+
+def peak():
+    """bytes of address space, at most so far"""
+    with open("/proc/self/status") as text:
+        return next(1024 * int(line.split()[1]) for line in text if line.startswith("VmPeak"))
+
+
+def refused(path, read):
+    before = peak()
+    with pytest.raises(FlexmbError):
+        read(path)
+    assert peak() - before < 1e9
+    return path
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_meshes(tmp_path, name):
+    (tmp_path / name).write_bytes(MESHES[name])
+    refused(tmp_path / name, fem.read_mesh)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize("name", SURFACES)
+def test_surfaces(tmp_path, name):
+    if name.endswith(("glb", "gltf")):
+        pytest.importorskip("trimesh")
+    (tmp_path / name).write_bytes(SURFACES[name])
+    refused(tmp_path / name, read_triangles)
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_matrices(tmp_path, name):
+    pytest.importorskip("pyyeti")
+    (tmp_path / name).write_bytes(MATRICES[name])
+    refused(tmp_path / name, lambda path: fem.read_matrices(path, np.zeros((4, 3))))
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", DECKS)
+def test_decks(tmp_path, name):
+    (tmp_path / name).write_bytes(DECKS[name])
+    refused(tmp_path / name, fem.read_deck)
+
+
+def test_arrays_that_unpack(tmp_path):
+    """A tenth of a megabyte of an .npz file that unpacks to 128 MB."""
+    shape = io.BytesIO()
+    np.lib.format.write_array_header_1_0(shape, {"descr": "<f8", "fortran_order": False, "shape": (1 << 24,)})
+    with (
+        zipfile.ZipFile(tmp_path / "K.npz", "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("data.npy", "w", force_zip64=True) as stream,
+    ):
+        stream.write(shape.getvalue())
+        for _ in range(8):
+            stream.write(bytes(1 << 24))
+    with pytest.raises(FlexmbError, match=r"unpack to 134\.2 MB"):
+        fem.read_matrices(tmp_path / "K.npz", np.zeros((4, 3)), mass=tmp_path / "K.npz")
+
+
+def test_chunks_that_unpack(tmp_path):
+    """Compressed zeros of 128 MB in an HDF5 file without a seal, and a terabyte that was never written."""
+    for name, size in (("zeros", 1 << 24), ("nothing", 1 << 37)):
+        with h5py.File(tmp_path / f"{name}.h5", "w") as file:
+            data = file.create_dataset("x", (size,), "f8", chunks=(1 << 20,), compression="gzip")
+            if name == "zeros":
+                data[:] = 0.0
+        with pytest.raises(FlexmbError, match="the datasets up to 'x'"):
+            fmb.ModalNeutralData.load(tmp_path / f"{name}.h5")
+
+
+def test_a_unit_whose_directory_lies(tmp_path):
+    """It says 1000 bytes of a description that unpacks to 256 MB."""
+    size = (1 << 28) + 7
+    with zipfile.ZipFile(tmp_path / "a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", b"<a>" + bytes(1 << 28) + b"</a>")
+    lying = (tmp_path / "a.fmu").read_bytes().replace(struct.pack("<I", size), struct.pack("<I", 1000))
+    (tmp_path / "a.fmu").write_bytes(lying)
+    load = fmb.PointLoad("push", marker="m.center", force=(fmb.input("force"), 0, 0))
+    model = fmb.Model(bodies=[fmb.Ground(), fmb.PointMass("m", mass=1.0)], forces=[load])
+    unit = fmi.Fmu(tmp_path / "a.fmu", inputs={"force": "x"}, outputs={"force": "y"})
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(FlexmbError, match="Fmu"):
+        fmi.cosimulate(model, unit, 0.01, step=0.01)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150_000
+
+
+def test_the_limit_is_taken_back(tmp_path):
+    (tmp_path / "a").write_bytes(b"")
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    with memory_for(tmp_path / "a"):
+        inner = resource.getrlimit(resource.RLIMIT_AS)
+        with memory_for(tmp_path / "a"):
+            assert resource.getrlimit(resource.RLIMIT_AS) == inner
+        assert resource.getrlimit(resource.RLIMIT_AS) == inner != before
+        with pytest.raises(MemoryError):
+            np.ones(1 << 28)
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
