@@ -22,6 +22,7 @@ class AbsoluteUnknowns:
 
     closes = True
     links = None
+    recursion = ""
 
     def __init__(self, system, state, work):
         self.system, self.work = system, work

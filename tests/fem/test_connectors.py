@@ -202,3 +202,12 @@ def test_messages(beam, linked, act, found, remedy):
         act(beam, linked)
     assert found in caught.value.found
     assert remedy in caught.value.remedy
+
+
+def test_supports_in_the_notation_of_fixed(beam):
+    """A mapping holds what `fixed` holds; what is no node is refused."""
+    both = {"start": "xyzrxryrz", "end": "y"}
+    held = fem.with_supports(beam, both)
+    assert frequencies(held, 3) == pytest.approx(fem.eigenmodes(beam, both, n=3).frequencies, rel=1e-9)
+    with pytest.raises(MeshError, match="nodes = True"):
+        fem.with_supports(beam, True)

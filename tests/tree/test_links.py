@@ -192,3 +192,27 @@ def test_forward_and_inverse_dynamics_are_inverse(rng):
     tree = fmb.JointTree(deep(rng))
     q, v, tau = tree.start.q, *rng.normal(size=(2, len(tree.rate_names)))
     np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("rod", "chosen"),
+    [
+        (fmb.RigidBody("rod", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(1, 0, 0), markers={"start": (-1, 0, 0)}), "links"),
+        (fmb.PointMass("rod", mass=1.0, at=(1, 0, 0)), "bodies: Body 'rod': it has no frame"),
+    ],
+    ids=["links", "bodies"],
+)
+def test_statistics_tell_which_recursion_was_taken(rod, chosen):
+    """Not silently: which passes, and why they are not those of links."""
+    end = "start" if isinstance(rod, fmb.RigidBody) else "center"
+    joint = fmb.Spherical("pin", markers=("ground.origin", f"rod.{end}"))
+    ground = fmb.Ground(markers={} if end == "start" else {"far": (1, 0, 0)})
+    joint = joint if end == "start" else fmb.Spherical("pin", markers=("ground.far", "rod.center"))
+    free = fmb.RigidBody("free", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(0, 1, 0))
+    run = fmb.simulate(
+        fmb.Model(bodies=[ground, rod, free], joints=[joint], gravity=(0, 0, -9.81)),
+        1e-3,
+        samples=2,
+        integrator=fmb.Explicit(formulation=fmb.Recursive()),
+    )
+    assert run.statistics["recursion"].startswith(chosen)

@@ -6,8 +6,9 @@ Links between nodes are in `links`. The theory of all connectors is docs/theory/
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -109,17 +110,24 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
 
 
 def with_supports(
-    fe: FEModel, nodes: NodeName | Iterable[int] | None = None, directions: str | Iterable[int] = range(6)
+    fe: FEModel,
+    nodes: NodeName | Iterable[int] | Mapping[NodeName, Any] | None = None,
+    directions: str | Iterable[int] = range(6),
 ) -> FEModel:
     """Return the model with directions of some nodes held: their freedoms are gone.
 
     Parameters
     ----------
-    nodes : name of a node set, node numbers, coordinates of a node, or None for all nodes
+    nodes : name of a node set, node numbers, coordinates of a node, mapping of such to directions, or None for all
+        A mapping is that of `static` and `eigenmodes`, ``fixed={"root": "xyzrxryrz", "tip": "z"}``.
     directions : text or int
         "x", "y", "z" translations, "rx", "ry", "rz" rotations, or their numbers 0..5, as in `static` and `eigenmodes`.
         ``with_supports(fe, directions="zrxry")`` makes a model planar.
     """
+    if isinstance(nodes, Mapping):
+        for some, own in nodes.items():
+            fe = with_supports(fe, some, own)
+        return fe
     numbers = np.arange(len(fe.nodes)) if nodes is None else node_numbers(fe, nodes)
     chosen = direction_numbers(directions, f"Support of '{fe.name}'")
     if nodes is not None:
@@ -159,6 +167,13 @@ def node_numbers(fe: FEModel, nodes: NodeName | Iterable[int]) -> np.ndarray:
     array = np.atleast_1d(np.asarray(nodes))
     if array.dtype.kind == "f":
         return _nearest(fe, array)
+    if array.dtype.kind not in "iu" and array.size:
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"nodes = {nodes!r:.80}",
+            expected="the name of a node set, node numbers, or the coordinates of one node",
+            remedy='Write "root", [0, 4, 7], or (0.0, 0.0, 0.1)',
+        )
     if array.size and (array.min() < 0 or array.max() >= len(fe.nodes)):
         raise MeshError(
             f"FE model '{fe.name}'",

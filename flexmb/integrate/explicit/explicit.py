@@ -257,5 +257,6 @@ class Explicit(metaclass=Described):
 
     @staticmethod
     def statistics(variables) -> dict[str, Any]:
-        """Return the numbers of the run."""
-        return dict(variables.counts)
+        """Return the numbers of the run, and by which recursion accelerations are found, if by one."""
+        chosen = variables.motion.unknowns.recursion
+        return {**variables.counts, **({"recursion": chosen} if chosen else {})}

@@ -33,6 +33,8 @@ class RelativeUnknowns:
         Does the evaluation after a step matter: for cut joints, or to count their turns?
     links : LinkTree or None
         The model as links, if it is one of rigid and reduced bodies.
+    recursion : str
+        "links", or "bodies" and why the passes are not those of links.
     """
 
     def __init__(self, system, state: State, work, cut: tuple[str, ...] = ()):
@@ -43,7 +45,7 @@ class RelativeUnknowns:
         self.chart = new_chart(tree, state.q, self._followed)
         self.closes = bool(len(tree.tree.tables.cut_equations)) or len(tree.counted) < len(self.chart.branches)
         self.turns, self.balls = _angles(tree.rows)
-        self.links = _links(tree, self.chart)
+        self.links, self.recursion = _links(tree, self.chart)
         self._scratch = np.zeros(self.nv)
 
     def of(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -105,14 +107,14 @@ class RelativeUnknowns:
         return change, a, power
 
 
-def _links(tree: JointTree, chart) -> LinkTree | None:
-    """Return the model as links in axes of their own, if it is one whose motions all have inertia."""
+def _links(tree: JointTree, chart) -> tuple[LinkTree | None, str]:
+    """Return the model as links in axes of their own, if all its motions have inertia; and what was chosen."""
     if not tree.rate_names:
-        return None
+        return None, "bodies: nothing moves"
     try:
-        return tree.linked(chart)
-    except CompileError:
-        return None
+        return tree.linked(chart), "links"
+    except CompileError as error:
+        return None, f"bodies: {error.part}: {error.found}"
 
 
 def _angles(rows) -> tuple[np.ndarray, list[int]]:
