@@ -25,18 +25,12 @@ from flexmb.model.expression import SignalProgram, compile_expression, joined_ar
 __all__ = [
     "Constant",
     "Expression",
-    "Harmonic",
     "Product",
-    "Ramp",
     "Signal",
-    "Step",
     "Sum",
     "as_signal",
     "expression",
-    "harmonic",
     "pack",
-    "ramp",
-    "step",
 ]
 
 MOST_OPERATIONS = 20_000
@@ -173,116 +167,6 @@ class Constant(Signal):
         return SignalProgram.of((op.CONSTANT, self.value))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Ramp(Signal):
-    """A value whose rate grows from 0 to `rate` by a cosine during `rise` and then stays.
-
-    With tau = t - start: x = rate/2 (tau - rise/pi sin(pi tau/rise)) for tau < rise, then x = rate (tau - rise/2).
-
-    Parameters
-    ----------
-    rate : float, unit of the value per second
-    rise : float, s
-        Duration of the growth; 0 starts with the full rate.
-    start : float, s
-    """
-
-    rate: float
-    rise: float = 0.0
-    start: float = 0.0
-    word: ClassVar[str] = "ramp"
-
-    def __post_init__(self):
-        self._numbers("rate", "rise", "start")
-        self._require("rise", self.rise >= 0.0, "a duration >= 0 s")
-
-    def program(self) -> SignalProgram:
-        if self.rise == 0.0:
-            return SignalProgram.of(*_since(self.start), (op.CONSTANT, self.rate), (op.MULTIPLY, 0.0))
-        return SignalProgram.of(
-            *_fraction(self.start, self.rise),
-            (op.SOFT_RAMP, 0.0),
-            (op.CONSTANT, self.rate * self.rise),
-            (op.MULTIPLY, 0.0),
-        )
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Step(Signal):
-    """A change from `initial` to `value`, sudden or smooth.
-
-    The smooth change is the quintic 10 s^3 - 15 s^4 + 6 s^5 of s = (t - at)/rise: rate and second rate are continuous.
-
-    Parameters
-    ----------
-    value, initial : float
-        Value after and before.
-    at : float, s
-        When the change begins.
-    rise : float, s
-        How long it lasts; 0 is sudden.
-    """
-
-    value: float
-    initial: float = 0.0
-    at: float = 0.0
-    rise: float = 0.0
-    word: ClassVar[str] = "step"
-
-    def __post_init__(self):
-        self._numbers("value", "initial", "at", "rise")
-        self._require("rise", self.rise >= 0.0, "a duration >= 0 s")
-
-    def program(self) -> SignalProgram:
-        shape = (*_fraction(self.at, self.rise or 1.0), (op.SMOOTH if self.rise else op.STEP, 0.0))
-        return SignalProgram.of(
-            *shape,
-            (op.CONSTANT, self.value - self.initial),
-            (op.MULTIPLY, 0.0),
-            (op.CONSTANT, self.initial),
-            (op.ADD, 0.0),
-        )
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Harmonic(Signal):
-    """An oscillation offset + amplitude sin(2 pi frequency (t - start) + phase).
-
-    Its first value is held before `start`.
-
-    Parameters
-    ----------
-    amplitude, offset : float
-    frequency : float, Hz
-    phase : float, rad
-    start : float, s
-    """
-
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
-    offset: float = 0.0
-    start: float = 0.0
-    word: ClassVar[str] = "harmonic"
-
-    def __post_init__(self):
-        self._numbers("amplitude", "frequency", "phase", "offset", "start")
-
-    def program(self) -> SignalProgram:
-        return SignalProgram.of(
-            *_since(self.start),
-            (op.CONSTANT, 2.0 * np.pi * self.frequency),
-            (op.MULTIPLY, 0.0),
-            (op.CONSTANT, self.phase),
-            (op.ADD, 0.0),
-            (op.SIN, 0.0),
-            (op.CONSTANT, self.amplitude),
-            (op.MULTIPLY, 0.0),
-            (op.CONSTANT, self.offset),
-            (op.ADD, 0.0),
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class Expression(Signal):
     """A formula in ``t`` (s) and named parameters (see `flexmb.model.expression`).
@@ -316,11 +200,11 @@ class Expression(Signal):
 
 
 @dataclass(frozen=True, eq=False)
-class Sum(Signal):
-    """The sum of signals."""
+class _OfTerms(Signal):
+    """Signals that one operation joins, from the first to the last."""
 
     terms: tuple[Signal, ...]
-    word: ClassVar[str] = "sum"
+    operation: ClassVar[int]
 
     def __post_init__(self):
         object.__setattr__(self, "terms", _all_signals(self.terms, self.word))
@@ -328,39 +212,30 @@ class Sum(Signal):
 
     @cached_property
     def extent(self) -> tuple[int, int]:
-        return _extent(self.terms)
+        sizes, depths = zip(*(term.extent for term in self.terms))
+        return sum(sizes) + len(sizes) - 1, 1 + max(depths)
 
     def parts(self) -> tuple[Signal, ...]:
         return self.terms
 
     def program_of(self, parts):
-        return parts[0].then(*(p.then(SignalProgram.of((op.ADD, 0.0))) for p in parts[1:]))
+        return parts[0].then(*(p.then(SignalProgram.of((self.operation, 0.0))) for p in parts[1:]))
 
 
 @dataclass(frozen=True, eq=False)
-class Product(Signal):
+class Sum(_OfTerms):
+    """The sum of signals."""
+
+    word: ClassVar[str] = "sum"
+    operation: ClassVar[int] = op.ADD
+
+
+@dataclass(frozen=True, eq=False)
+class Product(_OfTerms):
     """The product of signals."""
 
-    terms: tuple[Signal, ...]
     word: ClassVar[str] = "product"
-
-    def __post_init__(self):
-        object.__setattr__(self, "terms", _all_signals(self.terms, self.word))
-        self._require_extent()
-
-    @cached_property
-    def extent(self) -> tuple[int, int]:
-        return _extent(self.terms)
-
-    def parts(self) -> tuple[Signal, ...]:
-        return self.terms
-
-    def program_of(self, parts):
-        return parts[0].then(*(p.then(SignalProgram.of((op.MULTIPLY, 0.0))) for p in parts[1:]))
-
-
-def _extent(terms: tuple[Signal, ...]) -> tuple[int, int]:
-    return sum(term.extent[0] + 1 for term in terms) - 1, 1 + max(term.extent[1] for term in terms)
+    operation: ClassVar[int] = op.MULTIPLY
 
 
 def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:
@@ -372,33 +247,6 @@ def _all_signals(terms: Any, word: str) -> tuple[Signal, ...]:
             remedy=f"Write {word} = [first, second]",
         )
     return tuple(as_signal(term, f"Signal {word}", "terms") for term in terms)
-
-
-def _since(start: float) -> tuple[tuple[int, float], ...]:
-    """Operations of max(t - start, 0)."""
-    return (op.TIME, 0.0), (op.CONSTANT, start), (op.SUBTRACT, 0.0), (op.CONSTANT, 0.0), (op.MAX, 0.0)
-
-
-def _fraction(start: float, duration: float) -> tuple[tuple[int, float], ...]:
-    """Operations of (t - start)/duration."""
-    return (op.TIME, 0.0), (op.CONSTANT, start), (op.SUBTRACT, 0.0), (op.CONSTANT, duration), (op.DIVIDE, 0.0)
-
-
-def ramp(rate: float, rise: float = 0.0, start: float = 0.0) -> Ramp:
-    """Return a value whose rate grows smoothly from 0 to `rate` (per second) during `rise` (s) and then stays."""
-    return Ramp(rate=rate, rise=rise, start=start)
-
-
-def step(value: float, initial: float = 0.0, at: float = 0.0, rise: float = 0.0) -> Step:
-    """Return a change from `initial` to `value` that begins `at` (s) and is smooth if `rise` (s) is positive."""
-    return Step(value=value, initial=initial, at=at, rise=rise)
-
-
-def harmonic(
-    amplitude: float, frequency: float, phase: float = 0.0, offset: float = 0.0, start: float = 0.0
-) -> Harmonic:
-    """Return offset + amplitude sin(2 pi frequency (t - start) + phase); frequency in Hz, phase in rad."""
-    return Harmonic(amplitude=amplitude, frequency=frequency, phase=phase, offset=offset, start=start)
 
 
 def expression(text: str, /, **parameters: float) -> Expression:

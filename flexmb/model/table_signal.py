@@ -12,7 +12,8 @@ from flexmb.errors import ModelError
 from flexmb.math import operations as op
 from flexmb.model.expression import SignalProgram
 from flexmb.model.input_signal import Input
-from flexmb.model.signal import Constant, Expression, Harmonic, Product, Ramp, Signal, Step, Sum, as_signal
+from flexmb.model.signal import Constant, Expression, Product, Signal, Sum, as_signal
+from flexmb.model.simple_signals import Harmonic, Ramp, Step
 from flexmb.told import tell
 
 __all__ = ["SIGNALS", "Table", "table"]

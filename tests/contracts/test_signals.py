@@ -9,7 +9,8 @@ from tolerances import MACHINE
 
 from flexmb.math.operations import FUNCTIONS
 from flexmb.model.input_signal import input
-from flexmb.model.signal import Constant, Product, Sum, expression, harmonic, ramp, step
+from flexmb.model.signal import Constant, Product, Sum, expression
+from flexmb.model.simple_signals import harmonic, ramp, step
 from flexmb.model.table_signal import SIGNALS, table
 
 FIRST = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60.0

@@ -11,7 +11,8 @@ from flexmb.io.field_values import same
 from flexmb.joints import Drive, Revolute, Rod
 from flexmb.model.model import Model
 from flexmb.model.pose import Pose
-from flexmb.model.signal import expression, harmonic, ramp, step
+from flexmb.model.signal import expression
+from flexmb.model.simple_signals import harmonic, ramp, step
 from flexmb.model.table_signal import table
 from flexmb.sensors import Position, Reaction
 

@@ -12,15 +12,12 @@ from flexmb.model.signal import (
     Constant,
     Expression,
     Product,
-    Ramp,
     Sum,
     as_signal,
     expression,
-    harmonic,
     pack,
-    ramp,
-    step,
 )
+from flexmb.model.simple_signals import Ramp, harmonic, ramp, step
 from flexmb.model.table_signal import table
 
 T = np.linspace(0.0, 2.0, 41)
