@@ -8,6 +8,7 @@ import numpy as np
 
 import flexmb as fmb
 from flexmb import fem, reduction
+from flexmb.cli import warm_parts
 
 __all__ = ["ANALYSES"]
 
@@ -86,5 +87,11 @@ ANALYSES: Mapping[str, Callable[[], object]] = {
     "linearize": lambda: fmb.linearize(swing(), fmb.statics(swing())),
     "check": lambda: fmb.check(swing()),
     "accelerations": _accelerations,
+    "meshed part": warm_parts.meshed,
+    "rigid contact": warm_parts.touching,
+    "sampled signal": warm_parts.sampled,
+    "kinematics": warm_parts.driven,
+    "joint torques": warm_parts.torques,
+    "orbit": warm_parts.orbit,
 }
 """What is done to have its kernels compiled."""

@@ -17,6 +17,7 @@ from flexmb.math import operations as op
 from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
+from flexmb.math.plain_loops import knots_until
 from flexmb.math.switches import FORMULA, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNKNOWN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
@@ -299,7 +300,7 @@ def _piece(x, points, periodic, place):
     if periodic:
         period = points[n - 1] - points[0]
         shift = period * np.floor((x - points[0]) / period)
-    i = np.searchsorted(points, x - shift, side="right")
+    i = knots_until(points, x - shift)
     place[PIECE_BEGIN] = -np.inf if i == 0 else points[i - 1] + shift
     place[PIECE_END] = np.inf if i == n else points[i] + shift
 

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.math.kernel import kernel
 from flexmb.math.structures import Record
 
-__all__ = ["Energy", "clear_energy", "powers", "stored_energies"]
+__all__ = ["Energy", "clear_energy", "powers", "stored_energies", "write_powers"]
 
 
 class Energy(Record):
@@ -34,12 +34,23 @@ def clear_energy(energy):
 @kernel
 def stored_energies(energy):
     """Return kinetic, strain and potential energy (3,), J."""
+    one, found = energy[0], np.empty(3)
+    found[0], found[1], found[2] = one.kinetic, one.strain, one.potential
+    return found
+
+
+@kernel
+def write_powers(energy, out):
+    """Write the powers of loads, of drives and of dissipation to `out` (3,), W."""
     one = energy[0]
-    return np.array([one.kinetic, one.strain, one.potential])
+    out[0] = one.load_power
+    out[1] = one.drive_power
+    out[2] = one.dissipation
 
 
 @kernel
 def powers(energy):
     """Return the powers of loads, of drives and of dissipation (3,), W."""
-    one = energy[0]
-    return np.array([one.load_power, one.drive_power, one.dissipation])
+    found = np.empty(3)
+    write_powers(energy, found)
+    return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.plain_loops import knots_until
 
 __all__ = ["interpolate_grid"]
 
@@ -13,7 +14,7 @@ __all__ = ["interpolate_grid"]
 def _place(x, knots):
     """Return the number of the piece, the distance from its first knot, and 1.0 unless x is outside (held)."""
     n = len(knots)
-    i = min(max(int(np.searchsorted(knots, x, side="right")) - 1, 0), n - 2)
+    i = min(max(knots_until(knots, x) - 1, 0), n - 2)
     if x < knots[0]:
         return i, 0.0, 0.0
     if x > knots[n - 1]:

@@ -19,6 +19,7 @@ import numpy as np
 from flexmb.math import operations as op
 from flexmb.math.grids import interpolate_grid
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.plain_loops import copy_into, knots_until
 from flexmb.math.structures import Floats, Integers, structure
 
 __all__ = ["SignalCode", "interpolate", "run_program", "sample_signals"]
@@ -141,7 +142,7 @@ def interpolate(x, table):
         x = knots[0] + (x - knots[0]) % (knots[n - 1] - knots[0])
     if x < knots[0]:
         return coefficients[3], 0.0, 0.0
-    i = min(int(np.searchsorted(knots, x, side="right")) - 1, n - 2)
+    i = min(knots_until(knots, x) - 1, n - 2)
     a, b, c, d = (
         coefficients[4 * i],
         coefficients[4 * i + 1],
@@ -258,9 +259,9 @@ def run_program(ops, args, first, last, time, inputs, tables, table_starts, stac
             if code == _CONSTANT:
                 stack[top, 0], stack[top, 1], stack[top, 2] = args[k], 0.0, 0.0
             elif code == _TIME:
-                stack[top] = time
+                copy_into(stack[top], time)
             else:
-                stack[top] = inputs[int(args[k])]
+                copy_into(stack[top], inputs[int(args[k])])
         elif code < _UNARY_END:
             x, x1, x2 = stack[top, 0], stack[top, 1], stack[top, 2]
             if code == _TABLE:
@@ -287,7 +288,7 @@ def run_program(ops, args, first, last, time, inputs, tables, table_starts, stac
         else:  # where
             top -= 2
             chosen = top + 1 if stack[top, 0] != 0.0 else top + 2
-            stack[top] = stack[chosen]
+            copy_into(stack[top], stack[chosen])
 
 
 @kernel
@@ -302,9 +303,10 @@ def sample_signals(t, signals, out):
         Receives value, rate and second rate.
     """
     starts = signals.starts
-    stack, time, none = np.empty((_STACK, 3)), np.array([t, 1.0, 0.0]), np.empty((0, 3))
+    stack, time, none = np.empty((_STACK, 3)), np.empty(3), np.empty((0, 3))
+    time[0], time[1], time[2] = t, 1.0, 0.0
     for s in range(len(starts) - 1):
         run_program(
             signals.ops, signals.args, starts[s], starts[s + 1], time, none, signals.tables, signals.table_starts, stack
         )
-        out[s] = stack[0]
+        copy_into(out[s], stack[0])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.vectors import cross, dot
 
 __all__ = [
     "advance_frame",
@@ -175,9 +176,14 @@ def relative_frame(a, b, d):
     for i in range(3):
         shift[i] = R[0, i] * (b[0] - a[0]) + R[1, i] * (b[1] - a[1]) + R[2, i] * (b[2] - a[2])
     rotation_tangent(d[3:6], T)
-    solution = np.linalg.solve(T, shift)
+    # T x = shift by Cramer's rule: det T = 2 (1 - cos a) / a^2 is at least 0.4, as a <= pi
+    cofactors = np.empty((3, 3))
+    cross(T[1], T[2], cofactors[0])
+    cross(T[2], T[0], cofactors[1])
+    cross(T[0], T[1], cofactors[2])
+    determinant = dot(T[0], cofactors[0])
     for i in range(3):
-        d[i] = solution[i]
+        d[i] = (cofactors[0, i] * shift[0] + cofactors[1, i] * shift[1] + cofactors[2, i] * shift[2]) / determinant
 
 
 def rotation_matrix(rotation) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import kernel
+from flexmb.math.plain_loops import knots_until
 
 __all__ = ["cardinal_splines", "evaluate_cardinal", "evaluate_spline", "nearest_parameter", "pack_spline"]
 
@@ -81,7 +82,7 @@ def evaluate_cardinal(table, s, out):
     n = int(table[0])
     length = table[n]
     inside = min(max(s, 0.0), length)
-    i = min(max(int(np.searchsorted(table[1 : n + 1], inside, side="right")) - 1, 0), n - 2)
+    i = min(max(knots_until(table[1 : n + 1], inside) - 1, 0), n - 2)
     h, at = inside - table[1 + i], n + 1 + 4 * n * i
     for k in range(n):
         a, b, c, d = table[at + k], table[at + n + k], table[at + 2 * n + k], table[at + 3 * n + k]
@@ -107,7 +108,7 @@ def evaluate_spline(table, s, closed, out):
     if closed:
         s -= length * np.floor(s / length)
     inside = min(max(s, 0.0), length)
-    i = min(max(int(np.searchsorted(knots, inside, side="right")) - 1, 0), n - 2)
+    i = min(max(knots_until(knots, inside) - 1, 0), n - 2)
     h = inside - knots[i]
     for k in range(6):
         a, b = coefficients[24 * i + k], coefficients[24 * i + 6 + k]

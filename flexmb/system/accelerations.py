@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 
@@ -48,7 +49,7 @@ def accelerations(program, state, work, right, sweeps):
                 return failed
         _unsolved(work, state, right)
         if sweep == 0:
-            least = EXACT * np.max(np.abs(work.residual))  # multipliers that cancel to rounding
+            least = EXACT * largest_size(work.residual)  # multipliers that cancel to rounding
         lu_solve(work.S, program.pattern, right)
         if len(program.pattern.softness) > 0:
             _lengthened(nu, right, before)
@@ -123,7 +124,7 @@ def _lengthened(nu, right, before):
             right[i] /= 1.0 - rho
         before[:] = 0.0
     else:
-        before[:] = right[nu:]
+        copy_into(before, right[nu:])
 
 
 @inner_kernel

@@ -26,7 +26,10 @@ def _hold_shape(program, work):
 @inner_kernel
 def _of_velocities(program):
     """Is there an equation at velocity level?"""
-    return len(program.equation_level) > 0 and np.max(program.equation_level) == 1
+    found = False
+    for level in program.equation_level:
+        found = found or level == 1
+    return found
 
 
 @kernel

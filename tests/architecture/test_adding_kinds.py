@@ -8,6 +8,7 @@ import sys
 import pytest
 from architecture.sources import ROOT
 
+STATEFUL = (ROOT / "tests" / "maxwell_force.py").read_text(encoding="utf-8")
 JOINT = '''
 from dataclasses import dataclass
 from flexmb.constraints import Coincident, Perpendicular, Turn
@@ -88,11 +89,14 @@ def from_other(path):
     return from_gmsh(path)
 '''
 NEW = {
-    "joints": ("latch", JOINT, "from flexmb.joints.latch import Latch"),
-    "forces": ("rocket", FORCE, "from flexmb.forces.rocket import Rocket"),
-    "bodies": ("pellet", BODY, "from flexmb.bodies.pellet import Pellet"),
-    "sensors": ("clock", SENSOR, "from flexmb.sensors.clock import Clock"),
-    "integrate": ("patient", INTEGRATOR, "from flexmb.integrate.patient import Patient"),
+    "joints": (("latch", JOINT, "from flexmb.joints.latch import Latch"),),
+    "forces": (
+        ("rocket", FORCE, "from flexmb.forces.rocket import Rocket"),
+        ("maxwell", STATEFUL.partition("annotations\n")[2], "from flexmb.forces.maxwell import Maxwell"),
+    ),
+    "bodies": (("pellet", BODY, "from flexmb.bodies.pellet import Pellet"),),
+    "sensors": (("clock", SENSOR, "from flexmb.sensors.clock import Clock"),),
+    "integrate": (("patient", INTEGRATOR, "from flexmb.integrate.patient import Patient"),),
 }
 USE = """
 import sys
@@ -109,17 +113,21 @@ model = fmb.Model(
         fmb.Pellet("pellet", mass=2.0),
     ],
     joints=[fmb.Latch("latch", markers=("ground.O", "arm.start"))],
-    forces=[fmb.Rocket("rocket", marker="pellet.center", thrust=6.0)],
+    forces=[
+        fmb.Rocket("rocket", marker="pellet.center", thrust=6.0),
+        fmb.Maxwell("damper", marker="pellet.center", stiffness=8.0, damping=4.0, start=0.25),
+    ],
     sensors=[fmb.Clock("clock"), fmb.Position("path", marker="pellet.center")],
 )
 text = io.model_text(model)
 twin = io.read_model_text(text)
-found = [type(twin.joints[0]), type(twin.forces[0]), type(twin.bodies[2]), type(twin.sensors[0])]
-assert found == [fmb.Latch, fmb.Rocket, fmb.Pellet, fmb.Clock], found
-assert {"Latch", "Rocket", "Pellet", "Clock", "Patient"} <= set(fmb.__all__)
+found = [type(part) for part in (twin.joints[0], *twin.forces, twin.bodies[2], twin.sensors[0])]
+assert found == [fmb.Latch, fmb.Rocket, fmb.Maxwell, fmb.Pellet, fmb.Clock], found
+assert {"Latch", "Rocket", "Maxwell", "Pellet", "Clock", "Patient"} <= set(fmb.__all__)
 assert io.kind_lists.integrators()["Patient"] is fmb.Patient
 there = fmb.accelerations(twin)
-assert np.allclose(there["pellet"][:3], (3.0, 0.0, -9.81), atol=1e-12), there["pellet"]
+# the thrust of 6 N and the spring, drawn 0.25 m at the start by its state, on 2 kg
+assert np.allclose(there["pellet"][:3], (0.5 * (6.0 + 8.0 * 0.25), 0.0, -9.81), atol=1e-12), there["pellet"]
 # the hinge is upright, so a rod along x rests on it
 assert np.allclose(there["arm"], 0.0, atol=1e-9), there["arm"]
 mesh = fem.read_mesh(sys.argv[2])
@@ -142,12 +150,12 @@ def package(tmp_path_factory):
     folder = tmp_path_factory.mktemp("copy")
     shutil.copytree(ROOT / "flexmb", folder / "flexmb", ignore=shutil.ignore_patterns("__pycache__"))
     touched = {}
-    for room, (name, code, line) in NEW.items():
+    for room, name, code, line in ((room, *kind) for room, kinds in NEW.items() for kind in kinds):
         new, room_file = folder / "flexmb" / room / f"{name}.py", folder / "flexmb" / room / "__init__.py"
         new.write_text(f'"""A kind for the test."""\nfrom __future__ import annotations\n{code}', encoding="utf-8")
         head, rest = room_file.read_text(encoding="utf-8").split("\n\n", 1)
         room_file.write_text(f"{head}\n\n{line}\n{rest}", encoding="utf-8")
-        touched[room] = [new, room_file]
+        touched[name] = [new, room_file]
     new, door = (folder / "flexmb" / "fem" / "meshes" / file for file in ("other_mesh.py", "read_mesh.py"))
     new.write_text(f'"""A format for the test."""\n{FORMAT}', encoding="utf-8")
     text = door.read_text(encoding="utf-8")
@@ -165,7 +173,7 @@ def test_every_family_takes_a_kind_with_two_files(package, tmp_path):
     folder, touched = package
     original = {p.relative_to(ROOT): p.read_bytes() for p in (ROOT / "flexmb").rglob("*.py")}
     changed = [p for p in (folder / "flexmb").rglob("*.py") if original.get(p.relative_to(folder)) != p.read_bytes()]
-    assert sorted(changed) == sorted(path for paths in touched.values() for path in paths)
+    assert sorted(changed) == sorted({path for paths in touched.values() for path in paths})
     assert {len(paths) for paths in touched.values()} == {2}
     mesh = tmp_path / "cube.other"
     shutil.copy(min((ROOT / "meshes").glob("*.msh"), key=lambda p: p.stat().st_size), mesh)

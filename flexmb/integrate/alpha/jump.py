@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from flexmb.integrate.alpha.variables import Motions
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes
-from flexmb.math.energies import powers
+from flexmb.math.energies import write_powers
 from flexmb.math.kernel import entry_kernel
+from flexmb.math.plain_loops import copy_into
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
 from flexmb.math.tables import COUNT, WORK, State
@@ -34,8 +35,8 @@ def take_jump(program, work, motions, sweeps):
         return failed
     work.weights[0].wanted = 0
     evaluate(program, state, work)
-    v.powers[:] = powers(work.energy)
-    v.body_a[:] = a
+    write_powers(work.energy, v.powers)
+    copy_into(v.body_a, a)
     to_world_axes(v.world, v.q, u, a)
     for i in range(nu):
         change = a[i] - v.a[i]

@@ -28,8 +28,9 @@ from flexmb.integrate.runs.patience import PAUSED, UNCUT
 from flexmb.integrate.runs.spin_axes import error_of_axes, keep_axes
 from flexmb.integrate.runs.switches import JUMPED, SAME, keep_switches, part_of_step
 from flexmb.math.block_lu import lu_factor
-from flexmb.math.energies import powers
+from flexmb.math.energies import write_powers
 from flexmb.math.kernel import entry_kernel, inner_kernel
+from flexmb.math.plain_loops import copy_into
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import array_type, numba_type
 from flexmb.math.tables import COUNT, FLOATS, WORK, State
@@ -163,7 +164,7 @@ def _iterate(program, work, v, c, h):
             size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
         )
         if (rounding or settled) and share == 1.0:
-            v.powers[:] = powers(work.energy)
+            write_powers(work.energy, v.powers)
             v.powers[1] = 0.0  # of the drives: with the corrected multipliers
             for i in range(ng):
                 v.powers[1] -= v.lam1[i] * work.equations[i].rate
@@ -253,7 +254,7 @@ def _accept(program, work, v, c, h, planned, powers):
     constraint_velocity(work, v.body_u, v.hidden)
     _add_works(v, h, powers)
     if keep_rates(v, c, h, planned):
-        v.powers_last[:] = powers
+        copy_into(v.powers_last, powers)
     for k in range(len(v.pace)):
         v.pace[k] = (work.branches[k] - v.q[program.branches + k]) / h
     for i in range(len(v.q)):
@@ -365,7 +366,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             if h < SHORT * planned and not short:
                 v.run[0].next_step = min(v.run[0].next_step, h / SHORT)
         t[k - first] = v.run[0].t
-        q[k - first] = v.q
+        copy_into(q[k - first], v.q)
         write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
-        works[k - first] = v.works
+        copy_into(works[k - first], v.works)
     return last, 0

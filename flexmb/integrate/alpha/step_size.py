@@ -4,12 +4,11 @@ steps of size zero. Theory: integrators.
 
 from __future__ import annotations
 
-import numpy as np
-
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.math.block_lu import lu_solve
-from flexmb.math.energies import powers
+from flexmb.math.energies import write_powers
 from flexmb.math.kernel import kernel
+from flexmb.math.plain_loops import all_finite, copy_into
 from flexmb.math.tables import State
 from flexmb.system.accelerations import accelerations, corrected_accelerations
 from flexmb.system.program import evaluate
@@ -43,7 +42,7 @@ def change_of_velocities(program, work, v, h):
         largest = max(largest, abs(change))
     if largest > 0.0:
         lu_solve(work.S, program.pattern, v.right)
-        if not np.all(np.isfinite(v.right)):  # factors of a trial beyond the end of an equation: velocities stay
+        if not all_finite(v.right):  # factors of a trial beyond the end of an equation: velocities stay
             return
         for i in range(len(v.u)):
             v.change[i] = v.right[i]
@@ -102,18 +101,18 @@ def settle_short_step(program, work, v, c, h):
         found = corrected_accelerations(program, state, work, v.right)
     else:
         found = accelerations(program, state, work, v.right, max(c.sweeps, 2)) < 0
-    found = found and np.all(np.isfinite(a)) and np.all(np.isfinite(lam))
+    found = found and all_finite(a) and all_finite(lam)
     if found:
-        v.body_a[:] = a
-        v.lam1[:] = lam
-        v.a1[:] = a
-        v.d[:] = v.body_u
+        copy_into(v.body_a, a)
+        copy_into(v.lam1, lam)
+        copy_into(v.a1, a)
+        copy_into(v.d, v.body_u)
         to_world_axes(v.world, v.q1, v.d, v.a1)
         for i in range(len(v.a1)):
             v.alg1[i] = v.a1[i] + v.slope[i] * h
     work.weights[0].wanted = 0
     evaluate(program, State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals), work)
-    v.powers[:] = powers(work.energy)
+    write_powers(work.energy, v.powers)
     return found
 
 
@@ -150,17 +149,17 @@ def write_sample(program, work, v, c, u, a, lam):
     for i in range(len(u)):
         v.d[i] = v.u[i] + v.change[i]
     to_body_axes(v.world, v.q, v.d, v.a, u, a)
-    lam[:] = v.lam
+    copy_into(lam, v.lam)
     if c.sweeps == 0:
         return
     if c.friction:
         to_body_axes(v.world, v.q, v.u, v.a, v.body_u, v.body_a)
         state = State(v.run[0].t, v.q, v.body_u, v.body_a, lam, v.signals)
         found = corrected_accelerations(program, state, work, v.right)
-        a[:] = v.body_a
+        copy_into(a, v.body_a)
     else:
         state = State(v.run[0].t, v.q, u, a, lam, v.signals)
         found = accelerations(program, state, work, v.right, c.sweeps) < 0
-    if not found or not np.all(np.isfinite(a)) or not np.all(np.isfinite(lam)):
+    if not (found and all_finite(a) and all_finite(lam)):
         to_body_axes(v.world, v.q, v.d, v.a, u, a)
-        lam[:] = v.lam
+        copy_into(lam, v.lam)

@@ -16,6 +16,7 @@ from flexmb.integrate.explicit.steps import STAGES, STEPS, call_accepting, call_
 from flexmb.integrate.runs.patience import PAUSED
 from flexmb.integrate.runs.switches import Switching, allowed, keep_switches, read_switches
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.plain_loops import all_finite
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
 from flexmb.math.tables import COUNT, NUMBER, WORK, State
@@ -36,7 +37,7 @@ def _rates(program, work, tree, s, t, stage):
     """Write the rates of s.y1 to s.K[stage]; return if they are numbers."""
     s.run[0].evaluations += 1
     call_rates(s.run[0].rates, program, work, tree, s, t, stage)
-    return s.run[0].finite == 1 and np.all(np.isfinite(s.K[stage]))
+    return s.run[0].finite == 1 and all_finite(s.K[stage])
 
 
 @kernel
@@ -85,7 +86,7 @@ def _accept(program, work, tree, s, h):
     """Make the end of a step the start of the next, on the constraints; return if its rates are numbers and settled."""
     s.run[0].t += h
     call_accepting(s.run[0].accepting, program, work, tree, s, h)
-    return s.run[0].finite == 1 and s.run[0].settled == 1 and np.all(np.isfinite(s.K[0]))
+    return s.run[0].finite == 1 and s.run[0].settled == 1 and all_finite(s.K[0])
 
 
 @inner_kernel

@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.plain_loops import copy_into
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
 from flexmb.math.switches import (
     COLUMNS,
@@ -283,7 +284,8 @@ def _left_piece(a, b, h, span, limits):
 @inner_kernel
 def _swept(program, sw, h, floor):
     """Return the part of a step that may be taken by the kinds that follow their surfaces through it."""
-    part = np.full(1, LONGEST)
+    part = np.empty(1)
+    part[0] = LONGEST
     first = 0
     for k in range(len(sw.kinds)):
         last = first + sw.kinds[k, 3]
@@ -396,5 +398,5 @@ def keep_switches(sw, h):
                     if a[0] == GAP or a[0] == DISTANCE:
                         sw.limits[0].closed = 1
                     sw.touched[n] += abs(_rate(b) - _rate(a))
-        sw.now[n] = b
+        copy_into(sw.now[n], b)
     return JUMPED if jumped else BENT if changed else SAME

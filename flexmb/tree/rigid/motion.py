@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.math.energies import clear_energy
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.plain_loops import largest_size
 from flexmb.math.rotations import euler_product, exp_euler
 from flexmb.math.structures import array_type
 from flexmb.math.tables import FLOATS, INTEGERS, NUMBER, WORK, State, caller, pointer_kernel, void
@@ -291,7 +292,7 @@ def closure(tree, work, t, bounds, gaps, level):
         if largest <= 1.0 and turn > 0:
             break
         _changes(tree)
-        stride = np.max(np.abs(tree.a))
+        stride = largest_size(tree.a)
         _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
     for _ in range(2):
         _closing_rates(tree, c, work, False)
