@@ -38,8 +38,8 @@ def touching() -> fmb.Solution:
     names = ("ball", "second", "box", "other", "rod")
     heights = (0.1001, 0.3003, 0.1001, 0.3003, 0.0501)
     body = {"mass": 1.0, "inertia": (4e-3, 4e-3, 4e-3), "velocity": (0.1, 0, 0)}
-    shapes = (fmb.Sphere(radius=0.1),) * 2 + (fmb.Cuboid(size=(0.2, 0.2, 0.2)),) * 2
-    shapes += (fmb.Cylinder(radius=0.05, length=0.4),)
+    ball, box = fmb.Sphere(radius=0.1), fmb.Cuboid(size=(0.2, 0.2, 0.2))
+    shapes = (ball, ball, box, box, fmb.Cylinder(radius=0.05, length=0.4))
     law = {"friction": 0.3, "restitution": 0.0}
     return fmb.simulate(
         fmb.Model(
