@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -140,6 +141,30 @@ def test_what_is_not_located_is_noted():
     many = [formula(" + ".join(f"max(x - {k + n}, 0)" for k in range(0, 201, 3) if k + n < 201)) for n in range(3)]
     solution = fmb.simulate(rail(many[0] + many[1] + many[2], -0.3), 0.01, samples=2)
     assert any("have 201 kinks and jumps; steps end at the first 200" in note for note in solution.statistics["notes"])
+
+
+@pytest.mark.parametrize("integrator", EVERY, ids=lambda one: type(one).__name__)
+def test_a_table_over_two_signals_is_located(integrator):
+    """A ridge of 1 ms over place, half as high at the second signal: its work is kinetic energy."""
+    places = [0.0, 0.5 - WIDTH, 0.5, 0.5 + WIDTH, 2.0]
+    ridge = [[0.0, 0.0], [0.0, 0.0], [0.0, 4000.0], [0.0, 0.0], [0.0, 0.0]]
+    effort = fmb.table2(places, [0.0, 1.0], ridge, of=(PLACE, 0.5), kind="linear")
+    run = fmb.simulate(rail(effort, 0.0, 1.0), 1.0, samples=11, integrator=integrator)
+    assert run["v"][-1, 0] == pytest.approx(np.sqrt(1.0 + 2.0 * 2000.0 * WIDTH / MASS), abs=1e-4)
+
+
+@pytest.mark.parametrize(("integrator", "t_end"), [(ALPHA, 0.7), (IMPLICIT, 0.503)], ids=["alpha", "implicit"])
+def test_a_sign_that_chatters_at_rest_is_told(integrator, t_end):
+    """Friction as a formula stops a cart after 0.5 s, and holds nothing then; smooth friction is not told of."""
+    for law, chatters in (("-4*sign(v)", True), ("-4*tanh(v/0.001)", False)):
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            run = fmb.simulate(rail(formula(law), 0.0, 1.0), t_end, samples=3, integrator=integrator)
+        sentences = [str(one.message) for one in found if "chatters" in str(one.message)]
+        assert bool(sentences) == chatters
+        assert run["x"][-1] == pytest.approx(0.25, abs=1e-3)  # v^2 m / (2 F)
+        if chatters:
+            assert sentences[0].startswith("Force 'motor': its formula has passed one jump or kink ")
 
 
 def test_measured_quantities_are_compared_in_formulas_but_not_in_equations():

@@ -13,6 +13,7 @@ from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWar
 from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
+from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
@@ -284,7 +285,8 @@ class Phases:
         self._count()
         if self.energy is not None:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
-            self.validity.tell(self.energy.sentences(steps))
+            chatters = chattering(system, getattr(self.variables, "switching", None), steps)
+            self.validity.tell([*self.energy.sentences(steps), *chatters])
             self.validity.note(self.energy.notes(steps))
         self.validity.tell([*self._divided(), *sentences_about(self.jumps)])
         tell_of(self.integrator, system, self.variables, self.statistics, self.validity)

@@ -13,6 +13,7 @@ from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
+from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import Scratch, first_contradiction
 from flexmb.integrate.runs.energy_watch import EnergyWatch
@@ -316,7 +317,8 @@ class SteppedPhase:
         if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
             self.error_told = True
             validity.tell(sentences)
-        validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps)])
+        chatters = chattering(self.system, getattr(self.variables, "switching", None), steps)
+        validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps), *chatters])
         validity.note(self.energy.notes(steps))
 
 

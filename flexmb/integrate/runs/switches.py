@@ -71,6 +71,8 @@ class Switching(NamedTuple):
     """(n,) m/s, sum of the changes of speed in steps during which a contact was closed"""
     spans: Floats
     """(n,) by how much numbers of formulas change in a step, lately"""
+    passed: Floats
+    """(n,) how many times a formula has passed its jump"""
 
 
 PAST, NEAR_END = 2.0, 4.0
@@ -96,6 +98,7 @@ def new_switching(
         limits=SwitchLimits.table(floor=floor, share=floor / system.lengths.whole, impact=impact, slip=slip, blur=blur),
         touched=np.zeros(n),
         spans=np.zeros(n),
+        passed=np.zeros(n),
     )
     read_switches(system.program, sw, state, work)
     sw.now[:] = sw.then
@@ -385,6 +388,7 @@ def keep_switches(sw, h):
             if a[FORMULA] > 0.0:
                 if _formula_changed(a, b, h, sw.limits):
                     changed, jumped = True, jumped or a[0] == CROSSING
+                    sw.passed[n] += 1.0
                 sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
             elif a[0] == TURN:
                 if _turned_over(a, b):
