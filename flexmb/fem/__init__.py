@@ -10,6 +10,7 @@ from flexmb.fem.links.links import with_averaging_link, with_node, with_rigid_li
 from flexmb.fem.matrices.from_matrices import from_matrices
 from flexmb.fem.matrices.read_matrices import read_matrices, write_matrices
 from flexmb.fem.measured_modes import MeasuredModes, modal_assurance, read_measured_modes
+from flexmb.fem.measured_responses import MeasuredResponse, read_measured_responses
 from flexmb.fem.meshes.mesh import Mesh, MeshWarning
 from flexmb.fem.meshes.read_mesh import read_mesh
 from flexmb.fem.shells.shell import shell
@@ -28,6 +29,7 @@ __all__ = [
     "ElementBlock",
     "FEModel",
     "MeasuredModes",
+    "MeasuredResponse",
     "Mesh",
     "MeshWarning",
     "Modes",
@@ -46,6 +48,7 @@ __all__ = [
     "read_deck",
     "read_matrices",
     "read_measured_modes",
+    "read_measured_responses",
     "read_mesh",
     "read_surface",
     "shell",

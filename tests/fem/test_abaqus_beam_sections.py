@@ -156,3 +156,26 @@ def test_parameters_are_used_told_or_without_effect(tmp_path, more, behind, word
         assert not told
     else:
         assert re.search(words, told), told
+
+
+TABLE = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT, TYPE=SPRINGA, ELSET=K\n1, 1, 2\n*SPRING, ELSET=K, NONLINEAR\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("0., 0.\n10., 1.\n100., 20.", 10.0),
+        ("-6., -2.\n-4., -1.\n6., 1.\n9., 4.", 5.0),
+        ("-3., -1.\n0., 0.\n5., 1.", 4.0),
+    ],
+)
+def test_springs_with_tables_have_the_slope_at_rest(tmp_path, table, expected):
+    """*SPRING, NONLINEAR: rows of force and elongation; the force of the last row was taken for the stiffness."""
+    fe = read(tmp_path, f"{TABLE}\n{table}\n*ELEMENT, TYPE=MASS, ELSET=M\n2, 2\n*MASS, ELSET=M\n1.\n")
+    assert fe.K.toarray().max() == pytest.approx(expected)
+    assert "slope at rest" in "; ".join(fe.source["approximated"])
+
+
+def test_springs_with_tables_of_nothing_are_refused(tmp_path):
+    with pytest.raises(MeshError, match=r"a table of 2 rows.*rising, about 0"):
+        read(tmp_path, f"{TABLE}\n5., 1.\n6., 2.\n")

@@ -66,7 +66,7 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
         if len(nodes) < ends_of:
             raise block.wrong(f"element {element.label} of type {element.kind} with {len(nodes)} nodes", f"{ends_of}")
         if element.kind in ("SPRINGA", "DASHPOTA"):
-            value = block.reals(next((row for row in rows[::-1] if any(row)), [])[:1], 1)[0]
+            value = _value(block, [row for row in rows if any(row)], deck)
             along = deck.points[nodes[1]] - deck.points[nodes[0]]
             size = np.linalg.norm(along)
             if not size > 0.0:
@@ -75,13 +75,36 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
         else:
             if len(rows) < 2:
                 raise block.wrong("no line of directions", "directions, then the value")
-            directions, value = block.integers(rows[0], 1), block.reals(rows[1][:1], 1)[0]
+            directions, value = (
+                block.integers(rows[0], 1),
+                _value(block, rows[1:] if "NONLINEAR" in block.parameters else rows[1:2], deck),
+            )
             if not all(1 <= d <= 6 for d in directions):
                 raise block.wrong(f"directions '{', '.join(rows[0])}'", "numbers 1 to 6")
             ends = [rows_of(n, [d - 1], frames)[0] for n, d in zip(nodes, directions * 2, strict=False)]
             row = np.concatenate([(-1.0) ** i * end for i, end in enumerate(ends)])
             nodes = nodes[: len(ends)]
         _lump(deck, kind, nodes, value * np.outer(row, row), f"*{block.name}")
+
+
+def _value(block: Block, rows: list[list[str]], deck: Deck) -> float:
+    """Return stiffness or damping: a number, or the slope of a table of (force, elongation or its rate) at rest.
+
+    Where the table has a corner there it is the mean of both sides.
+    """
+    if "NONLINEAR" not in block.parameters:
+        return block.reals(rows[-1][:1] if rows else [], 1)[0]
+    table = [block.reals(words[:2], 2) for words in rows if any(words)]
+    places = np.array([place for _, place in table])
+    forces = np.array([force for force, _ in table])
+    if len(table) < 2 or (np.diff(places) <= 0.0).any() or not places[0] <= 0.0 <= places[-1]:
+        raise block.wrong(
+            f"a table of {len(table)} rows from {places.tolist()[:1]}", "force and elongation, rising, about 0"
+        )
+    slopes = np.diff(forces) / np.diff(places)
+    beside = (places[:-1] <= 0.0) & (places[1:] >= 0.0)
+    deck.inventory.approximated[f"*{block.name}, NONLINEAR, by its slope at rest"] += 1
+    return float(slopes[beside].mean())
 
 
 def _once(block: Block, scope: str, flat: Flat) -> list[int]:

@@ -26,6 +26,8 @@ OLD_GROUPS = (752, 2417, 2429, 2430, 2432)
 BEAMS = (11, 21, 22, 23, 24)
 """Descriptors of elements with a line for orientation and sections."""
 PIPES = (31, 32)
+BINARY_END = re.compile(rb" {4}-1[ \t]*\r?$", re.MULTILINE)
+"""Behind bytes there may be no end of a line."""
 DELIMITER = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
 
 
@@ -84,7 +86,7 @@ def datasets(path: Path, part: str):
         if word[2]:
             fields = head[word.end() :].split()
             place += int(fields[3])  # the text before the binary numbers has line ends of its own
-        end = DELIMITER.search(data, place)
+        end = (BINARY_END if word[2] else DELIMITER).search(data, place)
         if end is None:
             raise damaged(part, f"the dataset {int(word[1])} without its end", "a line -1 behind it")
         place = end.end()
