@@ -10,189 +10,19 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.contact_laws import ContactLaw
-from flexmb.forces.contact_wrench import act_at_contact
-from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
+from flexmb.forces.surface_checks import check_pair, check_rigid, check_skins, check_two_bodies, kind_of
+from flexmb.forces.surface_rows import PAIR_STRIDE, ROW, apply, sweep, switch
 from flexmb.forces.surface_spots import sampled_points, surface_spots
-from flexmb.math.kernel import inner_kernel
-from flexmb.math.switches import GAP, IDLE, SLIP, sweep_kernel, switch_kernel
-from flexmb.math.tables import DAMPED, row_kernel
-from flexmb.math.vectors import cross, dot
 from flexmb.model.kinds import Force
 from flexmb.model.spots import Spots
 from flexmb.model.table import Table
-from flexmb.surfaces.advancement import first_touch
-from flexmb.surfaces.detection import find_areas, find_closest, nearest_sample
 from flexmb.surfaces.patch import Patch
-from flexmb.surfaces.records import CONTACT, REACH
 from flexmb.surfaces.skin_surface import pieces_of
 
-__all__ = ["PAIR_STRIDE", "SurfaceContact"]
+__all__ = ["MOST_PAIRS", "PAIR_STRIDE", "SurfaceContact"]
 
 MOST_PAIRS = 5000
-
-
-def _kind(surface) -> str:
-    return type(surface.shape).__name__
-
-
-ROW = np.dtype(
-    [
-        ("pairs", np.int64),  # where the pairs of surfaces begin in the bulk data, `PAIR_STRIDE` numbers each
-        ("count", np.int64),  # how many they are
-        ("switches", np.int64),  # two of each pair
-        ("capacity", np.int64),  # most contacts of a pair, and one more
-        ("law", np.int64),
-        ("stiffness", float),  # N/m^e, or per area
-        ("exponent", float),
-        ("damping", float),  # s/m
-        ("friction", float),
-        ("transition", float),  # m/s
-        ("restitution", float),
-    ],
-    align=True,
-)
-PAIR_STRIDE = 8
-"""Marker of a and of b, number of the pair in the matrix, place of surface a and of b in the bulk data, most contacts,
-weight of the gap among the switches (0: one of many points), 0."""
-
-
-@inner_kernel
-def _found(row, data, at_a, at_b, margin, d, Q, contacts):
-    """Write the contacts of a pair; return how many."""
-    if row.law == 0:
-        return find_areas(data, at_a, at_b, margin, d, Q, contacts)
-    return find_closest(data, at_a, at_b, margin, d, Q, contacts)
-
-
-@inner_kernel
-def _far(a, b, reach):
-    """Are two markers farther apart than the balls around their surfaces reach?"""
-    square = 0.0
-    for i in range(3):
-        square += (b.r[i] - a.r[i]) ** 2
-    return square >= reach * reach
-
-
-@inner_kernel
-def _act_as_kept(row, data, state, work):
-    """Let the wrenches act on markers that a method found for its rigid contacts; they stand in the last coordinates.
-
-    A method of impulses has none there while it looks for them.
-    """
-    first = len(state.q) - len(work.branches)
-    for k in range(row.count):
-        at = row.pairs + PAIR_STRIDE * k
-        marker, branch = work.markers[int(data[at])], int(data[at + 1])
-        for i in range(6):
-            wrench = state.q[first + branch + i]
-            marker.wrench[i] += wrench
-            work.branches[branch + i] = wrench
-
-
-@row_kernel
-def apply(raw, data, state, work):
-    """Force and friction at every contact, eq. (surface-contact), as a wrench on the markers of the surfaces."""
-    rows = raw.view(ROW)
-    motion = np.empty(9)
-    Q = np.empty((3, 3))
-    f = np.empty(6)
-    K = np.empty((6, 6))
-    C = np.empty((6, 6))
-    for m in range(rows.shape[0]):
-        row = rows[m]
-        if row.law > 1:
-            _act_as_kept(row, data, state, work)
-            continue
-        contacts = np.empty(row.capacity, CONTACT)
-        wanted = work.weights[0].wanted == 1
-        for k in range(row.count):
-            at = row.pairs + PAIR_STRIDE * k
-            a, b = work.markers[int(data[at])], work.markers[int(data[at + 1])]
-            at_a, at_b = int(data[at + 3]), int(data[at + 4])
-            if wanted:
-                # most pairs touch nothing: their blocks need neither clearing nor adding
-                work.pairs[int(data[at + 2])].active = 0
-            if _far(a, b, data[at_a + REACH] + data[at_b + REACH]):
-                continue
-            relative_motion(a, b, motion, Q)
-            count = _found(row, data, at_a, at_b, 0.0, motion[0:3], Q, contacts)
-            if count == 0:
-                continue
-            f[:] = 0.0
-            K[:] = 0.0
-            C[:] = 0.0
-            for c in range(count):
-                act_at_contact(row, contacts[c], motion, wanted, f, K, C, work.energy)
-            act_relative(a, b, f)
-            if wanted:
-                pair = work.pairs[int(data[at + 2])]
-                pair.active = DAMPED
-                pair.K[:] = 0.0
-                pair.D[:] = 0.0
-                add_relative_tangent(pair, a, b, f, K, C)
-
-
-@switch_kernel
-def switch(raw, data, state, work, out):
-    """The least gap of every pair, and the slip where it touches."""
-    rows = raw.view(ROW)
-    motion = np.empty(9)
-    Q = np.empty((3, 3))
-    u = np.empty(3)
-    lever = np.empty(3)
-    contacts = np.empty(2, CONTACT)
-    first = 0
-    for m in range(rows.shape[0]):
-        row = rows[m]
-        for k in range(row.count):
-            gap, slip = out[first + 2 * k], out[first + 2 * k + 1]
-            gap[:] = 0.0
-            slip[:] = 0.0
-            gap[0], slip[0] = IDLE, IDLE
-            if row.law > 1:
-                continue
-            at = row.pairs + PAIR_STRIDE * k
-            relative_motion(work.markers[int(data[at])], work.markers[int(data[at + 1])], motion, Q)
-            at_a, at_b = int(data[at + 3]), int(data[at + 4])
-            if row.law == 0:
-                nearest_sample(data, at_a, at_b, np.inf, motion[0:3], Q, contacts)
-            else:
-                find_closest(data, at_a, at_b, np.inf, motion[0:3], Q, contacts)
-            nearest = contacts[0]
-            for i in range(3):
-                lever[i] = nearest.x[i] - motion[i]
-            cross(motion[6:9], lever, u)
-            for i in range(3):
-                u[i] += motion[3 + i]
-            rate = dot(nearest.n, u)
-            gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, data[at + 6]
-            gap[10:19] = motion
-            for i in range(9):
-                gap[19 + i] = Q[i // 3, i % 3]
-            if nearest.gap < 0.0 and row.friction > 0.0:
-                slip[0], slip[8] = SLIP, row.transition
-                for i in range(3):
-                    slip[4 + i] = u[i] - rate * nearest.n[i]
-        first += 2 * row.count
-
-
-@sweep_kernel
-def sweep(raw, data, now, then, h, floor, part):
-    """Contacts that begin and end within a step."""
-    rows = raw.view(ROW)
-    contacts = np.empty(2, CONTACT)
-    first = 0
-    for m in range(rows.shape[0]):
-        row = rows[m]
-        for k in range(row.count):
-            a, b = now[first + 2 * k], then[first + 2 * k]
-            if a[0] == GAP and b[0] == GAP and a[1] > 0.0 and b[1] > 0.0:
-                at = row.pairs + PAIR_STRIDE * k
-                at_a, at_b = int(data[at + 3]), int(data[at + 4])
-                touch = first_touch(data, row.law == 0, at_a, at_b, a, b, h, floor, contacts)
-                if touch < 1.0:
-                    part[0] = min(part[0], touch)
-        first += 2 * row.count
+"""Pairs of surfaces that have their own places in the iteration matrix; more are a crowd."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,109 +87,42 @@ class SurfaceContact(Force):
         first, second = self.groups
         return pieces_of(model, first, self.title), pieces_of(model, second, self.title)
 
+    def crowded(self, model) -> bool:
+        """Are there so many pairs that those near each other are looked for?"""
+        first, second = self._surfaces(model)
+        return not self.impulsive and len(first) * len(second) > MOST_PAIRS
+
     def check(self, model) -> None:
         """Raise ModelError if a surface does not exist, none can touch, or the law cannot be used for a pair."""
-        self._check_skins(*(next((s for s in g if _kind(s) == "Patch"), None) for g in self._surfaces(model)))
-        if self.impulsive:
-            self._check_rigid(model)
-            return
-        pairs = self.pairs(model)
-        if not pairs:
-            raise ModelError(
-                self.title,
-                found=f"surfaces = {self.surfaces!r}, all on one body",
-                expected="surfaces of two bodies",
-                remedy="A body does not touch itself: name the surface of another one",
-            )
-        if len(pairs) > MOST_PAIRS:
-            raise ModelError(
-                self.title,
-                found=f"{len(pairs)} pairs of surfaces",
-                expected=f"at most {MOST_PAIRS}: each has its places in the iteration matrix",
-                remedy="Name smaller groups, of surfaces that can meet",
-            )
-        for a, b in pairs:
-            self._check_pair(a, b)
-
-    def _check_rigid(self, model) -> None:
-        """Raise ModelError if a surface does not exist, or all are on one body or on the ground."""
         groups = self._surfaces(model)
-        bodies = [{surface.marker.partition(".")[0] for surface in group} for group in groups]
-        both = bodies[0] | bodies[1]
-        if len(both) == 1:
-            raise ModelError(
-                self.title,
-                found=f"surfaces = {self.surfaces!r}, all on one body",
-                expected="surfaces of two bodies",
-                remedy="A body does not touch itself: name the surface of another one",
-            )
-        endless = [[s for s in group if not np.isfinite(s.shape.reach)] for group in groups]
-        if endless[0] and endless[1]:
-            self._check_pair(endless[0][0], endless[1][0])
-        self._check_points(groups)
+        check_skins(self, groups)
+        if self.impulsive:
+            check_rigid(self, groups)
+            return
+        check_two_bodies(self, groups)
+        for a, b in self._unlike_pairs(groups) if self.crowded(model) else self.pairs(model):
+            check_pair(self, a, b)
 
-    def _check_pair(self, a, b) -> None:
-        if all(not np.isfinite(s.shape.reach) for s in (a, b)):
-            raise ModelError(
-                self.title,
-                found=f"'{a.name}' and '{b.name}' are both half-spaces",
-                expected="at most one surface without end",
-                remedy="Use a Cuboid",
-            )
-        if self.law.sampled and a.spacing is None and b.spacing is None:
-            raise ModelError(
-                self.title,
-                found=f"neither '{a.name}' nor '{b.name}' is sampled",
-                expected="a spacing of at least one of them: the law acts on areas",
-                remedy=f"Give the smaller one a spacing: fmb.Surface('{b.name}', ..., spacing=1e-3)",
-            )
-        if self.law.code == 1 and ({_kind(a), _kind(b)} == {"Sphere", "Patch"} or "Sphere" not in (_kind(a), _kind(b))):
-            raise ModelError(
-                self.title,
-                found=f"'{a.name}' is a {type(a.shape).__name__}, '{b.name}' a {type(b.shape).__name__}",
-                expected="a Sphere with the law of Hertz, and a Surface as the other",
-                remedy="Use ElasticFoundation",
-            )
-
-    def _check_skins(self, a, b) -> None:
-        """Raise ModelError if both sides are pieces of skins."""
-        if a is not None and b is not None:
-            raise ModelError(
-                self.title,
-                found=f"'{a.name}' and '{b.name}' are both points of skins",
-                expected="a Surface on one side: points of a skin need the distance from a solid",
-                remedy="Two skins meet by a SkinContact",
-            )
-
-    def _check_points(self, groups) -> None:
-        """Raise ModelError if surfaces would meet between the points at which a rigid law acts."""
-        for own, others in (groups, groups[::-1]):
-            blunt = next((s for s in own if np.isfinite(s.shape.reach) and not len(s.shape.corners()[0])), None)
-            fits = ("Sphere", "Patch", "Plane") if blunt and _kind(blunt) == "Cylinder" else ("Sphere", "Patch")
-            rest = next((s for s in others if _kind(s) not in fits), None)
-            if blunt and rest:
-                raise ModelError(
-                    self.title,
-                    found=f"'{blunt.name}' is a {_kind(blunt)}, which has no corners; '{rest.name}' a {_kind(rest)}",
-                    expected="with a rigid law, which acts at points: corners, a Sphere, or a Cylinder on a Plane",
-                    remedy="Use a Hull of points on both rims, an ExtrudedProfile of a Disc, or ElasticFoundation",
-                )
-        capsules = [next((s.name for s in group if _kind(s) == "Capsule"), "") for group in groups]
-        if all(capsules):
-            raise ModelError(
-                self.title,
-                found=f"'{capsules[0]}' and '{capsules[1]}' are both capsules",
-                expected="a Capsule on one side only with a rigid law, which looks at its ends",
-                remedy="Describe one side by spheres on a line, or use ElasticFoundation",
-            )
+    def _unlike_pairs(self, groups) -> list[tuple[Any, Any]]:
+        """Return pairs of surfaces of different bodies, of each kind that may meet another one."""
+        some: list[dict[Any, Any]] = [{}, {}]
+        for found, group in zip(some, groups, strict=True):
+            for s in group:  # two of every kind, of different bodies
+                key, body = (kind_of(s), s.spacing is None), s.marker.partition(".")[0]
+                first = found.setdefault((*key, 0), s)
+                if first.marker.partition(".")[0] != body:
+                    found.setdefault((*key, 1), s)
+        both = [(a, b) for a in some[0].values() for b in some[1].values()]
+        return [(a, b) for a, b in both if a.marker.partition(".")[0] != b.marker.partition(".")[0]]
 
     def unseen_in(self, model) -> str:
         """Return that edges that cross are not seen, for a rigid law where there are some."""
         groups = self._surfaces(model)
         edged = [
-            next((s.name for s in group if np.isfinite(s.shape.reach) and _kind(s) != "Sphere"), "") for group in groups
+            next((s.name for s in group if np.isfinite(s.shape.reach) and kind_of(s) != "Sphere"), "")
+            for group in groups
         ]
-        boxes = all(_kind(s) in ("Cuboid", "Plane", "Sphere") for group in groups for s in group)
+        boxes = all(kind_of(s) in ("Cuboid", "Plane", "Sphere") for group in groups for s in group)
         if not self.impulsive or not all(edged) or boxes:
             return ""
         return (
@@ -404,6 +167,8 @@ class SurfaceContact(Force):
         """Return the row."""
         if self.impulsive:
             return self._kept_record(compiler)
+        if self.crowded(compiler.model):
+            return self._crowd_record(compiler)
         table, capacity = [], 1
         for pair in self.pairs(compiler.model):
             (a, at_a), (b, at_b) = (compiler.surface(surface) for surface in pair)
@@ -413,8 +178,31 @@ class SurfaceContact(Force):
             table.append([a, b, compiler.pair(a, b, alone=True), at_a, at_b, most, weight, 0])
         at = compiler.bulk(np.array(table, float))
         numbers = self.law.numbers()
-        own = {"pairs": at, "count": len(table), "switches": 2 * len(table), "capacity": capacity}
+        own = {"pairs": at, "count": len(table), "crowd": 0, "switches": 2 * len(table), "capacity": capacity}
         return {**own, "law": self.law.code, **numbers}
+
+    def members(self, model) -> tuple[list[Any], np.ndarray, np.ndarray]:
+        """Return all surfaces, each once, their groups (1, 2 or both: 3), and the numbers of their bodies."""
+        groups = self._surfaces(model)
+        surfaces = list({s.name: s for group in groups for s in group}.values())
+        named = [{s.name for s in group} for group in groups]
+        side = np.array([(s.name in named[0]) + 2 * (s.name in named[1]) for s in surfaces], np.int64)
+        bodies: dict[str, int] = {}
+        body = np.array([bodies.setdefault(s.marker.partition(".")[0], len(bodies)) for s in surfaces], np.int64)
+        return surfaces, side, body
+
+    def _crowd_record(self, compiler) -> dict[str, Any]:
+        """Return the row of a crowd, see `flexmb.forces.crowd`."""
+        surfaces, side, body = self.members(compiler.model)
+        table = []
+        for s, groups, number in zip(surfaces, side, body, strict=True):
+            marker, place = compiler.surface(s)
+            table.append([marker, place, groups, number, compiler.pair(marker, marker)])
+        samples = sorted(len(s.points[0]) for s in surfaces)[-2:]
+        at = compiler.bulk(np.array(table, float))
+        own = {"pairs": at, "count": len(table), "crowd": 1, "switches": len(table)}
+        most = sum(samples) if self.law.sampled else 1
+        return {**own, "capacity": most + 1, "law": self.law.code, **self.law.numbers()}
 
     def _kept_record(self, compiler) -> dict[str, Any]:
         """Return the row of a rigid law, with a place for the wrench on every marker."""
@@ -423,5 +211,5 @@ class SurfaceContact(Force):
             branches = [compiler.branch(name) for name in self.kept_names(marker)]
             table.append([compiler.marker(marker), branches[0], 0, 0, 0, 0, 0, 0])
         at = compiler.bulk(np.array(table, float))
-        own = {"pairs": at, "count": len(table), "switches": 0, "capacity": 1, "law": self.law.code}
+        own = {"pairs": at, "count": len(table), "crowd": 0, "switches": 0, "capacity": 1, "law": self.law.code}
         return {**own, **self.law.numbers()}

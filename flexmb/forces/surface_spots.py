@@ -8,7 +8,8 @@ import numpy as np
 
 from flexmb.model.spots import ALONE, Spots
 from flexmb.surfaces.detection import find_areas, find_closest
-from flexmb.surfaces.records import CONTACT, HEADER
+from flexmb.surfaces.neighbours import near_among
+from flexmb.surfaces.records import CONTACT, FAR, HEADER
 
 __all__ = ["sampled_points", "surface_spots"]
 
@@ -16,11 +17,23 @@ __all__ = ["sampled_points", "surface_spots"]
 def _sampled(force, model) -> dict[str, tuple]:
     """Return the sampled surfaces of a contact by name, each with the number of its first point, in order."""
     found, first = {}, 0
-    for surface in (surface for pair in force.pairs(model) for surface in pair):
+    surfaces = force.members(model)[0] if force.crowded(model) else [s for pair in force.pairs(model) for s in pair]
+    for surface in surfaces:
         if len(surface.points[0]) and surface.name not in found:
             found[surface.name] = surface, first
             first += len(surface.points[0])
     return found
+
+
+def _near(force, series) -> list[tuple]:
+    """Return the pairs of surfaces of a crowd that are near each other at any sample."""
+    surfaces, side, body = force.members(series.model)
+    reach = np.array([min(s.shape.reach, FAR) for s in surfaces])
+    places = np.stack([series.marker(s.marker).r for s in surfaces], axis=1)
+    found: dict[tuple[int, int], None] = {}
+    for at in places:
+        found |= dict.fromkeys(map(tuple, near_among(np.ascontiguousarray(at), reach, side, body).tolist()))
+    return [(surfaces[i], surfaces[j]) for i, j in sorted(found)]
 
 
 def sampled_points(force, model) -> tuple[list[str], np.ndarray]:
@@ -40,7 +53,7 @@ def surface_spots(force, series) -> Iterator[Spots]:
     own = law.numbers()
     firsts = {name: first for name, (_, first) in _sampled(force, model).items()}
     pairs = []
-    for a, b in force.pairs(model):
+    for a, b in _near(force, series) if force.crowded(model) else force.pairs(model):
         contacts = np.zeros(len(a.points[0]) + len(b.points[0]) + 2, CONTACT)
         markers = series.marker(a.marker), series.marker(b.marker)
         apart = np.linalg.norm(markers[1].r - markers[0].r, axis=1)

@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.linalg import null_space, pinv, svd
 
 from flexmb.errors import ModelError
-from flexmb.integrate.impulsive import refuse_impulses
+from flexmb.integrate.impulsive import refuse_crowds, refuse_impulses
 from flexmb.integrate.matrices import equations_at
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.udwadia import Accelerated, solve
@@ -263,6 +263,7 @@ def equations(model: Model, state: Any = None, *, as_sparse: bool = False) -> Eq
     ((7, 7), 6, ('b: |p| = 1',))
     """
     refuse_impulses(model, "equations")
+    refuse_crowds(model, "equations")
     system, start = (assemble_as_drawn if state is None else assemble)(model)
     if state is not None:
         start = given_state(state, system, "equations")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from flexmb.errors import ModelError
+from flexmb.forces.surface_contact import MOST_PAIRS
 
-__all__ = ["refuse_impulses", "require_method", "rigid_contacts"]
+__all__ = ["refuse_crowds", "refuse_impulses", "require_method", "rigid_contacts"]
 
 
 def rigid_contacts(model) -> list:
@@ -28,3 +29,15 @@ def require_method(model, integrator, asker: str) -> None:
     """Raise ModelError if a model has rigid contacts and the integrator no impulses."""
     if not getattr(integrator, "impulsive", False):
         refuse_impulses(model, f"{asker} with {type(integrator).__name__}")
+
+
+def refuse_crowds(model, asker: str) -> None:
+    """Raise ModelError if a model has a crowd of surfaces, whose tangent is incomplete, and the asker needs it."""
+    for force in model.forces:
+        if getattr(force, "crowded", None) and force.crowded(model):
+            raise ModelError(
+                force.title,
+                found=f"a crowd of surfaces, and {asker}, which needs the derivatives of every contact by both bodies",
+                expected=f"at most {MOST_PAIRS} pairs of surfaces",
+                remedy="Name smaller groups, of surfaces that can meet, in several contacts",
+            )

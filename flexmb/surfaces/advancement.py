@@ -15,7 +15,7 @@ from flexmb.math.vectors import dot
 from flexmb.surfaces.detection import bound_gap, find_closest, nearest_sample
 from flexmb.surfaces.records import FAR, REACH
 
-__all__ = ["first_touch"]
+__all__ = ["POSE", "first_touch"]
 
 POSE = 10
 """Where in a row of switches d, d', w (3 each) and Q (9) stand."""

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, splu
 
-from flexmb.integrate.impulsive import refuse_impulses
+from flexmb.integrate.impulsive import refuse_crowds, refuse_impulses
 from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
@@ -100,6 +100,7 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     1.592, 10.07, 28.33, ... Hz; 2 without oscillation
     """
     refuse_impulses(model, "first_frequencies")
+    refuse_crowds(model, "first_frequencies")
     system, state = (assemble_as_drawn if about is None else assemble)(model)
     refuse_holds(system, "first_frequencies")
     if about is not None:

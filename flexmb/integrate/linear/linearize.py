@@ -22,7 +22,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, ValidityWarning, did_you_mean
 from flexmb.integrate.formulations import RANK
-from flexmb.integrate.impulsive import refuse_impulses
+from flexmb.integrate.impulsive import refuse_crowds, refuse_impulses
 from flexmb.integrate.linear.imbalance import imbalance
 from flexmb.integrate.linear.independent import independent
 from flexmb.integrate.linear.observer import OWN_AXES, coefficients, constant_observer
@@ -232,6 +232,7 @@ def linearize(
         If `about` is no state of this model, an input or output does not exist, or the state of a plant moves.
     """
     refuse_impulses(model, "linearize")
+    refuse_crowds(model, "linearize")
     system, state = (assemble_as_drawn if about is None else assemble)(model)
     refuse_holds(system, "linearize")
     if about is not None:

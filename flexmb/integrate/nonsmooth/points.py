@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.nonsmooth.neighbours import FEW, LARGE, candidates, near_pairs
 from flexmb.integrate.nonsmooth.problem import POINT
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
+from flexmb.surfaces.neighbours import FEW, LARGE, candidates, near_pairs
 from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH
 from flexmb.surfaces.rod_on_plane import find_rod_on_plane, is_rod_on_plane
 from flexmb.surfaces.skin_surface import pieces_of

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexmb.integrate.nonsmooth.accelerated import accelerate
 from flexmb.integrate.nonsmooth.newton import newton
 from flexmb.integrate.nonsmooth.problem import Problem, residuals, sweep, velocity_of
 from flexmb.math.kernel import kernel
@@ -19,8 +20,10 @@ LOOK = 10
 SMALL, LONG = 600, 400
 """Rows up to which Newton's method tries soon, and sweeps after which it does with more: a matrix of many costs as much
 as hundreds of sweeps."""
+MANY, RUSH = 300, 1000
+"""Rows from which on accelerated gradients are tried first, and their steps, which count as sweeps."""
 AGAIN = 200
-"""Sweeps between two attempts of Newton's method."""
+"""Sweeps between two attempts of Newton's method, or of gradients."""
 
 
 class Solved(NamedTuple):
@@ -62,7 +65,7 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
         _velocities(p, v, xi)
         return xi
 
-    done, steps, before, tried = 0, 0, np.inf, -AGAIN
+    done, steps, before, tried, rushed = 0, 0, np.inf, -AGAIN, -AGAIN
     if not size:
         return Solved(0.0, 0, 0, 0)
     for _ in range(LEAST):  # what rests settles to rounding from step to step
@@ -81,6 +84,14 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
         rate = residual / before if before > 0.0 else 1.0
         before = residual
         slow = not rate < 0.3 and (rate >= 1.0 or np.log(goal / residual) / np.log(rate) > 3.0)
+        if slow and size > MANY and done - rushed >= AGAIN:
+            made = accelerate(p, parts, v, 0.5 * goal, min(RUSH, most - done))
+            done += made
+            rushed = done
+            before = np.inf
+            residual, worst = residuals(p, v, out)
+            if not residual > goal:
+                break
         if slow and done - tried >= AGAIN and (size <= SMALL or done >= LONG):
             tried = done
             kept_P, kept_v = p.P.copy(), v.copy()

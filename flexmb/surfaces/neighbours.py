@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.surfaces.records import FAR
 
-__all__ = ["candidates", "near_pairs"]
+__all__ = ["FEW", "LARGE", "candidates", "near_among", "near_pairs"]
 
 FEW = 3000
 """Pairs up to which all are tried."""
@@ -95,3 +96,28 @@ def near_pairs(places, reach, side, body, members, large, size, pairs):
                             found = _take(i, j, side, body, pairs, found)
                     at += 1
     return found
+
+
+@kernel
+def near_among(places, reach, side, body):
+    """Return the pairs (m, 2) of surfaces whose balls meet; arguments as those of `near_pairs`."""
+    n = len(reach)
+    # by argsort, as in the trees: numba gives the inner function of np.sort the same name, and kept code of both clashes
+    typical = reach[np.argsort(reach)[n // 2]] if n > 0 else 0.0
+    members, large = np.empty(n, np.int64), np.empty(n, np.int64)
+    few, many, widest = 0, 0, 1e-300
+    for k in range(n):
+        if reach[k] >= FAR or reach[k] > LARGE * typical:
+            large[few] = k
+            few += 1
+        else:
+            members[many] = k
+            widest = max(widest, reach[k])
+            many += 1
+    pairs = np.empty((8 * n, 2), np.int64)
+    while True:
+        size = 2.0 * widest * (1.0 + 1e-9)
+        found = near_pairs(places, reach, side, body, members[:many], large[:few], size, pairs)
+        if found <= len(pairs):
+            return pairs[:found]
+        pairs = np.empty((2 * found, 2), np.int64)

@@ -1,0 +1,66 @@
+"""Heaps of many contacts, in which sweeps over the contacts pass loads on slowly."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+RADIUS = 0.05
+
+
+def pyramid(layers: int, friction: float) -> fmb.Model:
+    """Return balls of 1 kg in square layers on a floor, each above a hollow of four, all neighbours touching."""
+    at = [
+        (RADIUS * (2 * i - m + 1), RADIUS * (2 * j - m + 1), RADIUS + RADIUS * 2**0.5 * k)
+        for k, m in enumerate(range(layers, 0, -1))
+        for i in range(m)
+        for j in range(m)
+    ]
+    names = tuple(f"b{k}" for k in range(len(at)))
+    inertia = (0.4 * RADIUS**2,) * 3
+    law = fmb.Rigid(friction=friction)
+    return fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(),
+            *(fmb.RigidBody(n, mass=1.0, inertia=inertia, at=p) for n, p in zip(names, at, strict=True)),
+        ],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            *(fmb.Surface(n, marker=f"{n}.center", shape=fmb.Sphere(RADIUS)) for n in names),
+        ],
+        forces=[
+            fmb.SurfaceContact("floor", surfaces=(names, "floor"), law=law),
+            fmb.SurfaceContact("heap", surfaces=(names, names), law=law),
+        ],
+        sensors=[fmb.ForceOf("weight", force="floor")],
+    )
+
+
+def places(solution, state) -> np.ndarray:
+    """Return the places of all balls (n, 3)."""
+    return np.array([state.q[iq][:3] for iq, _ in solution.phases[0].system.body_slices.values() if iq.stop > iq.start])
+
+
+def assert_stands(layers: int, t_end: float, step: float) -> fmb.Solution:
+    """The floor carries the weight, and no ball moves further than the tolerance allows."""
+    count = layers * (layers + 1) * (2 * layers + 1) // 6
+    method = fmb.MoreauJean(step=step, tolerance=1e-6)
+    solution = fmb.simulate(pyramid(layers, 1.0), t_end, integrator=method, samples=3)
+    assert solution.status.kind == "finished"
+    np.testing.assert_allclose(np.asarray(solution["weight"])[1:, 2], -9.81 * count, rtol=1e-5)
+    moved = np.abs(places(solution, solution.final) - places(solution, solution.state(0.0))).max()
+    assert moved < 10.0 * 1e-6 * 9.81 * step * t_end
+    return solution
+
+
+def test_a_pyramid_stands():
+    """91 balls with 396 contacts: by sweeps and by Newton's method alone it took minutes, and did not always end."""
+    solution = assert_stands(6, 0.02, 5e-3)
+    assert solution.statistics["sweeps"] < 1500
+
+
+@pytest.mark.slow
+def test_a_pyramid_of_a_thousand_balls_stands_for_seconds():
+    """1015 balls with 5292 contacts."""
+    assert_stands(14, 10.0, 5e-3)
