@@ -60,7 +60,6 @@ def press_crowd(row, data, work, wanted, contacts, motion, Q, f, K, C):
     """Let all surfaces that touch press on each other, and add their derivatives by their own motions."""
     pairs = near_in_crowd(row, data, work.markers)
     blocks = np.zeros(1, PAIR)
-    block = blocks[0]
     for n in range(len(pairs)):
         first, second = row.pairs + CROWD_STRIDE * pairs[n, 0], row.pairs + CROWD_STRIDE * pairs[n, 1]
         a, b = work.markers[int(data[first])], work.markers[int(data[second])]
@@ -68,6 +67,7 @@ def press_crowd(row, data, work, wanted, contacts, motion, Q, f, K, C):
         if not press_surfaces(row, data, a, b, at_a, at_b, wanted, contacts, motion, Q, f, K, C, work.energy):
             continue
         if wanted:
+            block = blocks[0]  # within the loop: a row does not keep its table, which would be freed before
             block.K[:] = 0.0
             block.D[:] = 0.0
             add_relative_tangent(block, a, b, f, K, C)

@@ -127,7 +127,6 @@ def apply(raw, data, state, work):
     """Pressure and friction at every point inside the other skin, eq. (skin-contact)."""
     rows = raw.view(ROW)
     places, spots = np.zeros(1, PLACE), np.zeros(1, SPOT)
-    place, spot = places[0], spots[0]
     wrench = np.empty((4, 6))
     K = np.zeros((COLUMNS, COLUMNS))
     D = np.zeros((COLUMNS, COLUMNS))
@@ -139,6 +138,7 @@ def apply(raw, data, state, work):
         boxes = moved_corners(row, data, work.markers, X)
         within = row.radius + row.depth
         for k in range(row.count):
+            place, spot = places[0], spots[0]  # here: a row does not keep its table alive
             if not find_spot(row, data, work.markers, X, boxes, k, within, place, spot):
                 continue
             if place.distance >= row.radius:
@@ -152,7 +152,6 @@ def switch(raw, data, state, work, out):
     """The least gap between the skins, and the slip where they touch."""
     rows = raw.view(ROW)
     places, spots = np.zeros(1, PLACE), np.zeros(1, SPOT)
-    place, spot = places[0], spots[0]
     u = np.empty(3)
     t = np.empty(3)
     for m in range(rows.shape[0]):
@@ -165,6 +164,7 @@ def switch(raw, data, state, work, out):
         boxes = moved_corners(row, data, work.markers, X)
         least = np.inf
         for k in range(row.count):
+            place, spot = places[0], spots[0]
             # deeper points of a solid are farther from its faces
             within = max(least + row.radius, row.radius + row.depth)
             if not find_spot(row, data, work.markers, X, boxes, k, within, place, spot):
@@ -211,7 +211,6 @@ def _touching(rows, data, markers, energy):
     """Return number, depth, pressure, slip and area of all points that touch."""
     row = rows[0]
     places, spots = np.zeros(1, PLACE), np.zeros(1, SPOT)
-    place, spot = places[0], spots[0]
     wrench = np.empty((4, 6))
     unused = np.empty((0, 0))
     point = np.empty(row.count, np.int64)
@@ -220,6 +219,7 @@ def _touching(rows, data, markers, energy):
     boxes = moved_corners(row, data, markers, X)
     n = 0
     for k in range(row.count):
+        place, spot = places[0], spots[0]
         if not find_spot(row, data, markers, X, boxes, k, row.radius + row.depth, place, spot):
             continue
         if place.distance >= row.radius:

@@ -88,7 +88,7 @@ def test_more_pairs_than_the_matrix_has_places_for():
 
 @pytest.mark.parametrize(
     "integrator",
-    [fmb.GeneralizedAlpha(rtol=1e-6), fmb.Implicit(rtol=1e-6), fmb.IDA(rtol=1e-7), fmb.Explicit(rtol=1e-9)],
+    [fmb.GeneralizedAlpha(rtol=1e-8), fmb.Implicit(rtol=1e-8), fmb.IDA(rtol=1e-7), fmb.Explicit(rtol=1e-9)],
     ids=lambda method: type(method).__name__,
 )
 def test_motion_of_a_crowd_is_that_of_all_pairs(integrator, monkeypatch):
@@ -100,7 +100,7 @@ def test_motion_of_a_crowd_is_that_of_all_pairs(integrator, monkeypatch):
     closely = fmb.simulate(model, 0.3, samples=4, integrator=fmb.Explicit(rtol=1e-11, atol=1e-12))
     monkeypatch.setattr(surface_contact, "MOST_PAIRS", 0)
     crowd = fmb.simulate(model, 0.3, samples=4, integrator=integrator)
-    np.testing.assert_allclose(crowd.final.q, closely.final.q, atol=2e-5)
+    np.testing.assert_allclose(crowd.final.q, closely.final.q, atol=5e-5)
     np.testing.assert_allclose(crowd["state"][:, 0], closely["state"][:, 0], rtol=1e-2, atol=1e-2)
 
 
