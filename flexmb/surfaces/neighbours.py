@@ -102,7 +102,7 @@ def near_pairs(places, reach, side, body, members, large, size, pairs):
 def near_among(places, reach, side, body):
     """Return the pairs (m, 2) of surfaces whose balls meet; arguments as those of `near_pairs`."""
     n = len(reach)
-    # by argsort, as in the trees: numba gives the inner function of np.sort the same name, and kept code of both clashes
+    # argsort, as in the trees: numba names the inner function of np.sort alike, and kept code of both clashes
     typical = reach[np.argsort(reach)[n // 2]] if n > 0 else 0.0
     members, large = np.empty(n, np.int64), np.empty(n, np.int64)
     few, many, widest = 0, 0, 1e-300

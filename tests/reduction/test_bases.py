@@ -178,8 +178,8 @@ def test_stations_join_a_two_sided_krylov_basis(fe):
 
 
 def test_twenty_krylov_vectors_where_a_hundred_modes_lie_below():
-    """Loads at 104 to 107 kHz on the ends of a beam, whose 95th mode is there: 20 vectors leave 6e-6 of the response, 102
-    shapes of Craig & Bampton a sixth."""
+    """Loads at 104 to 107 kHz on the ends of a beam, whose 95th mode is there: 20 vectors leave 6e-6 of the response,
+    102 shapes of Craig & Bampton a sixth."""
     fe, band = planar_beam(160), np.linspace(104e3, 107e3, 7)
 
     def error(modes, basis):
