@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.forces.crowd import gaps_in_crowd
 from flexmb.integrate.runs.switches import new_switching
+from flexmb.math.switches import GAP
 from flexmb.surfaces.advancement import POSE
 from flexmb.surfaces.neighbours import near_among
 from flexmb.surfaces.records import REACH
@@ -21,7 +22,7 @@ LISTED = 6
 def overlaps(system, state) -> list[str]:
     """Return a sentence for each contact whose surfaces overlap far at a state."""
     model = system.model
-    touching = [force for force in model.forces if hasattr(force, "crowded") and not force.impulsive]
+    touching = [force for force in model.forces if hasattr(force, "spots") and not force.impulsive]
     if not touching:
         return []
     work = system.workspace()
@@ -31,6 +32,9 @@ def overlaps(system, state) -> list[str]:
     told = []
     for force in touching:
         rows = now[owners == force.title]
+        if not hasattr(force, "crowded"):
+            told += _overlap_of_skins(force, system, work, *rows[0, :2])
+            continue
         found = []
         for (a, b), gap in _gaps_in_crowd(force, model, rows) if force.crowded(model) else _gaps(force, model, rows):
             size = min(a.shape.extent, b.shape.extent)
@@ -60,3 +64,18 @@ def _gaps_in_crowd(force, model, rows):
     starts = np.concatenate([[0], np.cumsum([len(numbers) for numbers in packed])])
     gaps_in_crowd(np.concatenate(packed), starts, int(force.law.sampled), rows, pairs, gaps)
     return [((surfaces[i], surfaces[j]), gap) for (i, j), gap in zip(pairs, gaps)]
+
+
+def _overlap_of_skins(force, system, work, kind: float, gap: float) -> list[str]:
+    """Return a sentence if the deepest point of one skin lies far below the faces of the other."""
+    sizes = []
+    for body, skin in force.sides(system.model):
+        names = [f"{body.name}.{patch.marker}" for patch in body.skin_patches[skin]]
+        places = work.markers["r"][[system.marker_index[name] for name in names]]
+        sizes.append(0.5 * float(np.linalg.norm(np.ptp(places, axis=0))))
+    if kind != GAP or gap >= -DEEP * min(sizes):
+        return []
+    return [
+        f"{force.title}: at the start '{force.surfaces[0]}' lies in '{force.surfaces[1]}' by {-gap:.4g} m; expected: "
+        "skins that are apart or lightly pressed. Move the bodies apart, or let them come to rest with statics first"
+    ]

@@ -97,12 +97,14 @@ class ForceOf(_Wrench):
     def check(self, model) -> None:
         """Raise ModelError if the force or the marker does not exist."""
         force = model.force(self.force, self.title)
-        if hasattr(force, "pairs") and force.measure(model) is None:
+        if hasattr(force, "spots") and force.measure(model) is None:
+            several = hasattr(force, "pairs")
             raise ModelError(
                 self.title,
-                found=f"{force.title} acts on several second surfaces",
-                expected="one body whose wrench is meant",
-                remedy="Divide the contact into one for each second surface, or use ContactState",
+                found=f"{force.title} acts on {'several second surfaces' if several else 'many markers of a skin'}",
+                expected="one marker whose wrench is meant",
+                remedy=("Divide the contact into one for each second surface, or use" if several else "Use")
+                + " ContactState",
             )
         if self.axes is not None:
             model.marker(self.axes, self.title)

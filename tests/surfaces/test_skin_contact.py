@@ -270,6 +270,18 @@ def test_refused(beam, change, message):
         fmb.Model(bodies=model.bodies, surfaces=model.surfaces, forces=[fmb.SkinContact("touch", **fields)])
 
 
+def test_force_of_a_skin_is_refused(beam):
+    """It acts on many markers: a sensor of one would show nothing."""
+    with pytest.raises(fmb.ModelError, match=r"many markers of a skin.*ContactState"):
+        crossing(beam).with_parts(sensors=[fmb.ForceOf("F", force="touch")])
+
+
+@pytest.mark.parametrize(("gap", "told"), [(-2e-3, True), (-2e-5, False), (1e-4, False)])
+def test_skins_that_overlap_at_the_start_are_told(beam, gap, told):
+    sentences = " ".join(fmb.check(crossing(beam, gap=gap)).warnings)
+    assert ("'low' lies in 'top' by 0.002 m" in sentences) == told
+
+
 def test_boxes_follow_the_corners(rng):
     """Boxes refitted to corners that have moved find the same nearest face as looking at all of them."""
     grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(9.0), indexing="ij"), axis=2).reshape(-1, 2)

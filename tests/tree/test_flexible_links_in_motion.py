@@ -69,9 +69,9 @@ def driven_loop() -> fmb.Model:
 
 
 def falling() -> fmb.Model:
-    """Return two beams whose ends strike a floor, the second of which comes loose as its end has sunk below -0.02 m."""
+    """Return two beams near a floor and a post, the second of which comes loose as its end is 5 mm aside."""
     model = touching(-0.01, SOFT)
-    loose = fmb.Event("loose", sensor="height", column=1, below=-0.02, then=fmb.Release("j1"))
+    loose = fmb.Event("loose", sensor="height", column=1, above=0.005, then=fmb.Release("j1"))
     sensors = [fmb.Position("place", marker="f1.mid"), fmb.Position("height", marker="f1.tip")]
     return replace(model, gravity=(0, 0, -9.81), sensors=sensors, events=[loose])
 
