@@ -22,7 +22,7 @@ from flexmb.surfaces.detection import find_closest, nearest_sample
 from flexmb.surfaces.neighbours import near_among
 from flexmb.surfaces.records import CONTACT, FAR, REACH
 
-__all__ = ["CROWD_STRIDE", "gaps_in_crowd", "keep_poses", "near_in_crowd", "press_crowd", "sweep_crowd"]
+__all__ = ["CROWD_STRIDE", "gaps_in_crowd", "keep_poses", "press_crowd", "sweep_crowd"]
 
 CROWD_STRIDE = 5
 
@@ -42,8 +42,8 @@ def _reach(row, data, k):
     return data[int(data[row.pairs + CROWD_STRIDE * k + 1]) + REACH]
 
 
-@kernel
-def near_in_crowd(row, data, markers):
+@inner_kernel
+def _near(row, data, markers):
     """Return the pairs (n, 2) of surfaces whose balls meet at the placed markers."""
     places, reach = np.empty((row.count, 3)), np.empty(row.count)
     for k in range(row.count):
@@ -58,7 +58,7 @@ def near_in_crowd(row, data, markers):
 @kernel
 def press_crowd(row, data, work, wanted, contacts, motion, Q, f, K, C):
     """Let all surfaces that touch press on each other, and add their derivatives by their own motions."""
-    pairs = near_in_crowd(row, data, work.markers)
+    pairs = _near(row, data, work.markers)
     blocks = np.zeros(1, PAIR)
     for n in range(len(pairs)):
         first, second = row.pairs + CROWD_STRIDE * pairs[n, 0], row.pairs + CROWD_STRIDE * pairs[n, 1]

@@ -10,13 +10,17 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.contact_laws import ContactLaw
+from flexmb.forces.crowd import gaps_in_crowd
 from flexmb.forces.surface_checks import check_pair, check_rigid, check_skins, check_two_bodies, kind_of
 from flexmb.forces.surface_rows import PAIR_STRIDE, ROW, apply, sweep, switch
 from flexmb.forces.surface_spots import sampled_points, surface_spots
 from flexmb.model.kinds import Force
 from flexmb.model.spots import Spots
 from flexmb.model.table import Table
+from flexmb.surfaces.advancement import POSE
+from flexmb.surfaces.neighbours import near_among
 from flexmb.surfaces.patch import Patch
+from flexmb.surfaces.records import REACH
 from flexmb.surfaces.skin_surface import pieces_of
 
 __all__ = ["MOST_PAIRS", "PAIR_STRIDE", "SurfaceContact"]
@@ -190,6 +194,19 @@ class SurfaceContact(Force):
         bodies: dict[str, int] = {}
         body = np.array([bodies.setdefault(s.marker.partition(".")[0], len(bodies)) for s in surfaces], np.int64)
         return surfaces, side, body
+
+    def gaps(self, model, rows: np.ndarray) -> list[tuple[tuple[Any, Any], float]]:
+        """Return pairs of surfaces, those of a crowd that are near each other, each with its gap (m)."""
+        if not self.crowded(model):
+            return list(zip(self.pairs(model), rows[::2, 1].tolist(), strict=True))
+        surfaces, side, body = self.members(model)
+        packed = [s.packed for s in surfaces]
+        reach = np.array([numbers[REACH] for numbers in packed])
+        pairs = near_among(np.ascontiguousarray(rows[:, POSE : POSE + 3]), reach, side, body)
+        starts = np.concatenate([[0], np.cumsum([len(numbers) for numbers in packed])])
+        found = np.zeros(len(pairs))
+        gaps_in_crowd(np.concatenate(packed), starts, int(self.law.sampled), rows, pairs, found)
+        return [((surfaces[i], surfaces[j]), gap) for (i, j), gap in zip(pairs, found.tolist(), strict=True)]
 
     def _crowd_record(self, compiler) -> dict[str, Any]:
         """Return the row of a crowd, see `flexmb.forces.crowd`."""

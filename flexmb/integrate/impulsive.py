@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from flexmb.errors import ModelError
-from flexmb.forces.surface_contact import MOST_PAIRS
 
 __all__ = ["refuse_crowds", "refuse_impulses", "require_method", "rigid_contacts"]
 
@@ -38,6 +37,6 @@ def refuse_crowds(model, asker: str) -> None:
             raise ModelError(
                 force.title,
                 found=f"a crowd of surfaces, and {asker}, which needs the derivatives of every contact by both bodies",
-                expected=f"at most {MOST_PAIRS} pairs of surfaces",
+                expected="few surfaces, which are looked at pair by pair",
                 remedy="Name smaller groups, of surfaces that can meet, in several contacts",
             )

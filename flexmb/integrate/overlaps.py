@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.forces.crowd import gaps_in_crowd
 from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.switches import GAP
-from flexmb.surfaces.advancement import POSE
-from flexmb.surfaces.neighbours import near_among
-from flexmb.surfaces.records import REACH
 from flexmb.system.program import evaluate
 
 __all__ = ["overlaps"]
@@ -36,7 +32,7 @@ def overlaps(system, state) -> list[str]:
             told += _overlap_of_skins(force, system, work, *rows[0, :2])
             continue
         found = []
-        for (a, b), gap in _gaps_in_crowd(force, model, rows) if force.crowded(model) else _gaps(force, model, rows):
+        for (a, b), gap in force.gaps(model, rows):
             size = min(a.shape.extent, b.shape.extent)
             if gap < -DEEP * size:
                 found.append(f"'{a.name}' and '{b.name}' by {-gap:.4g} m")
@@ -47,23 +43,6 @@ def overlaps(system, state) -> list[str]:
                 "apart or lightly pressed. Move the bodies apart, or let them come to rest with statics first"
             )
     return told
-
-
-def _gaps(force, model, rows):
-    """Return pairs of surfaces, each with its gap, m, of which the first of two rows of switches tells."""
-    return zip(force.pairs(model), rows[::2, 1])
-
-
-def _gaps_in_crowd(force, model, rows):
-    """Return the same for those surfaces of a crowd that are near each other; a row has the place of a surface."""
-    surfaces, side, body = force.members(model)
-    packed = [s.packed for s in surfaces]
-    reach = np.array([numbers[REACH] for numbers in packed])
-    pairs = near_among(np.ascontiguousarray(rows[:, POSE : POSE + 3]), reach, side, body)
-    gaps = np.zeros(len(pairs))
-    starts = np.concatenate([[0], np.cumsum([len(numbers) for numbers in packed])])
-    gaps_in_crowd(np.concatenate(packed), starts, int(force.law.sampled), rows, pairs, gaps)
-    return [((surfaces[i], surfaces[j]), gap) for (i, j), gap in zip(pairs, gaps)]
 
 
 def _overlap_of_skins(force, system, work, kind: float, gap: float) -> list[str]:
