@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flexmb import hdf5
 from flexmb.errors import DataFileError, did_you_mean
 from flexmb.lock import holder
@@ -93,7 +95,14 @@ def _statistics(text: str) -> dict[str, Any]:
     for name in ("warnings", "notes", SHARED):
         if not (isinstance(found.get(name, []), list) and all(isinstance(one, str) for one in found.get(name, []))):
             raise ValueError(f"its statistics have '{name}' that are no texts")
-    return {name: value for name, value in found.items() if value is not None}
+    return {name: value for name, value in found.items() if _is_statistic(name, value)}
+
+
+def _is_statistic(name: str, value: Any) -> bool:
+    """Is this what a run writes: integers of 64 bits, shares by body and measure?"""
+    if name == "share of validity":
+        return isinstance(value, dict) and all(isinstance(measures, dict) for measures in value.values())
+    return value is not None and not (isinstance(value, int) and abs(value) >= 2**63)
 
 
 def _lost(written: Written) -> str:
@@ -153,12 +162,15 @@ def _model_of(model, number, text, read_model, bodies):
 
 def _read_phase(phase: WrittenPhase, stream, model) -> Phase:
     """Return a phase with its rows; "interrupted" where nothing says how it ended."""
-    tables = dict(phase.tables)
+    tables, rows = dict(phase.tables), phase.rows(stream)
+    for name in ("t", "q", "u"):
+        if not np.all(np.isfinite(rows[name])):
+            raise ValueError(f"samples whose {name} are no numbers")
     return Phase(
         model=model,
         ended=phase.ended or "interrupted",
         inputs=tables.pop(INPUTS, None),
         tables=tables,
         cut_off=phase.reached is not None,
-        **phase.rows(stream),
+        **rows,
     )

@@ -94,7 +94,7 @@ def _sizes(phase: Phase, system, work) -> tuple[float, float, float]:
     weight = np.where(turning, size, 1.0)
     fall = float(np.linalg.norm(phase.model.gravity))
     speed = max(float(np.max(np.abs(phase.u) * weight, initial=0.0)), 1e-3 * np.sqrt(fall * size))
-    change = max(float(np.max(np.abs(phase.a) * weight, initial=0.0)), 1e-3 * fall, speed**2 / size * 1e-3)
+    change = max(float(np.max(np.abs(phase.a) * weight, initial=0.0)), 1e-3 * fall, speed * speed / size * 1e-3)
     return size, speed, change
 
 

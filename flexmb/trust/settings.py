@@ -31,9 +31,10 @@ def of_solution(solution, given: Any = None) -> Any:
         return given
     text = solution.statistics.get("integrator")
     try:
-        return None if text is None else _made(ast.parse(str(text), mode="eval").body)
-    except (SyntaxError, ValueError, TypeError, ModelError, AttributeError):
+        made = None if text is None else _made(ast.parse(str(text), mode="eval").body)
+    except (SyntaxError, ValueError, TypeError, ModelError, AttributeError, RecursionError):
         return None
+    return made if is_integrator(made) else None
 
 
 def _made(node: ast.expr) -> Any:

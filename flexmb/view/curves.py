@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["COLORS", "Line", "svg_curves"]
+__all__ = ["COLORS", "Line", "drawable", "svg_curves"]
 
 COLORS = ("#1f5fa8", "#d1495b", "#3a8f5c", "#c98a2b", "#6d597a", "#26303a", "#4aa3b5", "#a3554a")
 INK, PALE = "#66727e", "#dfe6ee"
+LARGEST = 1e300
+"""Of what is drawn."""
 POINTS = 1500
 """More samples than a printed line can show are thinned."""
 
@@ -68,7 +70,7 @@ def svg_curves(
         ax = figure.subplots()
         for line in lines:
             x, y = _thinned(line.x, line.y)
-            ax.plot(x, y, color=line.color, lw=1.3, ls=line.dash, label=line.label or None)
+            ax.plot(x, drawable(y), color=line.color, lw=1.3, ls=line.dash, label=line.label or None)
         for event in events:
             ax.axvline(event, color=INK, lw=0.8, ls=":")
         ax.set_xlabel(x_label, color=INK)
@@ -102,6 +104,12 @@ def svg_curves(
     return re.sub(
         r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1), count=1
     )
+
+
+def drawable(y: np.ndarray) -> np.ndarray:
+    """Return values with gaps where they are too large: matplotlib fails at differences beyond all floats."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(y) <= LARGEST, y, np.nan)
 
 
 def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

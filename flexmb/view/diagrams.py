@@ -18,7 +18,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.files import replacing
-from flexmb.view.curves import COLORS, Line
+from flexmb.view.curves import COLORS, Line, drawable
 from flexmb.view.quantities import scaled
 
 __all__ = ["Diagram", "as_diagram", "draw_diagrams", "laid_out"]
@@ -244,7 +244,7 @@ def draw_diagrams(
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (diagram, lines, y_label, x_label, ordinates) in zip(axes, made):
             for line in lines:
-                ax.plot(line.x, line.y, color=line.color, lw=1.4, ls=line.dash, label=line.label)
+                ax.plot(drawable(line.x), drawable(line.y), color=line.color, lw=1.4, ls=line.dash, label=line.label)
             ax.set(xlabel=x_label, ylabel=y_label)
             ax.set_title(diagram.title, loc="left", fontsize=10, fontweight="bold")
             ax.grid(color="#dfe6ee", lw=0.8)

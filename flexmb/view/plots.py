@@ -7,6 +7,7 @@ from pathlib import Path
 
 from flexmb.errors import FlexmbError
 from flexmb.files import replacing
+from flexmb.view.curves import drawable
 
 __all__ = ["plot"]
 
@@ -69,7 +70,9 @@ def _draw(ax, t, values, name, titles):
         other = units[k] != units[0]
         target = _second_axis(ax, units[k]) if other else ax
         label = title.replace(units[k], "").strip() if units[k] else title
-        target.plot(t, values[:, k], color=COLORS[k % len(COLORS)], lw=1.4, ls="--" if other else "-", label=label)
+        target.plot(
+            t, drawable(values[:, k]), color=COLORS[k % len(COLORS)], lw=1.4, ls="--" if other else "-", label=label
+        )
     ax.set_title(name, loc="left", fontsize=10, fontweight="bold", color="#26303a")
     ax.set_ylabel(units[0] or titles[0])
     ax.grid(color="#dfe6ee", lw=0.8)

@@ -24,6 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from faults.bench import SAMPLES, SCENES, Bench, Counts
 from faults.children import begin, ended, shim
+from faults.pairs import pairs_of_verbs
 from faults.saves import kill_saves
 from faults.verbs import all_verbs
 
@@ -247,6 +248,7 @@ CAMPAIGNS: dict[str, Callable[[Bench], Counts]] = {
     "read-only folder": read_only,
     "deleted folder": deleted_folder,
     "two processes": two_at_a_time,
+    "two verbs at a time": pairs_of_verbs,
     "kill a loop of saves": kill_saves,
 }
 

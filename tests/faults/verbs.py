@@ -79,7 +79,13 @@ def _commands(bench: Bench, target: Path, body: str, plant: str) -> list[list[st
         ["show", body, "--modes", "0", "--html"],
         ["check", swing],
         ["sweep", swing, "--over", "none=1,2", "--out", str(target / "sweep")],
-        ["reduce", MESH, *("--interface", "a=foot", "--interface", "b=load"), "-o", str(target / "part.h5")],
+        [
+            "reduce",
+            MESH,
+            *("--interface", "a=foot", "--interface", "b=load", "--material", "steel"),
+            "-o",
+            str(target / "part.h5"),
+        ],
         ["render", run],
         ["view", run],  # opens the run, and has no screen
         ["verify", run],

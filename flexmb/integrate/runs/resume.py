@@ -179,7 +179,14 @@ def _where(before: Solution, t_end: float):
     system = phase.system or compile_model(phase.model)
     model, merge = phase.model, phase.ended in CONTINUES
     if not merge:  # cut off between an event and the first sample after it
-        event = next(event for event in model.events if event.name == phase.ended)
+        event = next((event for event in model.events if event.name == phase.ended), None)
+        if event is None:
+            raise ModelError(
+                part,
+                found=f"a phase that ended by '{phase.ended:.60}', which is no event of its model",
+                expected=f"One of: {', '.join(event.name for event in model.events) or 'none'}",
+                remedy="Simulate again: the file was changed after it was written",
+            )
         model = next_phase(model, event, Series(phase))
         if model is None:  # cut off between its last sample and the word that it has ended
             return last, None, {}, False
