@@ -33,7 +33,6 @@ name = "bar"
 [body.data]
 modes = 2
 compare = 0
-basis = "Krylov"
 interfaces = { a = "start", b = "end" }
 stations = { m = "mid" }
 loads = { f = { kind = "Forces", on = "mid", force = [0, 0, 1.0] } }
