@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fmb
+from flexmb.errors import CompileError
 
 W, D, HEAVY = 12.0, 0.8, 1e6
 PIN = fmb.Pose.axes(z=(0, 1, 0))
@@ -16,6 +18,16 @@ def hung(name: str, mass: float, inertia: float, y: float, below: float, turned:
     at = (-below * np.sin(turned), y, -below * np.cos(turned))
     top = {"pin": fmb.Pose.axes((0, 0, below), z=(0, 1, 0))}
     return fmb.RigidBody(name, mass=mass, inertia=(inertia,) * 3, at=at, rotation=(0, turned, 0), markers=top)
+
+
+def test_a_drive_that_follows_a_measurement_says_how_to_do_it():
+    ground = fmb.Ground(markers={"rod": fmb.Pose.axes(z=(0, 1, 0))})
+    pin = fmb.Revolute("pin", markers=("ground.rod", "rod.pin"))
+    turn = fmb.measured(fmb.Position("p", marker="rod.center"), 0)
+    drive = fmb.Drive("motor", joint="pin", angle=turn)
+    model = fmb.Model(bodies=[ground, hung("rod", 1.0, 0.03, 0.0, 0.3)], joints=[pin, drive])
+    with pytest.raises(CompileError, match=r"'motor'.*measured.*heavy body which an Actuator moves.*Coupler"):
+        fmb.simulate(model, 0.1)
 
 
 def test_a_rod_follows_the_filtered_angle_of_a_pendulum():
